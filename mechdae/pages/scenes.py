@@ -66,6 +66,7 @@ def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[st
         "second": joint.second,
         "fixed": GROUND in joint.bodies,
         "pin": joint.coincide,
+        "rigid": joint.rigid,
     }
     if mechanism.dimension == 3:
         return entry | joint_in_space(mechanism, joint)

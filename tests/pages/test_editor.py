@@ -10,6 +10,7 @@ from mechdae.pages.document import data_of
 from mechdae.pages.editor import editor
 from tests.shared.browser import ARGUMENTS, CHROMIUM, until
 from tests.shared.command import run
+from tests.shared.paths import ROOT
 
 in_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 
@@ -26,6 +27,12 @@ TRIAD = [("link", [(-30, 100), (0, 110)]), ("link", [(100, 60), (200, 90)]),
          ("link", [(150, 75), (0, 110)]),
          ("link", [(100, 60), (60, -40)]), ("link", [(200, 90), (240, -30)]),
          ("pivot", [(-30, 100), (60, -40), (240, -30)]), ("driver", [(-15, 105)])]  # fmt: skip
+
+# crank O A, coupler A B welded to a second link B C, a bar from C to the ground
+WELDED = [("link", [(0, 0), (20, 40)]), ("link", [(20, 40), (120, 80)]),
+          ("link", [(120, 80), (150, 120)]), ("weld", [(120, 80)]),
+          ("bar", [(150, 120), (100, -5)]), ("pivot", [(0, 0)]),
+          ("driver", [(10, 20)])]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +79,8 @@ def draw(page, steps):
 @in_browser
 @pytest.mark.parametrize(
     ("steps", "bodies"),
-    [(FOUR_BAR, 3), (SEVEN_LINK, 7), (TRIAD, 5)],
-    ids=["four-bar", "seven-link", "triad"],
+    [(FOUR_BAR, 3), (SEVEN_LINK, 7), (TRIAD, 5), (WELDED, 3)],
+    ids=["four-bar", "seven-link", "triad", "weld and bar"],
 )
 def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, bodies):
     page = drawing()
@@ -107,17 +114,41 @@ def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, bodies):
 
 
 @in_browser
-def test_undo_to_nothing_and_back_gives_the_same_file(drawing):
+@pytest.mark.parametrize("steps", [FOUR_BAR, WELDED], ids=["four-bar", "weld and bar"])
+def test_undo_to_nothing_and_back_gives_the_same_file(drawing, steps):
     page = drawing()
-    draw(page, FOUR_BAR)
-    whole, steps = page.evaluate("mechdae.toml()"), 0
+    empty = page.evaluate("mechdae.toml()")
+    draw(page, steps)
+    whole, count = page.evaluate("mechdae.toml()"), 0
     while page.evaluate("mechdae.state().nodes.length"):
         page.keyboard.press("Control+z")
-        steps += 1
-        assert steps < 30
-    for _ in range(steps):
+        count += 1
+        assert count < 30
+    assert page.evaluate("mechdae.toml()") == empty
+    for _ in range(count):
         page.keyboard.press("Control+Shift+z")
     assert page.evaluate("mechdae.toml()") == whole
+
+
+@in_browser
+def test_bars_and_welds_are_taken_back_by_their_tool_and_go_with_their_points(drawing):
+    page = drawing()
+    draw(page, WELDED)
+    state = "[mechdae.state().bars.length, mechdae.state().nodes.flatMap((n) => n.welds).length]"
+    assert page.evaluate(state) == [1, 1]
+    draw(page, [("weld", [(120, 80)])])
+    assert page.evaluate(state) == [1, 0]
+    assert page.evaluate("mechdae.mobility().count") == 2
+    assert "too few joints" in page.locator("#status").inner_text()
+    draw(page, [("weld", [(120, 80)]), ("bar", [(150, 120), (100, -5)])])
+    assert page.evaluate(state) == [0, 1]
+    page.keyboard.press("Control+z")
+    assert page.evaluate(state) == [1, 1]
+    draw(page, [("delete", [(125, 57)])])  # on the bar
+    assert page.evaluate(state) == [0, 1]
+    page.keyboard.press("Control+z")
+    draw(page, [("delete", [(140, 107)])])  # the link at its end
+    assert page.evaluate(state) == [0, 0]
 
 
 @in_browser
@@ -179,21 +210,95 @@ def test_opened_files_come_out_as_they_move(drawing, tmp_path, name):
     assert {tuple(np.round(own.position[0], 9) + 0.0) for own in one.points.values()} <= places
 
 
-def test_what_is_not_drawn_is_named(capsys, tmp_path):
+WELDED_FILE = """
+schema = 1
+[parameters]
+tilt_deg = 35
+long_mm = 160
+[ground]
+points = { O = [0, 0], D = [0.1, 0] }
+[bodies]
+crank.points = { O = [0, 0], A = [0.03, 0.02] }
+coupler.points = { A = [0.01, 0], B = [0.12, 0.01] }
+arm.points = { B = [0, 0], C = [0.03, 0.01], E = [0.06, -0.02] }
+tail.points = { E = [0, 0], F = [0.02, 0] }
+[joints]
+O = { kind = "revolute", between = ["ground.O", "crank.O"] }
+A = { kind = "revolute", between = ["crank.A", "coupler.A"] }
+B = { kind = "weld", between = ["coupler.B", "arm.B"], turn = "tilt" }
+E = { kind = "weld", between = ["tail.E", "arm.E"], turn_deg = -20 }
+bar = { kind = "distance", between = ["ground.D", "arm.C"], length = "long" }
+[sketch]
+coupler = 0.2
+arm = 0.8
+[tasks.turn]
+kind = "sweep"
+driver = { coordinate = "O.angle", from_deg = 20, to_deg = 60 }
+poses = 5
+"""
+
+
+@in_browser
+def test_welds_and_bars_of_a_file_move_as_python_moves_them(drawing, tmp_path):
+    file = tmp_path / "welded.toml"
+    file.write_text(WELDED_FILE, encoding="utf-8")
+    page = drawing(file)
+    drawn = "crank coupler arm tail O A B E bar".split()
+    said = page.locator("#kept").inner_text().split(": ")[1].split(", ")
+    assert not any(name.split(".")[1] in drawn for name in said)
+    assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
+    again = tmp_path / "again.toml"
+    again.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
+    truth, saved = md.load(file), md.load(again)
+    assert sorted(joint.kind for joint in saved.mechanism.joints.values()) == [
+        "distance", "revolute", "revolute", "weld", "weld",
+    ]  # fmt: skip
+    # links are turned into their own frames: the crank by its angle from the first to the second
+    shift = float(np.arctan2(0.02, 0.03))
+    values = page.evaluate("mechdae.values()")[3::60]
+    one = md.solve(
+        truth.mechanism, md.Sweep(driver=md.Driver("O.angle", at=tuple(np.array(values) - shift)))
+    )
+    other = md.solve(saved.mechanism, md.Sweep(driver=md.Driver("crank.angle", at=tuple(values))))
+    for name, series in one.points.items():
+        if name in other.points:
+            assert np.abs(series.position - other.points[name].position).max() < 1e-9
+    assert {"arm.C", "tail.F"} <= set(one.points) & set(other.points)
+    page.locator("input[type=file]").set_input_files(again)
+    until(page, "mechdae.opened() === 1")
+    assert page.evaluate("mechdae.toml()") == again.read_text(encoding="utf-8")
+
+
+@in_browser
+def test_a_file_that_cannot_be_drawn_is_named_when_the_editor_opens(drawing):
+    page = drawing("spur-gears-idler")
+    said = page.locator("#status").inner_text()
+    assert said == "spur-gears-idler.toml: no links that the editor draws"
+    assert page.evaluate("mechdae.state().nodes") == []
+
+
+def test_files_are_opened_by_the_page_and_those_that_are_none_refused(capsys, tmp_path):
     out = str(tmp_path / "editor.html")
-    code, _, err = run(capsys, "edit", "geared-five-bar", "--out", out)
-    assert code == 2
-    assert "joints." in err
-    assert "gear" in err
-    for name, key in (("scotch-yoke-jam", "joints.guide"), ("oscillating-cylinder", "bodies.")):
-        code, _, err = run(capsys, "edit", name, "--out", out)
-        assert (code, key in err) == (2, True)
-    data = editor(md.load("slider-crank-friction")).data
-    assert "loads.work" in data["names"]
-    assert any("Q_work" in line for line in data["kept"])
+    for name in ("geared-five-bar", "scotch-yoke-jam", "oscillating-cylinder"):
+        code, printed, _ = run(capsys, "edit", name, "--out", out)
+        assert code == 0
+        text = (ROOT / f"problems/{name}.toml").read_text(encoding="utf-8")
+        assert data_of(printed.strip())["text"] == text
     code, printed, _ = run(capsys, "edit", "--out", out)
     assert code == 0
-    assert data_of(printed.strip())["model"] is None
-    assert run(capsys, "edit", "--out", str(tmp_path / "no" / "x.html"))[0] == 2
-    assert run(capsys, "edit", "bennett", "--out", out)[0] == 2
-    assert run(capsys, "edit", "--lang", "fr", "--out", out)[0] == 2
+    assert data_of(printed.strip())["text"] == ""
+    large = tmp_path / "large.toml"
+    large.write_text(WELDED_FILE + "#" * 200_000, encoding="utf-8")
+    broken = tmp_path / "broken.toml"
+    broken.write_text("schema = 1\n[bodies", encoding="utf-8")
+    for words, said in (
+        (["bennett"], "planar"),
+        ([str(large)], "200 kB"),
+        ([str(broken)], "broken.toml"),
+        (["four-bar-crank-rockr"], "did you mean"),
+        (["--lang", "fr"], "en, ru"),
+        (["--out", str(tmp_path / "no" / "x.html")], "no such folder"),
+    ):
+        code, _, err = run(capsys, "edit", *words, *([] if "--out" in words else ["--out", out]))
+        assert code == 2, words
+        assert said in err

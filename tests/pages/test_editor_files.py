@@ -81,14 +81,23 @@ def test_a_rough_sketch_is_closed_where_python_closes_it(opened, name):
     page = opened("en")
     page.locator("input[type=file]").set_input_files(PROBLEMS / f"{name}.toml")
     until(page, "mechdae.state().nodes.length > 0")
-    known = {own["name"]: own for own in editor(md.load(name)).data["model"]["nodes"]}
-    found = {own["name"]: own for own in page.evaluate("mechdae.state().nodes")}
-    assert found.keys() == known.keys()
-    for node, own in known.items():
-        assert np.hypot(own["x"] - found[node]["x"], own["y"] - found[node]["y"]) < 1e-9
-        for key in ("fixed", "slide"):
-            assert own[key] == found[node][key]
-        assert (own["slot"] is None) == (found[node]["slot"] is None)
+    problem = md.load(name)
+    driver = next(iter(problem.tasks.values())).all_drivers[0]
+    start = problem.mechanism.sketch.get(driver.coordinate.split(".")[0], driver.from_)
+    at = driver.at[:1] if driver.at else (start,)
+    pose = md.solve(problem.mechanism, md.Sweep(driver=md.Driver(driver.coordinate, at=at)))
+    state = page.evaluate("mechdae.state()")
+    places = np.array([(own["x"], own["y"]) for own in state["nodes"]])
+    for own in state["links"]:
+        for point in problem.mechanism.bodies[own["name"]].points:
+            apart = places - pose.points[f"{own['name']}.{point}"].position[0]
+            assert np.hypot(*apart.T).min() < 1e-9
+    fixed = {own["name"] for own in state["nodes"] if own["fixed"]}
+    assert fixed <= set(problem.mechanism.ground.points)
+    guides = [own.first_body for own in problem.mechanism.joints.values() if own.straight]
+    assert sum(own["slide"] is not None for own in state["nodes"]) == guides.count("ground")
+    slots = len(guides) - guides.count("ground")
+    assert sum(own["slot"] is not None for own in state["nodes"]) == slots
 
 
 @in_browser

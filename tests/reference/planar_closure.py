@@ -174,6 +174,10 @@ class Closure:
                     change[k] = -np.linalg.lstsq(slopes[k], residual[k].astype(float))[0]
         return change
 
+    def reach(self, q):
+        """Return how far poses go, as multiples of the mechanism: more than 1 next to poles."""
+        return np.fmax(np.abs(q.astype(float)).max(1) / self.scale, 1.0)
+
     def size(self, change):
         """Return the largest change of each pose: radians, and lengths by the mechanism's."""
         return np.abs(change / np.tile([self.scale, self.scale, 1.0], len(self.bodies))).max(1)
@@ -184,7 +188,7 @@ class Closure:
         for _ in range(rounds):
             change = self.step(q, u)
             q = q + change
-            size = self.size(change)
+            size = self.size(change) / self.reach(q)
             if not (size > 10 * SMALL * (1 + np.abs(u).astype(float))).any():
                 break
         q[~(size <= 1e-11)] = np.nan

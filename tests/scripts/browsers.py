@@ -1,4 +1,4 @@
-"""Live pages in Firefox and WebKit: what they show against what Python solved.
+"""Live pages and the editor in Firefox and WebKit: what they show against what Python solved.
 
     python -m tests.scripts.browsers --out docs/data/browsers.json [NAME ...]
 
@@ -26,6 +26,7 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file.library import names
 from mechdae.errors import MechdaeError
+from mechdae.pages.editor import editor
 
 ASKED = """(() => {
   const data = JSON.parse(document.getElementById('mechdae').textContent);
@@ -39,6 +40,15 @@ ASKED = """(() => {
   const shown = document.querySelectorAll('#diagram path, #diagram line').length;
   return JSON.stringify({ live, poses: live === true ? poses : [], shown });
 })()"""
+DRAWN = """(() => {
+  const all = mechdae.values(), values = all.filter((_, k) => k % 30 === 2);
+  const poses = values.map((value) => [mechdae.set(value), mechdae.pose().points]);
+  const shown = document.querySelectorAll('#diagram path, #diagram line').length;
+  const mobility = mechdae.mobility();
+  return JSON.stringify({ values, poses, shown, mobility, toml: mechdae.toml() });
+})()"""
+EDITED = ("gorshkov-seven-link", "triad-six-modes", "c1-exact-max-mu")
+"""Problems that the editor opens."""
 SPENT = """(() => {
   const { sliders } = JSON.parse(document.getElementById('mechdae').textContent);
   if (!sliders || !sliders.length) return 'null';
@@ -185,6 +195,31 @@ def compared(page: md.Page, found: dict[str, Any]) -> dict[str, Any]:
     return {"poses": len(found["poses"]), "worst": float(f"{worst:.2g}"), "statuses": statuses}
 
 
+def edited(browser: Firefox | WebKit, folder: Path) -> dict[str, Any]:
+    """Return how far the editor's preview is from what Python solves of the file it saves."""
+    worst, poses, empty = 0.0, 0, []
+    for name in EDITED:
+        browser.opens(editor(name).save(folder / "editor.html"))
+        found = browser.asks(DRAWN)
+        if not found["shown"] or found["mobility"] != {"count": 1, "rank": 1, "without": []}:
+            empty.append(name)
+        file = folder / "drawn.toml"
+        file.write_text(found["toml"], encoding="utf-8")
+        saved = md.load(file)
+        if not found["values"]:
+            continue
+        driver = md.Driver(saved.task("window").driver.coordinate, at=tuple(found["values"]))
+        result = md.solve(saved.mechanism, md.Sweep(driver=driver))
+        size = max(np.abs(own.position).max() for own in result.points.values())
+        for k, (closes, points) in enumerate(found["poses"]):
+            poses += bool(closes)
+            for point, place in points.items():
+                if closes and point in result.points:
+                    off = np.abs(np.array(place) - result.points[point].position[k]).max()
+                    worst = max(worst, float(off / size))
+    return {"poses": poses, "worst": float(f"{worst:.2g}"), "empty": empty}
+
+
 def examined(kind: type[Firefox] | type[WebKit], chosen: list[str]) -> dict[str, Any]:
     """Return the figures of one browser, page by page."""
     table: dict[str, Any] = {}
@@ -207,6 +242,9 @@ def examined(kind: type[Firefox] | type[WebKit], chosen: list[str]) -> dict[str,
                 own["drawn"] = found["shown"] > 0
                 table[name] = own
                 print(browser.version, name, own, file=sys.stderr, flush=True)
+            browser.said.clear()
+            drawn = edited(browser, Path(folder))
+            drawn["said"] = list(browser.said)
         finally:
             browser.close()
     live = [own for own in table.values() if own["live"]]
@@ -222,6 +260,7 @@ def examined(kind: type[Firefox] | type[WebKit], chosen: list[str]) -> dict[str,
         "not_as_python": [name for name, own in table.items() if not own["as_python"]],
         "empty": [name for name, own in table.items() if not own["drawn"]],
         "said": {name: own["said"] for name, own in table.items() if own["said"]},
+        "editor": drawn,
     }
 
 

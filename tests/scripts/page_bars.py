@@ -1,4 +1,4 @@
-"""Live pages in a real browser: size, time to interactive, frames, letters, phones, axe-core.
+"""Live pages and the editor in a real browser: size, times, frames, letters, phones, axe-core.
 
     python -m tests.scripts.page_bars [--out FILE] [--axe FOLDER] [--pictures FOLDER] [NAME ...]
 
@@ -19,6 +19,7 @@ from typing import Any
 import mechdae as md
 from mechdae.describe.file.library import names
 from mechdae.errors import MechdaeError
+from mechdae.pages.editor import editor
 from tests.shared.browser import ARGUMENTS, CHROMIUM
 
 DRAG = """async (seconds) => {
@@ -164,6 +165,21 @@ def measured(
     return found
 
 
+def edited(browser: Any, folder: Path, axe: str | None, pictures: Path | None) -> dict[str, Any]:
+    """Return what axe-core and phones find in the editor, empty and with a mechanism."""
+    found: dict[str, Any] = {"axe": {}, "said": [], "small": [], "bytes": 0}
+    for name, lang in ((None, "en"), ("gorshkov-seven-link", "en"), ("c1-exact-max-mu", "ru")):
+        file = editor(name, lang).save(folder / f"editor-{name or 'empty'}.html")
+        visit = Visit(browser, file, lang, axe, pictures)
+        visit.look("light")
+        for key, value in visit.shapes().items():
+            found[key] = found.get(key) or value
+        found["said"] += visit.said
+        found["axe"] |= {f"{name} {kind}": ids for kind, ids in visit.violations.items() if ids}
+        found["bytes"] = max(found["bytes"], file.stat().st_size)
+    return found
+
+
 def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
     """Return the figures of all pages."""
     live = [own for own in table.values() if own.get("live")]
@@ -206,12 +222,14 @@ def main() -> None:
                 print(name, "-", str(error).splitlines()[0])
                 continue
             print(name, table[name], flush=True)
+        drawn = edited(browser, Path(folder), axe, options.pictures)
+        print("editor", drawn, flush=True)
         version = browser.version
         browser.close()
-    summary = summed(table, version)
+    summary = summed(table, version) if table else {"browser": version}
     print(json.dumps(summary, indent=1))
     if options.out:
-        text = json.dumps({"summary": summary, "pages": table}, indent=1)
+        text = json.dumps({"summary": summary, "editor": drawn, "pages": table}, indent=1)
         Path(options.out).write_text(text + "\n", encoding="utf-8")
 
 

@@ -15,11 +15,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.describe.file.load import load
     from mechdae.pages.editor import editor
 
     target = Path(options.out)
     if not target.parent.is_dir():
         raise InputError("no such folder", where=str(target.parent))
-    print(editor(load(options.problem) if options.problem else None, options.lang).save(target))
+    print(editor(options.problem or None, options.lang).save(target))
     return 0

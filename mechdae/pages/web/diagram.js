@@ -151,12 +151,34 @@ export class Diagram {
       return;
     } else if (joint.pin) {
       if (joint.fixed) this.support(here);
-      element("circle", { cx: here[0], cy: here[1], r: 4, class: "pin" }, pins);
+      if (joint.rigid) this.weld(joint, places, here);
+      else element("circle", { cx: here[0], cy: here[1], r: 4, class: "pin" }, pins);
     } else {
-      element("line", { x1: this.at(first)[0], y1: this.at(first)[1], x2: this.at(second)[0], y2: this.at(second)[1], class: "body" }, links);
-      this.shun([this.at(first), this.at(second)]);
+      const ends = [[joint.first, this.at(first)], [joint.second, this.at(second)]];
+      element("line", { x1: ends[0][1][0], y1: ends[0][1][1], x2: ends[1][1][0], y2: ends[1][1][1], class: "body" }, links);
+      this.shun(ends.map(([, end]) => end));
+      for (const [name, [x, y]] of ends) {
+        if (name.startsWith("ground.")) this.support([x, y]);
+        element("circle", { cx: x, cy: y, r: 4, class: "pin" }, pins);
+      }
+      this.letter(joint.name, [0, 1].map((axis) => (ends[0][1][axis] + ends[1][1][axis]) / 2), taken);
+      return;
     }
     this.letter(joint.name, here, taken);
+  }
+
+  /** A corner that is filled: its bodies turn together. */
+  weld(joint, places, [x, y]) {
+    const arms = [joint.first, joint.second].flatMap((own) => {
+      const body = this.scene.bodies.find(({ name }) => name === own.split(".")[0]);
+      const others = (body ? body.shape : []).map((name) => places[name]).filter(Boolean).map((place) => this.at(place));
+      const far = others.map(([u, v]) => [u - x, v - y]).sort((a, b) => Math.hypot(...b) - Math.hypot(...a))[0];
+      const size = far ? Math.hypot(...far) : 0;
+      return size > 1 ? [far.map((v) => (11 * v) / size)] : [];
+    });
+    const [a, b] = arms;
+    if (b && Math.abs(a[0] * b[1] - a[1] * b[0]) > 12) element("path", { d: `M${x} ${y}l${a.join(" ")}L${x + b[0]} ${y + b[1]}Z`, class: "weld" }, this.layers.pins);
+    else element("rect", { x: x - 4, y: y - 4, width: 8, height: 8, class: "weld" }, this.layers.pins);
   }
 
   /** Places on the curve of a joint, which turns with its first body. */

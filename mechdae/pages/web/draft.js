@@ -1,6 +1,7 @@
 /** A drawn mechanism: links as plain data, closed by Newton's method. A preview, nothing here is certified. */
 import { eliminated } from "./path.js";
 import { determinant } from "./friction.js";
+import { GROUND_ID } from "./model.js";
 
 const CLOSED = 1e-13, SHORTEST = 1e-5, FULL = 2 * Math.PI;
 
@@ -11,7 +12,7 @@ export function frameOf(link, nodes) {
   const { typed } = link;
   const still = (id, k) => { const { x, y } = nodes.get(id); return id === typed.nodes[k] && x === typed.at[k][0] && y === typed.at[k][1]; };
   if (typed && typed.nodes && typed.nodes.length === link.nodes.length && link.nodes.every(still)) {
-    return { origin: [a.x, a.y], angle: typed.angle, locals: new Map(link.nodes.map((id, k) => [id, typed.locals[k]])) };
+    return { origin: [a.x, a.y], angle: typed.angle, locals: new Map(link.nodes.map((id, k) => [id, typed.locals[k]])), typed: true };
   }
   const angle = Math.atan2(b.y - a.y, b.x - a.x);
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
@@ -26,7 +27,7 @@ export function frameOf(link, nodes) {
 }
 
 export class Draft {
-  /** @param {any} model nodes {id, name, x, y, fixed, slide, slot}, links {id, name, nodes}, driver */
+  /** @param {any} model nodes {id, name, x, y, fixed, slide, slot, welds}, links {id, name, nodes}, bars {id, name, ends}, driver */
   constructor(model) {
     this.model = model;
     this.nodes = new Map(model.nodes.map((node) => [node.id, node]));
@@ -43,6 +44,22 @@ export class Draft {
     const [lx, ly] = this.frames[k].locals.get(id);
     const [c, s] = [Math.cos(q[3 * k + 2]), Math.sin(q[3 * k + 2])];
     return { k, at: [q[3 * k] + c * lx - s * ly, q[3 * k + 1] + s * lx + c * ly], turn: [-s * lx - c * ly, c * lx - s * ly] };
+  }
+
+  /** The frame of a link, or of the ground. */
+  frame(id) { return id === GROUND_ID ? { angle: 0, typed: true } : this.frames[this.index.get(id)]; }
+
+  /** How far links that are welded are turned from the first of them: as typed where none was moved, or none is placed yet. */
+  turns({ links, turns, fresh }) {
+    const frames = links.map((id) => this.frame(id));
+    return turns && (fresh || frames.every(({ typed }) => typed)) ? turns : frames.map(({ angle }) => angle - frames[0].angle);
+  }
+
+  /** The length of a bar: as typed where no end was moved, or none is placed yet. */
+  length({ ends, typed }) {
+    const [a, b] = ends.map((id) => this.nodes.get(id));
+    const still = typed && (!typed.at || [a, b].every(({ x, y }, k) => x === typed.at[k][0] && y === typed.at[k][1]));
+    return still ? typed.length : Math.hypot(b.x - a.x, b.y - a.y);
   }
 
   /** What holds the links together, one entry for each joint: its name and its rows at q. */
@@ -62,6 +79,7 @@ export class Draft {
         else if (i > 0) found.push({ name: node.name, rows: (q) => both(this.place(q, k, node.id), this.place(q, own[0], node.id)) });
       });
       if (!own.length) continue;
+      for (const weld of node.welds) found.push(...this.welded(node, weld));
       if (node.slide) {
         const normal = [-Math.sin(node.slide.angle), Math.cos(node.slide.angle)];
         found.push({ name: node.name, rows: (q) => {
@@ -81,7 +99,30 @@ export class Draft {
         } });
       }
     }
+    for (const bar of this.model.bars) found.push(this.barred(bar));
     return found;
+  }
+
+  /** Rows that keep links from turning against the first one, as lengths. */
+  welded(node, weld) {
+    const turns = this.turns(weld), [first, ...others] = weld.links.map((id) => (id === GROUND_ID ? null : 3 * this.index.get(id) + 2));
+    return others.map((j, k) => ({ name: node.name, rows: (q) => {
+      const apart = q[j] - (first === null ? 0 : q[first]) - turns[k + 1];
+      const slopes = [[j, this.size], ...(first === null ? [] : [[first, -this.size]])];
+      return [{ value: this.size * (apart - FULL * Math.round(apart / FULL)), slopes }];
+    } }));
+  }
+
+  /** The row of a bar: its ends as far apart as it is long. */
+  barred(bar) {
+    const length = this.length(bar);
+    const ends = bar.ends.map((id) => [this.nodes.get(id), this.links.findIndex(({ nodes }) => nodes.includes(id))]);
+    return { name: bar.name, rows: (q) => {
+      const [a, b] = ends.map(([node, k]) => (node.fixed || k < 0 ? { at: [node.x, node.y] } : this.place(q, k, node.id)));
+      const [dx, dy] = [b.at[0] - a.at[0], b.at[1] - a.at[1]];
+      const slopes = [[a, -1], [b, 1]].flatMap(([{ k, turn }, sign]) => (k === undefined ? [] : [[3 * k, (sign * dx) / length], [3 * k + 1, (sign * dy) / length], [3 * k + 2, (sign * (dx * turn[0] + dy * turn[1])) / length]]));
+      return [{ value: (dx * dx + dy * dy - length * length) / (2 * length), slopes }];
+    } };
   }
 
   /** The driver's row: an angle, or a way along a guide. */
@@ -212,15 +253,18 @@ export class Draft {
     for (const node of this.model.nodes) {
       const own = this.links.filter((link) => link.nodes.includes(node.id));
       if (!own.length) continue;
+      const rigid = node.welds.length > 0;
       const here = `${own[0].name}.${node.name}`;
-      if (node.fixed) joints.push({ name: node.name, first: `ground.${node.name}`, second: here, fixed: true, pin: true });
+      if (node.fixed) joints.push({ name: node.name, first: `ground.${node.name}`, second: here, fixed: true, pin: true, rigid });
       else if (node.slide) joints.push({ name: node.name, first: `ground.${node.name}`, second: here, axis: node.slide.angle, block: false });
       else if (node.slot) {
         const link = this.links[this.index.get(node.slot.link)];
         joints.push({ name: node.name, first: `${link.name}.${name(link.nodes[0])}`, second: here, axis: 0, block: false });
-      } else if (own.length > 1) joints.push({ name: node.name, first: here, second: `${own[1].name}.${node.name}`, pin: true });
+      } else if (own.length > 1) joints.push({ name: node.name, first: here, second: `${own[1].name}.${node.name}`, pin: true, rigid });
       else bodies.find((body) => body.name === own[0].name).free.push(here);
     }
+    const end = (id) => { const node = this.nodes.get(id), own = this.links.find(({ nodes }) => nodes.includes(id)); return `${node.fixed || !own ? "ground" : own.name}.${node.name}`; };
+    for (const { name: own, ends } of this.model.bars) joints.push({ name: own, first: end(ends[0]), second: end(ends[1]), pin: false });
     return { bodies, joints, ground: [], places: [] };
   }
 }

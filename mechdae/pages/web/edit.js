@@ -9,7 +9,7 @@ import { drawingOf } from "./opened.js";
 import { Refused } from "./read_toml.js";
 import { editorWords } from "./edit_words.js";
 
-const TOOLS = ["select", "link", "pivot", "slider", "slot", "driver", "delete"];
+const TOOLS = ["select", "link", "bar", "pivot", "weld", "slider", "slot", "driver", "delete"];
 const NEAR = 12, GRID = 0.005, LARGEST = 200000;
 const get = (id) => document.getElementById(id);
 
@@ -17,7 +17,8 @@ class Editor {
   constructor(data) {
     this.given = data;
     this.words = editorWords(data.lang);
-    this.model = new Model(data.model);
+    const [drawing, refused] = data.text ? this.read(data.text, data.name) : [null, ""];
+    this.model = new Model(drawing);
     this.svg = get("diagram");
     this.state = { name: "select" };
     this.tool = "select";
@@ -37,6 +38,17 @@ class Editor {
     document.addEventListener("dragover", (event) => event.preventDefault());
     document.addEventListener("drop", (event) => { event.preventDefault(); if (event.dataTransfer.files.length) this.open(event.dataTransfer.files[0]); });
     this.changed();
+    if (refused) { this.message = refused; this.draw(); }
+  }
+
+  /** The drawing of a file, or why there is none. @returns {[any, string]} */
+  read(text, name) {
+    try {
+      return [drawingOf(text, this.given.units, name), ""];
+    } catch (error) {
+      const about = error instanceof Refused ? `${this.words(error.word)}${error.about ? `: ${error.about}` : ""}` : this.words("unreadable");
+      return [null, `${name}${error.line ? `, ${this.words("line")} ${error.line}` : ""}: ${about}`];
+    }
   }
 
   buttons() {
@@ -83,25 +95,18 @@ class Editor {
 
   /** Put a problem file in the place of the drawing, as one gesture; a file that cannot be read is named and changes nothing. */
   async open(file) {
-    const told = (about, line = 0) => {
-      this.escape();
-      this.message = `${file.name}${line ? `, ${this.words("line")} ${line}` : ""}: ${about}`;
-      this.opened += 1;
-      this.draw();
-    };
-    if (file.size > LARGEST) { told(`${this.words("too_large")} ${LARGEST / 1000} kB`); return; }
-    try {
-      const drawing = drawingOf(await file.text(), this.given.units, file.name);
-      this.escape();
+    const large = file.size > LARGEST ? `${file.name}: ${this.words("too_large")} ${LARGEST / 1000} kB` : "";
+    const [drawing, refused] = large ? [null, large] : this.read(await file.text(), file.name);
+    this.escape();
+    if (drawing) {
       this.model.data = drawing;
-    } catch (error) {
-      if (error instanceof Refused) told(`${this.words(error.word)}${error.about ? `: ${error.about}` : ""}`, error.line);
-      else told(this.words("unreadable"));
-      return;
+      this.model.done();
+      this.fit();
+      this.changed();
+    } else {
+      this.message = refused;
+      this.draw();
     }
-    this.model.done();
-    this.fit();
-    this.changed();
     this.opened += 1;
   }
 
@@ -153,9 +158,14 @@ class Editor {
     return best;
   }
 
-  linkAt([x, y]) {
-    for (const link of this.model.data.links) {
-      const corners = link.nodes.map((id) => this.diagram.at([this.model.node.get(id).x, this.model.node.get(id).y]));
+  linkAt(place) { return this.lineAt(place, this.model.data.links, ({ nodes }) => nodes); }
+
+  barAt(place) { return this.lineAt(place, this.model.data.bars, ({ ends }) => ends); }
+
+  /** The first of links or bars that has a line under the pointer. */
+  lineAt([x, y], list, nodesOf) {
+    for (const link of list) {
+      const corners = nodesOf(link).map((id) => this.diagram.at([this.model.node.get(id).x, this.model.node.get(id).y]));
       for (let i = 0; i < corners.length; i += 1) {
         for (let j = 0; j < i; j += 1) {
           const [[ax, ay], [bx, by]] = [corners[i], corners[j]];
@@ -207,6 +217,18 @@ class Editor {
       this.changed();
       return;
     }
+    if (this.tool === "bar") {
+      const fresh = this.nodeAt(place) === null && link === null;
+      const { from } = this.state.name === "barring" ? this.state : { from: null };
+      const at = this.take(place, from);
+      if (fresh) model.pivot(at); // on nothing a bar stands on the ground
+      if (from === null) { this.state = { name: "barring", from: at }; this.changed(true); return; }
+      model.addBar(from, at);
+      model.done();
+      this.state = { name: "select" };
+      this.changed();
+      return;
+    }
     if (this.tool === "slot") {
       if (this.state.name === "slotting" && link !== null && this.state.node !== node) {
         if (model.slot(this.state.node, link)) model.done();
@@ -221,7 +243,9 @@ class Editor {
       this.state = { name: "dragging", node };
       return;
     }
-    if (this.tool === "delete") model.remove(node !== null ? { node } : link !== null ? { link } : {});
+    if (this.tool === "weld") {
+      if (node === null || !model.weld(node)) return;
+    } else if (this.tool === "delete") model.remove(node !== null ? { node } : link !== null ? { link } : this.barAt(place) !== null ? { bar: this.barAt(place) } : {});
     else if (this.tool === "driver") model.drive(node !== null ? { node } : link !== null ? { link } : {});
     else {
       const at = this.take(place);
@@ -239,7 +263,7 @@ class Editor {
       const other = over === null ? null : this.model.node.get(over);
       this.model.move(this.state.node, ...(other ? [other.x, other.y] : this.snapped(place)));
       this.changed(true);
-    } else if (this.state.name === "linking") {
+    } else if (this.state.name === "linking" || this.state.name === "barring") {
       this.state.to = place;
       this.draw();
     }
@@ -265,6 +289,10 @@ class Editor {
     this.value = null;
     if (!during && model.data.driver && this.found.count === 1 && this.found.rank === 1) this.poses = this.draft.sweep();
     this.said = this.verdict();
+    if (this.poses) {
+      const [low, high] = this.span();
+      this.slider.value = String((this.draft.begin - low) / (high - low || 1));
+    }
     this.draw();
   }
 
@@ -283,13 +311,17 @@ class Editor {
     return text.join("; ");
   }
 
+  /** The range of the slider: the poses, and beyond limits some of what does not close. */
+  span() {
+    const { poses, ends } = this.poses;
+    const beyond = this.model.data.driver.kind === "turn" ? 0.3 : 0.05 * this.draft.size;
+    return [poses[0].u - (ends[0] ? beyond : 0), poses[poses.length - 1].u + (ends[1] ? beyond : 0)];
+  }
+
   /** Show the preview at a share of the range; beyond a limit what does not close, with the gap. */
   at(share) {
     if (!this.poses) return;
-    const { poses, ends } = this.poses;
-    const turn = this.model.data.driver.kind === "turn";
-    const low = ends[0] ? poses[0].u - (turn ? 0.3 : 0.05 * this.draft.size) : poses[0].u;
-    const high = ends[1] ? poses[poses.length - 1].u + (turn ? 0.3 : 0.05 * this.draft.size) : poses[poses.length - 1].u;
+    const [low, high] = this.span();
     this.show(low + share * (high - low));
   }
 
@@ -335,7 +367,7 @@ class Editor {
       const [cx, cy] = diagram.at([node.x, node.y]);
       element("circle", { cx, cy, r: 4, class: "pin" }, this.over);
     }
-    if (this.state.name === "linking") {
+    if (this.state.name === "linking" || this.state.name === "barring") {
       const node = model.node.get(this.state.from);
       const [x1, y1] = diagram.at([node.x, node.y]);
       element("circle", { cx: x1, cy: y1, r: 6, class: "open" }, this.over);
@@ -343,8 +375,9 @@ class Editor {
     }
     const value = this.value && this.value.gap > 0;
     if (value) {
-      const node = model.data.nodes.find(({ name }) => name === this.value.name);
-      const places = Object.entries(draft.places(q)).filter(([name]) => name.endsWith(`.${node.name}`)).map(([, place]) => diagram.at(place));
+      const bar = model.data.bars.find(({ name }) => name === this.value.name);
+      const names = bar ? bar.ends.map((id) => model.node.get(id).name) : [this.value.name];
+      const places = Object.entries(draft.places(q)).filter(([name]) => names.includes(name.split(".")[1])).map(([, place]) => diagram.at(place));
       for (const [cx, cy] of places) element("circle", { cx, cy, r: 7, class: "open" }, this.over);
       for (const [x, y] of places.slice(1)) element("line", { x1: places[0][0], y1: places[0][1], x2: x, y2: y, class: "open" }, this.over);
     }

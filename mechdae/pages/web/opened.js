@@ -4,6 +4,7 @@ import { calculated } from "./arithmetic.js";
 import { problemText, KEPT } from "./toml.js";
 import { Draft } from "./draft.js";
 import { assembled } from "./assembled.js";
+import { GROUND_ID } from "./model.js";
 
 const ON_LINE = 1e-9, MOST_LINKS = 100, ATTEMPTS = 40;
 const PLAIN_NAME = /^[A-Za-z_]\w*$/;
@@ -62,6 +63,7 @@ class FileNumbers {
 }
 
 const entriesOf = (table) => (table && typeof table === "object" && !Array.isArray(table) ? Object.entries(table) : []);
+const PINS = ["revolute", "weld"];
 const bodyOf = (reference) => reference.split(".")[0];
 const pointOf = (reference) => reference.split(".")[1];
 
@@ -80,10 +82,11 @@ class OpenedFile {
   joint(name, own) {
     const [first, second] = Array.isArray(own.between) ? own.between.map(String) : ["", ""];
     const table = this.numbers.table(own);
-    const [axis, suffix] = table.get("axis") || [0, ""];
+    const number = (key) => this.numbers.at(`joints.${name}.${key}`, ...(table.get(key) || [0, ""]));
     const known = [first, second].every((reference) => reference && this.pointsOf(bodyOf(reference)).has(pointOf(reference)));
-    const drawn = known && ["revolute", "prismatic", "pin-in-slot"].includes(own.kind);
-    return { name, kind: own.kind, first, second, drawn, axis: drawn ? this.numbers.at(`joints.${name}.axis`, axis, suffix) : 0, keys: [...table.keys()] };
+    const drawn = known && [...PINS, "prismatic", "pin-in-slot", "distance"].includes(own.kind);
+    const [axis, turn, length] = ["axis", "turn", "length"].map((key) => (drawn ? number(key) : 0));
+    return { name, kind: own.kind, first, second, drawn: drawn && (own.kind !== "distance" || length > 0), axis, turn, length, keys: [...table.keys()] };
   }
 
   pointsOf(body) { return (body === "ground" ? this.ground : this.points.get(body)) || new Map(); }
@@ -111,7 +114,7 @@ class OpenedFile {
     this.slots = new Map();
     const held = new Set();
     for (const own of this.joints) {
-      if (!own.drawn || own.kind === "revolute") continue;
+      if (!own.drawn || [...PINS, "distance"].includes(own.kind)) continue;
       const body = bodyOf(own.first);
       const line = body === "ground" ? [] : this.links.includes(body) && !this.slots.has(body) ? this.onAxis(own) : null;
       const pin = own.kind === "prismatic" ? this.blocks.has(bodyOf(own.second)) : this.links.includes(bodyOf(own.second));
@@ -119,9 +122,14 @@ class OpenedFile {
       held.add(own.second);
     }
     const known = (reference) => ["ground", ...this.links, ...this.blocks].includes(bodyOf(reference));
+    const plain = (reference) => !this.blocks.has(bodyOf(reference)); // a slider of one point has no direction
     for (const own of this.joints) {
-      own.drawn = own.drawn && known(own.first) && known(own.second);
-      if (own.drawn && own.kind === "revolute") this.of.set(this.root(own.second), this.root(own.first));
+      own.drawn = own.drawn && known(own.first) && known(own.second) && (own.kind !== "weld" || (plain(own.first) && plain(own.second)));
+      if (own.drawn && PINS.includes(own.kind)) own.drawn = this.root(own.second) !== this.root(own.first); // else one pin twice
+      if (own.drawn && PINS.includes(own.kind)) this.of.set(this.root(own.second), this.root(own.first));
+    }
+    for (const own of this.joints) {
+      if (own.drawn && own.kind === "distance") own.drawn = this.root(own.first) !== this.root(own.second) && plain(own.first) && plain(own.second);
     }
   }
 
@@ -135,13 +143,13 @@ class OpenedFile {
   nodes() {
     const roots = [], seen = new Set();
     const add = (reference, at = roots.length) => { const root = this.root(reference); if (!seen.has(root)) { seen.add(root); roots.splice(at, 0, root); } return root; };
-    for (const own of this.joints) if (own.drawn) add(own.kind === "revolute" ? own.first : own.second);
-    const origins = new Map(this.joints.filter(({ kind, first }) => kind !== "revolute" && bodyOf(first) === "ground").map((own) => [own.first, own]));
+    for (const own of this.joints) if (own.drawn && own.kind !== "distance") add(PINS.includes(own.kind) ? own.first : own.second);
+    const origins = new Map(this.joints.filter(({ kind, first }) => !PINS.includes(kind) && kind !== "distance" && bodyOf(first) === "ground").map((own) => [own.first, own]));
     const touched = new Set(this.joints.flatMap(({ first, second }) => [first, second]));
     let last = -1;
     for (const name of this.ground.keys()) {
       const reference = `ground.${name}`, guide = origins.get(reference);
-      const pinned = this.joints.some((own) => own.drawn && own.kind === "revolute" && [own.first, own.second].includes(reference));
+      const pinned = this.joints.some((own) => own.drawn && [...PINS, "distance"].includes(own.kind) && [own.first, own.second].includes(reference));
       if (!pinned && guide && guide.drawn) last = roots.indexOf(this.root(guide.second));
       else if (pinned || !touched.has(reference)) { add(reference, last + 1); last = roots.indexOf(this.root(reference)); } else this.names.add(`ground.points.${name}`);
     }
@@ -159,7 +167,7 @@ class OpenedFile {
     const fixed = new Map([...this.ground].map(([name, place]) => [this.root(`ground.${name}`), place]));
     return new Map(roots.map((root, k) => {
       const [x, y] = fixed.get(root) || [NaN, NaN];
-      return [root, { id: k + 1, name: named.get(root), x, y, fixed: fixed.has(root), slide: null, slot: null }];
+      return [root, { id: k + 1, name: named.get(root), x, y, fixed: fixed.has(root), slide: null, slot: null, welds: [] }];
     }));
   }
 
@@ -179,15 +187,45 @@ class OpenedFile {
       return { id: nodes.size + 1 + k, name, nodes: ids, turn, typed: { locals } };
     });
     const lines = new Map();
-    for (const own of this.joints.filter(({ drawn, kind }) => drawn && kind !== "revolute")) {
+    for (const own of this.joints.filter(({ drawn, kind }) => drawn && ["prismatic", "pin-in-slot"].includes(kind))) {
       const node = nodes.get(this.root(own.second)), body = bodyOf(own.first);
       if (body === "ground") { node.slide = { angle: own.axis }; lines.set(node.id, [own.name, this.ground.get(pointOf(own.first))]); } else node.slot = { link: links[this.links.indexOf(body)].id };
     }
-    const model = { nodes: [...nodes.values()], links, driver: null };
+    this.weld(nodes, links);
+    const bars = this.joints.filter(({ drawn, kind }) => drawn && kind === "distance").map(({ name, first, second, length }, k) =>
+      ({ id: nodes.size + links.length + 1 + k, name, ends: [idOf(first), idOf(second)], typed: { length } }));
+    const model = { nodes: [...nodes.values()], links, bars, driver: null };
     model.driver = this.driver(model, nodes);
     this.place(model, lines);
     for (const link of links) delete link.turn;
     return model;
+  }
+
+  /** Links that are welded at a point, with the turns that were typed. */
+  weld(nodes, links) {
+    const of = (reference) => links[this.links.indexOf(bodyOf(reference))] || { id: GROUND_ID, turn: 0 };
+    for (const { drawn, kind, first, second, turn } of this.joints) {
+      if (!drawn || kind !== "weld") continue;
+      const { welds } = nodes.get(this.root(second)), [a, b] = [of(first), of(second)];
+      const apart = turn + b.turn - a.turn, into = welds.find((own) => own.links.includes(a.id)), from = welds.find((own) => own.links.includes(b.id));
+      if (into && !from) { into.links.push(b.id); into.turns.push(into.turns[into.links.indexOf(a.id)] + apart); }
+      else if (from && !into) { from.links.push(a.id); from.turns.push(from.turns[from.links.indexOf(b.id)] - apart); }
+      else if (!into) welds.push({ links: [a.id, b.id], turns: [0, apart], fresh: true });
+      else {
+        const shift = into.turns[into.links.indexOf(a.id)] + apart - from.turns[from.links.indexOf(b.id)];
+        into.links.push(...from.links);
+        into.turns.push(...from.turns.map((own) => own + shift));
+        welds.splice(welds.indexOf(from), 1);
+      }
+    }
+    for (const { welds } of nodes.values()) for (const own of welds) if (own.links.indexOf(GROUND_ID) > 0) this.groundFirst(own);
+  }
+
+  /** The ground goes first among links that are welded. */
+  groundFirst(weld) {
+    const at = weld.links.indexOf(GROUND_ID), base = weld.turns[at];
+    const order = [at, ...weld.links.keys()].filter((k, i, all) => all.indexOf(k) === i);
+    Object.assign(weld, { links: order.map((k) => weld.links[k]), turns: order.map((k) => weld.turns[k] - base) });
   }
 
   driver(model, nodes) {
@@ -197,7 +235,9 @@ class OpenedFile {
     const table = this.numbers.table(task), list = (table.get("at") || [[]])[0];
     const [start, suffix] = Array.isArray(list) && list.length ? [list[0], table.get("at")[1]] : table.get("from") || [0, ""];
     this.begun = { at: Array.isArray(list) && list.length > 0, value: () => this.numbers.at("driver", start, suffix) };
-    const link = model.links.find((own) => own.name === name);
+    const pin = this.joints.find((own) => own.name === name && own.drawn && own.kind === "revolute" && bodyOf(own.first) === "ground");
+    const link = model.links.find((own) => own.name === (pin ? bodyOf(pin.second) : name));
+    if (pin && link) this.pinned = { joint: name, link: link.name };
     if (word === "angle" && link) return { kind: "turn", link: link.id };
     const guide = this.joints.find((own) => own.name === name && own.drawn && own.kind === "prismatic" && bodyOf(own.first) === "ground");
     return word === "slide" && guide ? { kind: "slide", node: nodes.get(this.root(guide.second)).id } : null;
@@ -207,6 +247,8 @@ class OpenedFile {
   place(model, lines) {
     const sketch = new Map([...this.numbers.table(this.data.sketch)].map(([name, [value, suffix]]) => [name.replace(/\.(angle|slide)$/, ""), this.numbers.at(`sketch.${name}`, value, suffix)]));
     const node = new Map(model.nodes.map((own) => [own.id, own]));
+    const { pinned } = this;
+    if (pinned && !sketch.has(pinned.link) && sketch.has(pinned.joint)) sketch.set(pinned.link, sketch.get(pinned.joint));
     const driven = model.driver && (model.driver.kind === "turn" ? model.links.find(({ id }) => id === model.driver.link).name : lines.get(model.driver.node)[0]);
     if (driven && (this.begun.at || !sketch.has(driven))) sketch.set(driven, this.begun.value());
     const angles = (k) => model.links.map(({ name, turn }, i) => (sketch.has(name) ? sketch.get(name) + turn : k === null ? null : 2 * Math.PI * (((k + 1) * (i + 1) * 0.618033988749895) % 1)));
@@ -261,6 +303,8 @@ class OpenedFile {
       const [, [x, y]] = lines.get(own.id) || [0, [Infinity, Infinity]];
       if (Math.hypot(own.x - x, own.y - y) <= ON_LINE * draft.size) [own.x, own.y] = [x, y];
     }
+    for (const { welds } of model.nodes) for (const own of welds) delete own.fresh;
+    for (const { ends, typed } of model.bars) typed.at = ends.map((id) => [node.get(id).x, node.get(id).y]);
     model.links.forEach((link, k) => {
       const { locals } = link.typed;
       link.typed = { nodes: [...link.nodes], at: link.nodes.map((id) => [node.get(id).x, node.get(id).y]), angle: q[3 * k + 2], locals };
@@ -285,7 +329,7 @@ class OpenedFile {
     }
     for (const { name, drawn, keys } of this.joints) {
       if (!drawn) names.add(`joints.${name}`);
-      else for (const key of keys) if (!["kind", "between", "axis", "turn"].includes(key)) names.add(`joints.${name}.${key}`);
+      else for (const key of keys) if (!["kind", "between", "axis", "turn", "length"].includes(key)) names.add(`joints.${name}.${key}`);
     }
     for (const [key, value] of entriesOf(data.parameters)) if ((again.parameters || {})[key] !== value) names.add(`parameters.${this.numbers.split(key)[0]}`);
     for (const [name, own] of entriesOf(data.tasks)) if (JSON.stringify((again.tasks || {})[name]) !== JSON.stringify(own)) names.add(`tasks.${name}`);

@@ -1,5 +1,6 @@
 /** The problem file of a drawn mechanism. */
 import { Draft } from "./draft.js";
+import { GROUND_ID } from "./model.js";
 
 /** What stands above the lines of another file that are not drawn. */
 export const KEPT = "# of the file that was opened, not drawn here:";
@@ -8,6 +9,17 @@ const text = (value) => JSON.stringify(value);
 /** Millimetres that are read back as the same number of metres, where there are such. */
 const millimetres = (value) => { const own = 1000 * value, step = 0.51 * Number.EPSILON * own; return [own, own + step, own - step].find((near) => near / 1000 === value) ?? own; };
 const metres = (value) => text(Number(value) === 0 ? 0 : value);
+
+/** What holds the links of a point: [first body, second, turn of a weld or null]. */
+function pinsOf(node, own, draft) {
+  const nameOf = (id) => (id === GROUND_ID ? "ground" : draft.links[draft.index.get(id)].name);
+  const weldOf = (id) => { const weld = node.welds.find(({ links }) => links.indexOf(id) > 0); return weld ? [nameOf(weld.links[0]), draft.turns(weld)[weld.links.indexOf(id)]] : null; };
+  const first = node.fixed ? null : own.find(({ id }) => !weldOf(id));
+  return own.filter((link) => link !== first).map((link) => {
+    const weld = weldOf(link.id);
+    return weld ? [weld[0], link.name, weld[1]] : [first ? first.name : "ground", link.name, null];
+  });
+}
 
 /** Write the file; `kept` are lines of another file that are not drawn. @param {any} model @param {string} title @param {string[]} kept */
 export function problemText(model, title, kept = []) {
@@ -33,8 +45,10 @@ export function problemText(model, title, kept = []) {
   }
   for (const node of model.nodes) {
     const own = draft.links.filter((link) => link.nodes.includes(node.id));
-    const pins = node.fixed ? own.map((link) => ["ground", link.name]) : own.slice(1).map((link) => [own[0].name, link.name]);
-    pins.forEach(([a, b], k) => joints.push(`${node.name}${k ? `_${k + 1}` : ""} = { kind = "revolute", between = ["${a}.${node.name}", "${b}.${node.name}"] }`));
+    pinsOf(node, own, draft).forEach(([a, b, turn], k) => {
+      const kind = turn === null ? 'kind = "revolute"' : 'kind = "weld"';
+      joints.push(`${node.name}${k ? `_${k + 1}` : ""} = { ${kind}, between = ["${a}.${node.name}", "${b}.${node.name}"]${turn === null ? "" : `, turn = ${metres(turn)}`} }`);
+    });
     if (!own.length) continue;
     if (node.slide) {
       bodies.push(`[bodies.slider_${node.name}]\npoints = { ${node.name} = [0, 0] }`);
@@ -45,6 +59,10 @@ export function problemText(model, title, kept = []) {
       const link = draft.links[draft.index.get(node.slot.link)];
       joints.push(`slot_${node.name} = { kind = "pin-in-slot", between = ["${link.name}.${nodeName(link.nodes[0])}", "${own[0].name}.${node.name}"], axis = 0 }`);
     }
+  }
+  for (const bar of model.bars) {
+    const [a, b] = bar.ends.map((id) => { const node = draft.nodes.get(id), own = draft.links.find(({ nodes }) => nodes.includes(id)); return `${node.fixed || !own ? "ground" : own.name}.${node.name}`; });
+    joints.push(`${bar.name} = { kind = "distance", between = ["${a}", "${b}"], length = ${number(`${bar.name}_length`, draft.length(bar))} }`);
   }
   const lines = ["schema = 1", `title = ${text(title)}`, "", "[parameters]", ...parameters, "", "[ground]", `points = { ${ground.join(", ")} }`, "",
     ...bodies.flatMap((body) => [body, ""]), "[joints]", ...joints, "", "[sketch]", ...sketch];
