@@ -19,10 +19,8 @@ import numpy as np
 from mechdae.derivatives import figures
 from mechdae.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.derivatives.figures import base_of, prepared
-from mechdae.describe.expression import build, evaluate, names_in
+from mechdae.describe.expression import build, names_in
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.reading import split_unit, to_si
-from mechdae.describe.file.units import check_number
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import (
     Driver,
@@ -33,8 +31,9 @@ from mechdae.describe.tasks.kinds import (
     Study,
     Sweep,
 )
+from mechdae.describe.tasks.tolerances import half_widths
 from mechdae.dynamics.rest.implicit import Implicit
-from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
+from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.forces.poses import loaded_run
 from mechdae.forces.task import with_forces
 from mechdae.forces.uniqueness import require_unique
@@ -89,7 +88,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
     problem = _sharp(prepared(problem, base_name, outputs), base_name)
     if not task.outputs:
         raise InputError("name the paths to differentiate", where="outputs")
-    tolerances = _tolerances(problem, task)
+    tolerances = half_widths(problem.mechanism, task.tolerances or {})
     names = list(dict.fromkeys([*(task.wrt or ()), *tolerances]))
     if not names:
         raise InputError("name parameters to differentiate by", where="wrt")
@@ -152,26 +151,6 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
         definition=task,
         data=data,
     )
-
-
-def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
-    known = problem.mechanism.parameter_values
-    values = problem.mechanism.values()
-    found: dict[str, float] = {}
-    for key, number in (task.tolerances or {}).items():
-        try:
-            name, suffix = (key, "") if key in values else split_unit(key)
-            if name not in values:
-                raise UnknownName("parameter", key, values)
-            if name in found:
-                raise InputError(f"'{name}' is given twice, with and without a unit")
-            check_number(problem.mechanism, name, suffix)
-            found[name] = evaluate(to_si(number, suffix), known)
-            if found[name] < 0:
-                raise InputError("a half width is not negative")
-        except MechdaeError as error:
-            raise error.inside(f"tolerances.{key}") from None
-    return found
 
 
 def _has_series(task: Sweep | Motion | Equilibrium) -> bool:

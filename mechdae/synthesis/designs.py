@@ -21,7 +21,7 @@ from mechdae.synthesis.fourbar.cognates import are_cognates
 from mechdae.synthesis.fourbar.starts import FourBarStarts
 from mechdae.synthesis.goals.path_generation import VisitsGoal
 from mechdae.synthesis.ipopt import Optimum
-from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.nlp import STIFF, Nlp
 from mechdae.synthesis.search import Search
 from mechdae.synthesis.verify import Design, driven
 
@@ -56,7 +56,7 @@ KINK = (
     "critical damping: with several free parameters others on the same kink may be better"
 )
 SILENT = (
-    "closure", "target", "error", "deviation", "peak", "least", "stroke", "straight on",
+    *STIFF, "target", "error", "deviation", "peak", "least", "stroke", "straight on",
     "swing", "end of the swing", *(f"objective {k}" for k in (1, 2, 3)),
 )  # fmt: skip
 """Constraints that state a goal, not a limit with a price."""
@@ -316,6 +316,8 @@ def judged_design(
     }
     if nlp.bent and found.status != SMOOTH:
         result["note"] = KINK
+    if search.robust is not None:
+        result["robust"] = [worth.robust for worth in worths]
     if len(search.goals) > 1:
         result["goals"] = [float(worth.value) for worth in worths]
     return result

@@ -350,10 +350,13 @@ def front_of(
     }  # fmt: skip
     if kept:
         summary["front"] = _described(search, kept, designs, signs)
+        notes = list(search.notes)
         if len(kept) == 1:
-            summary["notes"] = [
+            notes.append(
                 "the objectives do not contradict each other: one design is best in all of them"
-            ]
+            )
+        if notes:
+            summary["notes"] = notes
     else:
         summary["conflicts"] = conflicts
     return SynthesisResult(

@@ -18,7 +18,9 @@ MET = 1e-7
 """Largest violation of a (dimensionless) constraint of what is feasible."""
 MISSED = 1e-5
 """Smallest (dimensionless) violation that is told."""
-STIFF = ("closure",)
+SPREAD = "spread"
+"""Word of what states how far errors deviate by tolerances."""
+STIFF = ("closure", SPREAD)
 """Words of constraints that no elastic problem lets go: without them there is no mechanism."""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -41,6 +41,8 @@ class FreePoses:
         Bodies whose motion is asked for; others are not solved.
     asks
         model -> expressions over its coordinates by name, to be evaluated at poses.
+    tolerated
+        Names of parameters that deviate, free or not: they are symbols even where they are zero.
     """
 
     def __init__(
@@ -50,10 +52,11 @@ class FreePoses:
         free: Sequence[str],
         bodies: Sequence[str],
         asks: Callable[[Model], Mapping[str, Any]],
+        tolerated: Iterable[str] = (),
     ) -> None:
         self.mechanism, self.free = mechanism, list(free)
         c = coordinate(mechanism, driver)
-        self.model = model_of(mechanism, (c,), free)
+        self.model = model_of(mechanism, (c,), [*free, *tolerated])
         self.scene: Scene = scene(self.model, (c,), tuple(bodies))
         for group in self.scene.redundant:
             raise UnavailableError(
@@ -91,8 +94,9 @@ class FreePoses:
             self._spans[name] = slice(start, start + part.numel())
             start += part.numel()
         columns = [ca.vertcat(*residuals), ca.vertcat(*signs), asked]
-        inside = ca.Function("inside", [g.x, g.u, g.p], columns)
-        results = list(inside(g.x, g.u, p))
+        self.inside = ca.Function("inside", [g.x, g.u, g.p], columns)
+        """(x, u, p) -> closure, branches and asked values."""
+        results = list(self.inside(g.x, g.u, p))
         self.function = without_repeats("pose", [g.x, g.u, values], results)
         self.nb = len(signs)
 
@@ -108,6 +112,10 @@ class FreePoses:
         found = np.ones(self.nb)
         found[self.senses] = 0.0
         return found
+
+    def span(self, name: str) -> slice:
+        """Return where one of the asked values is among all of them."""
+        return self._spans[name]
 
     def part(self, stacked: Any, name: str) -> Any:
         """Return one of the asked values out of all, stacked along the last axis of arrays."""
@@ -131,14 +139,10 @@ class FreePoses:
 
     @cached_property
     def recovered(self) -> Any:
-        """(x, u, free) -> all coordinates of the scene in the order of `names`."""
-        g = self.graphs
-        d = SX.sym("d", len(self.free))
-        p = parameters_of(self.model, self.free, d)
-        stacked = ca.vertcat(*self.scene.recover.values())
-        old = ca.vertcat(self.scene.x, self.scene.u, self.model.p)
-        stacked = ca.substitute(stacked, old, ca.vertcat(g.x, g.u, p))
-        return ca.Function("recovered", [g.x, g.u, d], [stacked])
+        """(x, u, p) -> all coordinates of the scene in the order of `names`."""
+        scene = self.scene
+        stacked = ca.vertcat(*scene.recover.values())
+        return ca.Function("recovered", [scene.x, scene.u, self.model.p], [stacked])
 
     @property
     def names(self) -> list[tuple[str, str]]:

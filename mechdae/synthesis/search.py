@@ -29,6 +29,7 @@ from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.outcome import Outcome, TaskRun
 from mechdae.synthesis.poses import FreePoses
 from mechdae.synthesis.quantity import Quantity
+from mechdae.synthesis.robust.asked import nominal_notes, robust_goals
 from mechdae.synthesis.space import TURN, DesignSpace
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.verify import sketched
@@ -96,11 +97,15 @@ class Search:
             name if "." in name or not in_plane else f"{name}.angle"
             for name in dict.fromkeys(whole)
         ]
-        poses = FreePoses(problem.mechanism, self.asked.driver, names, outputs, asks)
+        poses = FreePoses(
+            problem.mechanism, self.asked.driver, names, outputs, asks, self.asked.tolerances
+        )
         self.space = DesignSpace(poses, self.asked, self.size, bool(self._runs))
         self.spread = Spread(self.space)
         for goal in every:
             goal.space, goal.spread = self.space, self.spread
+        self.robust = robust_goals(self.asked, poses, self.goals)
+        self.notes = [] if self.robust is None else nominal_notes(self.goals)
         # a goal with targets of its own leads: starts are drawn for it, the others follow
         self.lead = min(self.goals, key=lambda goal: isinstance(goal, ExtremeGoal | Dynamic))
         self.kinds = self.space.kinds
@@ -129,7 +134,9 @@ class Search:
             return self._ends(asked, name, word, part, bounds)
         key = (asked.task, asked.path)
         if key not in self._quantities:
-            self._quantities[key] = Quantity(self.problem, asked, self.asked.driver, names)
+            more = [name for name in self.asked.tolerances if name not in names]
+            every = [*names, *more]
+            self._quantities[key] = Quantity(self.problem, asked, self.asked.driver, every)
         quantity = self._quantities[key]
         typical = 1.0
         if not quantity.transmission and asked.path != "summary/efficiency":
@@ -342,6 +349,8 @@ class Search:
             given |= more
         if self.space.turn_needed:
             values["turn"], given["watched"] = self._turned(spread, drawn)
+        for goal in self.goals if self.robust else ():
+            values |= goal.deviating(values, given)
         return Seed(values, given, drawn.residual)
 
     def of_design(self, d: Any, kind: str, at: float | None = None) -> Seed | None:

@@ -95,6 +95,8 @@ def synthesize(
     }  # fmt: skip
     if search.all_solutions is not None:
         summary["solutions"] = search.all_solutions
+    if search.notes:
+        summary["notes"] = search.notes
     fault = None
     if not sound:
         fault, conflicts = fault_of(problems, jobs, optima, candidates, rejected)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -13,9 +13,10 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE, UNIT
 from mechdae.describe.coordinates import Selection
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Box
-from mechdae.describe.tasks.kinds import Driver, Sweep, Synthesis, Task
+from mechdae.describe.tasks.kinds import Driver, Sensitivity, Sweep, Synthesis, Task
 from mechdae.errors import MechdaeError
 from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.report import report
@@ -25,13 +26,24 @@ from mechdae.records import dataclass
 from mechdae.results import FINE, Result, Status
 from mechdae.results.rotations import matrices
 from mechdae.solver.solve import solve
-from mechdae.studies.sensitivity import sharp
+from mechdae.studies.sensitivity import sensitivity, sharp
+from mechdae.synthesis.goals.visited import AXES, ORIGIN
 from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
 POSES = 721
 """Poses of a sweep over a turn."""
 TURN = 2 * np.pi
+
+
+def with_origin(mechanism: Mechanism, body: str) -> Mechanism:
+    """Return a mechanism with points at the origin of a body's frame and, in space, on its axes."""
+    own = mechanism.bodies[body]
+    every = [ORIGIN, *AXES] if mechanism.dimension == 3 else [ORIGIN]
+    places = np.vstack([np.zeros(mechanism.dimension), np.eye(mechanism.dimension)])
+    added = {name: tuple(place) for name, place in zip(every, places.tolist(), strict=False)}
+    own = replace(own, points=Table({**own.points, **added}))
+    return replace(mechanism, bodies=Table({**mechanism.bodies, body: own}))
 
 
 def sketched(
@@ -256,6 +268,38 @@ class Design:
         """Return the result of a task of one's own with these dimensions."""
         found = solve(self.as_problem({"own": task}), "own")
         assert isinstance(found, Result)
+        return found
+
+    def slopes(
+        self, task: Sweep | str, paths: tuple[str, ...], names: Sequence[str], origin: str = ""
+    ) -> dict[str, tuple[Any, Any]]:
+        """Return values (n, w) and derivatives (n, w, nt) by names of paths of a task, or its name.
+
+        They are those of a task of sensitivity of the file of this design; with the name of a body
+        in `origin` its file has the point `ORIGIN` at the origin of that body's frame, in space
+        the points `AXES` one metre along its axes too.
+
+        Raises
+        ------
+        MechdaeError
+            It cannot be solved with these dimensions.
+        """
+        own = {} if isinstance(task, str) else {"own": task}
+        asked = Sensitivity(of=task if isinstance(task, str) else "own", outputs=paths,
+                            wrt=tuple(names))  # fmt: skip
+        problem = self.as_problem({**self.others, **own, "slopes": asked})
+        if origin:
+            problem = replace(problem, mechanism=with_origin(problem.mechanism, origin))
+        data = sensitivity(problem, "slopes", asked).data
+        found = {}
+        for path in paths:
+            value = np.atleast_1d(np.asarray(data["values"][path], float))
+            by_name = [np.asarray(data["derivatives"][path][n], float) for n in names]
+            rows = len(value)
+            found[path] = (
+                value.reshape(rows, -1),
+                np.stack([own.reshape(rows, -1) for own in by_name], axis=2),
+            )
         return found
 
     def transmissions(self, at: Any) -> dict[str, Any]:

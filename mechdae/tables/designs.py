@@ -46,6 +46,10 @@ def _ranked(
         columns.append((title, [f"{own['objectives'][k] * scale.factor:.6g}" for own in designs]))
     if not objectives:
         columns.append(("objective", [f"{design['objective']:.9g}" for design in designs]))
+    parts = [[own for own in design.get("robust", ()) if own] for design in designs]
+    if all(len(own) == 1 for own in parts):
+        for word in ("nominal", "sigma"):
+            columns.append((word, [f"{own[0][word]:.6g}" for own in parts]))
     if any(design.get("class", "any") != "any" for design in designs):
         columns.append(("class", [str(design.get("class") or "-") for design in designs]))
     angles = [design.get("transmission_angle_min") for design in designs]

@@ -252,6 +252,10 @@ class Synthesis(Task):
     starts: int | None = key("whole", None)
     seed: int | None = key("natural", None)
     keep: int | None = key("whole", None, doc="designs that are reported, 5; of a front points, 12")
+    robust: Number | None = key(
+        "number", None, unit="1", doc="standard deviations by tolerances added to what is least"
+    )
+    tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
 
     kind: ClassVar[str] = "synthesis"
     available: ClassVar[bool] = True

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
 from typing import Any, TypeVar
 
 from mechdae.describe.coordinates import coordinate
@@ -19,6 +19,7 @@ from mechdae.describe.tasks.constraints import (
 )
 from mechdae.describe.tasks.goals import Asked, Extreme, GoalDescription, Rocker, Within, known
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
+from mechdae.describe.tasks.tolerances import half_widths
 from mechdae.describe.values import evaluated
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass
@@ -39,7 +40,9 @@ class Demand:
 
     ``free`` has (low, high) by name, ``choices`` the values out of which a parameter is chosen;
     a pivot stays in its region; ``keep`` designs are reported. The first goals are the objectives
-    of a front, `objectives` of them (0: none is asked for), measured from `reference`.
+    of a front, `objectives` of them (0: none is asked for), measured from `reference`. Goals have
+    `robust` standard deviations by ``tolerances`` (half widths by name) added, None: none is asked
+    for.
     """
 
     driver: str
@@ -53,6 +56,8 @@ class Demand:
     keep: int
     objectives: int = 0
     reference: tuple[float, ...] | None = None
+    robust: float | None = None
+    tolerances: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def full_turn(self) -> bool:
@@ -105,9 +110,10 @@ def demand(problem: Problem, task: Synthesis) -> Demand:
     if reference is not None and len(reference) != count:
         raise InputError(f"{count} numbers are needed, one for each objective", where="reference")
     constraints = tuple(_constraints(within, task))
+    robust, tolerances = _robust(mechanism, task, [goal for goal, _ in goals])
     return Demand(
         driver, goals, free, choices, task.starts or STARTS, task.seed or 0, regions, constraints,
-        task.keep or (POINTS if count else KEEP), count, reference,
+        task.keep or (POINTS if count else KEEP), count, reference, robust, tolerances,
     )  # fmt: skip
 
 
@@ -126,6 +132,38 @@ def listed_goals(task: Synthesis) -> list[tuple[GoalDescription, str]]:
 def only_constrains(goal: Asked) -> bool:
     """Return whether a goal is met or not, with nothing to be better or worse at."""
     return isinstance(goal, Rocker) or getattr(goal, "measure", "") == "exact"
+
+
+def _robust(
+    mechanism: Mechanism, task: Synthesis, goals: list[Asked]
+) -> tuple[float | None, Mapping[str, float]]:
+    """Return how many standard deviations are added, and the half widths they come from."""
+    if task.robust is None:
+        if task.tolerances is not None:
+            raise InputError(
+                "tolerances alone change nothing", where="tolerances",
+                hint="robust = 3 adds three standard deviations",
+            )  # fmt: skip
+        return None, {}
+    factor = float(evaluated(task.robust, mechanism.parameter_values))
+    if not factor >= 0:
+        raise InputError(
+            f"a number of standard deviations is not negative, this one is {factor:g}",
+            where="robust",
+        )
+    widths = half_widths(mechanism, task.tolerances or {})
+    if not any(widths.values()):
+        what = "tolerances are needed" if not widths else "no tolerance is above zero"
+        raise InputError(
+            what, where="robust" if not widths else "tolerances",
+            hint="tolerances = { name = half width }",
+        )  # fmt: skip
+    if all(only_constrains(goal) for goal in goals):
+        raise InputError(
+            "a goal that is met or not has no error that deviations could be added to",
+            where="robust", hint='measure = "least-squares" or "minimax"',
+        )  # fmt: skip
+    return factor, {name: width for name, width in widths.items() if width}
 
 
 def _check_objectives(task: Synthesis, goals: list[Asked]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from mechdae.model.model import Model
 from mechdae.records import dataclass
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.robust.deviations import Deviations
 from mechdae.synthesis.space import DesignSpace
 
 if TYPE_CHECKING:
@@ -49,12 +50,14 @@ class Drawn:
 class Worth:
     """What a goal says about a design that was swept.
 
-    ``value`` in the goal's unit; ``errors`` (k,) at its targets; ``defects`` are sentences.
+    ``value`` in the goal's unit; ``errors`` (k,) at its targets; ``defects`` are sentences;
+    ``robust`` says what a robust value is made of.
     """
 
     value: float
     errors: Any
     defects: list[str] = field(default_factory=list)
+    robust: dict[str, float] | None = None
 
 
 class Goal:
@@ -70,6 +73,8 @@ class Goal:
         1 where less is better.
     exact
         Whether it only constrains.
+    deviations
+        Of the poses by tolerances, where the goal is robust.
     """
 
     name = "goal"
@@ -78,6 +83,14 @@ class Goal:
     exact = False
     space: DesignSpace
     spread: Spread
+    deviations: Deviations | None = None
+    deviates = False
+    """Whether there are deviations of it by tolerances."""
+
+    @property
+    def words(self) -> str:
+        """What the goal is about."""
+        return "this goal"
 
     def bodies(self) -> tuple[str, ...]:
         """Return the bodies whose motion is needed."""
@@ -110,6 +123,14 @@ class Goal:
     def worth(self, design: Design) -> Worth:
         """Return what certified sweeps say about a design."""
         raise NotImplementedError
+
+    def moved_by(self, name: str) -> bool:
+        """Return whether the goal depends on a parameter that no pose depends on."""
+        return False
+
+    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the variables of a robust goal that follow from the others."""
+        return {}
 
     def refined(
         self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]

@@ -51,6 +51,10 @@ class Dynamic(Goal):
         self.exact = bounds is not None
         self._called = Called(f"{name}_value", outcome)
 
+    @property
+    def words(self) -> str:
+        return f"numbers of motions and equilibria ({self.asked.of})"
+
     def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
         value = nlp.outside(self.own("value"), self._called, d) / self.unit
         if self.bounds is not None:

@@ -17,11 +17,20 @@ from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.model.parameters import parameters_of
 from mechdae.results import FINE
 from mechdae.synthesis.extremes import largest, values_of
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
+from mechdae.synthesis.robust.quantity import (
+    lifted,
+    mean_slopes,
+    of_task,
+    row_of,
+    sigma_of_mean,
+)
+from mechdae.synthesis.robust.values import deviation, variables
 from mechdae.synthesis.space import TURN
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
@@ -90,12 +99,84 @@ class ExtremeGoal(Goal):
     @cached_property
     def at_pose(self) -> Any:
         """(x of the whole scene, u, free) -> values."""
+        if self.deviations is not None:
+            x, u, d = self._row.sx_in()
+            return ca.Function("values", [x, u, d], [self._row(x, u, d)[0]])
         poses = self.space.poses
         x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
-        whole = poses.recovered(x, u, d)
+        p = parameters_of(poses.model, poses.free, d)
+        whole = poses.recovered(x, u, p)
         places = [poses.names.index(name) for name in self.quantity.x_names]
         own = whole[places] if places else SX(0, 1)
-        return without_repeats("values", [x, u, d], [self.quantity.function(own, u, d)])
+        rest = self.quantity.free[len(poses.free) :]
+        every = ca.vertcat(d, *[p[poses.model.p_names.index(name)] for name in rest])
+        return without_repeats("values", [x, u, d], [self.quantity.function(own, u, every)])
+
+    # -- deviations by tolerances ------------------------------------------------------------
+
+    @property
+    def deviates(self) -> bool:  # type: ignore[override]
+        """Whether there are deviations of it: not of transmission angles."""
+        return not self.quantity.transmission
+
+    @property
+    def words(self) -> str:
+        return f"a transmission angle ({self.asked.of})"
+
+    def moved_by(self, name: str) -> bool:
+        function, place = self.quantity.function, self.quantity.free.index(name)
+        inputs = function.sx_in()
+        found = ca.jacobian_sparsity(function(*inputs), inputs[2][place])
+        return bool(found.nnz())
+
+    @cached_property
+    def _row(self) -> Any:
+        """(x, u, d) -> values (m,), their deviations (m, nt)."""
+        assert self.deviations is not None
+        return row_of(self.quantity, self.deviations)
+
+    def _deviated(self, row: Any, A: Any) -> Any:
+        """Return the size of the quantity at a pose with its standard deviations added."""
+        assert self.deviations is not None
+        value = SX.sym("value", row.numel())
+        size = self._size(value)
+        slope = ca.Function("slope", [value], [size, ca.jacobian(size, value)])
+        size, slope = slope(row)
+        added = self.deviations.factor * deviation(slope @ A)
+        return size + added if self.asked.reduce == "peak" else size - added
+
+    def _robust_mean(self, nlp: Nlp, rows: list[Any]) -> Any:
+        """Return the (dimensionless) mean with standard deviations added, by the sense."""
+        assert self.deviations is not None
+        mean = self._mean([row for row, _ in rows])
+        sums = lifted(nlp, self.name, self._sums(rows))
+        sigma = sigma_of_mean(self.asked, sums, mean, self._powers([row for row, _ in rows]))
+        return mean + self.sense * self.deviations.factor * sigma
+
+    def _sums(self, rows: list[Any]) -> Any:
+        return mean_slopes(self.asked, rows, self.quantity.weights, self.unit, self._mean_of)
+
+    def _powers(self, rows: list[Any]) -> tuple[Any, Any]:
+        """Return mean loss and power, where the goal is a mean of them."""
+        if self.asked.path not in MEANS:
+            return 0.0, 0.0
+        loss, power = (
+            sum((w * row[k] for w, row in zip(self.quantity.weights, rows, strict=True)), SX(0))
+            for k in (0, 1)
+        )
+        return loss / self.unit, power / self.unit
+
+    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        if self.deviations is None:
+            return {}
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        rows = [self._row(x[i], u[i], d) for i in range(len(u))]
+        if self._averaged:
+            sums = self._sums([(SX(row), SX(A)) for row, A in rows])
+            return {variables(self.name): np.array(ca.DM(sums)).ravel()}
+        found = np.array(ca.DM(ca.vertcat(*[self._deviated(SX(r), SX(A)) for r, A in rows])))
+        return {self.own("worst"): [found.max() if self.asked.reduce == "peak" else found.min()]}
 
     # -- the problem -------------------------------------------------------------------------
 
@@ -118,7 +199,8 @@ class ExtremeGoal(Goal):
         rows = []
         for i, u in enumerate(ca.vertsplit(nodes)):
             space.at(nlp, x[:, i], u, d, sigma)
-            rows.append(self.at_pose(x[:, i], u, d))
+            robust = self.deviations is not None
+            rows.append(self._row(x[:, i], u, d) if robust else self.at_pose(x[:, i], u, d))
         if self.bounds is not None:
             low, high = (self._scaled(bound) for bound in self.bounds)
             sizes = [self._mean(rows)] if self._averaged else [self._size(row) for row in rows]
@@ -126,13 +208,15 @@ class ExtremeGoal(Goal):
             for size in sizes:
                 nlp.constrain(f"limit of {self.asked.path}", size, low, high, unit)
             return SX(0)
+        if self._averaged and self.deviations is not None:
+            return self.sense * self._robust_mean(nlp, rows)
         if self._averaged:
             return self.sense * self._mean(rows)
         ends = (0.0, np.pi / 2) if self.quantity.transmission else (-np.inf, np.inf)
         worst = nlp.variable(self.own("worst"), 1, *ends)
         bound = ca.sin(worst) if self.quantity.transmission else worst
         for row in rows:
-            value = self._size(row)
+            value = self._size(row) if self.deviations is None else self._deviated(*row)
             if self.asked.reduce == "peak":
                 nlp.constrain("peak", value - bound, -np.inf, 0.0)
             else:
@@ -249,7 +333,9 @@ class ExtremeGoal(Goal):
         """(x, u, free) -> the (dimensionless) quantity that is bounded."""
         poses = self.space.poses
         x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
-        return ca.Function("size", [x, u, d], [ca.densify(self._size(self.at_pose(x, u, d)))])
+        robust = self.deviations is not None
+        size = self._deviated(*self._row(x, u, d)) if robust else self._size(self.at_pose(x, u, d))
+        return ca.Function("size", [x, u, d], [ca.densify(size)])
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -314,6 +400,12 @@ class ExtremeGoal(Goal):
         bad = [str(word) for word in found.status if str(word) not in FINE]
         if bad:
             defects.append(f"task {self.asked.task}: {len(bad)} poses are {bad[0]}")
+        if self.deviations is not None:
+            try:
+                value, parts = of_task(design, self.asked, self.deviations)
+            except MechdaeError as error:
+                return Worth(np.inf, np.zeros(0), [f"task {self.asked.task}: {error.what}"])
+            return Worth(value, np.zeros(0), defects, parts)
         if self.bounds is None:
             return Worth(self._reached(design, found), np.zeros(0), defects)
         low, high = self.bounds

@@ -8,6 +8,7 @@ are given, where they start may be free; so is the sense of the output.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -16,11 +17,22 @@ import numpy as np
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.constraints import TransmissionAngle
 from mechdae.describe.tasks.goals import FunctionTargets
+from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
 from mechdae.synthesis.fourbar.freudenstein import function_starts
 from mechdae.synthesis.fourbar.starts import FourBarStarts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.robust.values import (
+    Row,
+    deviation,
+    moments,
+    of_largest,
+    of_squares,
+    summed,
+    variables,
+)
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
@@ -38,6 +50,8 @@ FINE = 721
 
 class Function(Goal):
     """A function between input and output."""
+
+    deviates = True
 
     def __init__(self, asked: FunctionTargets, name: str) -> None:
         self.asked, self.name = asked, name
@@ -74,16 +88,71 @@ class Function(Goal):
         worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
         x = space.pose_variables(nlp, self.own("x"), count)
         term = SX(0)
+        rows: list[Row] = []
         for i in range(count):
             values = space.at(nlp, x[:, i], begin + inputs[i], d, sigma)
             value = space.poses.part(values, asked.output)
             error = (value - end - sense * outputs[i]) / self.size
+            bound = worst
+            if self.deviations is not None:
+                A = self._deviation(x[:, i], begin + inputs[i], d)
+                rows.append((1.0 / count, error, A))
+                bound = worst - self.deviations.factor * deviation(A)
             if self.minimax:
-                nlp.constrain("error", error - worst, -np.inf, 0.0)
-                nlp.constrain("error", error + worst, 0.0, np.inf)
+                nlp.constrain("error", error - bound, -np.inf, 0.0)
+                nlp.constrain("error", error + bound, 0.0, np.inf)
             else:
                 term += ca.sumsqr(error) / count
-        return worst if self.minimax else term
+        if self.minimax:
+            return worst
+        if self.deviations is None:
+            return term
+        typical = self.deviations.typical(self._deviation, space)
+        return summed(nlp, self.name, rows, self.deviations.factor, typical)
+
+    # -- deviations by tolerances ------------------------------------------------------------
+
+    def _deviation(self, x: Any, u: Any, d: Any) -> Any:
+        """Return the (dimensionless) deviations (1, nt) of the output at a pose."""
+        assert self.deviations is not None
+        return self.deviations.of(self.asked.output, x, u, d) / self.size
+
+    @cached_property
+    def _sigma(self) -> Batch:
+        """(x, u, d) -> the standard deviation of the output, in its unit."""
+        assert self.deviations is not None
+        poses = self.space.poses
+        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
+        sigma = self.size * deviation(self._deviation(x, u, d))
+        return Batch(ca.Function("sigma", [x, u, d], [sigma]), ())
+
+    def _added(self, x: Any, u: Any, d: Any) -> Any:
+        """Return what deviations add to errors (m,) at poses."""
+        if self.deviations is None:
+            return 0.0
+        found = self._sigma(x, u[:, None], np.broadcast_to(d, (len(u), len(d))))[0][:, 0]
+        return self.deviations.factor * found
+
+    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        if self.deviations is None:
+            return {}
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        places = [np.array(self.space.poses.function(x[i], u[i], d)[2]).ravel()
+                  for i in range(len(u))]  # fmt: skip
+        value = self.space.poses.part(np.array(places), self.asked.output)[:, 0]
+        end = self._value(values, "end", self.asked.output_start)
+        errors = (
+            value - end - given[self.own("sense")] * given.get(self.own("outputs"), self.outputs)
+        )
+        if self.minimax:
+            most = np.max(np.abs(errors) + self._added(x, u, d))
+            return {self.own("worst"): [most / self.size]}
+        slopes = [np.array(ca.DM(self._deviation(x[i], u[i], d))) for i in range(len(u))]
+        share = 1.0 / len(u)
+        rows = [(share, np.atleast_1d(e) / self.size, A)
+                for e, A in zip(errors, slopes, strict=True)]  # fmt: skip
+        return {variables(self.name): moments(rows)}
 
     def _start(self, nlp: Nlp, word: str, given: float | str | None, d: Any) -> Any:
         """Return where a scale starts: a number, a free parameter, or a variable of its own."""
@@ -266,9 +335,10 @@ class Function(Goal):
 
         def error(shares: Any) -> Any:
             inputs, outputs = (np.array(part) for part in self.asked.scales(shares.tolist()))
-            _, _, found, held = trace.poses(begin + inputs)
+            x, _, found, held = trace.poses(begin + inputs)
             value = self.space.poses.part(found, self.asked.output)[:, 0]
-            return np.where(held, np.abs(value - end - sense * outputs), np.nan)
+            size = np.abs(value - end - sense * outputs) + self._added(x, begin + inputs, d)
+            return np.where(held, size, np.nan)
 
         return trace, nodes, *maxima(error, grid_of(nodes))
 
@@ -315,10 +385,34 @@ class Function(Goal):
         if c.is_angle:
             errors = errors - TURN * np.round(np.nanmedian(errors) / TURN)
         size = np.abs(errors)
-        own = float(size.max()) if self.minimax else float(np.mean(errors**2))
+        own, parts = float(size.max()) if self.minimax else float(np.mean(errors**2)), None
+        if self.deviations is not None:
+            own, parts = self._robust(begin + inputs, design, errors)
         if refined:
             errors = errors[np.isin(shares, np.linspace(0, 1, FINE))]
-        return Worth(own, errors, defects)
+        return Worth(own, errors, defects, parts)
+
+    def _robust(self, at: Any, design: Design, errors: Any) -> tuple[float, dict[str, float]]:
+        """Return the robust value, by the derivatives of a task of sensitivity."""
+        assert self.deviations is not None
+        factor, sigmas = self.deviations.factor, self.deviations.sigmas
+        path, columns = _path(coordinate(design.problem.mechanism, self.asked.output))
+        task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
+        _, slopes = design.slopes(task, (path,), self.deviations.names)[path]
+        slopes = slopes[:, columns] * sigmas
+        if self.minimax:
+            return of_largest(np.abs(errors), slopes, factor)
+        weights = np.full(len(errors), 1.0 / len(errors))
+        return of_squares(errors[:, None], slopes, weights, factor)
+
+
+def _path(c: Any) -> tuple[str, slice]:
+    """Return the path of a coordinate in results, and its place among the values there."""
+    if c.kind == "body angle":
+        return f"bodies/{c.part}/angle", slice(0, 1)
+    if c.kind == "point":
+        return f"points/{c.part}.{c.point}/position", slice(c.axis, c.axis + 1)
+    return f"joints/{c.part}/{c.text.rpartition('.')[2]}", slice(0, 1)
 
 
 def _series(found: Any, c: Any) -> Any:

@@ -7,18 +7,29 @@ every pose is an equation and its branch an inequality.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.goals import Visits as Asked
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.model import Model
 from mechdae.synthesis.fourbar.solutions import solutions
 from mechdae.synthesis.fourbar.starts import FourBarStarts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.goals.visited import visited
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.robust.values import (
+    Row,
+    deviation,
+    moments,
+    of_largest,
+    of_squares,
+    summed,
+    variables,
+)
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.starts.linear import Linear
 from mechdae.synthesis.starts.similar import Similar
@@ -46,6 +57,8 @@ EXACT = 1e-9
 
 class VisitsGoal(Goal):
     """A point's places or a body's poses."""
+
+    deviates = True
 
     def __init__(self, asked: Asked, name: str) -> None:
         self.asked, self.name = asked, name
@@ -81,6 +94,7 @@ class VisitsGoal(Goal):
         x = space.pose_variables(nlp, self.own("x"), k)
         worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
         u, term = [], SX(0)
+        rows: list[Row] = []
         for i in range(k):
             if free:
                 u.append(own[i])
@@ -94,8 +108,15 @@ class VisitsGoal(Goal):
                 self.visited.met(nlp, value, targets[:, i])
                 continue
             gap = self.visited.gap(value, targets[:, i])
+            bound = worst
+            if self.deviations is not None:
+                A = self._row(x[:, i], u[i], d, targets[:, i])[1]
+                rows.append((float(self.weights[i]), gap, A))
+                bound = worst - self.deviations.factor * deviation(A)
             if self.minimax:
-                nlp.constrain("error", ca.sumsqr(gap) - worst * worst, -np.inf, 0.0)
+                nlp.constrain("error", ca.sumsqr(gap) - bound * bound, -np.inf, 0.0)
+                if rows:
+                    nlp.constrain("error", bound, 0.0, np.inf)
             else:
                 term += float(self.weights[i]) * ca.sumsqr(gap)
         if asked.timing == "free":
@@ -103,7 +124,50 @@ class VisitsGoal(Goal):
             nlp.constrain("order", ca.vertcat(*gaps) / way, ORDER, np.inf)
             if space.turned:
                 nlp.constrain("order", sense * (u[-1] - u[0]), -np.inf, TURN - ORDER)
-        return worst if self.minimax else term
+        if self.minimax:
+            return worst
+        if self.deviations is None:
+            return term
+        return summed(nlp, self.name, rows, self.deviations.factor, self._typical)
+
+    # -- deviations by tolerances ------------------------------------------------------------
+
+    @cached_property
+    def _row(self) -> Any:
+        """(x, u, d, target) -> residual (m,), its deviations (m, nt), both dimensionless."""
+        assert self.deviations is not None
+        poses, what = self.space.poses, self.asked.what
+        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
+        wanted = SX.sym("wanted", self.targets.shape[1])
+        value = SX.sym("value", self.targets.shape[1])
+        gap = self.visited.gap(value, wanted)
+        both = ca.Function("gap", [value, wanted], [gap, ca.jacobian(gap, value)])
+        gap, slopes = both(poses.part(poses.function(x, u, d)[2], what), wanted)
+        A = slopes @ self.deviations.of(what, x, u, d)
+        return without_repeats("row", [x, u, d, wanted], [gap, ca.densify(A)])
+
+    @cached_property
+    def _typical(self) -> float:
+        """What the products of deviations are about, (dimensionless)."""
+        assert self.deviations is not None
+        return self.deviations.typical(
+            lambda x, u, d: self._row(x, u, d, self.targets[0])[1], self.space
+        )
+
+    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        if self.deviations is None:
+            return {}
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        rows: list[Row] = []
+        for i, w in enumerate(self.weights):
+            gap, A = self._row(x[i], u[i], d, self.targets[i])
+            rows.append((float(w), np.array(gap), np.array(A)))
+        if not self.minimax:
+            return {variables(self.name): moments(rows)}
+        sizes = [np.linalg.norm(gap) + self.deviations.factor * np.linalg.norm(A)
+                 for _, gap, A in rows]  # fmt: skip
+        return {self.own("worst"): [max(sizes)]}
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         x = self.poses_of(values)
@@ -289,7 +353,7 @@ class VisitsGoal(Goal):
     def refined(
         self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
-        if self.exact or self.asked.timing not in ("free", "any"):
+        if self.exact or self.asked.timing not in ("free", "any") or self.deviations is not None:
             return None
         u, x = np.array(values[self.own("u")]), self.poses_of(values)
         d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
@@ -317,9 +381,22 @@ class VisitsGoal(Goal):
             if not worst <= EXACT * self.size:
                 defects.append(f"a target is missed by {worst:.3g}")
             return Worth(worst, errors, defects)
+        if self.deviations is not None:
+            return self._robust(at, design, errors, defects)
         if self.minimax:
             return Worth(float(np.max(errors)), errors, defects)
         return Worth(float(np.sum(self.weights * errors**2)), errors, defects)
+
+    def _robust(self, at: Any, design: Design, errors: Any, defects: list[str]) -> Worth:
+        """Return the robust value, by the derivatives of a task of sensitivity."""
+        assert self.deviations is not None
+        factor, sigmas = self.deviations.factor, self.deviations.sigmas
+        gaps, slopes = self.visited.deviated(at, design, self.deviations.names)
+        if self.minimax:
+            value, parts = of_largest(errors, slopes * sigmas, factor)
+        else:
+            value, parts = of_squares(gaps, slopes * sigmas, self.weights, factor)
+        return Worth(value, errors, defects, parts)
 
     def _order(self, at: Any, design: Design) -> list[str]:
         """Return the defect of order: targets that are not visited one after the other."""

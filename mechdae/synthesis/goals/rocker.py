@@ -86,6 +86,10 @@ class RockerGoal(Goal):
 
     # -- the problem -------------------------------------------------------------------------
 
+    @property
+    def words(self) -> str:
+        return f"ways and time ratios ({self.path or self.asked.coordinate})"
+
     def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
         space, poses, text = self.space, self.space.poses, self.asked.coordinate
         sense = nlp.parameter(self.own("sense"), 1.0)

@@ -7,15 +7,19 @@ nodes lie within t strokes of a line whose direction and place are free.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.goals import StraightLine
+from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.robust.values import deviation, of_largest
 from mechdae.synthesis.space import FAR, TURN, WIDE
 from mechdae.synthesis.starts.similar import Similar
 from mechdae.synthesis.starts.spread import Spread
@@ -41,6 +45,8 @@ class StraightGoal(Goal):
     the origin, and the deviation per stroke.
     """
 
+    deviates = True
+
     def __init__(self, asked: StraightLine, name: str) -> None:
         self.asked, self.name = asked, name
         self.shares = np.linspace(0, 1, asked.nodes)
@@ -64,11 +70,13 @@ class StraightGoal(Goal):
         # the deviation is small beside the stroke
         worst = nlp.variable(self.own("worst"), 1, 0.0, np.inf, 1e-3)
         x = space.pose_variables(nlp, self.own("x"), count)
-        along, across = [], []
+        along, across, added = [], [], []
         c, s = ca.cos(way), ca.sin(way)
         for i in range(count):
             values = space.at(nlp, x[:, i], begin + self.asked.arc * nodes[i], d, sigma)
             px, py = ca.vertsplit(space.poses.part(values, self.asked.point))
+            if self.deviations is not None:
+                added.append(self._deviation(x[:, i], begin + self.asked.arc * nodes[i], d, way))
             along.append((c * px + s * py) / space.size)
             across.append((c * py - s * px - offset) / space.size)
         stroke = along[-1] - along[0]
@@ -87,10 +95,50 @@ class StraightGoal(Goal):
             share = gaps[0] / gaps[1]
             slope = (1 + 2 * share) * steps[0] - share**2 * steps[1]
             nlp.constrain("straight on", slope, 0.0, np.inf)
-        lines = ca.vertcat(*across)
-        nlp.constrain("deviation", (lines - worst * stroke) * 1e3, -np.inf, 0.0)
-        nlp.constrain("deviation", (lines + worst * stroke) * 1e3, 0.0, np.inf)
+        lines, bound = ca.vertcat(*across), worst * stroke
+        if self.deviations is not None:
+            bound = bound - self.deviations.factor * ca.vertcat(*added)
+        nlp.constrain("deviation", (lines - bound) * 1e3, -np.inf, 0.0)
+        nlp.constrain("deviation", (lines + bound) * 1e3, 0.0, np.inf)
         return worst * 1e3
+
+    # -- deviations by tolerances ------------------------------------------------------------
+
+    def _deviation(self, x: Any, u: Any, d: Any, way: Any) -> Any:
+        """Return the (dimensionless) standard deviation of the point across the line."""
+        assert self.deviations is not None
+        normal = ca.horzcat(-ca.sin(way), ca.cos(way)) / self.space.size
+        return deviation(normal @ self.deviations.of(self.asked.point, x, u, d))
+
+    @cached_property
+    def _sigma(self) -> Batch:
+        """(x, u, d, way) -> the standard deviation of the point across the line [m]."""
+        poses = self.space.poses
+        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
+        way = SX.sym("way")
+        sigma = self.space.size * self._deviation(x, u, d, way)
+        return Batch(ca.Function("sigma", [x, u, d, way], [sigma]), ())
+
+    def _added(self, x: Any, u: Any, d: Any, way: float) -> Any:
+        """Return what deviations add to errors (m,) at poses [m]."""
+        if self.deviations is None:
+            return 0.0
+        d = np.broadcast_to(d, (len(u), len(d)))
+        found = self._sigma(x, u[:, None], d, np.full((len(u), 1), way))[0][:, 0]
+        return self.deviations.factor * found
+
+    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        if self.deviations is None:
+            return {}
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        way, offset = (float(values[self.own(word)][0]) for word in ("way", "offset"))
+        places = np.array([self.space.poses.function(x[i], u[i], d)[2] for i in range(len(u))])
+        places = self.space.poses.part(places[..., 0], self.asked.point)
+        across = places @ np.array([-np.sin(way), np.cos(way)]) - offset
+        stroke = (places[-1] - places[0]) @ np.array([np.cos(way), np.sin(way)])
+        worst = np.max(np.abs(across) + self._added(x, u, d, way)) / max(stroke, 1e-9)
+        return {self.own("worst"): [worst]}
 
     unit = 1e-3
 
@@ -193,10 +241,11 @@ class StraightGoal(Goal):
         way, offset = (float(values[self.own(word)][0]) for word in ("way", "offset"))
 
         def across(shares: Any) -> Any:
-            _, _, found, held = trace.poses(begin + self.asked.arc * shares)
+            at = begin + self.asked.arc * shares
+            x, _, found, held = trace.poses(at)
             place = self.space.poses.part(found, self.asked.point)
             gap = place @ np.array([-np.sin(way), np.cos(way)]) - offset
-            return np.where(held, np.abs(gap), np.nan)
+            return np.where(held, np.abs(gap) + self._added(x, at, d, way), np.nan)
 
         nodes = given.get(self.own("nodes"), self.shares)
         return trace, *maxima(across, grid_of(nodes))
@@ -239,8 +288,16 @@ class StraightGoal(Goal):
         back = float(np.max(np.maximum.accumulate(along) - along))
         if back > BACK * stroke:
             defects.append(f"the point moves back by {back:.3g} within the stroke")
-        value = float(np.abs(errors).max()) / stroke
-        return Worth(value, errors[np.isin(shares, fine)], defects)
+        value, parts = float(np.abs(errors).max()) / stroke, None
+        if self.deviations is not None:
+            task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
+            path = f"points/{self.asked.point}/position"
+            slopes = design.slopes(task, (path,), self.deviations.names)[path][1]
+            slopes = np.array([-np.sin(way), np.cos(way)]) @ slopes * self.deviations.sigmas
+            value, parts = of_largest(
+                np.abs(errors), slopes[:, None], self.deviations.factor, stroke
+            )
+        return Worth(value, errors[np.isin(shares, fine)], defects, parts)
 
 
 def lines_of(places: Any) -> tuple[Any, Any, Any, Any, Any]:

@@ -29,7 +29,9 @@ from mechdae.synthesis.synthesize import Job as Start
 
 AHEAD = 2
 """Starts that are handed over for each worker: the next one lies ready."""
-KEYS = ("driver", "goal", "free", "constraints", "starts", "seed")
+KEYS = (
+    "driver", "goal", "objectives", "free", "constraints", "starts", "seed", "robust", "tolerances",
+)  # fmt: skip
 Progress = Callable[[int, int, float | None], None]
 """Is told how many starts of how many are done, and the best objective so far."""
 

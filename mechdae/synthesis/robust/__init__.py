@@ -1,0 +1,1 @@
+"""Robust goals: errors with standard deviations by tolerances added, exact derivatives."""
