@@ -1,11 +1,13 @@
 """Fronts of error against friction loss beside NSGA-II, at equal processor time.
 
 ``python -m benchmarks.fronts --out docs/data/fronts.json`` (extra ``bench``: pymoo). Three
-slider-cranks and three four-bars. NSGA-II, 100 designs in a population, evaluates whole populations
-at once by closed forms of its own, which also judge our designs: the objectives of both fronts come
-from the same formulas. The reference of the hypervolume is the worst value of each objective on
-the two fronts together. A front of more points dominates more: NSGA-II's is measured whole and
-with as many points as ours has, chosen one after the other for the greatest hypervolume.
+slider-cranks and three four-bars; our front may have 100 points, NSGA-II has 100 designs in a
+population and evaluates whole populations at once by closed forms of its own, which also judge our
+designs: the objectives of both fronts come from the same formulas, and both problems have the same
+bounds and the same limit of the transmission angle. The reference of the hypervolume is the worst
+value of each objective on the two fronts together. A front of more points dominates more:
+NSGA-II's is measured whole and with as many points as ours has, chosen one after the other for the
+greatest hypervolume.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from mechdae.synthesis.dominance import hypervolume, undominated
 TURN = np.linspace(0.0, 2 * np.pi, 721)[:-1]
 FRICTION, RADIUS, GUIDE = 0.1, 0.1, 0.12
 LEAST = np.radians(20.0)
-"""Least transmission angle of the four-bars."""
+"""Least transmission angle."""
 BOX = (0.5, 20.0)
 ARC = [[3, 3], [2.759, 3.363], [2.372, 3.663], [1.89, 3.862], [1.355, 3.943]]
 LINE = [[1.0, 2.5], [1.5, 2.6], [2.0, 2.65], [2.5, 2.65], [3.0, 2.6]]
@@ -94,6 +96,7 @@ def four_bar(name: str, keep: int, starts: int) -> Any:
 
 CYCLE = {
     "kind": "reactions", "poses": 73, "cycle": True, "friction": "article",
+    "friction_radius": "article",
     "driver": {"coordinate": "crank.angle", "from_deg": 0, "to_deg": 360, "speed": 1},
 }  # fmt: skip
 
@@ -131,7 +134,11 @@ def slider_crank(name: str, keep: int, starts: int) -> Any:
                         {"kind": "minimise", "of": "cycle/summary/loss"},
                     ],
                     "free": {n: list(box) for n, box in SLIDER_BOX.items()},
-                    "constraints": [{"kind": "full-turn", "coordinate": "crank.angle"}],
+                    "constraints": [
+                        {"kind": "full-turn", "coordinate": "crank.angle"},
+                        {"kind": "transmission-angle", "between": ["rod", "slider"],
+                         "min": float(LEAST)},
+                    ],
                     "keep": keep, "starts": starts,
                 },
             },
@@ -195,13 +202,13 @@ def sliders(d: Any, wanted: Any) -> tuple[Any, Any, Any]:
     error = ((slide[:, :k] - wanted) ** 2).mean(axis=1)
     loss = (pins + guide)[:, k:].mean(axis=1)
     return (np.nan_to_num(error, nan=1e9), np.nan_to_num(loss, nan=1e9),
-            (r + np.abs(e) - length + 1e-3 * length))  # fmt: skip
+            (r + np.abs(e) - length * np.cos(LEAST)))  # fmt: skip
 
 
 # -- both ------------------------------------------------------------------------------------------
 
 
-def evolved(evaluate: Any, box: Any, seconds: float, seed: int) -> tuple[Any, int]:
+def evolved(evaluate: Any, box: Any, seconds: float, seed: int, size: int) -> tuple[Any, int]:
     """Return the front (n, 2) that NSGA-II has after so much processor time, and evaluations."""
     from pymoo.algorithms.moo.nsga2 import NSGA2
     from pymoo.core.problem import Problem
@@ -217,7 +224,7 @@ def evolved(evaluate: Any, box: Any, seconds: float, seed: int) -> tuple[Any, in
             error, loss, limits = evaluate(x)
             out["F"], out["G"] = np.stack([error, loss], axis=1), limits
 
-    algorithm = NSGA2(pop_size=100)
+    algorithm = NSGA2(pop_size=size)
     algorithm.setup(Asked(), termination=("n_gen", 10**9), seed=seed, verbose=False)
     began = time.process_time()
     while time.process_time() - began < seconds:
@@ -254,9 +261,10 @@ def compared(name: str, keep: int, starts: int, seeds: int) -> dict[str, Any]:
     seconds = time.process_time() - began
     designs = result.data["designs"]
     d = np.array([[own["parameters"][n] for n in names] for own in designs])
-    ours = np.stack(evaluate(d)[:2], axis=1)
+    error, loss, limits = evaluate(d)
+    ours = np.stack([error, loss], axis=1)
     told = np.array([own["objectives"] for own in designs])
-    runs = [evolved(evaluate, list(box), seconds, seed) for seed in range(seeds)]
+    runs = [evolved(evaluate, list(box), seconds, seed, keep) for seed in range(seeds)]
     every = np.vstack([ours, *(front for front, _ in runs)])
     reference = every[undominated(every)].max(axis=0)
     volumes = [hypervolume(front, reference) for front, _ in runs]
@@ -270,16 +278,23 @@ def compared(name: str, keep: int, starts: int, seeds: int) -> dict[str, Any]:
         "evaluations": [count for _, count in runs],
         "least": {"ours": ours.min(axis=0).tolist(),
                   "nsga2": np.min([front.min(axis=0) for front, _ in runs], axis=0).tolist()},
-        "deviation": float(np.abs(ours / told - 1).max()),
-        "front": ours.tolist(), "starts": result.summary["starts"],
+        "deviation": float(np.abs(ours / told - 1).max()), "limits": float(limits.max()),
+        "front": _short(ours), "nsga2_front": _short(runs[int(np.argmax(volumes))][0]),
+        "starts": result.summary["starts"], "population": keep,
     }  # fmt: skip
+
+
+def _short(front: Any) -> list[list[float]]:
+    """Return points by their first objective, to nine digits."""
+    order = np.argsort(front[:, 0], kind="stable")
+    return [[float(f"{value:.9g}") for value in row] for row in front[order].tolist()]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path)
-    parser.add_argument("--keep", type=int, default=24)
-    parser.add_argument("--starts", type=int, default=12)
+    parser.add_argument("--keep", type=int, default=100)
+    parser.add_argument("--starts", type=int, default=16)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", nargs="+", default=[*SLIDERS, *FOUR_BARS])
     options = parser.parse_args()
@@ -287,7 +302,7 @@ def main() -> None:
     for name in options.only:
         own = compared(name, options.keep, options.starts, options.seeds)
         records.append(own)
-        print(json.dumps({k: v for k, v in own.items() if k != "front"}), flush=True)
+        print(json.dumps({k: v for k, v in own.items() if "front" not in k}), flush=True)
         if options.out:
             options.out.write_text(
                 json.dumps({"versions": _versions(), "records": records}, indent=1)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -53,8 +53,12 @@ SAME = 1e-3
 """Share of its range by which the objectives of one point may differ."""
 PASSES = 1
 """Times that the levels are gone through again from what their neighbours found."""
+SPREAD = 8
+"""One of so many levels of two objectives is spread over the ends, the others go into gaps."""
 AT_ONCE = 4
 """Levels that are put into gaps in one round."""
+NO_NUMBER = "Invalid_Number_Detected"
+"""IPOPT's word of a start that has no derivatives: nothing can be started from it."""
 TRIES = 3
 """Optima of a level that are swept until one holds."""
 
@@ -84,6 +88,20 @@ class Level:
         """Return by how much objectives are above the level, relative to it."""
         gaps = np.maximum(terms - self.most, 0.0) / (np.abs(self.most) + 1e-300)
         return float(np.where(np.isfinite(gaps), gaps, 0.0).max())
+
+
+@dataclass(frozen=True)
+class Gap:
+    """What is between two neighbours on a front: how wide, and from where to where it may go."""
+
+    width: float
+    low: float
+    high: float
+
+    @property
+    def area(self) -> float:
+        """What a point in it may add to the hypervolume at most."""
+        return self.width * (self.high - self.low)
 
 
 class FrontSearch:
@@ -169,7 +187,7 @@ class FrontSearch:
         high = np.max([end.terms for end in ends], axis=0)
         found: list[Level] = []
         inner = max(keep - self.count, 0)
-        inner = -(-inner // 2) if self.count == 2 else inner
+        inner = -(-inner // SPREAD) if self.count == 2 else inner
         primaries = range(self.count) if self.count == 2 else range(1)
         for k, primary in enumerate(primaries):
             each = inner // 2 + (k == 0) * (inner % 2) if self.count == 2 else round(inner**0.5)
@@ -180,34 +198,66 @@ class FrontSearch:
                 found.append(Level(primary, most))
         return found
 
-    def between(self, most: int) -> list[Level]:
-        """Return levels in the widest gaps of two objectives: half way between two points.
+    def gaps(self, levels: Sequence[Level]) -> list[Gap]:
+        """Return the gaps between neighbours on the front of two objectives.
 
-        The size of a gap is the area between its points, in the ranges of the objectives: what
-        a point in between may add to the hypervolume.
+        Of a gap in which a level led nowhere only the part above that level is left.
         """
         terms = np.array([point.terms for point in self.points])
         kept = terms[undominated(terms)]
-        kept = kept[np.argsort(kept[:, 0], kind="stable")]
-        steps = np.abs(np.diff(kept, axis=0))
-        areas = steps[:, 0] * steps[:, 1]
-        widest = np.argsort(-areas, kind="stable")[:most]
+        kept = kept[np.lexsort((kept[:, 1], kept[:, 0]))]
+        known = np.sort([level.most[1] for level in levels if level.primary == 0])
         found = []
-        for k in sorted(widest[areas[widest] > 0].tolist()):
-            level = np.full(2, NO_LIMIT)
-            level[1] = (kept[k, 1] + kept[k + 1, 1]) / 2
-            found.append(Level(0, level))
+        for (x0, high), (x1, low) in pairwise(kept.tolist()):
+            edge = SAME * (high - low)  # points keep their levels to rounding
+            within = known[(known > low + edge) & (known < high - edge)]
+            own = Gap(x1 - x0, float(within[-1]) if len(within) else low, high)
+            if own.area > 0:
+                found.append(own)
+        return found
+
+    def between(self, gaps: Sequence[Gap], most: int, several: bool) -> list[Level]:
+        """Return levels in the widest of some gaps.
+
+        The hypervolume that a front of points lacks is half the area of its gaps, and least
+        where all of them are alike (Auger, Bader, Brockhoff and Zitzler 2009): a gap that is cut
+        into k lacks a k-th of its own. Each level goes where it takes away most.
+
+        Parameters
+        ----------
+        most
+            Levels at most.
+        several
+            Whether a gap may take more than one.
+        """
+        parts = [1] * len(gaps)
+        for _ in range(most):
+            gains = [
+                gap.area / (k * (k + 1)) if several or k == 1 else 0.0
+                for gap, k in zip(gaps, parts, strict=True)
+            ]
+            widest = int(np.argmax(gains))
+            if not gains[widest] > 0:
+                break
+            parts[widest] += 1
+        found = []
+        for gap, count in zip(gaps, parts, strict=True):
+            for share in np.arange(1, count) / count:
+                level = np.full(2, NO_LIMIT)
+                level[1] = gap.high + (gap.low - gap.high) * share
+                found.append(Level(0, level))
         return found
 
     def around(self, level: Level) -> Iterator[Point]:
         """Yield points to start a level from: the best that keeps it, and one that nearly does."""
-        kept = [point for point in self.points if level.allows(point.terms)]
+        points = [point for point in self.points if point.found.status != NO_NUMBER]
+        kept = [point for point in points if level.allows(point.terms)]
         k = level.primary
         if kept:
             yield min(kept, key=lambda point: float(point.terms[k]))
         least = min((float(point.terms[k]) for point in kept), default=np.inf)
         beyond = [
-            point for point in self.points
+            point for point in points
             if not level.allows(point.terms) and point.terms[k] < least
         ]  # fmt: skip
         if beyond:
@@ -222,6 +272,21 @@ class FrontSearch:
                     used.add((number, id(point)))
                     jobs.append(self.job(point, level))
         self.solve(jobs, "level")
+
+    def fill(self, levels: list[Level], count: int) -> None:
+        """Add levels in gaps of two objectives until there are so many.
+
+        Some at a time in the widest gaps, and the last half at once, when the front is known.
+        """
+        while len(levels) < count and self.points:
+            left = count - len(levels)
+            last = len(levels) >= count // 2
+            gaps = self.gaps(levels)
+            more = self.between(gaps, left if last else min(AT_ONCE, left), several=last)
+            if not more:
+                return
+            levels += more
+            self.pass_over(more, set())
 
     # -- what is verified ------------------------------------------------------------------------
 
@@ -326,12 +391,8 @@ def front_of(
         used: set[tuple[int, int]] = set()
         for _ in range(1 + PASSES):
             front.pass_over(levels, used)
-        while front.count == 2 and front.count + len(levels) < asked.keep:
-            more = front.between(min(AT_ONCE, asked.keep - front.count - len(levels)))
-            if not more:
-                break
-            levels += more
-            front.pass_over(levels[-len(more) :], set())
+        if front.count == 2:
+            front.fill(levels, asked.keep - front.count)
     designs, rejected = front.verified(levels) if front.points else ([], [])
     signs = np.array([goal.sense for goal in search.goals[: front.count]], float)
     kept = best_of(designs, signs, SAME)

@@ -197,7 +197,8 @@ class Nlp:
 
     @cached_property
     def _polisher(self) -> NlpSolver:
-        return self._made(self.objective / self._rest, self.g, polish=True, approximate=self.rough)
+        approximate = self.rough and not self.exact
+        return self._made(self.objective / self._rest, self.g, polish=True, approximate=approximate)
 
     @cached_property
     def _approximate(self) -> NlpSolver:
