@@ -91,7 +91,7 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Gap:
+class FrontGap:
     """What is between two neighbours on a front: how wide, and from where to where it may go."""
 
     width: float
@@ -198,7 +198,7 @@ class FrontSearch:
                 found.append(Level(primary, most))
         return found
 
-    def gaps(self, levels: Sequence[Level]) -> list[Gap]:
+    def gaps(self, levels: Sequence[Level]) -> list[FrontGap]:
         """Return the gaps between neighbours on the front of two objectives.
 
         Of a gap in which a level led nowhere only the part above that level is left.
@@ -211,12 +211,12 @@ class FrontSearch:
         for (x0, high), (x1, low) in pairwise(kept.tolist()):
             edge = SAME * (high - low)  # points keep their levels to rounding
             within = known[(known > low + edge) & (known < high - edge)]
-            own = Gap(x1 - x0, float(within[-1]) if len(within) else low, high)
+            own = FrontGap(x1 - x0, float(within[-1]) if len(within) else low, high)
             if own.area > 0:
                 found.append(own)
         return found
 
-    def between(self, gaps: Sequence[Gap], most: int, several: bool) -> list[Level]:
+    def between(self, gaps: Sequence[FrontGap], most: int, several: bool) -> list[Level]:
         """Return levels in the widest of some gaps.
 
         The hypervolume that a front of points lacks is half the area of its gaps, and least
