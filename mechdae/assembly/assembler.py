@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
+REMEMBERED = 15
+"""Earlier searches whose solutions are kept beside the last one's."""
 SILENT = 1e-3
 """What the turns of a body count that the sketch does not name, beside those that it does."""
 
@@ -126,6 +128,7 @@ class Assembler:
         self.counted: dict[int, list[GroupPoses]] = {}
         """What paths through complex dimensions found, by group."""
         self._searches: dict[int, BlockSearch] = {}
+        self._looked_for: dict[Any, Any] = {}
         self.searched: dict[int, list[BlockSolutions]] = {}
         """What searches from many starts found, by group."""
         self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}
@@ -248,6 +251,7 @@ class Assembler:
                     if exact is not None and not any(self._same(b, exact, x) for x in own):
                         own, failure = [*own, exact], None
                 ahead += own
+            ahead = self.senses.so_far(group, b, ahead, u)
             found, missed = self._closed(group, b, ahead, u)
             failure = missed or failure
         found = [*found, *(pose for pose in also or () if not self._among(group, pose, found))]
@@ -493,7 +497,11 @@ class Assembler:
         z = x[graph.uses] if graph.uses else np.zeros(0)
         counts = [run.generic for run in self.counted.get(graph.block.group, ()) if run.bounded]
         crowd = min([*counts, CROWD])
-        found = self._searches[b](z, u, np.array(hint), most or MOST, crowd)
+        asked = (b, z.tobytes(), np.asarray(u).tobytes(), repr(hint), most or MOST, crowd)
+        found = self._looked_for.get(asked)
+        if found is None:  # a mode is labelled where it was looked for
+            found = self._searches[b](z, u, np.array(hint), most or MOST, crowd)
+            self._looked_for = {asked: found, **dict(list(self._looked_for.items())[:REMEMBERED])}
         self.searched.setdefault(graph.block.group, []).append(found)
         free = moving(graph, found.x, x, u, self.p, self.natural[graph.own], self.size)
         if free.any():

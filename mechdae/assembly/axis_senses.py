@@ -19,6 +19,8 @@ from mechdae.model.tree.choice import is_tree
 from mechdae.setup.drivers import Sketch
 
 FOUR = 4
+FEW = 8
+"""Poses of a block up to which none is dropped before the group is solved."""
 SAME = 1e-7
 """Largest difference of one and the same pose, in its unknowns."""
 
@@ -29,6 +31,7 @@ class AxisSenses:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._of: dict[int, list[Any]] = {}
+        self._told: dict[int, list[Any]] = {}
         places: dict[str, list[int]] = {}
         for i, c in enumerate(scene.unknowns):
             if c.kind is UNIT:
@@ -47,20 +50,51 @@ class AxisSenses:
         poses = self._once(poses)
         if not values or not poses:
             return poses
-        key = ("senses", group.index)
+        return self._positive(("senses", group.index), values, poses, u)
+
+    def so_far(self, group: Group, b: int, poses: list[Any], u: Any) -> list[Any]:
+        """Return the poses whose axes have the right sense as far as block `b` tells of them.
+
+        Legs of a platform double the poses each: those that will be dropped must not be doubled.
+        """
+        if not self._of.get(group.index) or len(poses) < FEW:
+            return poses
+        if not self._told:
+            self._told = self._tell()
+        if set(self.scene.blocks[b].x) & {i for own in self.quaternions for i in own}:
+            poses = self._once(poses)
+        values = self._told.get(b)
+        return self._positive(("senses", b, "block"), values, poses, u) if values else poses
+
+    def _tell(self) -> dict[int, list[Any]]:
+        """Return what must be positive by the block that is the last to tell of it."""
+        at = {i: b for b, block in enumerate(self.scene.blocks) for i in block.x}
+        told: dict[int, list[Any]] = {}
+        for value in (value for values in self._of.values() for value in values):
+            held = self.scene.held(self.scene.expression(value))[0]
+            if held:
+                told.setdefault(max(at[i] for i in held), []).append(value)
+        return told
+
+    def _positive(self, key: Any, values: list[Any], poses: list[Any], u: Any) -> list[Any]:
         function = local(self.scene, key, lambda: ca.vertcat(*values))
         p = self.scene.model.p_values
         return [x for x in poses if np.all(function(x, u, p) > 0)]
 
     def _once(self, poses: list[Any]) -> list[Any]:
         """Return the poses without those that have an opposite quaternion and are else the same."""
-        if not self.quaternions:
+        if not self.quaternions or len(poses) < 2:
             return poses
-        kept: list[Any] = []
-        for x in poses:
-            if not any(np.abs(self.towards(x, other) - other).max() < SAME for other in kept):
-                kept.append(x)
-        return kept
+        every, kept = np.array(poses), np.zeros(len(poses), bool)
+        for k, x in enumerate(every):
+            others = every[kept]
+            own = np.broadcast_to(x, others.shape).copy()
+            for places in self.quaternions:
+                opposite = others[:, places] @ x[places] < 0
+                own[np.ix_(opposite, places)] *= -1
+            gaps = np.abs(own - others).max(axis=1, initial=0.0)
+            kept[k] = not (gaps < SAME).any()
+        return [x for x, new in zip(poses, kept, strict=True) if new]
 
     def towards(self, x: Any, other: Any) -> Any:
         """Return unknowns with the signs of quaternions that are nearer to those of others."""

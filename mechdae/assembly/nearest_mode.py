@@ -36,6 +36,8 @@ ROUNDING = 1e-9
 MOST_BEGUN = 2000
 """Begun modes that are gone on from before the search ends with the best of them."""
 MOST_TIED = 32
+MOST_TURNED = 512
+"""The same in space, where each leg of a platform may stand turned by half a turn."""
 OWN = 1e-3
 """Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
 ITERATIONS, FITS = 12, 3
@@ -122,6 +124,8 @@ class Sketched:
         self.parts = self._parts()
         self.ended = False
         """Whether the last search ended before all modes were compared."""
+        self.turned: list[str] = []
+        """Joints whose angles the sketch does not tell, and no point: the least were taken."""
 
     def _entry(self, c: NamedCoordinate, wanted: float) -> SketchNumber | None:
         """Return an entry of the sketch, None where it tells of bodies that are not solved for."""
@@ -171,6 +175,7 @@ class Sketched:
     def nearest(self, u: Any) -> Nearest:
         """Return the mode nearest to the sketch at driver values `u`."""
         result = Nearest(np.zeros(self.assembler.graphs.nx))
+        self.turned = []
         for part in self.parts:
             self._part(part, result, u)
             if result.failure is not None:
@@ -184,13 +189,14 @@ class Sketched:
         begun = [(0.0, 0.0, next(order), 0.0, 0, result.x)]  # the first two tell what is next
         found: list[tuple[float, Any]] = []
         deepest, failure, taken = -1, None, 0
+        most = MOST_TIED if self.scene.model.mechanism.dimension == 2 else MOST_TURNED
         while begun and taken < 2 * MOST_BEGUN:
             *_, cost, done, x = heapq.heappop(begun)
             if found and told_apart(cost, found[0][0]):
                 break
             if done == len(part):
                 found.append((cost, x))
-                if len(found) == MOST_TIED or result.ended:
+                if len(found) == most or result.ended:
                     break
                 continue
             stage, left = part[done], float(len(part) - done - 1)
@@ -219,10 +225,48 @@ class Sketched:
             least = min(whole)
             by_turns = sorted(zip(whole, range(len(near)), strict=True))
             near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
+        if len(near) > 1 and self.scene.model.mechanism.dimension == 3:
+            near = self._least_turned(part, near, u)
         result.x = near[0]
         if len(near) > 1:
             result.doubtful.append(self._first_to_differ(part, near))
             result.tied.append((part, near))
+
+    def _least_turned(self, part: list[int], near: list[Any], u: Any) -> list[Any]:
+        """Return of modes in which all points are at one place the one of the least angles.
+
+        A leg between a cross and a ball closes too when it is turned by half a turn about itself.
+        """
+        mechanism, p = self.scene.model.mechanism, self.assembler.p
+        groups = [self.groups[k] for k in part]
+        points = [
+            self._entry(coordinate(mechanism, f"{body}.{point}.{axis}"), 0.0)
+            for group in groups
+            for body in group.bodies
+            for point in self._placed(body)
+            for axis in mechanism.axes
+        ]
+        for entry in points:
+            if entry and any(abs(self._moved(entry, near[0], x, u)) > TIE for x in near[1:]):
+                return near
+        turns = [
+            self._entry(coordinate(mechanism, f"{name}.{word}"), 0.0)
+            for group in groups
+            for name in group.joints
+            for word in mechanism.joints[name].coordinates
+            if KINDS[word] is ANGLE
+        ]
+        turns = [entry for entry in turns if entry is not None]
+        sizes = [math.hypot(*[entry.gap(x, u, p) for entry in turns if entry]) for x in near]
+        least = min(sizes)
+        kept = [x for x, size in zip(near, sizes, strict=True) if size - least < TIE]
+        if len(kept) == 1:
+            for entry in turns:
+                if entry and any(abs(self._moved(entry, kept[0], x, u)) > TIE for x in near):
+                    self.turned.append(entry.coordinate.part)
+            self.turned = list(dict.fromkeys(self.turned))
+            return kept
+        return near
 
     def _first_to_differ(self, part: list[int], poses: list[Any]) -> Group:
         return next(self.groups[k] for k in part if self._differ(self.groups[k], poses))

@@ -84,6 +84,11 @@ def doubts(
             f"the sketch is too rough to compare all modes: {MOST_BEGUN} were begun, another may "
             f"be nearer to it"
         )
+    if assembler.sketched.turned:
+        notes.append(
+            f"the sketch does not tell how links at {', '.join(assembler.sketched.turned)} are "
+            f"turned about themselves, and no point does: the pose of the least angles is taken"
+        )
     for group in assembler.scene.groups:
         off = assembler.sketched.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:

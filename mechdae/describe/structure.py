@@ -62,7 +62,7 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
         for name, number in mechanism.parameters.items()
     )
     bodies = tuple((name, body.number, body.outline) for name, body in mechanism.bodies.items())
-    joints = tuple(_joint(joint, mechanism) for joint in mechanism.joints.values())
+    joints = tuple(_joint(joint, mechanism, free) for joint in mechanism.joints.values())
     loads = tuple(_load(load) for load in mechanism.loads.values())
     outputs = tuple(mechanism.outputs.items())
     aliases = tuple(mechanism.aliases.items())
@@ -70,10 +70,13 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
     return (numbers, parameters, bodies, joints, loads, outputs, aliases, space)
 
 
-def _joint(joint: Joint, mechanism: Mechanism) -> Hashable:
-    """Return what a joint is but for its numbers."""
-    numbers = dict(joint.numbers())
-    rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in (*numbers, "range"))
+def _joint(joint: Joint, mechanism: Mechanism, free: frozenset[str]) -> Hashable:
+    """Return what a joint is but for its numbers; directions are numbers where all are free."""
+    own = [name for name, _ in joint.numbers()]
+    numbers = {
+        name.partition(".")[0] for name in own if "." not in name or f"{joint.name}.{name}" in free
+    }
+    rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in {*numbers, "range"})
     values = mechanism.values()
     if not follows_curve(joint):
         return (joint.kind, rest, *joint.settled(values))
