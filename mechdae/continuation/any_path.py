@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.across_change_point import Zone
+from mechdae.continuation.crossings.across_change_point import Zone
 from mechdae.continuation.curve_ends import CurveEnds
 from mechdae.continuation.limit_positions import Limit
 from mechdae.kernels.graphs.steps import Graphs

@@ -11,9 +11,9 @@ import numpy as np
 
 from mechdae.assembly.closure import Closing
 from mechdae.continuation.any_path import AnyPath
+from mechdae.continuation.crossings.near_change_point import ZonePoses
 from mechdae.continuation.front import SMALLEST
 from mechdae.continuation.limit_positions import Limit
-from mechdae.continuation.near_change_point import ZonePoses
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch

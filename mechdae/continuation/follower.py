@@ -10,8 +10,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mechdae.continuation.across_change_point import ZONE
 from mechdae.continuation.any_path import STRIDE, strides
+from mechdae.continuation.crossings.across_change_point import ZONE
 from mechdae.continuation.front import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.continuation.path import APPROACH, Path, Tries
 from mechdae.errors import InputError, SolveError

@@ -39,6 +39,8 @@ HARDLY = 1e-12
 MONOTONE = 3.0
 """Slope at an end, over the mean, up to which a cubic piece rises all the way (Fritsch and
 Carlson, SIAM J. Numer. Anal. 17, 1980): on the way into a fold s must not turn back before."""
+CLOSE_BY = 1e-5
+"""Radians, or lengths, from which a fold is taken up where no step can be proved."""
 OPEN = 1e-10
 """Share by which superfluous equations may stay open."""
 
@@ -144,6 +146,33 @@ class Turning:
             if last:
                 return self._end(limit, curve, after, later, way)
             here, done, step, taken = after, done + step, GROWTH * step, taken + 1
+
+    def beside(self, limit: Limit, s: float, x: Any, blocks: Iterable[int]) -> Limit | None:
+        """Return a fold with later `blocks` as they stand there, from the pose `x` (nx,) close by.
+
+        Nothing is proved about the way; None where the pose is not close, or they do not close.
+        """
+        g, own = self.graphs, list(limit.own)
+        if abs(limit.s - s) > CLOSE_BY * self.finder.unit:
+            return None
+        later = sorted({k for b in blocks for k in g.ancestors(b)} - set(g.ancestors(limit.block)))
+        chain, _ = self.finder.chain(limit.block)
+        at, rate = x.copy(), limit.v.copy()
+        at[chain], at[own] = limit.x[chain], limit.x[own]
+        u = self.motion(limit.s)[0]
+        for k in later:
+            graph, w, size = g.blocks[k], self.finder.weights[k], np.inf
+            for _ in range(ITERATIONS):
+                F, J, Fz = graph.value_at(at, u, self.finder.p)
+                step = solve(J, F)
+                before, size = size, float(np.linalg.norm(step / w))
+                if not size < before:
+                    break
+                at[graph.own] -= step
+            if not size <= SMALL:
+                return None
+            rate[graph.own] = -solve(J, Fz @ rate[graph.uses])
+        return replace(limit, x=at, v=rate)
 
     def _curve(self, limit: Limit) -> _Curve:
         """Return the curve of a fold's block and those before it."""

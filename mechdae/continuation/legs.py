@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.across_change_point import Zone
 from mechdae.continuation.any_path import STRIDE, AnyPath, Counts, Reach, strides
-from mechdae.continuation.change_points import NODES_PER_TURN
+from mechdae.continuation.crossings.across_change_point import Zone
+from mechdae.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.continuation.follower import extend
 from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs

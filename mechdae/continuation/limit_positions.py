@@ -6,14 +6,16 @@ path turns back there as s = s* + c sigma^2, x = x* + v sigma + ...
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from mechdae.continuation.crossings.change_points import Crossing
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.high_precision import LONG, evaluate
+from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
@@ -23,6 +25,9 @@ REFINED = 2
 """Steps with a residual in 80-bit floats at a fold that is found."""
 ROUGH_REST = 1e-6
 """Share of the unknowns that such a step may move: more is not what rounding left."""
+PRECISE, MOVED = 8, 0.1
+"""Steps in 50 digits at a fold of branches that nearly meet, and the share of its distance from
+the place between them by which these may move it."""
 SEARCH = 20.0
 """How far ahead a fold may lie, in largest steps of the path."""
 REGULAR = 1e-4
@@ -39,13 +44,14 @@ REACHED = ("change_point", "end_of_curve")
 class Limit:
     """Where a group's motion ends.
 
-    ``kind`` is "limit" (a fold), "change_point", "ambiguous" (branches too near each other, by
-    ``gap``), "cusp", "dead_point", "pole", "end_of_curve", "locked" (superfluous equations
-    are not met beyond) or "unproved"; ``x`` (nx,) the
-    unknowns there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its
-    expansion. ``reached`` is how far the path was proved where that is short of the end, at
-    the end of a curve ``joint`` is its joint. Where branches touch to a higher ``order`` the place
-    lies ``within`` a range; those that stay apart are ``nearest`` to each other somewhere behind.
+    ``kind`` is "limit" (a fold; where its branches nearly meet others their ``gap``),
+    "change_point", "ambiguous" (branches too near each other, by ``gap``), "cusp", "dead_point",
+    "pole", "end_of_curve", "locked" (superfluous equations are not met beyond) or "unproved"; ``x``
+    (nx,) the unknowns there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and
+    ``c`` its expansion. ``reached`` is how far the path was proved where that is short of the end,
+    at the end of a curve ``joint`` is its joint. Where branches touch to a higher ``order`` the
+    place lies ``within`` a range; those that stay apart are ``nearest`` to each other somewhere
+    behind.
     """
 
     s: float
@@ -125,7 +131,6 @@ class LimitFinder:
 
         Unknowns of blocks that it does not depend on stay those of the pose (see `Turning`).
         """
-        g = self.graphs
         chain, own = self.chain(b)
         count, w = len(chain), self.weights[b]
         y = np.concatenate([x[chain], [s], np.zeros(len(own))])
@@ -136,6 +141,43 @@ class LimitFinder:
         if not -1e-12 * (1 + abs(s)) <= sense * (found - s) <= SEARCH * largest:
             return None
         self._refine(b, y)
+        limit = self._fold(b, y, x, sense)
+        return limit if limit is not None and limit.leads_to(x, s, ROUGH) else None
+
+    def of_missed(self, crossing: Crossing, x: Any, sense: float) -> Limit | None:
+        """Return the fold at which branches turn back that nearly meet, from a pose before it.
+
+        It is improved in 50 digits: its equations lose as many as the distance of the branches has.
+        """
+        b, missed = crossing.block, crossing.missed
+        if missed is None or missed.passes:
+            return None
+        chain, own = self.chain(b)
+        ds, offset = missed.turning(sense)
+        direction = missed.v / self.weights[b]
+        y = np.concatenate([x[chain], [crossing.s + ds], direction / np.linalg.norm(direction)])
+        y[own] = crossing.x + offset
+        exact, function = [exactly(value) for value in y], self._system(b)
+        try:
+            for _ in range(PRECISE):
+                slope = self.evaluate(b, y)[1]
+                size = np.max(np.abs(slope), axis=1)
+                size[size == 0] = 1.0
+                values = decimals(function, [exact, self.whole])
+                change = solve(slope / size[:, None], [float(v) for v in values] / size)
+                exact = [a - exactly(step) for a, step in zip(exact, change, strict=True)]
+                y = np.array([float(value) for value in exact])
+        except (NoDecimals, np.linalg.LinAlgError):
+            return None
+        moved = abs(y[len(chain)] - crossing.s - ds)
+        limit = self._fold(b, y, x, sense) if moved <= MOVED * abs(ds) else None
+        return limit if limit is None else replace(limit, gap=crossing.gap)
+
+    def _fold(self, b: int, y: Any, x: Any, sense: float) -> Limit | None:
+        """Return the fold of a block at y as seen from the pose `x`, None where it is none."""
+        g = self.graphs
+        chain, own = self.chain(b)
+        count, w = len(chain), self.weights[b]
         found = float(y[count])
         _, slope, J, F_y, bend = self.evaluate(b, y)
         left = _left_null(J * w)
@@ -147,8 +189,17 @@ class LimitFinder:
         full, rate = x.copy(), np.zeros(g.nx)
         full[chain], rate[list(columns)] = y[:count], y[count + 1 :] * w
         group = g.blocks[b].block.group
-        limit = Limit(found, b, group, "limit", full, columns, rate, -curve / (2 * size))
-        return limit if limit.leads_to(x, s, ROUGH) else None
+        return Limit(found, b, group, "limit", full, columns, rate, -curve / (2 * size))
+
+    def _system(self, b: int) -> Any:
+        """Return the system of a fold alone as a function."""
+
+        def make() -> Any:
+            function = self.graphs.fold(b)
+            symbols = function.sx_in()
+            return ca.Function("system", symbols, [function(*symbols)[0]])
+
+        return self.graphs.kept(("fold system", b), make)
 
     def _solve(self, b: int, y: Any, s: float, count: int, reach: float) -> bool:
         """Solve the system of a fold by Newton's method in place; return whether it held."""
@@ -175,13 +226,7 @@ class LimitFinder:
         Next to branches that nearly cross, the place is off by the residual's rounding over
         the driver's push, which vanishes at a crossing.
         """
-
-        def make() -> Any:
-            function = self.graphs.fold(b)
-            symbols = function.sx_in()
-            return ca.Function("system", symbols, [function(*symbols)[0]])
-
-        residual = self.graphs.kept(("fold system", b), make)
+        residual = self._system(b)
         exact, whole = y.astype(LONG), self.whole.astype(LONG)[None]
         for _ in range(REFINED):
             slope = self.evaluate(b, y)[1]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.any_path import AnyPath
+from mechdae.continuation.crossings.near_change_point import zone_of
 from mechdae.continuation.evaluate import (
     CARRIED,
     H_LIMIT,
@@ -21,7 +22,6 @@ from mechdae.continuation.evaluate import (
     in_time,
 )
 from mechdae.continuation.front import SMALLEST
-from mechdae.continuation.near_change_point import zone_of
 from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.across_change_point import ZONE, Bridge
 from mechdae.continuation.any_path import STRIDE, strides
-from mechdae.continuation.change_points import Crossing
+from mechdae.continuation.crossings.across_change_point import PASS, ZONE, Bridge
+from mechdae.continuation.crossings.change_points import Crossing
 from mechdae.continuation.cusps import CuspFinder, Touch
 from mechdae.continuation.front import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.continuation.limit_positions import Limit
@@ -29,6 +29,8 @@ STEADY = 0.2
 """Share of the way to a limit position below which steps are taken many at once."""
 NEAREST = 1e-6
 """Share of the largest step that must be left for the way across a change point."""
+NEARLY = 2e-6
+"""Distance of branches that do not meet up to which their expansions tell where they go."""
 NARROWER = 12
 """Times the neighbourhood of a change point is halved until its expansion holds."""
 
@@ -148,6 +150,8 @@ def _into(front: Front, limit: Limit) -> bool:
     hanging = path.hanging(limit.group) - front.ended
     blocks = [b for b, group in enumerate(path.block_group) if group in hanging]
     led = path.turning.lead(limit, front.s, front.x, blocks)
+    if led is None and limit.gap:  # no step can be proved where branches nearly meet
+        led = path.turning.beside(limit, front.s, front.x, blocks)
     if led is not None:
         front.end(led)
     return led is not None
@@ -157,14 +161,23 @@ def _into(front: Front, limit: Limit) -> bool:
 
 
 def across(front: Front, b: int, rest: float) -> bool:
-    """Follow the path across a change point of block `b` or of one it depends on."""
+    """Follow the path across a change point of block `b` or of one it depends on.
+
+    Branches that nearly meet and do not for the numbers given are passed, or followed to where
+    they turn back, too.
+    """
     path, sense = front.path, front.sense
     for k in path.graphs.ancestors(b):
         if not front.alive[k]:
             continue
         found = path.bridges.finder.find(k, front.s, front.state, sense, {})
-        if found is None or not found.meant:
+        if found is None:
             continue
+        missed = found.missed if found.gap < NEARLY else None
+        if not (found.meant or missed):
+            continue
+        if missed and not missed.passes:
+            return _into_missed(front, found, rest)
         distance = sense * (found.s - front.s)
         zone = ZONE * path.largest
         if path.within:
@@ -172,7 +185,9 @@ def across(front: Front, b: int, rest: float) -> bool:
         if distance - zone >= rest or zone < NEAREST * path.largest:
             return False
         taken = go_back(front, found.s - sense * zone)
-        crossed = _bridged(front, found, zone)
+        crossed = missed is not None and _bridged(front, found, zone, PASS)
+        if not crossed and found.meant:
+            crossed = _bridged(front, found, zone, path.on_change_point)
         if not crossed:
             for node in taken:
                 if sense * (node[0] - front.s) > 0:
@@ -198,7 +213,13 @@ def go_back(front: Front, place: float) -> list[tuple[float, Any]]:
     return taken
 
 
-def _bridged(front: Front, found: Crossing, zone: float) -> bool:
+def _into_missed(front: Front, found: Crossing, rest: float) -> bool:
+    """Follow the path to where branches that nearly meet turn back; return whether it ends."""
+    limit = front.path.finder.of_missed(found, front.x, front.sense)
+    return limit is not None and _approach(front, limit, rest)
+
+
+def _bridged(front: Front, found: Crossing, zone: float, action: str) -> bool:
     """Go from the last node to `zone` before a change point, or nearer, and across it."""
     path, sense = front.path, front.sense
     for _ in range(NARROWER):
@@ -208,7 +229,7 @@ def _bridged(front: Front, found: Crossing, zone: float) -> bool:
         if not front.walk(found.s - sense * zone):
             return False
         node = (front.s, front.state, front.sign, front.alive)
-        bridge = path.bridges.build(found, *node, path.on_change_point)
+        bridge = path.bridges.build(found, *node, action)
         if bridge is not None:
             _pass(front, bridge)
             return True

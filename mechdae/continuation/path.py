@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.across_change_point import Builder
 from mechdae.continuation.any_path import AnyPath, Counts, Reach
-from mechdae.continuation.change_points import CrossingFinder
+from mechdae.continuation.crossings.across_change_point import Builder
+from mechdae.continuation.crossings.change_points import CrossingFinder
 from mechdae.continuation.interpolate import near_limit, quintic
 from mechdae.continuation.into_fold import Turning
 from mechdae.continuation.limit_positions import LimitFinder

@@ -75,8 +75,9 @@ def instance_of(
     found = _known.get(name)
     if found is None:
         found = _stored(own.linkage, name, folder)
-    small = linkage.unknowns <= MOST_UNKNOWNS and (linkage.count is not None or folder is not None)
-    if found is None and small and name not in _known:
+    if found is None and name not in _known and linkage.unknowns <= MOST_UNKNOWNS:
+        if own.linkage.count is None and folder is None:
+            return None
         found = _computed(own.linkage, name, folder)
         _known[name] = found
     if found is None:

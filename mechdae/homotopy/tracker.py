@@ -10,6 +10,8 @@ import numpy as np
 from mechdae.records import dataclass
 
 FIRST, SMALLEST, MOST = 0.02, 1e-9, 4000
+NEARLY = 1e-6
+"""Least part of the way that is left of which the smallest step is a share."""
 FAR = 1e8
 """Size beyond which a solution is at infinity."""
 FIRST_STEP, SECOND_STEP, DONE = 1e-2, 1e-6, 1e-8
@@ -103,7 +105,8 @@ def _track(system: System, x: Any, far: Any) -> PathEnds:
         x[yes], v[yes], t[yes] = y[good], rate[good], ahead[good]
         factor = np.clip(0.8 * (WANTED / np.maximum(e1, 1e-300)) ** 0.25, 0.5, 2.0)
         h[own] = np.where(good, step * factor, step / 2)
-        going[own] = (h[own] > SMALLEST) & (_largest(x[own] / far) < 1)
+        least = SMALLEST * np.maximum(1 - t[own], NEARLY)  # solutions may nearly meet at the end
+        going[own] = (h[own] > least) & (_largest(x[own] / far) < 1)
     return _ended(system, x, t >= 1)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.assembly.closed_start import ClosedStart, closed_start
 from mechdae.continuation.any_path import STRIDE, strides
-from mechdae.continuation.change_points import NODES_PER_TURN
+from mechdae.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import (
     CARRIED,
     H_LIMIT,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly.start import sketched_pose
-from mechdae.continuation.change_points import NODES_PER_TURN
+from mechdae.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import Evaluator, Poses, in_time
 from mechdae.continuation.path import Path
 from mechdae.describe.file.problem import Problem

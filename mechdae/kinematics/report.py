@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly import start
-from mechdae.continuation.across_change_point import Zone
 from mechdae.continuation.any_path import AnyPath
+from mechdae.continuation.crossings.across_change_point import PASS, Zone
+from mechdae.continuation.crossings.near_change_point import zone_of
 from mechdae.continuation.evaluate import Poses
-from mechdae.continuation.near_change_point import zone_of
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
@@ -73,14 +73,15 @@ def limit_events(setting: Setting, path: AnyPath, low: float, high: float) -> li
             group = groups[limit.group]
             event = _event(setting, path, limit.s, group, low <= limit.s <= high)
             event |= {"kind": limit.kind, "joint": limit.joint or group.key_joint}
-            if limit.kind == "ambiguous":
+            if limit.kind == "ambiguous" or (limit.kind == "limit" and limit.gap):
                 event["gap"] = limit.gap
             if limit.nearest is not None:
                 event["nearest"] = limit.nearest
             if limit.within is not None:
                 event |= {"order": limit.order, "range": list(limit.within), "gap": limit.gap}
             found.append((limit.s, event))
-    found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
+    zones = [zone for zone in path.zones if zone.action != PASS]
+    found += [pair for zone in zones for pair in _crossed(setting, path, zone, low, high)]
     doubtful = _ambiguous(path, np.array([s for s, _ in found]), at_them=False).tolist()
     for (s, event), unsure in zip(found, doubtful, strict=True):
         if not arc.holds(s):
@@ -300,15 +301,24 @@ def _status(path: AnyPath, poses: Poses) -> Any:
 
 def _near_crossings(setting: Setting, path: AnyPath) -> list[str]:
     notes = []
+    ends = [end for reach in path.reach.values() for end in (reach.low, reach.high) if end]
+    for s, gap in sorted({(end.s, end.gap) for end in ends if end.kind == "limit" and end.gap}):
+        at = start.where(setting.scene, path.drivers(np.array([s]))[0])
+        notes.append(
+            f"just beyond {at} two branches come within {gap:.1g} of each other; for the numbers "
+            f"given they turn back"
+        )
     for zone in path.zones[:8]:
         for crossing in zone.crossings:
             if crossing.exact:
                 continue
-            at = path.drivers(np.array([zone.s]))[0]
+            at = start.where(setting.scene, path.drivers(np.array([zone.s]))[0])
+            near = f"at {at} two branches come within {crossing.gap:.1g} of each other"
+            if zone.decided:
+                notes.append(f"{near} and do not meet for the numbers given")
+                continue
             notes.append(
-                f"at {start.where(setting.scene, at)} two branches come within "
-                f"{crossing.gap:.1g} of each other, as near as rounding of the numbers given: "
-                f"poses beyond are ambiguous"
+                f"{near}, as near as rounding of the numbers given: poses beyond are ambiguous"
             )
     return notes
 
@@ -317,7 +327,7 @@ def _ambiguous(path: AnyPath, s: Any, at_them: bool = True) -> Any:
     """Return which places lie behind branches that come too near each other to be distinguished."""
     result = np.zeros(len(s), bool)
     for zone in path.zones:
-        if not all(crossing.exact for crossing in zone.crossings):
+        if not zone.decided:
             sense = 1.0 if zone.s > path.origin[0] else -1.0
             result |= (sense * (s - zone.s) >= 0) & (at_them | (s != zone.s))
     return result

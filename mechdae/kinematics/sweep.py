@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.change_points import NODES_PER_TURN
+from mechdae.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import Evaluator, in_time
 from mechdae.continuation.follower import extend
 from mechdae.continuation.many_poses import swept

@@ -233,7 +233,7 @@ def no_sign(monkeypatch):
     "bound", (("exact", 5420), ("exact", 25169)),
 )  # fmt: skip
 def expansion_not_compared(monkeypatch):
-    from mechdae.continuation.across_change_point import Builder
+    from mechdae.continuation.crossings.across_change_point import Builder
 
     monkeypatch.setattr(
         Builder, "_missed", lambda self, carried, s, centre, own: np.zeros(len(own))
@@ -245,7 +245,7 @@ def expansion_not_compared(monkeypatch):
     "velocity", (("exact", 15640), ("exact", 26124)),
 )  # fmt: skip
 def change_point_not_led_back(monkeypatch):
-    from mechdae.continuation.across_change_point import Builder
+    from mechdae.continuation.crossings.across_change_point import Builder
 
     expansion_not_compared(monkeypatch)
     monkeypatch.setattr(Builder, "_leads_to", lambda *_: True)
@@ -256,15 +256,15 @@ def change_point_not_led_back(monkeypatch):
     (("exact", 14016), ("exact", 36304)),
 )  # fmt: skip
 def wrong_rates_next_to_a_change_point(monkeypatch):
-    from mechdae.continuation import near_change_point
+    from mechdae.continuation.crossings import across_change_point
 
-    right = near_change_point.quintic_rates
+    right = across_change_point.quintic_rates
 
     def wrong(*args):
         x, v, a = right(*args)
         return [x, v * (1 + 1e-9), a]
 
-    monkeypatch.setattr(near_change_point, "quintic_rates", wrong)
+    monkeypatch.setattr(across_change_point, "quintic_rates", wrong)
 
 
 @mutant(

@@ -16,9 +16,15 @@ from mechdae.homotopy.canonical import canonical
 from mechdae.homotopy.generic_count import generic_count
 from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage, instance
 from mechdae.homotopy.linkage_poses import linkage_poses
+from tests.reference.dixon import all_poses
+from tests.scripts.all_modes import compared
 from tests.shared.paths import DATA
 
-TRUSSES = {3: [2], 5: [6], 7: [14, 16, 18]}
+TRUSSES = {
+    3: [2], 5: [6], 7: [14, 16, 18],
+    9: [30, 36, 38, *[40] * 3, *[42] * 3, 44, 44, *[46] * 3, *[48] * 5, *[50] * 3, 52, 52, 54, 54,
+        56, 58],
+}  # fmt: skip
 """Complex poses of the trusses by links: Laman numbers over 2 for each mirrored link."""
 PRISM = ((0, 1, 2), (3, 4, 5), (0, 3), (1, 4), (2, 5))
 REAL = {"seven_link_star": 14, "six_links_four_legs": 18, "class_iv_ring": 56,
@@ -76,6 +82,15 @@ def test_the_fixed_link_and_the_order_make_no_difference() -> None:
         names.add(canonical(linkage(mixed)).name)
     assert len(names) == 1
     assert len({canonical(linkage(links_of(chain))).name for chain in chains(9, 0)}) == 28
+
+
+def test_dixons_determinant_has_as_many_poses() -> None:
+    """Eigenvalues, which share nothing with paths and counts, of trusses drawn at random."""
+    rng = np.random.default_rng(8)
+    for chain in [*chains(5, 0), *chains(7, 0), *itertools.islice(chains(9, 0), 3)]:
+        places = rng.normal(size=len(chain.joints)) + 1j * rng.normal(size=len(chain.joints))
+        links = [{pin: complex(places[pin]) for pin in own} for own in links_of(chain)]
+        assert len(all_poses(links)) == generic_count(links_of(chain))
 
 
 # -- stored instances ----------------------------------------------------------------------
@@ -216,6 +231,17 @@ def test_the_prism_with_twenty_four_real_poses() -> None:
         assert poses.proven
         total += 2 * len(poses.turns)  # and all mirrored
     assert total == 24
+
+
+@pytest.mark.parametrize(("links", "number", "set_"), [(7, 3, 0), (9, 100, 0), (9, 5, 16)])
+def test_modes_are_those_that_eigenvalues_give(links: int, number: int, set_: int) -> None:
+    """In the last one two modes are 0.0013 apart, so near that paths used to stop before them."""
+    every = [chain for truss in chains(links, 0) for chain in truss.inversions()]
+    rng = np.random.default_rng([links, number])
+    rng.normal(size=(set_, len(every[number].joints), 2))
+    row = compared(every[number], rng, searched=False)
+    assert row["proven"]
+    assert row["eigenvalues"] == [row["complex"], row["real"], 0, 0]
 
 
 @pytest.mark.parametrize("group", REAL)

@@ -16,6 +16,7 @@ import mechdae as md
 from mechdae.cli import COMMANDS, main
 from mechdae.describe.file import library
 from mechdae.tasks.check import check
+from tests.scripts import all_modes, counts_of_modes
 from tests.scripts.solver_bars import written
 from tests.shared.paths import ROOT
 
@@ -360,6 +361,16 @@ loads = { spring = { kind = "spring", coordinate = "guide.slide", stiffness = "k
 sketch = { guide = 0.1 }
 parameters = { k = 100 }
 """
+
+
+def test_counts_of_modes_are_what_was_measured() -> None:
+    page = (ROOT / "docs/homotopy.md").read_text(encoding="utf-8")
+    for name, word, table in (
+        ("all-modes", "modes", all_modes.table),
+        ("counts-of-modes", "counts", counts_of_modes.table),
+    ):
+        data = json.loads((ROOT / f"docs/data/{name}.json").read_text(encoding="utf-8"))
+        assert all_modes.between(page, word, table(data)) == page
 
 
 def test_solver_page_is_what_was_measured() -> None:

@@ -1,12 +1,14 @@
-"""All assembly modes by paths against searches: trusses to nine links, platforms on six legs.
+"""All assembly modes by paths, by eigenvalues and by searches: trusses, platforms on six legs.
 
-`python -m tests.scripts.all_modes --sets 20 --platforms 1000 --out docs/data/all-modes.json`
+`python -m tests.scripts.all_modes --platforms 1000 --out docs/data/all-modes.json`; what is there
+of a run that was stopped is taken up again with `--rows FILE`.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,12 +22,7 @@ from mechdae.assembly import assembler
 from mechdae.composition.chains import KinematicChain, chains
 from mechdae.composition.mechanisms import mechanism_of
 from mechdae.homotopy.platforms import platform_poses
-
-
-def trusses(links: int) -> Iterator[KinematicChain]:
-    """Yield the trusses without freedom, each with every link fixed that differs."""
-    for chain in chains(links, 0):
-        yield from chain.inversions()
+from tests.reference.dixon import all_poses
 
 
 def driven(chain: KinematicChain, places: Any) -> md.Mechanism:
@@ -54,18 +51,49 @@ def angles(result: md.Result) -> Any:
     return np.exp(1j * np.stack([body.angle for body in result.bodies.values()], axis=1))
 
 
+def complex_poses(result: md.Result) -> int:
+    """Return how many complex poses are certified."""
+    found = re.search(r"(\d+) (?:of \d+ )?complex poses are certified", result.summary["basis"])
+    return int(found[1]) if found else 0
+
+
+def missed(ours: Any, theirs: Any) -> int:
+    """Return how many poses of others (n, bodies) are not among ours."""
+    gaps = [float(np.abs(ours - own).max(axis=1).min(initial=9.0)) for own in theirs]
+    return int(sum(gap > 1e-6 for gap in gaps))
+
+
+def by_eigenvalues(chain: KinematicChain, places: Any) -> Any:
+    """Return the turns (n, bodies) of all complex poses by Dixon's determinant."""
+    frame = chain.fixed or 0
+    order = [frame, *(k for k in range(chain.links) if k != frame)]
+    points = places @ [1, 1j]
+    links = [
+        {k: complex(points[k]) for k, joint in enumerate(chain.joints) if link in joint}
+        for link in order
+    ]
+    return max((all_poses(links, hidden) for hidden in (1, 2)), key=len)
+
+
 def compared(chain: KinematicChain, rng: Any, searched: bool) -> dict[str, Any]:
-    """Return what paths and searches find for one set of lengths."""
-    mechanism = driven(chain, rng.normal(size=(len(chain.joints), 2)))
+    """Return what paths, eigenvalues and searches find for one set of lengths."""
+    places = rng.normal(size=(len(chain.joints), 2))
+    mechanism = driven(chain, places)
     task = md.Modes(md.Driver("crank.angle", at=[0.0]))
     began = time.process_time()
     found = md.solve(mechanism, task)
     row = {
         "proven": found.summary["proven"],
         "real": found.summary["count"],
+        "complex": complex_poses(found),
         "seconds": time.process_time() - began,
-        "fault": found.fault,
     }
+    if not row["proven"]:
+        row["basis"] = found.summary["basis"]
+    ours = angles(found)[:, 1:]
+    w = by_eigenvalues(chain, places)[:, 1:]
+    real = w[(np.abs(np.abs(w) - 1) < 1e-6).all(axis=1)]
+    row["eigenvalues"] = [len(w), len(real), missed(ours, real), missed(real, ours)]
     if searched:
         ways, assembler.WAYS = assembler.WAYS, ()
         began = time.process_time()
@@ -73,44 +101,66 @@ def compared(chain: KinematicChain, rng: Any, searched: bool) -> dict[str, Any]:
         assembler.WAYS = ways
         row["searched"] = other.summary["count"]
         row["search_seconds"] = time.process_time() - began
-        ours, theirs = angles(found), angles(other)
-        gaps = [float(np.abs(ours - own).max(axis=1).min(initial=9.0)) for own in theirs]
-        row["not_among"] = int(sum(gap > 1e-6 for gap in gaps))
+        row["not_among"] = missed(ours, angles(other)[:, 1:])
     return row
 
 
-def of_trusses(links: int, sets: int, every: int, sample: int) -> dict[str, Any]:
-    """Return counts over all trusses of a size; every so many are compared with a search."""
-    rng = np.random.default_rng(links)
-    rows = []
-    chosen = list(trusses(links))[::sample]
-    for number, chain in enumerate(chosen):
-        for _ in range(sets):
-            rows.append(compared(chain, rng, every > 0 and number % every == 0))
+Rows = dict[int, tuple[int, list[dict[str, Any]]]]
+"""By number of the group its truss and what was found for its sets of lengths."""
+
+
+def of_groups(links: int, options: argparse.Namespace, known: Rows) -> Iterator[Rows]:
+    """Yield what is known of the groups of a size after each one; those known are not done again.
+
+    Each group has numbers of its own, so that parts of a run count.
+    """
+    every = [(n, chain) for n, truss in enumerate(chains(links, 0)) for chain in truss.inversions()]
+    for number, (truss, chain) in list(enumerate(every))[:: options.sample]:
+        if number in known and len(known[number][1]) >= options.sets:
+            continue
+        rng = np.random.default_rng([links, number])
+        searched = options.every > 0 and number % options.every == 0
+        known[number] = truss, [compared(chain, rng, searched) for _ in range(options.sets)]
+        yield known
+
+
+def counted(links: int, known: Rows) -> dict[str, Any]:
+    """Return the figures of all groups of a size that are known."""
+    rows = [row for _, own in known.values() for row in own]
     seconds = sorted(row["seconds"] for row in rows)
     both = [row for row in rows if "searched" in row]
+    wanted = {truss: max(row["complex"] for n, own in known.values() if n == truss for row in own)
+              for truss, _ in known.values()}  # fmt: skip
+    whole = [row["eigenvalues"][0] == wanted[truss] for truss, own in known.values() for row in own]
     return {
         "links": links - 1,
-        "groups": len(chosen),
+        "groups": len(known),
         "sets": len(rows),
         "proven": sum(row["proven"] for row in rows),
+        "not_proven": [[number, k, row["basis"]] for number, (_, own) in sorted(known.items())
+                       for k, row in enumerate(own) if not row["proven"]],
+        "complex": sorted(wanted.values()),
         "real": [min(row["real"] for row in rows), max(row["real"] for row in rows)],
         "median_seconds": round(seconds[len(seconds) // 2], 3),
         "largest_seconds": round(seconds[-1], 3),
-        "compared": len(both),
-        "missed_by_paths": sum(row["not_among"] for row in both),
-        "missed_by_search": sum(row["real"] > row["searched"] for row in both),
+        "eigenvalues_complete": sum(whole),
+        "eigenvalues_more_complex": sum(row["eigenvalues"][0] > row["complex"] for row in rows),
+        "missed_by_paths": sum(row["eigenvalues"][2] for row in rows),
+        "missed_by_eigenvalues": sum(row["eigenvalues"][3] for row in rows),
+        "searched": len(both),
+        "search_only": sum(row["not_among"] for row in both),
+        "search_missed": sum(row["real"] > row["searched"] for row in both),
         "search_median_seconds": round(float(np.median([row["search_seconds"] for row in both])), 3)
         if both
         else None,
-    }
+    }  # fmt: skip
 
 
-def of_platforms(count: int) -> dict[str, Any]:
-    """Return counts over random platforms on six legs, each built round a pose."""
+def of_platforms(count: int) -> Iterator[dict[str, Any]]:
+    """Yield counts over random platforms on six legs, each built round a pose, every 20."""
     rng = np.random.default_rng(40)
     rows = []
-    for _ in range(count):
+    for k in range(count):
         base, platform, place = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.normal(size=3)
         R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         R *= np.sign(np.linalg.det(R))
@@ -119,16 +169,56 @@ def of_platforms(count: int) -> dict[str, Any]:
         found = platform_poses(base, platform, legs)
         seconds = time.process_time() - began
         gap = np.abs(found.position - place).max(axis=1).min(initial=9.0)
-        rows.append((found.proven, len(found.position), seconds, gap))
-    proven, real, seconds, gaps = (list(own) for own in zip(*rows, strict=True))
-    return {
-        "platforms": count,
-        "proven": int(sum(proven)),
-        "pose_lost": int(sum(gap > 1e-6 for gap in gaps)),
-        "real": [min(real), max(real)],
-        "median_seconds": round(float(np.median(seconds)), 3),
-        "largest_seconds": round(max(seconds), 3),
-    }
+        rows.append((found.proven, found.regular, len(found.position), seconds, gap))
+        if (k + 1) % 20 == 0 or k + 1 == count:
+            proven, regular, real, seconds, gaps = (list(own) for own in zip(*rows, strict=True))
+            yield {
+                "platforms": k + 1,
+                "proven": int(sum(proven)),
+                "not_proven": [[i, own] for i, own in enumerate(regular) if not proven[i]],
+                "pose_lost": int(sum(gap > 1e-6 for gap in gaps)),
+                "real": [min(real), max(real)],
+                "median_seconds": round(float(np.median(seconds)), 3),
+                "largest_seconds": round(max(seconds), 3),
+            }
+
+
+def table(known: dict[str, Any]) -> str:
+    """Return the figures as text of a page."""
+    lines = [
+        "| groups | sets | complex poses of the trusses | proven | real modes | median, largest "
+        "| modes only eigenvalues find | sets in which eigenvalues are complete "
+        "| modes only the search finds | sets in which the search missed one |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for own in known.values():
+        if "groups" not in own:
+            continue
+        low, high = own["real"]
+        lines.append(
+            f"| {own['groups']} of {own['links']} links | {own['sets']} | "
+            f"{', '.join(map(str, own['complex']))} | {own['proven']} | {low} … {high} | "
+            f"{own['median_seconds']:.2f}, {own['largest_seconds']:.2f} s | "
+            f"{own['missed_by_paths']} | {own['eigenvalues_complete']} | {own['search_only']} | "
+            f"{own['search_missed']} of {own['searched']} |"
+        )
+    if own := known.get("platforms"):
+        low, high = own["real"]
+        lines += [
+            "",
+            f"{own['platforms']} platforms on six legs, each drawn round a pose: "
+            f"{own['proven']} proven, {own['pose_lost']} poses lost, {low} … {high} real ones, "
+            f"median {own['median_seconds']:.2f} s, largest {own['largest_seconds']:.2f} s.",
+        ]
+    return "\n".join(lines)
+
+
+def between(page: str, word: str, text: str) -> str:
+    """Return a page with what is between two marks replaced."""
+    head, _, rest = page.partition(f"<!-- {word} -->")
+    return (
+        f"{head}<!-- {word} -->\n{text}\n<!-- /{word} -->{rest.partition(f'<!-- /{word} -->')[2]}"
+    )
 
 
 def main() -> None:
@@ -138,19 +228,32 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="groups of which one is searched too")
     parser.add_argument("--sample", type=int, default=1, help="every so many groups only")
     parser.add_argument("--platforms", type=int, default=0)
+    parser.add_argument("--rows", type=Path, help="what is found set by set; taken up again")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--page", type=Path, help="page to write the figures into")
     options = parser.parse_args()
     known = json.loads(options.out.read_text()) if options.out and options.out.exists() else {}
+    rows = json.loads(options.rows.read_text()) if options.rows and options.rows.exists() else {}
+
+    def save() -> None:
+        for path, data in ((options.out, known), (options.rows, rows)):
+            if path:
+                path.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+
     for links in options.links:
-        known[f"groups of {links - 1} links"] = of_trusses(
-            links, options.sets, options.every, options.sample
-        )
-        print(json.dumps(known), flush=True)
-    if options.platforms:
-        known["platforms"] = of_platforms(options.platforms)
-        print(json.dumps(known), flush=True)
-    if options.out:
-        options.out.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+        own: Rows = {int(k): (n, r) for k, (n, r) in rows.get(str(links), {}).items()}
+        for found in of_groups(links, options, own):
+            rows[str(links)] = {str(k): value for k, value in found.items()}
+            known[f"groups of {links - 1} links"] = counted(links, found)
+            save()
+        print(json.dumps(known.get(f"groups of {links - 1} links")), flush=True)
+    for found in of_platforms(options.platforms):
+        known["platforms"] = found
+        save()
+    print(json.dumps(known.get("platforms")), flush=True)
+    if options.page:
+        text = between(options.page.read_text(encoding="utf-8"), "modes", table(known))
+        options.page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

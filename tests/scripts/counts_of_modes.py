@@ -4,7 +4,8 @@
 
 The Assur groups are those of `tests/data/planar_groups.json` with other points; rings of seven
 hinges close at angles drawn at random, and that pose has to be among those found; platforms with
-three shared points on one body (6-3) or on both (3-3) have 16 simple poses.
+three shared points on one body (6-3) or on both (3-3) have 16 simple poses. A run that was stopped
+goes on with what is not in the file yet.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.homotopy.platforms import platform_poses
+from tests.scripts.all_modes import between
 from tests.shared.paths import DATA
 from tests.shared.space import ring_of_seven
 
@@ -29,6 +32,8 @@ GROUPS = {
     "eight_links_five_legs": 54,
 }
 """Groups of the data by their number of complex poses."""
+EVERY = 10
+"""Sets after which what is there is written."""
 
 
 def group(case: Any, rng: Any) -> md.Mechanism:
@@ -44,8 +49,8 @@ def group(case: Any, rng: Any) -> md.Mechanism:
     )
 
 
-def of_groups(name: str, sets: int) -> dict[str, Any]:
-    """Return how many of a group's sets are proven."""
+def of_groups(name: str, sets: int) -> Iterator[dict[str, Any]]:
+    """Yield how many of a group's sets are proven, every so often."""
     rng = np.random.default_rng(GROUPS[name])
     case = json.loads((DATA / "planar_groups.json").read_text(encoding="utf-8"))["groups"][name][0]
     rows = []
@@ -57,11 +62,12 @@ def of_groups(name: str, sets: int) -> dict[str, Any]:
         seconds = time.process_time() - began
         wanted = f"{GROUPS[name]} complex poses are certified"
         rows.append((bool(summary["proven"]) and wanted in summary["basis"], seconds))
-    return counted(rows, GROUPS[name])
+        if len(rows) % EVERY == 0 or len(rows) == sets:
+            yield counted(rows, GROUPS[name])
 
 
-def of_rings(sets: int) -> dict[str, Any]:
-    """Return how many rings of seven hinges are proven, and how many drawn poses are lost."""
+def of_rings(sets: int) -> Iterator[dict[str, Any]]:
+    """Yield how many rings of seven hinges are proven, and how many drawn poses are lost."""
     rng, rows, lost = np.random.default_rng(7), [], 0
     for _ in range(sets):
         mechanism, first, world = ring_of_seven(rng)
@@ -70,11 +76,12 @@ def of_rings(sets: int) -> dict[str, Any]:
         rows.append((bool(found.summary["proven"]), time.process_time() - began))
         places = np.stack([found.points[f"b{k}.P{k}"].position for k in range(1, 7)], axis=1)
         lost += not np.abs(places - world).max(axis=(1, 2)).min(initial=9.0) < 1e-6
-    return counted(rows, 16) | {"pose_lost": lost}
+        if len(rows) % EVERY == 0 or len(rows) == sets:
+            yield counted(rows, 16) | {"pose_lost": lost}
 
 
-def of_shared(sets: int, base: tuple[int, ...]) -> dict[str, Any]:
-    """Return how many platforms with shared points have 16 simple poses."""
+def of_shared(sets: int, base: tuple[int, ...]) -> Iterator[dict[str, Any]]:
+    """Yield how many platforms with shared points have 16 simple poses."""
     rng, rows = np.random.default_rng(16), []
     for _ in range(sets):
         B = rng.normal(size=(6, 3))[list(base)]
@@ -85,7 +92,8 @@ def of_shared(sets: int, base: tuple[int, ...]) -> dict[str, Any]:
         found = platform_poses(B, P, np.linalg.norm(place + P @ R.T - B, axis=1))
         near = np.abs(found.position - place).max(axis=1).min(initial=9.0) < 1e-6
         rows.append((found.regular == 16 and bool(near), time.process_time() - began))
-    return counted(rows, 16)
+        if len(rows) % EVERY == 0 or len(rows) == sets:
+            yield counted(rows, 16)
 
 
 def counted(rows: list[tuple[bool, float]], most: int) -> dict[str, Any]:
@@ -100,21 +108,47 @@ def counted(rows: list[tuple[bool, float]], most: int) -> dict[str, Any]:
     }
 
 
+def table(known: dict[str, Any]) -> str:
+    """Return the figures as text of a page."""
+    lines = [
+        "| group | complex poses | sets | complete | median, largest |",
+        "|---|---|---|---|---|",
+    ]
+    for name, own in known.items():
+        lines.append(
+            f"| {name.replace('_', ' ')} | {own['complex']} | {own['sets']} | {own['complete']} | "
+            f"{own['median_seconds']:.2f}, {own['largest_seconds']:.2f} s |"
+        )
+    return "\n".join(lines)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=200)
+    parser.add_argument("--again", action="store_true", help="what is in the file too")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--page", type=Path, help="page to write the figures into")
     options = parser.parse_args()
     known: dict[str, Any] = {}
-    known["3-3 platforms"] = of_shared(options.sets, (0, 1, 1, 2, 2, 0))
-    known["6-3 platforms"] = of_shared(options.sets, (0, 1, 2, 3, 4, 5))
-    known["rings of seven hinges"] = of_rings(options.sets)
-    print(json.dumps(known), flush=True)
-    for name in GROUPS:
-        known[name] = of_groups(name, options.sets)
-        print(json.dumps(known[name]), flush=True)
-    if options.out:
-        options.out.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+    if options.out and options.out.exists():
+        known = json.loads(options.out.read_text(encoding="utf-8"))
+    runs = {
+        "3-3 platforms": of_shared(options.sets, (0, 1, 1, 2, 2, 0)),
+        "6-3 platforms": of_shared(options.sets, (0, 1, 2, 3, 4, 5)),
+        "rings of seven hinges": of_rings(options.sets),
+        **{name: of_groups(name, options.sets) for name in GROUPS},
+    }
+    for name, run in runs.items():
+        if known.get(name, {}).get("sets") == options.sets and not options.again:
+            continue
+        for found in run:
+            known[name] = found
+            if options.out:
+                options.out.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+        print(name, json.dumps(known[name]), flush=True)
+    if options.page:
+        text = between(options.page.read_text(encoding="utf-8"), "counts", table(known))
+        options.page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.change_points import NODES_PER_TURN
+from mechdae.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import TURN, in_time
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep

@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.continuation.crossings.missed import LEAST, Missed
+from mechdae.continuation.crossings.residuals import Residuals
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.singular import crossing, jets
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
 from mechdae.numerics.hermite import upper_coefficients
 from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
@@ -35,13 +36,8 @@ SLOW = 0.25
 """Share of the step before that a step, after the fifth, must not exceed."""
 WELL = 1e-6
 """Share of its terms that a determinant must be for equations to be solved by it."""
-REFINEMENTS = 4
 SEARCH = 8.0
 """How far ahead a crossing may lie, in largest steps of the path."""
-EXACT = 2.0**-90
-"""Residual in 50 digits up to which the branches cross, in lengths of the mechanism."""
-LESS_EXACT = 64 * float(np.spacing(LONG(1)))
-"""The same in 80-bit floats, where 50 digits are not to be had."""
 MEANT = 8 * ROUNDOFF
 """Residual that numbers rounded to double may leave where a crossing is meant."""
 DOUBTFUL = 1e-10
@@ -99,7 +95,8 @@ class Crossing:
     other branch, which leaves along ``still``, or superfluous equations have ``excluded`` it.
     ``residual`` is by how much the block's equations miss a crossing, in lengths of the
     mechanism, and ``gap`` how far apart the branches then are [rad or lengths]; both are zero
-    when they cross for the float64 numbers given.
+    when they cross for the float64 numbers given. Where these decide that they do not, ``missed``
+    tells how they pass each other.
     """
 
     s: float
@@ -112,6 +109,7 @@ class Crossing:
     residual: float = 0.0
     gap: float = 0.0
     excluded: bool = False
+    missed: Missed | None = None
 
     @property
     def exact(self) -> bool:
@@ -122,6 +120,26 @@ class Crossing:
     def meant(self) -> bool:
         """Whether they cross up to the rounding of numbers to double precision."""
         return self.residual <= MEANT
+
+    @property
+    def told(self) -> bool:
+        """Whether there is a way past it: they are meant to cross, or known not to."""
+        return self.meant or self.missed is not None
+
+
+@dataclass(frozen=True, eq=False)
+class _Form:
+    """The quadratic form of a crossing, ``tangent`` t0 and null vector ``v`` (n,)."""
+
+    A: float
+    B: float
+    C: float
+    tangent: Any
+    v: Any
+
+    @property
+    def size(self) -> float:
+        return max(abs(self.A), abs(self.B), abs(self.C))
 
 
 def _quotient(J: Any, F: Any) -> Any:
@@ -155,6 +173,7 @@ class CrossingFinder:
     def __init__(self, graphs: Graphs, constants: Constants, drivers: Any, largest: float) -> None:
         self.graphs, self.p, self.scale = graphs, constants.p, constants.scale
         self.drivers, self.largest = drivers, largest
+        self.residuals = Residuals(graphs, constants.p, self.u)
 
     @property
     def unit(self) -> float:
@@ -290,28 +309,74 @@ class CrossingFinder:
             return None
         if np.linalg.norm(system[:-1]) > DOUBTFUL:
             return None
-        jacobian = slope
-        slope = None if behind else v[own] + a[own] * (here - s)
-        found = self._branches(b, here, y, z, slope, scaling)
+        coming = None if behind else v[own] + a[own] * (here - s)
+        found = self._branches(b, here, y, z, coming, scaling)
         if found is None:
             return None
-        result, size, w = found
-        residual = None
+        return self._told(found, (b, here, y, slope), whole, z, known, scaling)
+
+    def _told(
+        self,
+        found: tuple[Crossing, _Form, Any],
+        at: tuple[int, float, Any, Any],
+        whole: Any,
+        z: list[Any],
+        known: Mapping[int, Piece],
+        scaling: Scaling,
+    ) -> Crossing:
+        """Return a crossing with what is known of whether its branches meet.
+
+        `at` are its block, s, and y with the derivative of the system of the crossing there.
+        """
+        (result, form, w), (b, here, y, slope) = found, at
+        g, unit, earlier = self.graphs, self.unit, self.graphs.ancestors(b)[:-1]
+        residual, missed = None, None
         if g.single and not any(k in known for k in earlier):
             u, u1, u2, _ = self.drivers(here)
             driven = (z[1] * unit, z[2] * unit**2, u, u1 * unit, u2 * unit**2)
-            residual = self._precise(b, whole, earlier, y, jacobian, driven, scaling)
+            own_system = (y, self._system(b).function, slope, driven, scaling)
+            signed = self.residuals.precise(b, whole, earlier, *own_system)
+            if signed is not None:
+                residual = abs(signed)
+                signed *= np.sign(float(w @ y[len(y) - len(w) :]))
+                missed = self._missed(b, here, result.x, whole, earlier, form, signed, w, scaling)
         if residual is None:
             sharp = [k for k in earlier if k not in known]
-            residual = self._residual(b, here, result.x, whole, sharp, w, scaling)
+            residual = self.residuals.wide(b, here, result.x, whole, sharp, w, scaling)
         if result.excluded:
-            residual = 0.0  # the path cannot leave its branch
-        return replace(result, residual=residual, gap=float(np.sqrt(2 * residual / size)))
+            residual, missed = 0.0, None  # the path cannot leave its branch
+        gap = float(np.sqrt(2 * residual / form.size))
+        return replace(result, residual=residual, gap=gap, missed=missed)
+
+    def _missed(
+        self,
+        b: int,
+        s: float,
+        x: Any,
+        whole: Any,
+        earlier: list[int],
+        form: _Form,
+        residual: float,
+        w: Any,
+        scaling: Scaling,
+    ) -> Missed | None:
+        """Return how branches pass each other that miss a crossing by a residual.
+
+        None where they cross, and where the last places of the numbers given leave that open.
+        """
+        near = np.sqrt(2 * abs(residual) / form.size) < LEAST
+        if near or abs(form.A) <= FLAT * form.size or scaling.mix is not None:
+            return None
+        there = np.array(whole, float)
+        there[self.graphs.blocks[b].own] = x
+        if not abs(residual) > self.residuals.doubt(b, s, there, earlier, w, scaling):
+            return None
+        return Missed(form.A, form.B, form.C, residual, form.tangent, form.v, self.unit)
 
     def _branches(
         self, b: int, s: float, y: Any, z: Any, slope: Any, scaling: Scaling
-    ) -> tuple[Crossing, float, Any] | None:
-        """Return the crossing with its two branches, the size of A, B, C, and w.
+    ) -> tuple[Crossing, _Form, Any] | None:
+        """Return the crossing with its two branches, A, B, C, and w.
 
         `slope` is that of the path's branch as far as it is known. None where no branches
         cross, or where the path comes on neither of them.
@@ -375,77 +440,7 @@ class CrossingFinder:
             return None
         group = graph.block.group
         found = Crossing(s, b, group, x, branches[0], branches[1], v, excluded=excluded)
-        return found, size, w
-
-    def _residual(
-        self,
-        b: int,
-        s: float,
-        x: Any,
-        whole: Any,
-        earlier: list[int],
-        w: Any,
-        scaling: Scaling,
-    ) -> float:
-        """Return |w . F| in 80-bit floats; to first order errors of x and s do not matter.
-
-        Unknowns of earlier blocks are refined first: theirs would.
-        """
-        g = self.graphs
-        wide, u = np.asarray(whole, LONG), self.u(s)
-
-        def value(k: int) -> Any:
-            graph = g.blocks[k]
-            parts = (wide[graph.own], wide[graph.uses], u, self.p[graph.params])
-            return evaluate(graph.function, [np.asarray(part, LONG)[None, :] for part in parts])[0]
-
-        for k in earlier:
-            J = g.blocks[k].value_at(np.asarray(whole, float), u, self.p)[1]
-            for _ in range(2):
-                wide[g.blocks[k].own] -= np.linalg.lstsq(J, value(k).astype(float))[0]
-        wide[g.blocks[b].own] = x
-        found = float(abs(np.asarray(w, LONG) @ scaling.equations(value(b))))
-        return found if found > LESS_EXACT else 0.0
-
-    def _precise(
-        self,
-        b: int,
-        whole: Any,
-        earlier: list[int],
-        y: Any,
-        slope: Any,
-        driven: tuple[Any, ...],
-        scaling: Scaling,
-    ) -> float | None:
-        """Return |w . F| in 50 digits at the crossing next to y, None where they cannot be had.
-
-        Unknowns of earlier blocks are refined first, and then y itself: `driven` are z', z'' and
-        u, u', u'' of the system of the crossing, `slope` its derivative.
-        """
-        g = self.graphs
-        wide, u = [exactly(value) for value in whole], driven[2]
-        n, function = g.blocks[b].size, self._system(b).function
-        try:
-            for k in earlier:
-                graph = g.blocks[k]
-                J = graph.value_at(whole, u, self.p)[1]
-                for _ in range(REFINEMENTS):
-                    parts = [[wide[i] for i in graph.own], [wide[i] for i in graph.uses]]
-                    F = decimals(graph.function, [*parts, u, self.p[graph.params]])
-                    for i, step in zip(graph.own, np.linalg.lstsq(J, _floats(F))[0], strict=True):
-                        wide[i] -= exactly(step)
-            z = [wide[i] for i in g.blocks[b].uses]
-            numbers = [z, *driven, self.p, *scaling.vectors]
-            refined = [exactly(value) for value in y]
-            for _ in range(REFINEMENTS):
-                system = decimals(function, [refined, *numbers])
-                change = np.linalg.lstsq(slope, -_floats(system))[0]
-                refined = [a + exactly(step) for a, step in zip(refined, change, strict=True)]
-            system = decimals(function, [refined, *numbers])
-        except NoDecimals:
-            return None
-        found = abs(float(sum(w * F for w, F in zip(refined[n + 1 :], system[:n], strict=True))))
-        return found if found > EXACT else 0.0
+        return found, _Form(A, B, C, t0, v), w
 
     def _branch(
         self,
@@ -473,10 +468,6 @@ class CrossingFinder:
         left, sigma, turned = np.linalg.svd(scaled)
         kept = sigma[:-1]
         return turned[:-1].T @ ((left[:, :-1].T @ right) / kept)
-
-
-def _floats(values: list[Any]) -> Any:
-    return np.array([float(value) for value in values])
 
 
 def piece(a: float, b: float, at_a: Any, at_b: Any) -> Piece:

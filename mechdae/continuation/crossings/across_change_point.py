@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.change_points import Branch, Crossing, CrossingFinder, Piece, piece
+from mechdae.continuation.crossings.change_points import (
+    Branch,
+    Crossing,
+    CrossingFinder,
+    Piece,
+    piece,
+)
+from mechdae.continuation.crossings.missed import INNER
+from mechdae.continuation.interpolate import quintic_rates
 from mechdae.kernels.graphs.blocks import ADJUGATE_LIMIT
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.numerics.least_squares import solve
@@ -26,6 +34,10 @@ TOGETHER = 1e-9
 """Distance within which two blocks are said to cross at the same pose, in largest steps."""
 MISS = 0.02
 """Share of the distance of the branches by which the prediction may miss its own."""
+PASS = "pass"
+"""What a path does at branches that nearly meet, and do not for the numbers given."""
+CLOSE = 1e-3
+"""Share by which an expansion of such branches may miss a solved pose at its end."""
 H_LIMIT = 0.2
 SAMPLED = (1 / 3, 2 / 3)
 """Where, in parts of the way from a node to the crossing, the interpolant is compared."""
@@ -67,15 +79,35 @@ class Zone:
         return np.where((s > S[1]) & (s < S[2]), behind, s)
 
     @property
+    def decided(self) -> bool:
+        """Whether it is known for the numbers given where the path goes."""
+        return self.action == PASS or all(crossing.exact for crossing in self.crossings)
+
+    @property
     def given(self) -> tuple[float, float]:
         """The interval in which poses come from the expansion.
 
         Branches that only come near each other bend away from it, and before such a place the
-        equations still decide; behind it no pose is ok.
+        equations still decide; behind it no pose is ok. Branches known to pass each other have an
+        expansion of their own.
         """
-        if all(crossing.exact for crossing in self.crossings):
+        if self.action == PASS:
+            (crossing,) = self.crossings
+            inner = INNER * crossing.missed.unit if crossing.missed else 0.0
+            return max(self.low, self.s - inner), min(self.high, self.s + inner)
+        if self.decided:
             return self.low, self.high
         return (self.s, self.high) if self.up else (self.low, self.s)
+
+    def carried(self, s: Any, columns: list[int]) -> list[Any]:
+        """Return x, x', x'' (n, nx) at places (n,); the crossing block's unknowns are `columns`."""
+        S, X, V, A = self.nodes
+        found = quintic_rates(S, X, V, A, self.sides(s))
+        if self.action == PASS:
+            (crossing,) = self.crossings
+            for part, own in zip(found, passing(crossing, s, self.up), strict=True):
+                part[:, columns] = own
+        return found
 
     @property
     def blocks(self) -> frozenset[int]:
@@ -150,9 +182,11 @@ class Builder:
         before = self._centre(living, crossing.s, state, s, known)
         after = before
         serial = any(one in g.ancestors(b) for b in blocks for one in blocks if one != b)
+        if action == PASS and len(crossings) > 1:
+            return None
         if action == "switch" and (serial or any(c.other is None for c in crossings)):
             action = "stop"
-        switch = action == "switch"
+        switch = action in ("switch", PASS)
         guess = np.array(piece(s, crossing.s, _parts(state, n), before)(far)[0])
         if switch:
             known = {c.block: _taylor(c.s, c.x, c.other) for c in crossings if c.other}
@@ -173,7 +207,11 @@ class Builder:
         for c in crossings:
             if not self._misses(c, moved[g.blocks[c.block].own]) <= MISS * distance:
                 return None
-        remainder = self._remainder(crossings, crossing.s, (s, state, before), (far, landed, after))
+        if action == PASS:
+            remainder = self._passed(crossings[0], before, sense)
+        else:
+            ends = (s, state, before), (far, landed, after)
+            remainder = self._remainder(crossings, crossing.s, *ends)
         if remainder is None:
             return None
         centre = [(crossing.s, self._state(before, state))]
@@ -211,6 +249,31 @@ class Builder:
             remainder[own] = missed
         return remainder
 
+    def _passed(self, crossing: Crossing, middle: Any, sense: float) -> Any:
+        """Return by how much expansions of branches that pass each other may miss them (nx,).
+
+        They are compared with solved poses where they end, with unknowns of the `middle` as first
+        guesses of all others.
+        """
+        n, g, missed = self.graphs.nx, self.graphs, crossing.missed
+        remainder, own = np.zeros(n), g.blocks[crossing.block].own
+        if missed is None or crossing.other is None:
+            return None
+        bent = np.abs(crossing.own.bend) + np.abs(crossing.other.bend)
+        gap = missed.across * np.abs(missed.v)
+        remainder[own] = bent * (missed.across * missed.unit) ** 2 + gap * missed.across
+        for side in (-1.0, 1.0):
+            place = crossing.s + side * INNER * missed.unit
+            there = passing(crossing, np.array([place]), sense > 0)[0][0]
+            guess = middle[0] + middle[1] * (place - crossing.s)
+            guess[own] = there
+            start = np.concatenate([guess, np.zeros(2 * n + g.nb)])
+            solved = self.step(start, place, 0.0)[0][own]
+            if not np.all(np.abs(solved - there) <= CLOSE * np.max(np.abs(gap) + INNER)):
+                return None
+            remainder[own] = np.maximum(remainder[own], 2 * np.abs(solved - there))
+        return remainder
+
     def _signed(self, b: int) -> bool:
         """Return whether a block's determinant changes its sign at a crossing."""
         graph = self.graphs.blocks[b]
@@ -236,7 +299,7 @@ class Builder:
         if self._leads_to(crossing, s, state):
             return crossing
         again = self.finder.find(crossing.block, s, state, sense, {})
-        if again is None or not again.meant or not self._leads_to(again, s, state):
+        if again is None or not again.told or not self._leads_to(again, s, state):
             return None
         return again
 
@@ -296,7 +359,7 @@ class Builder:
                 if abs(each.s - crossing.s) < 2 * abs(crossing.s - s):
                     return None, {}
                 continue
-            if not each.meant or not self._leads_to(each, s, state):
+            if not each.told or not self._leads_to(each, s, state):
                 return None, {}
             found.append(each)
             own = g.blocks[b].own
@@ -328,6 +391,27 @@ class Builder:
     def _state(self, parts: Any, like: Any) -> Any:
         """Return a node that interpolates but cannot be stepped from: beta is infinite."""
         return np.concatenate([*parts, np.full(len(like) - 3 * self.graphs.nx, np.inf)])
+
+
+def passing(crossing: Crossing, s: Any, up: bool) -> tuple[Any, Any, Any]:
+    """Return x, x', x'' (n, m) of a block near a crossing that its branches miss, at places (n,).
+
+    They are the expansions of the asymptotes, and what the branch is off them; `up` tells
+    whether it comes with s rising.
+    """
+    missed, other = crossing.missed, crossing.other
+    if missed is None or other is None:
+        raise ValueError("branches that meet")
+    sense = 1.0 if up else -1.0
+    ds = np.asarray(s, float) - crossing.s
+    side = missed.side(crossing.own.slope, sense)
+    behind = (ds >= 0 if up else ds < 0)[:, None]
+    slope = np.where(behind, other.slope, crossing.own.slope)
+    bend = np.where(behind, other.bend, crossing.own.bend)
+    off = [missed.from_asymptote(ds, side, order)[:, None] * missed.v for order in range(3)]
+    ds = ds[:, None]
+    x = crossing.x + slope * ds + bend * ds * ds / 2 + off[0]
+    return x, slope + bend * ds + off[1], bend + off[2]
 
 
 def _parts(state: Any, n: int) -> tuple[Any, Any, Any]:

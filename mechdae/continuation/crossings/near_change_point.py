@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.across_change_point import Zone
 from mechdae.continuation.any_path import AnyPath
-from mechdae.continuation.interpolate import quintic_rates
+from mechdae.continuation.crossings.across_change_point import Zone
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 
@@ -84,8 +83,8 @@ class ZonePoses:
         for k, inherited in zip(used, passed, strict=True):
             here = np.flatnonzero(own == k)
             zone = path.zones[k]
-            S, X, V, A = zone.nodes
-            x[here], v[here], a[here] = quintic_rates(S, X, V, A, zone.sides(places[rows[here]]))
+            columns = [i for b in sorted(zone.blocks) for i in self.graphs.blocks[b].own]
+            x[here], v[here], a[here] = zone.carried(places[rows[here]], columns)
             error[here] = 2 * inherited + zone.remainder
         kinds = [path.zones[k].blocks for k in own]
         for blocks in dict.fromkeys(kinds):

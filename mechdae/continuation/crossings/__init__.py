@@ -1,0 +1,1 @@
+"""Change points: where branches cross, and where they nearly do."""
