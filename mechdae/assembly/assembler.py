@@ -136,7 +136,7 @@ class Assembler:
             self._blocks_of[graph.block.group].append(b)
         self._classes: dict[tuple[int, bool], Any] = {}
         self.free: list[Group] = []
-        """Groups met with a freedom of their own: their outer pins coincide."""
+        """Groups met with a freedom of their own."""
 
     def _solver(self, graph: BlockGraph, slopes: Any, contact: bool) -> BlockSolver:
         if graph.redundant:

@@ -159,8 +159,13 @@ def not_assembled(scene: Scene, failure: NoPose, u: Any) -> AssemblyError:
     if failure.infinite:
         what = f"group {group.name} has infinitely many modes: a gear ratio is not rational"
     if failure.free:
-        what = f"group {group.name} moves by itself at this pose: its outer pins coincide"
-        hint = "sketch a pose, or give a value of the driver, at which they do not"
+        what = f"group {group.name} moves by itself at this pose"
+        if group.is_dyad:
+            what += ": its outer pins coincide"
+            hint = "sketch a pose, or give a value of the driver, at which they do not"
+        else:
+            what += ", in all that were found: its dimensions are special"
+            hint = "drive or hold its bodies, or change a dimension"
     if at is not None and at.superfluous:
         owners = list(dict.fromkeys(scene.rows[i].owner for i in group.rows))
         what += (

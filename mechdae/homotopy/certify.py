@@ -41,7 +41,7 @@ def certify(X: Any, Q: Any) -> CertifiedSolutions:
     K = 2 * np.sqrt(len(Q))
     largest = np.argmax(np.abs(X), axis=1)
     x = X / X[np.arange(n), largest][:, None]
-    columns = np.array([[j for j in range(k) if j != m] for m in largest]).reshape(n, k - 1)
+    columns = np.array([[j for j in range(k) if j != m] for m in largest], int).reshape(n, k - 1)
     half = np.einsum("iab,nb->nia", Q, x)
     J = np.take_along_axis(2 * half, columns[:, None, :], axis=2)
     F = np.einsum("nia,na->ni", half, x)

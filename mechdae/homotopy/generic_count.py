@@ -45,10 +45,10 @@ def generic_count(links: Sequence[Sequence[int]]) -> int:
         for e, sign in loop.items():
             row[steps[e][0]] += sign * lengths[e]
         matrix.append([value % PRIME for value in row])
-    return common_points(_ranks(matrix, len(links)))
+    return common_points(ranks(matrix, len(links)))
 
 
-def _ranks(matrix: list[list[int]], n: int) -> list[int]:
+def ranks(matrix: list[list[int]], n: int) -> list[int]:
     """Return by set of coordinates (a mask) the rank of the null space of a matrix on them."""
     full = (1 << n) - 1
     own = [_rank([[row[j] for j in range(n) if mask >> j & 1] for row in matrix])

@@ -19,6 +19,7 @@ import numpy as np
 
 from mechdae.homotopy.generic_count import LARGEST, generic_count
 from mechdae.homotopy.loops import walk
+from mechdae.homotopy.sliding_count import sliding_count
 from mechdae.records import dataclass
 
 FAR, FAR_SLIDE = 20.0, 1e6
@@ -79,10 +80,10 @@ class PinLinkage:
 
     @cached_property
     def count(self) -> int | None:
-        """Poses for generic dimensions, None where no theorem tells."""
-        if self.slides or len(self.parts) > LARGEST or len(set(self.turns)) < len(self.turns):
-            return None
-        return generic_count(self.parts)
+        """Poses for generic dimensions, None where they are not counted."""
+        if self.slides or len(set(self.turns)) < len(self.turns):
+            return sliding_count(self.loops, self.step_turns, self.step_slides)
+        return generic_count(self.parts) if len(self.parts) <= LARGEST else None
 
     @property
     def far(self) -> Any:

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import itertools
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.assembly import assembler
+from mechdae.assembly.linkage import linkage_group
 from mechdae.composition.chains import chains
-from mechdae.homotopy import certified_poses, stored_instances
+from mechdae.homotopy import certified_poses, monodromy, stored_instances
 from mechdae.homotopy.canonical import canonical
 from mechdae.homotopy.generic_count import generic_count
 from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage, instance
 from mechdae.homotopy.linkage_poses import linkage_poses
+from mechdae.homotopy.sliding_count import sliding_count
 from tests.reference.dixon import all_poses
-from tests.scripts.all_modes import compared
+from tests.scripts.all_modes import angles, compared, driven, missed
 from tests.shared.paths import DATA
 
 TRUSSES = {
@@ -68,6 +72,26 @@ def test_counts_of_graphs_of_bars() -> None:
     # a pin more on two bars doubles the count (Henneberg)
     fan = [(0, 1), *[(k, n) for n in range(2, 6) for k in (n - 1, n - 2)]]
     assert generic_count(fan) == 16
+
+
+def counted(own: PinLinkage) -> int | None:
+    return sliding_count(own.loops, own.step_turns, own.step_slides)
+
+
+def test_counts_with_slides() -> None:
+    """Two circles, a circle and a line; a part whose three points are on lines (Gosselin: 2)."""
+    assert counted(PinLinkage(((0, 1), (0, 2), (1, 2)), (0, 1, 2))) == 2
+    assert counted(PinLinkage(((0, 1), (0, 2), (2,)), (0, 1, 0), ((0, 2),))) == 2
+    three_lines = PinLinkage(((0,), (1, 2, 3)), (0, 1), ((0, 1), (0, 2), (0, 3)))
+    assert three_lines.unknowns == 4
+    assert counted(three_lines) == 2
+
+
+@pytest.mark.parametrize("links", [5, 7])
+def test_both_ways_to_count_agree(links: int) -> None:
+    for chain in chains(links, 0):
+        own = links_of(chain)
+        assert counted(linkage(own)) == generic_count(own)
 
 
 def test_the_fixed_link_and_the_order_make_no_difference() -> None:
@@ -242,6 +266,37 @@ def test_modes_are_those_that_eigenvalues_give(links: int, number: int, set_: in
     row = compared(every[number], rng, searched=False)
     assert row["proven"]
     assert row["eigenvalues"] == [row["complex"], row["real"], 0, 0]
+
+
+def with_slides(kinds: str, number: int) -> md.Mechanism:
+    """Return a group of six links drawn at random, with pairs of these kinds."""
+    every = [chain for truss in chains(7, 0) for chain in truss.inversions()]
+    chain = replace(every[number], pairs=kinds)
+    return driven(chain, np.random.default_rng(number).normal(size=(len(kinds), 2)))
+
+
+def test_groups_with_slides_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many generic poses as monodromy finds without being told; the search finds no others."""
+    mechanism, task = with_slides("RRRRPPRRR", 4), md.Modes(md.Driver("crank.angle", at=[0.0]))
+    seen: list[PinLinkage] = []
+    kept = linkage_group.instance_of
+
+    def instance_of(own: PinLinkage, folder: Any) -> Any:
+        seen.append(own)
+        return kept(own, folder)
+
+    monkeypatch.setattr(linkage_group, "instance_of", instance_of)
+    found = md.solve(mechanism, task)
+    assert found.summary["proven"]
+    own = canonical(seen[0]).linkage
+    count = own.count
+    monkeypatch.setattr(PinLinkage, "count", None)
+    assert len(monodromy.generic_instance(own, seed=2)[1]) == count
+    monkeypatch.setattr(assembler, "WAYS", ())
+    other = md.solve(mechanism, task)
+    assert not other.summary["proven"]
+    assert missed(angles(found), angles(other)) == 0
+    assert found.summary["count"] == other.summary["count"]
 
 
 @pytest.mark.parametrize("group", REAL)

@@ -100,3 +100,46 @@ def test_what_is_refused() -> None:
         md.platform_poses(np.zeros((5, 3)), np.zeros((6, 3)), np.ones(6))
     with pytest.raises(md.InputError, match="above 0"):
         md.platform_poses(np.eye(6)[:, :3], np.eye(6)[:, :3], np.zeros(6))
+
+
+def movable(size: float, rise: float = 1.1, turned: float = 0.7) -> tuple[Any, Any, Any]:
+    """Return base, platform and legs of Griffis and Duffy: corners on middles of sides."""
+    corners = np.array([[np.cos(a), np.sin(a), 0] for a in np.radians([90, 210, 330])])
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2
+    base = np.stack([corners, middles], axis=1).reshape(6, 3)
+    above = size * np.stack([middles, np.roll(corners, -1, axis=0)], axis=1).reshape(6, 3)
+    R = np.array([[np.cos(turned), -np.sin(turned), 0], [np.sin(turned), np.cos(turned), 0],
+                  [0, 0, 1]])  # fmt: skip
+    return base, above, np.linalg.norm(above @ R.T + [0, 0, rise] - base, axis=1)
+
+
+@pytest.mark.parametrize("size", [1.0, 0.6])
+def test_a_platform_that_moves_by_itself_is_said_to(size: float) -> None:
+    """Griffis and Duffy's platform moves at any lengths of its legs (Husty and Karger 2000)."""
+    base, above, legs = movable(size)
+    found = md.platform_poses(base, above, legs)
+    assert (found.regular, found.singular, found.proven) == (0, 40, False)
+    raised = (above + np.array([0, 0, 1.1])).tolist()
+    start = {f"platform.P{k}": tuple(own) for k, own in enumerate(raised)}
+    first, *others = base.tolist()
+    mechanism = md.Mechanism(
+        dimension=3,
+        ground=md.Ground(
+            {"O": (5, 0, 0)} | {f"B{k}": tuple(own) for k, own in enumerate(others, 1)}
+        ),
+        bodies=[
+            md.Body("crank", {"O": (0, 0, 0), "B0": (first[0] - 5, *first[1:])}),
+            md.Body("platform", {f"P{k}": tuple(own) for k, own in enumerate(above.tolist())}),
+        ],
+        joints=[
+            md.SpatialRevolute("O", "ground.O", "crank.O", axis=(0, 0, 1)),
+            md.Distance("leg0", "crank.B0", "platform.P0", legs[0]),
+            *(md.Distance(f"leg{k}", f"ground.B{k}", f"platform.P{k}", legs[k]) for k in range(1, 6)),
+        ],
+        sketch={"O": 0.0, **start},
+    )  # fmt: skip
+    result = md.solve(mechanism, md.Modes(md.Driver("O.angle", at=[0.0])))
+    assert result.summary["free"] == result.summary["groups"]
+    assert (result.summary["count"], result.summary["proven"]) == (0, False)
+    assert "moves by itself" in result.fault
+    assert result.summary["search"][0]["starts"] <= 256  # and no list of the poses it can take
