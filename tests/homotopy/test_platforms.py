@@ -134,7 +134,10 @@ def test_a_platform_that_moves_by_itself_is_said_to(size: float) -> None:
         joints=[
             md.SpatialRevolute("O", "ground.O", "crank.O", axis=(0, 0, 1)),
             md.Distance("leg0", "crank.B0", "platform.P0", legs[0]),
-            *(md.Distance(f"leg{k}", f"ground.B{k}", f"platform.P{k}", legs[k]) for k in range(1, 6)),
+            *(
+                md.Distance(f"leg{k}", f"ground.B{k}", f"platform.P{k}", legs[k])
+                for k in range(1, 6)
+            ),
         ],
         sketch={"O": 0.0, **start},
     )  # fmt: skip
