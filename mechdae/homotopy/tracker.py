@@ -64,17 +64,18 @@ def _ahead(last: Any, here: Any, rates: tuple[Any, Any], gap: Any, h: Any) -> An
     return value + (3 * s**2 - 2 * s**3) * here + (s**3 - s**2) * gap * now
 
 
-def track(system: System, x: Any, far: Any = FAR) -> PathEnds:
+def track(system: System, x: Any, far: Any = FAR, relative: bool = False) -> PathEnds:
     """Follow solutions of F(x, 0) = 0, each with steps of its own, to t = 1.
 
     Predicted by a cubic through the last two points, corrected by two Newton steps. What grows
-    beyond `far`, one size or one for each unknown, is at infinity.
+    beyond `far`, one size or one for each unknown, is at infinity. Corrections of `relative` paths
+    count by the size of each unknown where that is above one.
     """
     with np.errstate(all="ignore"):
-        return _track(system, np.array(x, complex), far)
+        return _track(system, np.array(x, complex), far, relative)
 
 
-def _track(system: System, x: Any, far: Any) -> PathEnds:
+def _track(system: System, x: Any, far: Any, relative: bool) -> PathEnds:
     n = len(x)
     t, h = np.zeros(n), np.full(n, FIRST)
     _, J, Ft = system(x, t)
@@ -96,7 +97,8 @@ def _track(system: System, x: Any, far: Any) -> PathEnds:
         F, J, Ft = system(y, ahead)
         second = solve(J, F)
         y = y - second
-        e1, e2 = _largest(first), _largest(second)
+        sizes = np.maximum(np.abs(y), 1) if relative else 1.0
+        e1, e2 = _largest(first / sizes), _largest(second / sizes)
         good = (e1 < FIRST_STEP) & (e2 < SECOND_STEP) & ((e2 <= RATIO * e1) | (e2 < DONE))
         rate = -solve(J, Ft)
         good &= np.isfinite(rate).all(axis=1)

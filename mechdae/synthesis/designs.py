@@ -39,6 +39,8 @@ ALIKE = 1e-3
 """Relative difference below which dimensions, and invariants of cognates, are the same."""
 ZERO = 1e-12
 """Objective of the NLP below which a design is exact."""
+LISTED = 24
+"""Solutions that do not move through their targets, up to which each one is reported."""
 ROUNDING = 1e-16
 """The same where rounding is all that is left of it, after the polish."""
 MET = 1e-9
@@ -247,10 +249,16 @@ def cognates_among(
 
 
 def defective(search: Search) -> list[dict[str, Any]]:
-    """Return the solutions of an exact goal that do not move through their targets, and why."""
+    """Return the solutions of an exact goal that do not move through their targets, and why.
+
+    None of them where there are many: their faults are counted.
+    """
     lead = search.lead
-    found = []
-    for drawn, faults in (lead.defective or []) if isinstance(lead, VisitsGoal) else []:
+    found: list[dict[str, Any]] = []
+    every = (lead.defective or []) if isinstance(lead, VisitsGoal) else []
+    if len(every) > LISTED:
+        return found
+    for drawn, faults in every:
         free = len(search.space.box)
         values = {"d": drawn.d[:free]}
         given = {"choice": drawn.d[free:]}

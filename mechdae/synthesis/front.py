@@ -29,6 +29,8 @@ from mechdae.synthesis.designs import (
     motions,
 )
 from mechdae.synthesis.dominance import best_of, hypervolume, undominated
+from mechdae.synthesis.exact.complete import Follow
+from mechdae.synthesis.exact.complete import here as followed_here
 from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
@@ -349,13 +351,14 @@ def synthesized(
     starts: int | None = None,
     seed: int | None = None,
     run: Run = here,
+    follow: Follow = followed_here,
 ) -> SynthesisResult:
     """Return the designs of a task of synthesis, of several objectives their front.
 
     Arguments and errors are those of `synthesize`.
     """
     if task.objectives is None:
-        return synthesize(problem, name, task, starts, seed, run)
+        return synthesize(problem, name, task, starts, seed, run, follow)
     return front_of(Search(problem, task), name, starts, seed, run)
 
 

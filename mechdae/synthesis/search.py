@@ -18,6 +18,7 @@ from mechdae.describe.tasks.shaking import SHAKING, with_shaking
 from mechdae.describe.tasks.synthesis import Demand, demand
 from mechdae.errors import InputError, UnknownName
 from mechdae.model.model import Model
+from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.synthesis.goals.dynamic import Dynamic
 from mechdae.synthesis.goals.extreme import ExtremeGoal, quantity_of
@@ -401,6 +402,20 @@ class Search:
         if not isinstance(lead, VisitsGoal) or lead.defective is None:
             return None
         return len(lead.defective) + lead.sound
+
+    @property
+    def exact_facts(self) -> dict[str, Any]:
+        """How many solutions an exact goal has, and how certain that is; {} where none count."""
+        lead = self.lead
+        if not isinstance(lead, VisitsGoal) or lead.within is None:
+            return {}
+        return lead.within.facts
+
+    def followed_by(self, follow: Follow) -> None:
+        """Have the paths of exact goals followed in another place."""
+        for goal in self.goals:
+            if isinstance(goal, VisitsGoal):
+                goal.follow = follow
 
     @property
     def around(self) -> bool:

@@ -14,6 +14,8 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Synthesis
 from mechdae.results import Summary, SynthesisResult
 from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, distinct, motions
+from mechdae.synthesis.exact.complete import Follow
+from mechdae.synthesis.exact.complete import here as followed_here
 from mechdae.synthesis.fourbar.reach import out_of_reach
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
@@ -37,6 +39,7 @@ def synthesize(
     starts: int | None = None,
     seed: int | None = None,
     run: Run = here,
+    follow: Follow = followed_here,
 ) -> SynthesisResult:
     """Return the designs of a task of synthesis, best first, each swept and certified.
 
@@ -46,6 +49,8 @@ def synthesize(
         In place of the task's own.
     run
         Solves the starts, in their order.
+    follow
+        Follows the paths of exact goals, in their order.
 
     Raises
     ------
@@ -54,6 +59,7 @@ def synthesize(
     """
     began = time.process_time()
     search = Search(problem, task)
+    search.followed_by(follow)
     problems = [search.build(kind) for kind in search.kinds]
     seed = search.asked.seed if seed is None else seed
     count = search.asked.starts if starts is None else starts
@@ -74,14 +80,10 @@ def synthesize(
     sound = sum(not each["defects"] for each in kept)
     statuses = [found.status for found in optima]
     summary: dict[str, Any] = {
-        "starts": len(jobs),
-        "asked": count,
+        "starts": len(jobs), "asked": count, "seed": seed,
         "exhausted": sum(found.exhausted for found in optima),
-        "gone_on": again,
-        "converged": len(candidates),
-        "distinct": len(several),
+        "gone_on": again, "converged": len(candidates), "distinct": len(several),
         "hits_of_best": kept[0]["hits"] if sound else 0,
-        "seed": seed,
         "status": "found" if sound else "none found",
         "rejected": rejected,
         "ipopt": {word: statuses.count(word) for word in dict.fromkeys(statuses)},
@@ -93,14 +95,13 @@ def synthesize(
             "whole": time.process_time() - began,
         },
     }  # fmt: skip
-    if search.all_solutions is not None:
-        summary["solutions"] = search.all_solutions
+    summary |= _verdict(search)
     if search.notes:
         summary["notes"] = search.notes
     fault = None
     if not sound:
         fault, conflicts = fault_of(problems, jobs, optima, candidates, rejected)
-        proof = out_of_reach(search)
+        proof = out_of_reach(search) or _none_is_faultless(search)
         if proof:
             fault, summary["status"] = f"{proof}; {fault}", "none exists"
         summary["conflicts"] = conflicts
@@ -110,6 +111,30 @@ def synthesize(
         summary=Summary(summary), fault=fault, definition=task,
         data={"designs": kept}, motions=motions(search, kept),
     )  # fmt: skip
+
+
+def _verdict(search: Search) -> dict[str, Any]:
+    """Return how many solutions an exact goal has within the bounds, and how certain that is."""
+    facts = search.exact_facts
+    if not facts:
+        return {}
+    return {"solutions": search.all_solutions, "verdict": facts["verdict"], "exact": facts}
+
+
+def _none_is_faultless(search: Search) -> str:
+    """Return that all solutions of an exact goal are known to have faults; empty if they have not.
+
+    Paths that go to infinity are no proof, so all must be certified.
+    """
+    facts = search.exact_facts
+    if not facts or facts["verdict"] == "found" or facts["faultless"] or facts["infinite"]:
+        return ""
+    if not facts["within"]:
+        return f"all {facts['count']} solutions are known, no real one is within the bounds"
+    faults = "; ".join(facts["faults"])
+    return (
+        f"all {facts['count']} solutions are known, those within the bounds have faults: {faults}"
+    )
 
 
 def _runs(

@@ -73,6 +73,27 @@ def _price(name: str, price: float) -> str:
     return f"{name} (price {price:.4g})"
 
 
+def _exact(facts: Mapping[str, Any], width: int) -> list[str]:
+    """Return how many solutions an exact goal has, and how certain that is."""
+    if not facts:
+        return []
+    within = f"{facts['within']} four-bars of them within the bounds"
+    if facts["within"]:
+        within += f", {facts['faultless']} without fault at the targets"
+        faults = [f"{text} ({count})" for text, count in facts["faults"].items()]
+        within += f"; faults of the others: {', '.join(faults)}" if faults else ""
+    if "count" not in facts:
+        return fact("verdict", f"{facts['verdict']}: {facts['real']} real, {within}", width)
+    words = [f"{facts['certified']} of {facts['count']} solutions certified"]
+    words += [
+        f"{facts[word]} {text}"
+        for word, text in (("infinite", "at infinity"), ("singular", "multiple"), ("lost", "lost"))
+        if facts[word]
+    ]
+    text = f"{', '.join(words)} ({facts['basis']}); {facts['real']} real, {within}"
+    return fact("verdict", f"{facts['verdict']}: {text}", width)
+
+
 def _census(result: Result, width: int) -> list[str]:
     """Return how many starts led where, and why optima were rejected."""
     summary = result.summary
@@ -86,7 +107,8 @@ def _census(result: Result, width: int) -> list[str]:
         words.append(f"{summary['hits_of_best']} hit the best")
     if summary.get("rejected"):
         words.append(f"{len(summary['rejected'])} rejected by their sweep")
-    lines = fact("census", ", ".join(words) + f"; seed {summary['seed']}", width)
+    lines = _exact(summary.get("exact", {}), width)
+    lines += fact("census", ", ".join(words) + f"; seed {summary['seed']}", width)
     for entry in summary.get("rejected", [])[:MOST]:
         reasons = "; ".join(entry["reasons"])
         lines += fact("rejected", f"objective {entry['objective']:.6g}: {reasons}", width)

@@ -47,8 +47,8 @@ ROOMS = {
     "solver": "describe dynamics errors forces kinematics results",
     "studies": "assembly continuation derivatives describe dynamics errors forces jobs kernels "
     "kinematics measures model numerics results setup solver",
-    "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
-    "numerics results setup solver studies",
+    "synthesis": "derivatives describe errors forces homotopy jobs kernels kinematics measures "
+    "model numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results setup solver studies synthesis",
     "ranking": "composition describe errors results tasks",

@@ -13,6 +13,7 @@ import pytest
 
 from mechdae.errors import InputError
 from mechdae.numerics.levenberg import solve_all
+from mechdae.synthesis.exact.four_bars import guiding_links
 from mechdae.synthesis.fourbar.cognates import are_cognates, cognates, foci, grouped, variants
 from mechdae.synthesis.fourbar.dyads import (
     DyadRows,
@@ -487,7 +488,9 @@ def test_elimination_and_search_find_the_same_dyads() -> None:
         )
         wanted = eliminated(poses)
         found = dyads(poses, starts=1000)
-        assert len(found) == len(wanted)
+        links, every = guiding_links(poses)
+        assert every.verdict == "proven"
+        assert len(links) == len(found) == len(wanted)
         for dyad in found:
             assert min(abs(dyad.pin - w) / (1 + abs(w)) for w in wanted) < 1e-9
         counts.append(len(found))

@@ -104,7 +104,7 @@ def dyads(
     """
     given = dict(given or {})
     _check(poses, given)
-    middle, size = _scale(poses)
+    middle, size = scale_of(poses)
     rows = DyadRows((poses.places - middle) / size, poses.rotations, _scaled(given, middle, size))
     search = solve_all(
         rows, rows.draw, starts, usable=rows.usable, seed=seed, iterations=iterations
@@ -227,7 +227,7 @@ def paired(poses: PlanePoses, found: Sequence[GuidingLink]) -> tuple[Linkage, ..
     The coupler point is the origin of the moving plane. Pairs that share a pivot or a pin are no
     four-bars and left out.
     """
-    _, size = _scale(poses)
+    _, size = scale_of(poses)
     made = []
     for first, second in permutations(found, 2):
         line = second.pin - first.pin
@@ -239,7 +239,7 @@ def paired(poses: PlanePoses, found: Sequence[GuidingLink]) -> tuple[Linkage, ..
     return tuple(made)
 
 
-def _scale(poses: PlanePoses) -> tuple[complex, float]:
+def scale_of(poses: PlanePoses) -> tuple[complex, float]:
     """Return the middle of the places and their size."""
     middle = complex(poses.places.mean())
     size = float(np.sqrt(np.mean(np.abs(poses.places - middle) ** 2)))

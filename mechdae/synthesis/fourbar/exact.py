@@ -254,11 +254,11 @@ def exact_path(
     """
     points = np.asarray(targets, float)
     given = dict(given or {})
-    _check(points, given)
+    check_path(points, given)
     P = points[:, 0] + 1j * points[:, 1]
     middle = complex(P.mean())
     size = float(np.sqrt(np.mean(np.abs(P - middle) ** 2)))
-    rows = PathRows((P - middle) / size, _scaled(given, middle, size))
+    rows = PathRows((P - middle) / size, scaled_dimensions(given, middle, size))
     search = solve_all(
         rows, rows.draw, starts, key=rows.key, usable=rows.usable, seed=seed, enough=enough
     )
@@ -271,7 +271,8 @@ def exact_path(
     return Exact(tuple(designs), search)
 
 
-def _scaled(given: Mapping[str, float], middle: complex, size: float) -> dict[str, float]:
+def scaled_dimensions(given: Mapping[str, float], middle: complex, size: float) -> dict[str, float]:
+    """Return given dimensions with the origin in the middle of the points, by their size."""
     shift = {
         "pivot_x": middle.real, "other_x": middle.real,
         "pivot_y": middle.imag, "other_y": middle.imag,
@@ -282,7 +283,8 @@ def _scaled(given: Mapping[str, float], middle: complex, size: float) -> dict[st
     }
 
 
-def _check(points: Any, given: Mapping[str, float]) -> None:
+def check_path(points: Any, given: Mapping[str, float]) -> None:
+    """Refuse points that are none or the same, and dimensions that are not as many as needed."""
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
         raise InputError("targets are finite points (x, y)", where="targets")
     k = len(points)

@@ -1,8 +1,9 @@
 """Exact goals with as many equations as unknowns: all solutions as starts of the NLP.
 
-Five poses of a coupler, or as many points as dimensions are free, have finitely many four-bars;
-they are found by Levenberg-Marquardt in batches. Those within the bounds that move on one
-branch are handed on, in the parameters of the mechanism.
+Five poses of a coupler, or as many points as dimensions are free, have finitely many four-bars.
+All complex ones are followed from generic numbers and certified; where it is not known how many
+there are, those are searched by Levenberg-Marquardt in batches. Four-bars within the bounds that
+move on one branch are handed on, in the parameters of the mechanism.
 """
 
 from __future__ import annotations
@@ -12,13 +13,16 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.tasks.goals import Visits
-from mechdae.synthesis.fourbar.dyads import dyads, paired, poses_of
+from mechdae.records import dataclass
+from mechdae.synthesis.exact.complete import Follow
+from mechdae.synthesis.exact.four_bars import four_bars_through, guiding_links, with_cognates
+from mechdae.synthesis.fourbar.dyads import paired, poses_of
 from mechdae.synthesis.fourbar.exact import exact_path
 from mechdae.synthesis.fourbar.linkage import Linkage
 from mechdae.synthesis.fourbar.starts import FourBarStarts
 
 SEARCHED = 6
-"""Points up to which all solutions are searched; beyond, starts come from the screening."""
+"""Points up to which solutions are searched where paths do not tell how many there are."""
 STARTS = 6000
 NEAR = 1e-6
 """Share of the mechanism by which a solution may miss the bounds."""
@@ -26,14 +30,28 @@ TRIES = 40
 """Places within the bounds from which the parameters of a solution are looked for."""
 DIMENSIONS = 9
 POSES = 5
+BOTH, ORDER = (
+    "the targets lie on both branches", "the targets are not visited in order within a turn"
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class WithinBounds:
+    """Four-bars of an exact goal within the bounds, with parameters and faults.
+
+    ``facts`` say how many solutions there are without bounds, and how certain that is.
+    """
+
+    each: list[tuple[Linkage, Any, tuple[str, ...]]]
+    facts: dict[str, Any]
 
 
 def solutions(
-    starts: FourBarStarts, asked: Visits, seed: int
-) -> list[tuple[Linkage, Any, tuple[str, ...]]] | None:
-    """Return all four-bars of an exact goal within the bounds, their parameters and faults.
+    starts: FourBarStarts, asked: Visits, seed: int, follow: Follow
+) -> WithinBounds | None:
+    """Return all four-bars of an exact goal.
 
-    None where there are not as many equations as unknowns.
+    None where there are not as many equations as unknowns, or too many solutions to be searched.
     """
     targets = np.array(asked.targets)
     given = starts.given()
@@ -43,25 +61,38 @@ def solutions(
         if len(targets) != POSES or given:
             return None
         poses = poses_of(targets)
-        found = paired(poses, dyads(poses, seed=seed))
+        links, every = guiding_links(poses, follow=follow)
+        found, facts = list(paired(poses, links)), every.facts()
     else:
-        if len(targets) > SEARCHED or len(targets) + len(given) != DIMENSIONS:
+        if len(targets) + len(given) != DIMENSIONS:
             return None
-        found = exact_path(targets, given, starts=STARTS, seed=seed).designs
+        counted = four_bars_through(targets, given, follow=follow)
+        if counted is None:
+            if len(targets) > SEARCHED:
+                return None
+            found = list(exact_path(targets, given, starts=STARTS, seed=seed).designs)
+            facts = {"verdict": "found", "basis": "none", "real": len(found)}
+        else:
+            found = list(counted.designs) if given else with_cognates(counted)
+            facts = counted.every.facts()
     result = []
     for each in found:
         met = NEAR * starts.space.size
         d, miss = starts.fitted(each, each.frame, tries=TRIES, met=met)
         if miss <= met:
             result.append((each, d, _faults(each, asked)))
-    return result
+    faults = [text for *_, own in result for text in own]
+    facts["within"] = len(result)
+    facts["faults"] = {text: faults.count(text) for text in dict.fromkeys(faults)}
+    facts["faultless"] = sum(not own for *_, own in result)
+    return WithinBounds(result, facts)
 
 
 def _faults(each: Linkage, asked: Visits) -> tuple[str, ...]:
     """Return what keeps a solution from moving through its targets, as the optimiser asks it."""
     found = []
     if each.branch == 0:
-        found.append("the targets lie on both branches")
+        found.append(BOTH)
     if asked.timing == "free" and each.sense == 0:
-        found.append("the targets are not visited in order within a turn")
+        found.append(ORDER)
     return tuple(found)

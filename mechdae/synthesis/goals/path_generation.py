@@ -16,7 +16,8 @@ import numpy as np
 from mechdae.describe.tasks.goals import Visits as Asked
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.model import Model
-from mechdae.synthesis.fourbar.solutions import solutions
+from mechdae.synthesis.exact.complete import Follow, here
+from mechdae.synthesis.fourbar.solutions import WithinBounds, solutions
 from mechdae.synthesis.fourbar.starts import FourBarStarts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.goals.visited import visited
@@ -70,6 +71,8 @@ class VisitsGoal(Goal):
         self.size = self.visited.size
         self.exact = asked.measure == "exact"
         self.minimax = asked.measure == "minimax"
+        self.follow: Follow = here
+        self.within: WithinBounds | None = None
         self.sound = 0
         self.defective: list[tuple[Drawn, tuple[str, ...]]] | None = None
         self.unit = self.size if self.minimax else self.size**2
@@ -188,9 +191,11 @@ class VisitsGoal(Goal):
         if space.loop is not None and not space.asked.choices:
             starts = FourBarStarts(space, self.asked.what)
             if self.exact and starts.fits:
-                found = solutions(starts, self.asked, int(generator.integers(2**31)))
-                if found is not None:
-                    yield from self._solutions(found, starts)
+                if self.within is None:
+                    seed = int(generator.integers(2**31))
+                    self.within = solutions(starts, self.asked, seed, self.follow)
+                if self.within is not None:
+                    yield from self._solutions(self.within.each, starts)
                     return
             if starts.fits and not self.asked.is_motion:
                 kinds = [kind] if kind else ["crank-rocker", "drag-link"]

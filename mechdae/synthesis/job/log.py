@@ -1,6 +1,6 @@
-"""The log of the starts of a synthesis: one line for each optimum.
+"""The log of a synthesis: one line for each optimum, and for each part of the paths of exact goals.
 
-Lines hold optima, floats with the digits that give the same float back.
+Lines hold optima and ends of paths, floats with the digits that give the same float back.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from mechdae.jobs.log import JobLog
 from mechdae.synthesis.ipopt import Optimum
 
 if TYPE_CHECKING:
+    from mechdae.synthesis.exact.complete import PathWork
     from mechdae.synthesis.goals.base import Seed
 
 FORMAT = 1
@@ -43,6 +44,8 @@ class Log(JobLog):
     ----------
     finished : dict of Optimum
         By the fingerprint of the start.
+    paths : dict of arrays
+        Ends of paths, by the fingerprint of where they start and lead to.
 
     Raises
     ------
@@ -57,6 +60,7 @@ class Log(JobLog):
         }  # fmt: skip
         self.total = total
         self.finished: dict[str, Optimum] = {}
+        self.paths: dict[str, Any] = {}
         self._drawn: dict[tuple[int, int], str] = {}
         super().__init__(Path(folder) / NAME, head)
         for entry in self.entries:
@@ -88,8 +92,28 @@ class Log(JobLog):
             self.add({"start": index, "of": self.total, "drawn": drawn, **_plain(found)})
             self.finished[drawn] = found
 
+    def put_paths(self, drawn: str, ends: Any) -> None:
+        """Write where paths lead to; a second time is nothing."""
+        if drawn not in self.paths:
+            rows = [row.view(float).tolist() if np.isfinite(row).all() else None for row in ends]
+            self.add({"paths": drawn, "unknowns": ends.shape[1], "ends": rows})
+            self.paths[drawn] = ends
+
+    def _enter_paths(self, entry: dict[str, Any]) -> None:
+        """Take ends of paths; what cannot be read is followed again."""
+        try:
+            count = int(entry["unknowns"])
+            rows = [[np.nan] * 2 * count if row is None else row for row in entry["ends"]]
+            ends = np.array(rows, float).reshape(len(rows), 2 * count).view(complex)
+        except (ValueError, KeyError, TypeError):
+            return
+        self.paths.setdefault(str(entry["paths"]), ends)
+
     def _enter(self, entry: dict[str, Any]) -> None:
         """Take a finished start; what cannot be read is a start that is solved again."""
+        if "paths" in entry:
+            self._enter_paths(entry)
+            return
         try:
             index, total, drawn = entry.pop("start"), entry.pop("of"), entry.pop("drawn")
             found = _optimum(entry)
@@ -107,6 +131,15 @@ def digest(kind: int, start: Seed) -> str:
         for name, value in sorted(table.items()):
             array = np.ascontiguousarray(value, dtype="<f8")
             found.update(f"{name}{array.shape}".encode() + array.tobytes())
+    return found.hexdigest()[:32]
+
+
+def fingerprint(work: PathWork) -> str:
+    """Return a fingerprint of paths, to the last bit of where they start and lead to."""
+    found = hashlib.sha256(type(work.family).__name__.encode())
+    for part in (getattr(work.family, "given", ()), work.start, work.target, work.bend, work.z):
+        array = np.asarray(part)
+        found.update(f"{array.shape}".encode() + array.tobytes())
     return found.hexdigest()[:32]
 
 

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from mechdae import __version__
 from mechdae.describe.file.load import load
@@ -19,10 +20,12 @@ from mechdae.jobs.distribute import distribute
 from mechdae.jobs.executors import Borrowed, Processes, Supply
 from mechdae.results import Result
 from mechdae.synthesis.designs import FEASIBLE
+from mechdae.synthesis.exact.complete import PathWork
+from mechdae.synthesis.exact.complete import here as followed_here
 from mechdae.synthesis.front import synthesized as designs_of
 from mechdae.synthesis.ipopt import Optimum
-from mechdae.synthesis.job.log import Log
-from mechdae.synthesis.job.worker import Work, solved, text_of
+from mechdae.synthesis.job.log import Log, fingerprint
+from mechdae.synthesis.job.worker import Work, followed, solved, text_of
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.search import Search
 from mechdae.synthesis.synthesize import Job as Start
@@ -92,7 +95,7 @@ def synthesize(
         ):
             window = None if executor is not None else AHEAD * workers
             job = Job(text, name, chosen.starts, supply, window, log, progress)
-            return designs_of(whole, name, chosen, run=job)
+            return designs_of(whole, name, chosen, run=job, follow=job.follow)
     except MechdaeError as error:
         if isinstance(error, InputError) and error.where.startswith(KEYS):
             error.inside(f"tasks.{name}")
@@ -165,6 +168,28 @@ class Job:
                 )
             distribute(works, self._supply, take, self._window, solved)
         return [self._optima[k] for k in places]
+
+    def follow(self, works: Sequence[PathWork]) -> list[Any]:
+        """Return where the paths of exact goals lead to, in the order of the works."""
+        ends: dict[int, Any] = {}
+        drawn = [fingerprint(work) for work in works]
+        if self._log is not None:
+            known = self._log.paths
+            ends = {k: known[own] for k, own in enumerate(drawn) if own in known}
+
+        def take(k: int, found: Any) -> None:
+            if k not in ends:
+                if self._log is not None:
+                    self._log.put_paths(drawn[k], found)
+                ends[k] = found
+
+        missing = {k: work for k, work in enumerate(works) if k not in ends}
+        if self._supply is None:
+            for k, work in missing.items():
+                take(k, followed_here([work])[0])
+        elif missing:
+            distribute(missing, self._supply, take, self._window, followed, "part")
+        return [ends[k] for k in range(len(works))]
 
     def _enter(self, k: int, optimum: Optimum) -> None:
         self._optima[k] = optimum

@@ -22,6 +22,7 @@ from mechdae.jobs.distribute import Failure
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
+    from mechdae.synthesis.exact.complete import PathWork
     from mechdae.synthesis.ipopt import Optimum
     from mechdae.synthesis.nlp import Nlp
 
@@ -53,6 +54,18 @@ def text_of(problem: Problem, name: str, task: Synthesis) -> str:
         if re.search(rf"""['"]{re.escape(own)}['"/]""", asked)
     }
     return alone(problem.mechanism, {**tasks, name: replace(task, starts=None)})
+
+
+def followed(work: PathWork) -> Any:
+    """Return where paths lead to, or a `Failure`; runs in any process that has the same mechdae."""
+    if work.version != __version__:
+        return Failure(f"mechdae {__version__} runs there, {work.version} here")
+    from mechdae.synthesis.exact.complete import followed as ends
+
+    try:
+        return ends(work)
+    except Exception as error:  # told to the one who asked, whatever it is
+        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
 def solved(work: Work) -> Optimum | Failure:
