@@ -25,7 +25,7 @@ _HOMES = {
     "mechdae.homotopy.six_axes": "arm_poses",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
-    "Study Sensitivity",
+    "Composition CurveGoal Study Sensitivity",
     "mechdae.describe.file.problem": "Problem Expected",
     "mechdae.describe.file.load": "load",
     "mechdae.describe.file.writing": "dump dumps",
@@ -34,7 +34,7 @@ _HOMES = {
     "mechdae.tasks.study": "study screen",
     "mechdae.derivatives.function": "function",
     "mechdae.assembly.open_mechanism": "opened",
-    "mechdae.synthesis.job.run": "synthesize",
+    "mechdae.tasks.designing": "synthesize",
     "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
     "mechdae.export.folder": "read save StoredResults",

@@ -13,7 +13,7 @@ GROUPS = {
     "Start": ["README.md", "docs/which-task.md", "docs/migration.md"],
     "Describe": ["problem-file", "joints", "space", "editor", "command-line", "python"],
     "Compute": ["measures", "forces", "motion", "sensitivity", "solver", "studies", "modules"],
-    "Design": ["synthesis", "synthesis-jobs", "composition"],
+    "Design": ["synthesis", "synthesis-jobs", "composition", "schemes"],
     "Show": ["page", "explain", "assignments", "pictures", "symbols", "gallery", "exchange"],
     "Know": [
         "theory",

@@ -19,7 +19,9 @@ def progress(word: str, quiet: bool = False) -> Callable[[int, int], None] | Non
     return show
 
 
-def starts_progress(quiet: bool = False) -> Callable[[int, int, float | None], None] | None:
+def starts_progress(
+    quiet: bool = False, word: str = "starts"
+) -> Callable[[int, int, float | None], None] | None:
     """Return what shows starts done, the best so far and the time left; None as above."""
     if quiet or not sys.stderr.isatty():
         return None
@@ -28,7 +30,7 @@ def starts_progress(quiet: bool = False) -> Callable[[int, int, float | None], N
     def show(done: int, total: int, best: float | None) -> None:
         if not began:
             began.append((time.monotonic(), done))
-        words = [f"starts {done} of {total}"]
+        words = [f"{word} {done} of {total}"]
         if best is not None:
             words.append(f"best so far {best:.6g}")
         spent, new = time.monotonic() - began[0][0], done - began[0][1]

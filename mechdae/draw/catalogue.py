@@ -154,11 +154,19 @@ PICTURES: Mapping[str, Picture] = {
     ),
     "front": Picture(
         "mechdae.draw.designs.front",
-        "the best compromises of a synthesis with several objectives",
-        of=("designs",),
+        "the best compromises of a synthesis with several objectives, or of a composition",
+        of=("designs", "schemes"),
         options=("lang",),
         hint=_DESIGNS,
         first=("synthesis",),
+    ),
+    "sheet": Picture(
+        "mechdae.draw.designs.schemes",
+        "the schemes of a composition side by side, each with its curve",
+        of=("schemes",),
+        options=("lang",),
+        hint="synthesize a task of kind composition and draw its result",
+        first=("composition",),
     ),
     "compare": Picture(
         "mechdae.draw.designs.compare",
@@ -344,6 +352,17 @@ def check_suits(
             where=where,
             hint=picture.hint,
         )
+    if "schemes" in holds:
+        known = ", ".join(kinds_of("schemes"))
+        raise InputError(
+            f"a composition has schemes, no '{kind}'", where=where,
+            hint=f"{known}; or solve the problem of a scheme and draw that",
+        )  # fmt: skip
+    if "schemes" in picture.of and "designs" not in picture.of:
+        raise InputError(
+            f"'{kind}' is a picture of a composition, this is a {what} of kind '{task}'",
+            where=where, hint=picture.hint,
+        )  # fmt: skip
     if "designs" in holds:
         known = ", ".join(kinds_of("designs"))
         raise InputError(

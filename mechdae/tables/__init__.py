@@ -12,6 +12,7 @@ from mechdae.tables.facts import facts_text
 from mechdae.tables.modes import modes_text, study_text
 from mechdae.tables.motions import equilibrium_facts, motion_facts
 from mechdae.tables.poses import pose_text, poses_columns, poses_text
+from mechdae.tables.schemes import schemes_text
 from mechdae.tables.text import WIDE, rows_of
 
 Lines = Callable[[Result, int], list[str]]
@@ -27,6 +28,7 @@ TEXTS: Mapping[str, tuple[Lines, Lines]] = {
     "equilibrium": (_poses, lambda result, _: equilibrium_facts(result)),
     "study": (lambda result, _: study_text(result), facts_text),
     "synthesis": (designs_text, lambda *_: []),
+    "composition": (schemes_text, lambda *_: []),
 }
 """Kind of task -> its table and what to know about it, where these are not those of poses."""
 

@@ -14,5 +14,8 @@ KINDS: Mapping[str, TaskKind] = {
     "synthesis": TaskKind(
         "mechdae.synthesis.front:synthesized", show="mechdae.tasks.show:design_structure"
     ),
+    "composition": TaskKind(
+        "mechdae.schemes.job:composed", show="mechdae.tasks.show:scheme_structure"
+    ),
 }
 """Kind of task -> its functions."""

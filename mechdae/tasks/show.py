@@ -11,7 +11,8 @@ from mechdae.assembly import start
 from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.idle_freedom import settled
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Driven, Synthesis, Task
+from mechdae.describe.tasks.composition import asked_of
+from mechdae.describe.tasks.kinds import Composition, Driven, Synthesis, Task
 from mechdae.describe.tasks.synthesis import demand, listed_goals
 from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs.steps import Graphs
@@ -176,6 +177,25 @@ def design_structure(
         **entry,
         "goals": [goal.kind for goal, _ in listed_goals(task)],
         "free": [*asked.free, *asked.choices],
+        "starts": asked.starts,
+        "seed": asked.seed,
+    }
+
+
+def scheme_structure(
+    problem: Problem, task: Composition, _model: Model | None = None
+) -> dict[str, Any]:
+    """Return what a task of composition searches for."""
+    entry = {"kind": task.kind, "available": task.available}
+    try:
+        asked = asked_of(task, problem.mechanism.parameter_values)
+    except MechdaeError as error:
+        return {**entry, "error": str(error)}
+    return {
+        **entry,
+        "goals": ["curve"],
+        "objectives": list(asked.objectives),
+        "chains": list(asked.chains or [f"{number} links" for number in asked.links]),
         "starts": asked.starts,
         "seed": asked.seed,
     }

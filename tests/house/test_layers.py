@@ -49,8 +49,11 @@ ROOMS = {
     "kinematics measures model numerics results setup solver",
     "synthesis": "derivatives describe errors forces homotopy jobs kernels kinematics measures "
     "model numerics results setup solver studies",
+    "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
+    "numerics results setup solver studies",
+    "schemes": "composition describe errors jobs results solver synthesis",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
-    "modules numerics results setup solver studies synthesis",
+    "modules numerics results schemes setup solver studies synthesis",
     "ranking": "composition describe errors results tasks",
     "pages": "continuation describe draw errors forces kernels kinematics model results setup "
     "tasks",

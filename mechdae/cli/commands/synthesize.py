@@ -51,11 +51,13 @@ def run(options: argparse.Namespace) -> int:
 
 def _result(options: argparse.Namespace) -> Result:
     from mechdae.jobs.executors import cluster
-    from mechdae.synthesis.job.run import synthesize
+    from mechdae.tasks.designing import LOGS, designing_task, synthesize
 
     problem = problem_of(options)
-    check_out(options.out, problem, options.task, "synthesis")
-    show = starts_progress(options.quiet)
+    name, task = designing_task(problem, options.task)
+    check_out(options.out, problem, name, task.kind)
+    word = LOGS[task.kind].partition(".")[0]
+    show = starts_progress(options.quiet, word)
     starts = []
 
     def progress(done: int, total: int, best: float | None) -> None:
@@ -68,7 +70,7 @@ def _result(options: argparse.Namespace) -> Result:
         with place as executor:
             result = synthesize(
                 problem,
-                options.task,
+                name,
                 starts=options.starts,
                 seed=options.seed,
                 workers=options.workers,
@@ -79,8 +81,8 @@ def _result(options: argparse.Namespace) -> Result:
     except BaseException:
         clear(show)
         if starts and options.out:
-            log = Path(options.out, "starts.jsonl").read_bytes()
-            kept = f"{log.count(10) - 1} of {starts[0]} starts are kept in {options.out}"
+            log = Path(options.out, LOGS[task.kind]).read_bytes()
+            kept = f"{log.count(10) - 1} of {starts[-1]} {word} are kept in {options.out}"
             message(f"mechdae: {kept}; the same command goes on there", options.quiet)
         raise
     clear(show)

@@ -35,6 +35,8 @@ def _rows(*sizes: int) -> dict[str, Any]:
     return every[0] if len(every) == 1 else {"oneOf": every}
 
 
+ONLY = {"properties": {"kind": {"const": "composition"}}}
+"""Tasks that need no mechanism in their file."""
 _KINDS: dict[str, dict[str, Any]] = {
     "number": NUMBER,
     "expression": NUMBER,
@@ -119,6 +121,7 @@ def schema() -> dict[str, Any]:
             {"required": ["bodies", "joints"]},
             {"required": ["vectors", "loops"]},
             {"required": ["repeat"]},
+            {"required": ["tasks"], "properties": {"tasks": {"additionalProperties": ONLY}}},
         ],
         "additionalProperties": False,
         "properties": properties,

@@ -16,10 +16,8 @@ from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.spatial_joints import KINDS_OF_JOINTS, SPATIAL_JOINTS
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import (
-    TASKS,
-    Task,
-)
+from mechdae.describe.tasks.composition import bare_crank
+from mechdae.describe.tasks.kinds import TASKS, Composition, Task
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
 
@@ -54,6 +52,8 @@ def read_problem(
             [read(Node, t, f"nodes.{n}", name=n) for n, t in _table(data, "nodes").items()],
             **parts,
         )
+    elif not parts["bodies"] and not parts["joints"] and _only_composes(data):
+        mechanism = replace(bare_crank(), parameters=Table(parts["parameters"]))
     else:
         mechanism = Mechanism(**parts)
     tasks = {n: read_task(n, t) for n, t in _table(data, "tasks").items()}
@@ -72,6 +72,14 @@ def read_problem(
     check_units(problem.mechanism, problem.tasks, data)
     notes = degrees_beside(problem.mechanism, problem.tasks, data)
     return replace(problem, notes=notes) if notes else problem
+
+
+def _only_composes(data: Mapping[str, Any]) -> bool:
+    """Return whether all tasks look for a mechanism, so that none is needed."""
+    tasks = _table(data, "tasks").values()
+    return bool(tasks) and all(
+        isinstance(table, Mapping) and table.get("kind") == Composition.kind for table in tasks
+    )
 
 
 def _outputs(table: Mapping[str, Any]) -> Table[str]:

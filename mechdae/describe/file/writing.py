@@ -19,6 +19,7 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.loads import Load, TableLoad
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
+from mechdae.describe.tasks.composition import CurveGoal
 from mechdae.describe.tasks.constraints import Constraint
 from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.tasks.kinds import Task
@@ -155,7 +156,7 @@ def given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
     """Return the kind and the fields that differ from their default, under their file keys."""
     kind = (
         {"kind": value.kind}
-        if isinstance(value, GoalDescription | Constraint | Task | Load)
+        if isinstance(value, GoalDescription | CurveGoal | Constraint | Task | Load)
         else {}
     )
     return kind | {

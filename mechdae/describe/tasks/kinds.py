@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
 from mechdae.describe.loads import TimeTable
 from mechdae.describe.table import Table
+from mechdae.describe.tasks.composition import CurveGoal
 from mechdae.describe.tasks.constraints import Constraint, Turned
 from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.values import Number, Value, key
@@ -263,6 +264,37 @@ class Synthesis(Task):
 
 
 @dataclass(frozen=True)
+class Composition(Task):
+    """Type and dimensions together: schemes of dyads with a crank that trace a closed curve."""
+
+    goal: CurveGoal | None = key("curve_goal", None)
+    objectives: tuple[str, ...] | None = key(
+        "names", None, doc="of the front: error, material, joints, points, transmission_angle"
+    )
+    reference: tuple[Number, ...] | None = key(
+        "numbers", None, doc="worst value of each objective that a front is measured from"
+    )
+    links: tuple[Number, ...] | None = key("numbers", None, doc="of the chains, [4, 6]", unit="1")
+    chains: tuple[str, ...] | None = key(
+        "names", None, doc="in place of links: four-bar, watt, stephenson, 8-1, 8-2, ..."
+    )
+    pairs: tuple[str, ...] | None = key("names", None, doc='kinds of joints, ["R"]')
+    within: Mapping[str, Number] | None = key(
+        "coordinates", None, doc="limits on objectives: name -> most, of transmission_angle least"
+    )
+    points: int | None = key("whole", None, doc="most pins, with the tracing point; 12")
+    samples: int | None = key("whole", None, doc="sets of dimensions drawn of each scheme")
+    starts: int | None = key("whole", None, doc="sets of each scheme that are refined")
+    grow: int | None = key("natural", None, doc="rounds of growth by points and dyads, 2")
+    seed: int | None = key("natural", None)
+    keep: int | None = key("whole", None, doc="designs that are reported, 20")
+
+    kind: ClassVar[str] = "composition"
+    available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("schemes",)
+
+
+@dataclass(frozen=True)
 class Study(Task):
     """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
 
@@ -318,6 +350,7 @@ TASKS: dict[str, type[Task]] = {
         Motion,
         Equilibrium,
         Synthesis,
+        Composition,
         Study,
         Sensitivity,
     )

@@ -1,9 +1,8 @@
-"""The front of a synthesis: its designs over each pair of objectives."""
+"""The front of a synthesis: its designs over their objectives."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ NUMBERED = 20
 def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     """Draw the points of a front, numbered as the designs are, with what they dominate.
 
-    Of three objectives a panel for each pair. Returns the upper panel.
+    Of three objectives the second and the third over the first. Returns the upper panel.
 
     Raises
     ------
@@ -45,7 +44,7 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
         words("front of", len(values)),
         words("hypervolume", words.number(front["hypervolume"], 4)),
     ]
-    pairs = list(combinations(range(values.shape[1]), 2))
+    pairs = [(0, k) for k in range(1, values.shape[1])]
     title = str(result.title or result.problem)
     height = 300.0 if len(pairs) == 1 else 210.0 * len(pairs)
     frame = Panels(ax, len(pairs), title, SEPARATOR.join(facts), height=height)

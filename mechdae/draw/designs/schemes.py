@@ -1,0 +1,121 @@
+"""A sheet of the schemes of a composition: each in one pose, with its curve over the wanted one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from mechdae.draw import style
+from mechdae.draw.graphs.scale import scale_of
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+MOST = 24
+"""Designs on a sheet."""
+CELL = (2.5, 2.4)
+"""Width and height of one of them [in]."""
+COLUMNS = 4
+STRIP = 0.45
+"""Height of the title [in]."""
+SETTINGS: Any = {"font.family": style.FONT, "svg.hashsalt": "mechdae"}
+
+
+def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
+    """Draw the designs of a front side by side, numbered as they are; at most 24, evenly taken.
+
+    Raises
+    ------
+    InputError
+        There is no design.
+    """
+    designs = result.data.get("designs", [])
+    if not designs:
+        raise InputError("there is no design to draw", hint=str(result.fault or ""))
+    words = Words(lang)
+    chosen = np.unique(np.linspace(0, len(designs) - 1, min(MOST, len(designs))).astype(int))
+    columns = min(COLUMNS, len(chosen))
+    lines = -(-len(chosen) // columns)
+    with mpl.rc_context(SETTINGS):
+        size = max(CELL[0] * columns, 4.0), CELL[1] * lines + STRIP
+        if ax is None:
+            figure = Figure(figsize=size, dpi=style.DPI, facecolor=style.PAPER)
+            ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        ax.set_xlim(0, 1)
+        ax.set_ylim(0, 1)
+        ax.axis("off")
+        top = 1 - STRIP / size[1]
+        ax.text(
+            0.02, 1 - 0.25 / size[1], str(result.title or result.problem), size=style.TITLE,
+            color=style.INK, va="center", transform=ax.transAxes, gid="title",
+        )  # fmt: skip
+        wanted = np.array(result.summary["curve"], float)
+        for place, k in enumerate(chosen.tolist()):
+            row, column = divmod(place, columns)
+            left, low = column / columns, top * (1 - (row + 1) / lines)
+            wide, high = 1 / columns, top / lines
+            cell = (left + 0.05 * wide, low + 0.04 * high, 0.9 * wide, 0.82 * high)
+            facts = _cell(ax.inset_axes(cell), result, designs[k], k + 1, wanted, words)
+            ax.text(left + 0.05 * wide, low + 0.9 * high, facts, size=style.TICK, color=style.INK)
+    return ax
+
+
+def _cell(
+    ax: Axes, result: Any, design: Mapping[str, Any], number: int, wanted: Any, words: Words
+) -> str:
+    """Draw one design: wanted curve pale, its own curve, links, pins; return what it is."""
+    length = scale_of("m", [wanted], result.units)
+    path = np.array(design["path"], float)
+    places = {name: np.array(spot, float) for name, spot in design["places"].items()}
+    for curve, color, width, z in (
+        (wanted, style.GHOST, 5.0, 1), (path, style.ARROW, 1.3, 4)
+    ):  # fmt: skip
+        ax.plot(*np.vstack([curve, curve[:1]]).T, color=color, linewidth=width, zorder=z)
+    frame, *links = design["link_points"]
+    for k, own in enumerate(links):
+        _link(ax, [places[name] for name in own], k == 0)
+    pins = {name for own in design["link_points"] for name in own}
+    for name in sorted(pins):
+        fixed, traces = name in frame, name == "P"
+        ax.plot(
+            *places[name], marker="^" if fixed else "o", markersize=7.0 if fixed else 3.5,
+            color=style.ARROW if traces else style.PAPER, markeredgecolor=style.INK,
+            markeredgewidth=0.9, linestyle="", zorder=6,
+        )  # fmt: skip
+    facts = [
+        f"{words('error')} {words.number(design['error'], 3)}",
+        f"{words.number(float(length(design['material'])), 3)} {length.unit}",
+        f"{len(design['link_points'])}/{design['joints']}",
+    ]
+    _frame(ax, np.vstack([wanted, path, *places.values()]))
+    return f"{number}   " + "  ·  ".join(facts)
+
+
+def _link(ax: Axes, spots: Sequence[Any], crank: bool) -> None:
+    color = style.DRIVEN if crank else style.INK
+    if len(spots) > 2:
+        middle = np.mean(spots, axis=0)
+        gaps = np.array(spots) - middle
+        order = np.argsort(np.arctan2(gaps[:, 1], gaps[:, 0]), kind="stable")
+        ax.add_patch(
+            Polygon(
+                np.array(spots)[order], closed=True, facecolor=style.GHOST, edgecolor=color,
+                linewidth=1.4, alpha=0.75, zorder=3,
+            )
+        )  # fmt: skip
+    else:
+        ax.plot(*np.array(spots).T, color=color, linewidth=2.2 if crank else 1.5, zorder=3.5)
+
+
+def _frame(ax: Axes, every: Any) -> None:
+    low, high = every.min(axis=0), every.max(axis=0)
+    room = 0.08 * float((high - low).max())
+    ax.set_xlim(low[0] - room, high[0] + room)
+    ax.set_ylim(low[1] - room, high[1] + room)
+    ax.set_aspect("equal")
+    ax.axis("off")

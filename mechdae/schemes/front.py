@@ -1,0 +1,197 @@
+"""The front of a search: its designs in the place of the wanted curve, each certified."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.tasks.composition import OBJECTIVES, CompositionDemand
+from mechdae.records import dataclass
+from mechdae.schemes.archive import Archive, SizedScheme
+from mechdae.schemes.closure import turned
+from mechdae.schemes.designs import (
+    certified,
+    dimensions,
+    point_names,
+    problem_of_scheme,
+    text_of_design,
+    tracer,
+)
+from mechdae.schemes.shape import POINTS, Wanted, centred, distances, fitted, resampled
+from mechdae.synthesis.dominance import best_of, hypervolume, undominated
+
+ANGLES = 720
+"""Crank angles by which a design is laid on the wanted curve."""
+TURN = 2 * np.pi
+MOST = 120
+"""Points of a front out of which those are chosen that are certified."""
+DRAWN = 5
+"""Of the poses of a certificate every so many are kept of the path, to be drawn."""
+SAME = 1e-6
+"""Share of an objective's range below which two designs are one."""
+
+
+@dataclass
+class SchemeFront:
+    """Certified designs that no other one dominates, and what was thrown away.
+
+    Attributes
+    ----------
+    designs
+        As they are reported, with a problem file each.
+    rejected
+        Objective and reasons of those that failed their certificate.
+    dominated
+        Number of certified designs that another one dominates.
+    nearest
+        Of what is outside the limits: the values that came nearest, by objective.
+    """
+
+    designs: list[dict[str, Any]]
+    rejected: list[dict[str, Any]]
+    dominated: int
+    nearest: dict[str, float]
+    summary: dict[str, Any]
+
+
+def front_of(
+    asked: CompositionDemand, archive: Archive, wanted: Wanted, name: str, title: str
+) -> SchemeFront:
+    """Return the front of what was found."""
+    signs = np.array([OBJECTIVES[own][1] for own in asked.objectives], float)
+    every = archive.every
+    entries = [entry for entry in every if _within(asked, entry, wanted.radius)]
+    values = np.array(
+        [[e.value(own, wanted.radius) for own in asked.objectives] for e in entries]
+    ).reshape(len(entries), len(signs)) * signs  # fmt: skip
+    left = np.ones(len(entries), bool)
+    judged: dict[int, dict[str, Any]] = {}
+    rejected: list[dict[str, Any]] = []
+    reference = _reference(asked, values, signs)
+    while True:
+        chosen = _chosen(values, left, reference, asked.keep)
+        missing = [k for k in chosen if k not in judged]
+        if not missing:
+            break
+        for k in missing:
+            own = judged[k] = design_of(entries[k], wanted, name, title, asked)
+            if own.get("reasons"):
+                left[k] = False
+                rejected.append({"objective": entries[k].error, "reasons": own["reasons"]})
+    designs = [judged[k] for k in chosen]
+    kept = best_of(designs, signs, SAME)
+    nearest = {
+        own: min((e.value(own, wanted.radius) * OBJECTIVES[own][1] for e in every), default=np.nan)
+        * OBJECTIVES[own][1]
+        for own in asked.within
+    }
+    summary = _described(asked, kept, signs) if kept else {}
+    return SchemeFront(kept, rejected, len(designs) - len(kept), nearest, summary)
+
+
+def _within(asked: CompositionDemand, entry: SizedScheme, radius: float) -> bool:
+    """Return whether an entry keeps the limits."""
+    for name, limit in asked.within.items():
+        sign = OBJECTIVES[name][1]
+        if sign * entry.value(name, radius) > sign * limit:
+            return False
+    return True
+
+
+def _reference(asked: CompositionDemand, values: Any, signs: Any) -> Any:
+    if asked.reference is not None:
+        return np.array(asked.reference, float) * signs
+    own = values[undominated(values)] if len(values) else np.ones((1, len(signs)))
+    return own.max(axis=0) + 1e-9 * np.abs(own).max(axis=0) + 1e-12
+
+
+def _chosen(values: Any, left: Any, reference: Any, keep: int) -> list[int]:
+    """Return the places of points of a front, at most `keep`, that dominate most together."""
+    at = np.flatnonzero(left)
+    if not len(at):
+        return []
+    at = at[undominated(values[at])]
+    inside = at[(values[at] <= reference).all(axis=1)]
+    at = inside if len(inside) else at
+    at = at[np.lexsort(values[at].T[::-1])]
+    _, first = np.unique(values[at], axis=0, return_index=True)
+    at = at[np.sort(first)]
+    if len(at) > MOST:
+        at = at[np.unique(np.linspace(0, len(at) - 1, MOST).astype(int))]
+    if len(at) <= keep:
+        return [int(k) for k in at]
+    # ends first: they have the least of each objective
+    chosen = list(dict.fromkeys(int(at[values[at, m].argmin()]) for m in range(values.shape[1])))
+    far = reference + 0.05 * (reference - values[at].min(axis=0)) + 1e-12
+    while len(chosen) < keep:
+        gains = [-1.0 if k in chosen else hypervolume(values[[*chosen, int(k)]], far) for k in at]
+        chosen.append(int(at[int(np.argmax(gains))]))
+    return sorted(chosen, key=lambda k: tuple(values[k]))
+
+
+def placed(entry: SizedScheme, wanted: Wanted) -> Any:
+    """Return the places (n,) [m] of a set, laid with its curve on the wanted one."""
+    places = entry.places[None]
+    x = turned(entry.scheme, places, TURN * np.arange(ANGLES) / ANGLES).x[entry.scheme.trace]
+    own = resampled(x, POINTS).points
+    target = wanted.points(POINTS)
+    fit = fitted(centred(own), target - target.mean())
+    moved = wanted.center + wanted.radius * target.mean()
+    return moved + wanted.radius * fit.factor[0] * (entry.places - own[0].mean())
+
+
+def design_of(
+    entry: SizedScheme, wanted: Wanted, name: str, title: str, asked: CompositionDemand
+) -> dict[str, Any]:
+    """Return a certified design as it is reported, or why it is none."""
+    scheme, names = entry.scheme, point_names(entry.scheme)
+    spots = placed(entry, wanted)
+    words = f"{title or name}: {len(scheme.links)} links, {scheme.joints} joints"
+    problem = problem_of_scheme(scheme, spots, name, words)
+    point = tracer(scheme)
+    found = certified(problem, point)
+    if found.reasons:
+        return {"reasons": found.reasons}
+    error = float(distances(found.curve[None] / wanted.radius, wanted)[0])
+    measured = {
+        "error": error, "material": entry.material * wanted.radius,
+        "joints": scheme.joints, "points": scheme.size,
+        "transmission_angle": found.transmission,
+    }  # fmt: skip
+    for own, limit in asked.within.items():
+        sign = OBJECTIVES[own][1]
+        if sign * measured[own] > sign * limit * (1 + 1e-9 * sign):
+            return {"reasons": [f"{own} is {measured[own]:.6g} over the whole turn"]}
+    values = [float(measured[own]) for own in asked.objectives]
+    return {
+        "objective": values[0], "objectives": values, "error": error,
+        "material": measured["material"], "joints": scheme.joints, "points": scheme.size,
+        "links": len(scheme.links), "class": f"{len(scheme.links)} links",
+        "scheme": scheme.text, "traced": point,
+        "transmission_angle_min": found.transmission,
+        "places": {n: [float(z.real), float(z.imag)] for n, z in zip(names, spots, strict=True)},
+        "link_points": [[names[k] for k in own] for own in scheme.links],
+        "path": [[float(z.real), float(z.imag)] for z in found.curve[::DRAWN]],
+        "parameters": dict(dimensions(problem.mechanism)), "problem": text_of_design(problem),
+    }  # fmt: skip
+
+
+def _described(
+    asked: CompositionDemand, kept: Sequence[dict[str, Any]], signs: Any
+) -> dict[str, Any]:
+    """Return the front as it is reported: points, reference, hypervolume."""
+    values = np.array([own["objectives"] for own in kept])
+    worst = (values * signs).max(axis=0) * signs
+    reference = np.array(asked.reference if asked.reference is not None else worst, float)
+    return {
+        "objectives": [
+            {"name": own.replace("_", " "), "unit": OBJECTIVES[own][0],
+             "sense": "least" if OBJECTIVES[own][1] > 0 else "largest"}
+            for own in asked.objectives
+        ],
+        "points": values.tolist(),
+        "reference": reference.tolist(),
+        "hypervolume": hypervolume(values * signs, reference * signs),
+    }  # fmt: skip

@@ -1,0 +1,116 @@
+"""A scheme: a crank and dyads one after the other, as points that bars hold together.
+
+Point 0 is the crank's pivot, point 1 its pin. Each further point is fixed, has its place in the
+frame of two points of one link (*rigid*), or hangs on two points by two bars (*dyad*). A place
+for each point in one pose is all that a scheme needs for its dimensions.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from mechdae.records import dataclass
+
+FIXED, CRANK, RIGID, DYAD = "F", "C", "R", "D"
+Point = tuple[str, int, int]
+"""Kind, and the two points that it hangs on."""
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Points in the order in which they are placed.
+
+    Parameters
+    ----------
+    points
+        Kind and two earlier points of each; those of a rigid one are on one link.
+    trace
+        The point that traces the curve.
+    """
+
+    points: tuple[Point, ...]
+    trace: int
+
+    @property
+    def size(self) -> int:
+        """Number of points: pins, and the tracing point where it is none."""
+        return len(self.points)
+
+    @cached_property
+    def links(self) -> tuple[tuple[int, ...], ...]:
+        """The points of each link, the frame first, then the crank."""
+        found: list[list[int]] = [[], [0, 1]]
+        for k, (kind, i, j) in enumerate(self.points):
+            if kind == FIXED:
+                found[0].append(k)
+            elif kind == RIGID:
+                own = [link for link in found if i in link and j in link]
+                if not own:
+                    raise ValueError(f"points {i} and {j} are on no link together")
+                own[0].append(k)
+            elif kind == DYAD:
+                found += [[i, k], [j, k]]
+        return tuple(map(tuple, found))
+
+    @cached_property
+    def bars(self) -> tuple[tuple[int, int], ...]:
+        """Lines that the material is counted by: a link with three points is a triangle."""
+        found = [(0, 1)]
+        for k, (kind, i, j) in enumerate(self.points):
+            if kind in (RIGID, DYAD):
+                found += [(i, k), (j, k)]
+        return tuple(found)
+
+    @cached_property
+    def members(self) -> tuple[tuple[int, int], ...]:
+        """The crank and the bars of dyads: what may not shrink to nothing."""
+        found = [(0, 1)]
+        for k, (kind, i, j) in enumerate(self.points):
+            if kind == DYAD:
+                found += [(i, k), (j, k)]
+        return tuple(found)
+
+    def links_at(self, point: int) -> list[int]:
+        """Return the links that a point is on."""
+        return [k for k, own in enumerate(self.links) if point in own]
+
+    @cached_property
+    def joints(self) -> int:
+        """Number of joints with two links each: three links on one pin are two."""
+        return sum(max(len(self.links_at(k)) - 1, 0) for k in range(self.size))
+
+    @cached_property
+    def text(self) -> str:
+        """The scheme as short text, from which `read` makes it again."""
+        words = [kind + (f"{i}.{j}" if kind in (RIGID, DYAD) else "") for kind, i, j in self.points]
+        return " ".join([*words, f"*{self.trace}"])
+
+    @property
+    def name(self) -> str:
+        """What it is called in results."""
+        return f"{len(self.links)} links, {self.joints} joints: {self.text}"
+
+    def pruned(self) -> tuple[Scheme, list[int]]:
+        """Return the scheme without points that the tracing one does not hang on; those kept."""
+        needed = {0, 1, self.trace}
+        for k in range(self.size - 1, -1, -1):
+            kind, i, j = self.points[k]
+            if k in needed and kind in (RIGID, DYAD):
+                needed |= {i, j}
+        order = sorted(needed)
+        place = {old: new for new, old in enumerate(order)}
+        points = tuple(
+            (kind, place.get(i, 0), place.get(j, 0))
+            for kind, i, j in (self.points[k] for k in order)
+        )
+        return Scheme(points, place[self.trace]), order
+
+
+def read(text: str) -> Scheme:
+    """Return the scheme of a text."""
+    points: list[Point] = []
+    *words, last = text.split()
+    for word in words:
+        i, j = map(int, word[1:].split(".")) if len(word) > 1 else (0, 0)
+        points.append((word[0], i, j))
+    return Scheme(tuple(points), int(last[1:]))

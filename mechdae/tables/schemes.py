@@ -1,0 +1,53 @@
+"""Schemes of a task of composition as text: the front, what was thrown away, what was searched."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mechdae.results import Result
+from mechdae.tables.text import MOST, fact
+
+
+def schemes_text(result: Result, width: int) -> list[str]:
+    """Return a row for each design, the front, the census."""
+    designs: Sequence[Mapping[str, Any]] = result.data.get("designs", [])
+    front = result.summary.get("front", {})
+    lines = _rows(result, designs) if designs else []
+    if front:
+        shown = [result.units.of(own["unit"]) for own in front["objectives"]]
+        ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
+        text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
+        lines += fact("front", f"{text}({', '.join(ends)})", width)
+    summary = result.summary
+    words = [f"{summary['schemes']} schemes", f"{summary['sets']} sets of dimensions measured"]
+    if summary["rejected"]:
+        words.append(f"{len(summary['rejected'])} thrown away by their certificate")
+    lines += fact("census", ", ".join(words) + f"; seed {summary['seed']}", width)
+    for entry in summary["rejected"][:MOST]:
+        reasons = "; ".join(entry["reasons"])
+        lines += fact("rejected", f"error {entry['objective']:.6g}: {reasons}", width)
+    return lines
+
+
+def _rows(result: Result, designs: Sequence[Mapping[str, Any]]) -> list[str]:
+    length, angle = result.units.of("m"), result.units.of("rad")
+    columns = [
+        ("design", [str(rank) for rank in range(1, len(designs) + 1)]),
+        ("error", [f"{own['error']:.5g}" for own in designs]),
+        (
+            f"material [{length.name}]",
+            [f"{own['material'] * length.factor:.5g}" for own in designs],
+        ),
+        ("links", [str(len(own["link_points"])) for own in designs]),
+        ("joints", [str(own["joints"]) for own in designs]),
+        ("points", [str(own["points"]) for own in designs]),
+        (
+            f"least transmission [{angle.name}]",
+            [f"{own['transmission_angle_min'] * angle.factor:.3f}" for own in designs],
+        ),
+    ]
+    sizes = [max(len(title), *map(len, own)) + 2 for title, own in columns]
+    rows = [[title for title, _ in columns]]
+    rows += [[own[k] for _, own in columns] for k in range(len(designs))]
+    return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]

@@ -1,0 +1,102 @@
+"""Tasks that look for designs, as jobs: dimensions of one mechanism, or schemes with dimensions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Composition, Synthesis, Task
+from mechdae.errors import InputError
+from mechdae.results import Result
+
+LOGS = {"synthesis": "starts.jsonl", "composition": "pieces.jsonl"}
+"""Kind of task -> name of the log of its job."""
+
+
+def designing_task(problem: Problem, task: str | None) -> tuple[str, Task]:
+    """Return name and task that is meant: the one named, or the first that looks for designs.
+
+    Raises
+    ------
+    InputError
+        The task is of another kind, or there is none.
+    """
+    if task is not None:
+        own = problem.task(task)
+        if own.kind not in LOGS:
+            raise InputError(
+                f"is of kind '{own.kind}', not synthesis", where=f"tasks.{task}",
+                hint=f"mechdae solve {problem.name} --task {task}",
+            )  # fmt: skip
+        return task, own
+    for name, own in problem.tasks.items():
+        if own.kind in LOGS:
+            return name, own
+    raise InputError("no task of kind synthesis", where=f"{problem.name}: tasks")
+
+
+def synthesize(
+    problem: Problem | Mechanism | str | Path,
+    task: Synthesis | Composition | str | None = None,
+    *,
+    starts: int | None = None,
+    seed: int | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
+    out: str | Path | None = None,
+    progress: Callable[[int, int, float | None], None] | None = None,
+) -> Result:
+    """Return the designs of a task of synthesis, or of composition, best first.
+
+    The answer depends on the problem, the number of starts and the seed alone: not on where the
+    starts are solved, nor on whether the job was broken off and begun again.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or a mechanism.
+    task
+        Name of a task (default: the first of kind synthesis or composition), or a task as a value.
+    starts, seed
+        In place of the task's own.
+    workers
+        Processes of this machine; 1: this one.
+    executor
+        Solves the starts in place of own processes; it is not shut down.
+    out
+        Folder with the log of finished starts, ``starts.jsonl`` (of a composition
+        ``pieces.jsonl``): a job that was broken off goes on there, and so does one with more.
+    progress
+        Called with the number of finished starts, the number asked for, and the best objective so
+        far (None as long as no start met all constraints).
+
+    Raises
+    ------
+    InputError
+        Something in the description or the call is wrong; the folder is of another job.
+    SolveError
+        A start could not be solved: its worker died again and again.
+    """
+    options: dict[str, Any] = {
+        "starts": starts, "seed": seed, "workers": workers, "executor": executor, "out": out,
+        "progress": progress,
+    }  # fmt: skip
+    chosen: Any = task
+    if not isinstance(problem, Mechanism) and not isinstance(task, Task):
+        whole = problem if isinstance(problem, Problem) else load(problem)
+        problem = whole
+        name, chosen = designing_task(whole, task)
+        task = name
+    own: Any = task
+    if isinstance(chosen, Composition):
+        from mechdae.schemes.job import compose
+
+        return compose(problem, own, **options)
+    from mechdae.synthesis.job.run import synthesize as dimensioned
+
+    return dimensioned(problem, own, **options)
