@@ -215,9 +215,9 @@ def test_screened_sets_assemble_and_are_near() -> None:
 def test_a_design_is_a_problem_of_its_own() -> None:
     scheme, places = drawn(WATT, 1)
     problem = problem_of_scheme(scheme, places[0], "watt", "Watt")
-    from mechdae.describe.file.load import from_dict
-
     import tomllib
+
+    from mechdae.describe.file.load import from_dict
 
     again = from_dict(tomllib.loads(md.dumps(problem)))
     found = md.solve(again, PATH)
