@@ -60,8 +60,10 @@ class Change:
         )
         gap = (other - one)[:, :1]
         far = np.abs(gap) ** 2
-        along = (first**2 - second**2 + far) / (2 * far)
-        across = np.sqrt(np.maximum(first**2 / far - along**2, 0.0))
+        # points that meet give no set
+        with np.errstate(invalid="ignore", divide="ignore"):
+            along = (first**2 - second**2 + far) / (2 * far)
+            across = np.sqrt(np.maximum(first**2 / far - along**2, 0.0))
         found[:, new] = (one[:, :1] + gap * (along + 1j * side * across))[:, 0]
 
 

@@ -94,10 +94,12 @@ class SchemeSearch:
 
     # -- rounds --------------------------------------------------------------------------------
 
-    def search(self) -> Archive:
-        """Return all that was found."""
+    def search(self, enough: Callable[[], bool] = lambda: False) -> Archive:
+        """Return all that was found; no further round of growth begins when it is `enough`."""
         self._screen(self.schemes())
         for number in range(self.asked.grow):
+            if enough():
+                break
             self._grow(number)
             self._fill(f"levels {number + 1}")
         if not self.asked.grow:
