@@ -49,8 +49,6 @@ ROOMS = {
     "kinematics measures model numerics results setup solver",
     "synthesis": "derivatives describe errors forces homotopy jobs kernels kinematics measures "
     "model numerics results setup solver studies",
-    "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
-    "numerics results setup solver studies",
     "schemes": "composition describe errors jobs results solver synthesis",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results schemes setup solver studies synthesis",
