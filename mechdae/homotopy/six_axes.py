@@ -5,7 +5,8 @@ quadrics (Wampler and Morgan 1991): z_i.z_i = 1, z_i.z_i+1 = c_i and the way to 
 
     sum k_i z_i x z_i+1 + sum d_i z_i = p,    c_i = cos alpha_i,  k_i = a_i / sin alpha_i.
 
-They have 16 solutions at most that are alone (Primrose 1986; Lee and Liang 1988).
+They have 16 solutions at most that are alone (Primrose 1986; Lee and Liang 1988). Arms whose first
+or last three axes meet in a point have 8, in closed form (`wrists`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import InputError
+from mechdae.homotopy import wrists
 from mechdae.homotopy.tracker import distinct, track
 from mechdae.records import dataclass
 
@@ -38,17 +40,19 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 class ArmPoses:
     """Real poses: ``angles`` (n, 6) of the joints [rad].
 
-    ``regular`` counts the certified complex poses of 16, ``basis`` is "theorem" where all 16 are
-    certified and different: then the real ones are all there are (``proven``), else "homotopy".
+    ``regular`` counts the certified complex poses of the ``most`` there can be, ``basis`` is
+    "theorem" where all of these are certified and different: then the real ones are all there are
+    (``proven``), else "homotopy".
     """
 
     angles: Any
     regular: int
     basis: str
+    most: int = MOST
 
     @property
     def singular(self) -> int:
-        return MOST - self.regular
+        return self.most - self.regular
 
     @property
     def proven(self) -> bool:
@@ -69,7 +73,8 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Any) -> ArmPoses:
     Raises
     ------
     InputError
-        Neighbouring axes are parallel, or the place is no rotation.
+        The place is no rotation, or neighbouring axes are parallel where no three axes at an end
+        of the arm meet in a point.
     """
     rows, place = np.asarray(links, float), np.asarray(hand, float)
     if rows.shape != (6, 3) or place.shape not in ((3, 4), (4, 4)):
@@ -79,6 +84,10 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Any) -> ArmPoses:
         raise InputError("the first three columns of the hand are no rotation", where="hand")
     a, alpha, d = rows.T
     sines = np.sin(alpha)
+    if wrists.wrist_at(rows):
+        found = wrists.wrist_poses(rows, place[:3])
+        if found.sure and found.regular == wrists.MOST:
+            return ArmPoses(_in_order(found.angles), found.regular, "theorem", wrists.MOST)
     if np.abs(sines[:5]).min() < PARALLEL:
         k = int(np.argmin(np.abs(sines[:5])))
         raise InputError(
@@ -94,8 +103,12 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Any) -> ArmPoses:
     simple, real, other, sure = _certified(target, X)
     whole = len(X) == MOST and bool((simple & (real | other)).all()) and sure
     angles = _angles(X[simple & real].real.reshape(-1, 4, 3), first, last, R[:, 0], sines[:5])
+    return ArmPoses(_in_order(angles), int(simple.sum()), "theorem" if whole else "homotopy")
+
+
+def _in_order(angles: Any) -> Any:
     order: Any = np.lexsort(np.round(angles, 9).T) if len(angles) else []
-    return ArmPoses(angles[order], int(simple.sum()), "theorem" if whole else "homotopy")
+    return angles[order]
 
 
 def _angles(z: Any, first: Any, last: Any, x_last: Any, sines: Any) -> Any:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import mechdae as md
 from mechdae.assembly import assembler
@@ -89,8 +91,30 @@ def test_rings_of_seven_hinges_are_proven(monkeypatch) -> None:
             assert np.abs(places - own).max(axis=(1, 2)).min() < 1e-8
 
 
-def test_arms_with_parallel_axes_are_searched() -> None:
+def test_an_arm_with_a_wrist_is_proven_and_the_search_finds_no_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two of its axes are parallel, the last three meet (Pieper 1968: eight poses)."""
     found = md.solve("six-axis-arm", "modes")
-    assert found.summary["count"] == 8
+    assert (found.summary["count"], found.summary["proven"]) == (8, True)
+    assert "8 complex poses, as many as there can be" in found.summary["basis"]
+    monkeypatch.setattr(assembler, "WAYS", assembler.WAYS[:1])
+    searched = md.solve("six-axis-arm", "modes")
+    assert searched.summary["count"] == 8
+    ours, theirs = (
+        np.exp(1j * np.stack([own.joints[f"J{k}"].angle for k in range(1, 7)], axis=1))
+        for own in (found, searched)
+    )
+    assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9
+
+
+def test_arms_with_parallel_axes_and_no_wrist_are_searched() -> None:
+    problem = md.load("six-axis-arm")
+    arm = problem.mechanism
+    roll = md.Body("roll", {"W": (0, 0, 0), "V": (0, 0.05, 0.02)})
+    bend = replace(arm.joints["J5"], first="roll.V")
+    arm = replace(arm, bodies={**arm.bodies, "roll": roll}, joints={**arm.joints, "J5": bend})
+    found = md.solve(replace(problem, mechanism=arm), "modes")
+    assert found.summary["count"] > 0
     assert not found.summary["proven"]
     assert found.summary["basis"].endswith("search from many starts")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.homotopy import six_axes
+from mechdae.homotopy import six_axes, wrists
 
 H = np.pi / 2
 SIXTEEN = [(0.3, H, 0), (1, 1, 0), (0, H, 0.2), (1.5, 1, 0), (0, H, 0), (0, 0, 0)]
@@ -69,16 +69,68 @@ def test_poses_drawn_at_random_are_among_those_found() -> None:
         assert len(md.arm_poses(large, place).angles) == len(found.angles)
 
 
-def test_a_wrist_whose_axes_meet_is_not_called_proven() -> None:
-    """Eight poses at most where the last three axes meet: the other paths go elsewhere."""
+def wrist(rng: Any, kind: int) -> Any:
+    """Return an arm three of whose axes meet: general, with parallel axes, with axes that meet."""
+    links = np.stack(
+        [rng.normal(size=6), rng.uniform(0.3, 2.8, size=6), rng.normal(size=6)], axis=1
+    )
+    links[[3, 4], 0] = links[4, 2] = 0
+    if kind == 1:
+        links[1, 1] = 0
+    if kind == 2:
+        links[0, 0] = 0
+    if kind == 3:
+        links[0, 1] = 0
+    return links
+
+
+def turned_round(links: Any) -> Any:
+    """Return the same arm from the hand to the foot."""
+    a, alpha, d = links.T
+    back = np.zeros((6, 3))
+    back[:5, 0], back[:5, 1], back[:, 2] = -a[4::-1], -alpha[4::-1], -d[::-1]
+    return back
+
+
+@pytest.mark.parametrize("kind", range(4))
+@pytest.mark.parametrize("round_", [False, True])
+def test_arms_whose_axes_meet_have_eight_poses(kind: int, round_: bool) -> None:
+    rng = np.random.default_rng([kind, round_])
+    for _ in range(6):
+        links = turned_round(wrist(rng, kind)) if round_ else wrist(rng, kind)
+        angles = rng.uniform(-3, 3, size=6)
+        hand = forward(links, angles)
+        found = md.arm_poses(links, hand)
+        assert (found.proven, found.regular, found.most, found.singular) == (True, 8, 8, 0)
+        assert len(found.angles) in (2, 4, 6, 8)
+        gaps = np.abs(np.exp(1j * found.angles) - np.exp(1j * angles)).max(axis=1)
+        assert gaps.min() < 1e-8
+        for own in found.angles:
+            assert np.abs(forward(links, own) - hand).max() < 1e-9
+
+
+def test_eight_poses_are_those_that_paths_find() -> None:
+    """Without the closed form eight paths go to them and eight elsewhere."""
     links = [(0.2, H, 0), (1, 0.7, 0.1), (0.3, H, 0), (0, -H, 0.9), (0, H, 0), (0, 0, 0.1)]
-    angles = [0.3, -0.8, 1.1, 0.4, 0.9, -0.5]
-    found = md.arm_poses(links, forward(links, angles))
-    assert not found.proven
-    assert found.regular <= 8
-    assert found.singular == 16 - found.regular
-    gaps = np.abs(np.exp(1j * found.angles) - np.exp(1j * np.array(angles))).max(axis=1)
-    assert gaps.min() < 1e-9
+    hand = forward(links, [0.3, -0.8, 1.1, 0.4, 0.9, -0.5])
+    found = md.arm_poses(links, hand)
+    assert found.proven
+    nearly = [(a + 1e-7 * (k == 3), alpha, d) for k, (a, alpha, d) in enumerate(links)]
+    other = md.arm_poses(nearly, hand)
+    assert other.most == 16
+    for own in found.angles:
+        gaps = np.abs(np.exp(1j * other.angles) - np.exp(1j * own)).max(axis=1)
+        assert gaps.min() < 1e-4
+
+
+def test_a_stretched_arm_is_not_called_proven() -> None:
+    """At the limit of its reach two poses are one; beyond it there is none, and that is sure."""
+    links = [(0, H, 0.4), (0.5, 0, 0), (0, H, 0), (0, -H, 0.4), (0, H, 0), (0, 0, 0.1)]
+    hand = forward(links, [0.3, 0.5, H, 0.4, 0.9, -0.5])
+    assert not wrists.wrist_poses(np.array(links), hand[:3]).sure
+    hand[:3, 3] *= 1.4
+    found = md.arm_poses(links, hand)
+    assert (found.proven, len(found.angles)) == (True, 0)
 
 
 def test_certificates_refuse_what_is_no_pose() -> None:

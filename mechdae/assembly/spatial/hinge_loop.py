@@ -14,12 +14,14 @@ import numpy as np
 
 from mechdae.assembly.linkage.rigid_parts import GroupPoses, OtherShape
 from mechdae.assembly.spatial.known_sides import KnownSides
-from mechdae.homotopy.six_axes import MOST, PARALLEL, arm_poses
+from mechdae.homotopy.six_axes import PARALLEL, arm_poses
+from mechdae.homotopy.wrists import wrist_at
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 
 AXES = 6
-BASIS = f"homotopy: {MOST} complex poses are certified, as many as there can be"
+BASIS = "homotopy: {} complex poses are certified, as many as there can be"
+WRIST = "three axes meet in a point: {} complex poses, as many as there can be"
 
 
 class HingeLoop:
@@ -58,7 +60,7 @@ class HingeLoop:
         self.sides = KnownSides(scene, group, p, {}, sides, {})
 
     def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses | None:
-        """Return the joints' angles in all poses, None where neighbouring axes are parallel.
+        """Return the joints' angles in all poses, None where parallel axes leave none of the ways.
 
         Parameters
         ----------
@@ -75,12 +77,15 @@ class HingeLoop:
             first, second = behind[k], before[k + 1]
             z, w = first[:, 3], second[:, 3]
             x = np.cross(z, w)
-            sine = float(np.linalg.norm(x))
-            if sine < PARALLEL:
-                return None
-            x = x / sine
-            gap = second[:, 0] - first[:, 0]
-            along, back = _feet(gap, z, w)
+            sine, gap = float(np.linalg.norm(x)), second[:, 0] - first[:, 0]
+            if sine < PARALLEL:  # any of the common normals, that at the first axis' own point
+                x, sine = gap - (gap @ z) * z, 0.0
+                if not np.linalg.norm(x) > PARALLEL * np.linalg.norm(gap):
+                    return None  # the axes are one
+                along, back = 0.0, -float(gap @ z) * float(z @ w)
+            else:
+                along, back = _feet(gap, z, w)
+            x = x / np.linalg.norm(x)
             links[k, 0] = gap @ x
             links[k, 1] = np.arctan2(sine, z @ w)
             links[k, 2] += along
@@ -90,6 +95,9 @@ class HingeLoop:
         P, n, m, a = before[0].T
         base = np.stack([n, m, a], axis=1)
         hand = base.T @ np.column_stack([behind[-1][:, 1:], behind[-1][:, 0] - P])
+        wrist = wrist_at(links)
+        if not wrist and np.abs(np.sin(links[: AXES - 1, 1])).min() < PARALLEL:
+            return None
         found = arm_poses(links.tolist(), hand)
         signs = np.where([forward for _, forward in self.row], 1.0, -1.0)
         angles = signs * (found.angles + shifts)
@@ -97,9 +105,9 @@ class HingeLoop:
             {(name, "angle"): float(v) for (name, _), v in zip(self.row, row, strict=True)}
             for row in angles
         ]
-        basis = BASIS if found.proven else ""
+        basis = (WRIST if wrist else BASIS).format(found.most) if found.proven else ""
         return GroupPoses(
-            poses, found.proven, basis, generic=MOST, singular=found.singular, bounded=True
+            poses, found.proven, basis, generic=found.most, singular=found.singular, bounded=True
         )
 
 
