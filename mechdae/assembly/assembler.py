@@ -498,12 +498,14 @@ class Assembler:
         counts = [run.generic for run in self.counted.get(graph.block.group, ()) if run.bounded]
         crowd = min([*counts, CROWD])
         asked = (b, z.tobytes(), np.asarray(u).tobytes(), repr(hint), most or MOST, crowd)
-        found = self._looked_for.get(asked)
-        if found is None:  # a mode is labelled where it was looked for
+        known = self._looked_for.get(asked)
+        if known is None:  # a mode is labelled where it was looked for
             found = self._searches[b](z, u, np.array(hint), most or MOST, crowd)
-            self._looked_for = {asked: found, **dict(list(self._looked_for.items())[:REMEMBERED])}
+            sizes = self.natural[graph.own]
+            known = (found, moving(graph, found.x, x, u, self.p, sizes, self.size))
+            self._looked_for = {asked: known, **dict(list(self._looked_for.items())[:REMEMBERED])}
+        found, free = known
         self.searched.setdefault(graph.block.group, []).append(found)
-        free = moving(graph, found.x, x, u, self.p, self.natural[graph.own], self.size)
         if free.any():
             self.free += [group for group in self.scene.groups if group.index == graph.block.group]
         return found.x[~free]

@@ -21,6 +21,8 @@ T = TypeVar("T")
 STEP = 1e-3
 ITERATIONS = 60
 LARGEST_STEP = 0.7
+STILL = 1e-15
+"""Step after which Newton's method goes nowhere."""
 SINGULAR = 1e-6
 """Least singular value by the largest of a pose that is looked at more closely."""
 HOLDS = 1e-12
@@ -90,7 +92,10 @@ def free_poses(
             if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
                 break
             step = np.linalg.lstsq(J, F, rcond=ZERO)[0]
-            x[graph.own] -= step * sizes * min(1.0, most / max(np.abs(step).max(), most))
+            size = np.abs(step).max()
+            x[graph.own] -= step * sizes * min(1.0, most / max(size, most))
+            if size < STILL:
+                break
         return x
 
     def free(x: Any) -> Any:
