@@ -7,7 +7,9 @@ from typing import Any
 
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.path import Path
+from mechdae.describe.coordinate_kinds import ANGLE, UNIT
 from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import GROUND
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, UnavailableError
 from mechdae.measures import centres, curve, transmission
@@ -41,8 +43,26 @@ def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
     if "centrodes" in asked or "instant-centres" in asked:
         found += centres.requests(scene, "instant-centres" in asked)
     if set(asked) - {"instant-centres"} and by_value:
-        for name in centres.bodies_of(scene):
-            found.append((TURNED + name, scene.model.frame(name).angle, (name,)))
+        found += _turning(scene)
+    return found
+
+
+def _turning(scene: Scene) -> list[Request]:
+    """Return the angles of all bodies, in space those of the joints that place them.
+
+    Where a body hangs on a quaternion its components are doubled: they change no faster than it
+    turns.
+    """
+    inside = centres.bodies_of(scene)
+    if scene.model.mechanism.dimension == 2:
+        return [(TURNED + name, scene.model.frame(name).angle, (name,)) for name in inside]
+    joints, found = scene.model.mechanism.joints, []
+    for c in scene.model.coordinates:
+        bodies = joints[c.owner].bodies if c.owner in joints else (c.owner,)
+        bodies = tuple(body for body in bodies if body != GROUND)
+        if c.kind in (ANGLE, UNIT) and set(bodies) <= set(inside):
+            name = f"{TURNED}{c.owner}.{c.name}"
+            found.append((name, (1 if c.kind is ANGLE else 2) * c.symbol, bodies))
     return found
 
 
@@ -78,7 +98,7 @@ def along_path(
     asked = task.measures or ()
     scene = outputs.scene
     mechanism = scene.model.mechanism
-    turns = outputs.columns(TURNED + name for name in centres.bodies_of(scene))
+    turns = outputs.columns(name for name, _, _ in _turning(scene))
     driver = scene.drivers[moving]
     track = Track(evaluator, path, values, driver.is_angle, mechanism.scale, turns)
     summary = found.summary

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import ANGLE, KINDS
 from mechdae.measures.stops import AT_REST, stops
 from mechdae.measures.track import SAME, Sample, Track
 from mechdae.records import dataclass
@@ -23,27 +24,39 @@ class ReportedScalar:
     name: str
     part: str
     column: int
+    alone: bool = True
+    """Whether it is the only coordinate of its body or joint."""
+
+    @property
+    def label(self) -> str:
+        """Its body or joint; the coordinate too where that has several."""
+        return self.part if self.alone else self.name
 
     @property
     def is_angle(self) -> bool:
-        return self.name.endswith(".angle")
+        return KINDS.get(self.name.rpartition(".")[2]) is ANGLE
 
     @property
     def is_output(self) -> bool:
-        """Whether it is a body's angle or a slide: the coordinates of links, not of points."""
-        return self.name in (f"{self.part}.angle", f"{self.part}.slide", f"{self.part}.length")
+        """Whether it is of a body or a joint: coordinates of links, not of points."""
+        return "." not in self.part
 
 
 def quantities(outputs: Outputs) -> list[ReportedScalar]:
-    """Return bodies' angles, slides and coordinates of points that a sweep reports."""
-    found = []
+    """Return bodies' angles, slides and coordinates of points that a sweep reports.
+
+    In space bodies have no angle, and all coordinates of joints are there.
+    """
+    found, in_space = [], outputs.scene.model.mechanism.dimension == 3
     for entry in outputs.entries:
         if entry.name == "position":
             for axis, column in zip("xyz", entry.columns, strict=False):
                 found.append(ReportedScalar(f"{entry.part}.{axis}", entry.part, column))
-        elif entry.is_output:
+        elif entry.is_output or (in_space and entry.kind == "joints" and entry.quantity):
             name = f"{entry.part}.{entry.name}"
-            found.append(ReportedScalar(name, entry.part, entry.columns[0]))
+            beside = [e for e in outputs.entries if (e.kind, e.part) == (entry.kind, entry.part)]
+            alone = not in_space or len(beside) == 1
+            found.append(ReportedScalar(name, entry.part, entry.columns[0], alone))
     return found
 
 

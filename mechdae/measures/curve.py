@@ -31,13 +31,18 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 def directions(outputs: Outputs, values: list[Any], unit: float) -> dict[str, dict[str, Any]]:
     """Return ``tangent`` [rad] and ``curvature`` [1/m] of each point at given poses.
 
-    `values` are y, y', y''. Both are nan where the velocity vanishes.
+    `values` are y and its derivatives, three in space. Both are nan where the velocity vanishes. In
+    space the tangent is ``direction`` (n, 3), a unit vector, and there is ``torsion`` [1/m], nan
+    where the path is straight.
     """
     found = {}
     for entry in _points(outputs):
         v, a = (array[:, entry.columns] for array in values[1:3])
-        speed = np.hypot(v[:, 0], v[:, 1])
-        there = speed > CUSP * unit * np.hypot(a[:, 0], a[:, 1])
+        speed = _size(v)
+        there = speed > CUSP * unit * _size(a)
+        if v.shape[1] == 3:
+            found[entry.part] = _in_space(v, a, values[3][:, entry.columns], there)
+            continue
         with np.errstate(invalid="ignore", divide="ignore"):
             across = v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]
             found[entry.part] = {
@@ -45,6 +50,33 @@ def directions(outputs: Outputs, values: list[Any], unit: float) -> dict[str, di
                 "curvature": np.where(there, across / speed**3, np.nan),
             }
     return found
+
+
+def _in_space(v: Any, a: Any, jerk: Any, there: Any) -> dict[str, Any]:
+    """Return Frenet's tangent, curvature and torsion; `there` tells where the point moves."""
+    across, speed = np.cross(v, a), _size(v)
+    turn = _size(across)
+    bent = there & (turn > CUSP * speed * _size(a))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return {
+            "direction": np.where(there[:, None], v / speed[:, None], np.nan),
+            "curvature": np.where(there, turn / speed**3, np.nan),
+            "torsion": np.where(bent, np.sum(across * jerk, axis=1) / turn**2, np.nan),
+        }
+
+
+def _size(vectors: Any) -> Any:
+    """Return the lengths of vectors (n, 2) or (n, 3)."""
+    if vectors.shape[1] == 2:
+        return np.hypot(vectors[:, 0], vectors[:, 1])
+    return np.sqrt(np.sum(vectors**2, axis=1))
+
+
+def _across(v: Any, a: Any) -> Any:
+    """Return the sizes of the products v x a."""
+    if v.shape[1] == 2:
+        return np.abs(v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0])
+    return _size(np.cross(v, a))
 
 
 def curves(track: Track, outputs: Outputs) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -116,9 +148,9 @@ class _Curve:
         places = track.zeros(piece, self._speed)[0]
         poses = track.at(places)
         x, v, a, j = (array[:, self.columns] for array in poses.y[:4])
-        speed, bend, third = (np.hypot(part[:, 0], part[:, 1]) for part in (v, a, j))
+        speed, bend, third = (_size(part) for part in (v, a, j))
         grain = np.maximum(CUSP, 8 * np.finfo(float).eps * np.abs(places) / track.unit)
-        across = np.abs(a[:, 0] * j[:, 1] - a[:, 1] * j[:, 0])
+        across = _across(a, j)
         sharp = across > BESIDE * bend * np.maximum(third, bend / track.unit)
         slack = SAME * track.unit
         for k in np.flatnonzero(speed <= grain * track.unit * bend):
@@ -159,8 +191,8 @@ class _Curve:
         def integrand(s: Any) -> Any:
             y = track.at(s).y
             x, v = y[0][:, self.columns] - start, y[1][:, self.columns]
-            area = (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / 2
-            return np.stack([np.hypot(v[:, 0], v[:, 1]), area], axis=1)
+            area = (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / 2  # in space: seen along z
+            return np.stack([_size(v), area], axis=1)
 
         def size(integrals: Any) -> Any:
             return np.array([integrals[0], integrals[0] ** 2])
@@ -171,7 +203,7 @@ class _Curve:
         error = error + size((length, area)) * ROUNDING + off * np.array([1, length])
         facts: dict[str, Any] = {"length": float(length), "error": float(error[0])}
         facts["closed"] = self._closed(pieces, float(length))
-        if facts["closed"]:
+        if facts["closed"] and len(self.columns) == 2:
             facts |= {"area": track.sense * float(area), "area_error": float(error[1])}
         facts["cusps"] = self.cusps
         facts["reversals"] = self.reversals
@@ -191,7 +223,7 @@ class _Curve:
         if not ends:
             return 0.0
         v = track.at(np.array(ends)).y[1][:, self.columns]
-        speed = np.hypot(v[:, 0], v[:, 1])
+        speed = _size(v)
         return float(np.where(np.isfinite(speed), speed * track.unit, track.scale).sum() * KNOWN)
 
     def _charts(self, piece: Piece) -> list[Substitution]:

@@ -28,7 +28,7 @@ def dwells(track: Track, courses: dict[str, Course], share: float) -> dict[str, 
         if course.quantity.is_output and course.moves and course.range > 0:
             entries = _Finder(track, course, share * course.range).all()
             if entries:
-                found[course.quantity.part] = entries
+                found[course.quantity.label] = entries
     return found
 
 

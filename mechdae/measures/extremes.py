@@ -7,7 +7,6 @@ from typing import Any
 from mechdae.measures.courses import Course
 from mechdae.measures.stops import AT_REST
 from mechdae.measures.track import Track
-from mechdae.model.space import PLANE
 
 
 def extremes(track: Track, courses: dict[str, Course]) -> dict[str, Any]:
@@ -47,16 +46,20 @@ def stationary_events(courses: dict[str, Course]) -> list[dict[str, Any]]:
 
 
 def envelope(courses: dict[str, Course]) -> dict[str, Any]:
-    """Return the box [xmin, xmax, ymin, ymax] swept by the points: of all, and by body."""
+    """Return the box [xmin, xmax, ymin, ymax] swept by the points: of all, and by body.
+
+    In space zmin and zmax follow.
+    """
     boxes: dict[str, list[float]] = {}
+    axes = {name[-1] for name, course in courses.items() if not course.quantity.is_output}
     for name, course in courses.items():
         part, _, axis = name.rpartition(".")
         low, high = course.extreme(-1), course.extreme(1)
-        if axis not in tuple(PLANE.axes) or low is None or high is None:
+        if course.quantity.is_output or low is None or high is None:
             continue
-        first = 0 if axis == "x" else 2
+        first = 2 * "xyz".index(axis)
         for key in ("all", f"bodies/{part.split('.')[0]}"):
-            box = boxes.setdefault(key, [float("inf"), -float("inf")] * 2)
+            box = boxes.setdefault(key, [float("inf"), -float("inf")] * len(axes))
             box[first] = min(box[first], low.value)
             box[first + 1] = max(box[first + 1], high.value)
     if not boxes:

@@ -27,10 +27,10 @@ def time_ratios(track: Track, wanted: list[ReportedScalar]) -> dict[str, dict[st
             continue
         ratio = _ratio(track, quantity)
         if isinstance(ratio, str):
-            found["no_time_ratio"][quantity.part] = ratio
+            found["no_time_ratio"][quantity.label] = ratio
         elif ratio is not None:
-            found["time_ratio"][quantity.part] = (TURN - ratio) / ratio
-            found["return_angle"][quantity.part] = ratio
+            found["time_ratio"][quantity.label] = (TURN - ratio) / ratio
+            found["return_angle"][quantity.label] = ratio
     return {word: table for word, table in found.items() if table}
 
 

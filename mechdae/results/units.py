@@ -43,6 +43,7 @@ UNITS = {
     "transmission_angle": "rad",
     "tangent": "rad",
     "curvature": "1/m",
+    "torsion": "1/m",
     "centrode_fixed": "m",
     "centrode_moving": "m",
     "loss": "W",

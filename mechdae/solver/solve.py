@@ -10,7 +10,7 @@ from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.tasks.kinds import MEASURES, Task
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
 from mechdae.solver.kinds import KINDS, TaskKind, function
@@ -75,6 +75,8 @@ IN_SPACE = (
     "sweep", "modes", "reactions", "motion", "equilibrium", "synthesis", "study", "sensitivity",
 )  # fmt: skip
 """Kinds of tasks that are computed of spatial mechanisms."""
+PLANAR_MEASURES = ("transmission", "centrodes", "instant-centres")
+"""Measures of a sweep that spatial mechanisms do not have."""
 
 
 def available(problem: Problem, task: Task) -> bool:
@@ -96,9 +98,14 @@ def check_available(problem: Problem, name: str, task: Task) -> None:
             where=f"tasks.{name}.kind",
             hint=f"available: {', '.join(IN_SPACE)}",
         )
-    if problem.mechanism.dimension == 3 and getattr(task, "measures", None):
+    asked = getattr(task, "measures", None) or ()
+    planar = [word for word in asked if word in PLANAR_MEASURES]
+    if problem.mechanism.dimension == 3 and planar:
+        others = [word for word in MEASURES if word not in PLANAR_MEASURES]
         raise UnavailableError(
-            "measures are not computed in space by this version", where=f"tasks.{name}.measures"
+            f"the measure '{planar[0]}' is one of the plane",
+            where=f"tasks.{name}.measures",
+            hint=f"in space there are {', '.join(others)}",
         )
 
 

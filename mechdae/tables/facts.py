@@ -139,6 +139,7 @@ def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
         lines.append(f"  time ratio {name}: none, {reason}")
     for name, entries in summary.get("dwell", {}).items():
         slides = name in result.joints and "slide" in result.joints[name]
+        slides |= name.rpartition(".")[2] in ("slide", "x", "y")
         kind = "length" if slides else "angle"
         for entry in entries:
             mean, half = (
@@ -150,11 +151,13 @@ def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
     if summary.get("envelope"):
         own = units.of("m")
         ends = (zero(value, noise["length"]) for value in summary["envelope"]["all"])
-        x0, x1, y0, y1 = (f"{value * own.factor:.9g}" for value in ends)
-        lines.append(f"  envelope  x {x0} .. {x1} {own.name}, y {y0} .. {y1} {own.name}")
+        told = [f"{value * own.factor:.9g}" for value in ends]
+        sides = zip("xyz", told[::2], told[1::2], strict=False)
+        box = ", ".join(f"{axis} {low} .. {high} {own.name}" for axis, low, high in sides)
+        lines.append(f"  envelope  {box}")
     for name, found in summary.get("curve", {}).items():
-        closed = "area" in found
-        area = f", closed, area {in_unit(found['area'], 'm2', 9, units)}" if closed else ""
+        area = ", closed" if found["closed"] else ""
+        area += f", area {in_unit(found['area'], 'm2', 9, units)}" if "area" in found else ""
         if found["length"] is not None:
             length = in_unit(found["length"], "m", 12, units)
             lines.append(f"  curve     {name}: length {length}{area}")
