@@ -23,6 +23,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.table import Table
+from mechdae.kinematics.shapes import Held, held_by
 from tests.attack.spatial_honesty import LOOPS, Case, drawn, error_of
 
 NOISE = 0.2
@@ -75,6 +76,26 @@ def assembled(found: Case) -> tuple[str, float]:
     return "ok", float(np.sqrt(np.mean(np.square(gaps))))
 
 
+def directions(mechanism: md.Mechanism) -> frozenset[str]:
+    """Return the names of the numbers of all directions: mechanisms that differ in them alone and
+    in lengths are of one structure where these are symbols.
+    """
+    return frozenset(f"{j.name}.{n}" for j in mechanism.joints.values() for n, _ in j.numbers()
+                     if "." in n)  # fmt: skip
+
+
+def _write(options: argparse.Namespace, told: Any, off: list[float]) -> None:
+    """Write the counts of what was done so far."""
+    found = {
+        "seed": options.seed,
+        "noise": options.noise,
+        "counts": dict(sum(told.values(), collections.Counter())),
+        "median_off": round(float(np.median(off)), 3) if off else None,
+        "loops": {loop: dict(own) for loop, own in told.items()},
+    }
+    options.out.write_text(json.dumps(found, indent=1) + "\n")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=200)
@@ -86,30 +107,30 @@ def main() -> None:
     options = parser.parse_args()
     told: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
     off: list[float] = []
-    for k in range(options.count):
+    count = len(options.loops)
+    numbers = sorted(range(options.count), key=lambda k: (k % count, k))  # loop by loop
+    held: dict[str, Held] = {}
+    for k in numbers:
         if time.process_time() > options.seconds:
             break
         rng = np.random.default_rng((options.seed, k, 11))
-        loop = options.loops[k % len(options.loops)]
-        word, gap = assembled(sketched(rng, drawn(rng, loop), options.noise))
+        loop = options.loops[k % count]
+        case = sketched(rng, drawn(rng, loop), options.noise)
+        if loop not in held:
+            held = {loop: Held(directions(case.mechanism))}
+        with held_by(held[loop]):
+            word, gap = assembled(case)
         told[loop][word] += 1
         if word == "ok":
             off.append(gap)
         else:
             print(word, loop, "seed", options.seed, "number", k, flush=True)
+        if options.out:
+            _write(options, told, off)
     total = sum(told.values(), collections.Counter())
     print(dict(total))
     for loop, own in told.items():
         print(loop, dict(own))
-    found = {
-        "seed": options.seed,
-        "noise": options.noise,
-        "counts": dict(total),
-        "median_off": round(float(np.median(off)), 3) if off else None,
-        "loops": {loop: dict(own) for loop, own in told.items()},
-    }
-    if options.out:
-        options.out.write_text(json.dumps(found, indent=1) + "\n")
 
 
 if __name__ == "__main__":
