@@ -88,7 +88,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
     problem = _sharp(prepared(problem, base_name, outputs), base_name)
     if not task.outputs:
         raise InputError("name the paths to differentiate", where="outputs")
-    tolerances = half_widths(problem.mechanism, task.tolerances or {})
+    tolerances = half_widths(problem.mechanism, problem.tasks, task.tolerances or {})
     names = list(dict.fromkeys([*(task.wrt or ()), *tolerances]))
     if not names:
         raise InputError("name parameters to differentiate by", where="wrt")

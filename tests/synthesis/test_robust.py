@@ -195,6 +195,14 @@ def test_what_no_robust_goal_takes() -> None:
         ({"tolerances": {"r9": 0.1}}, "tolerances.r9", "unknown parameter 'r9'"),
         ({"tolerances": {"r1": -0.1}}, "tolerances.r1", "not negative"),
         ({"robust": None}, "tolerances", "alone change nothing"),
+        ({"tolerances": {"r1_deg": 1}}, "tolerances.r1_deg", "deg"),
+        ({"robust": "x"}, "robust", "unknown name 'x'"),
+        ({"tolerances": {"coupler.P.x": 0.1}}, "tolerances.coupler.P.x", "follows from others"),
+        (
+            {"tolerances": {"ground.A0.x": 0.1, "coupler.A.y": 0.1, "rocker.mass": 1.0}},
+            "tolerances.rocker.mass",
+            "rocker.mass",
+        ),
         ({"tolerances": {"crank.mass": 0.1}}, "tolerances.crank.mass", "crank.mass"),
         ({"goal": exact}, "robust", "met or not"),
     ):

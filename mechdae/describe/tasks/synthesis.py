@@ -7,6 +7,7 @@ from dataclasses import field, replace
 from typing import Any, TypeVar
 
 from mechdae.describe.coordinates import coordinate
+from mechdae.describe.expression import names_in
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.constraints import (
@@ -110,7 +111,7 @@ def demand(problem: Problem, task: Synthesis) -> Demand:
     if reference is not None and len(reference) != count:
         raise InputError(f"{count} numbers are needed, one for each objective", where="reference")
     constraints = tuple(_constraints(within, task))
-    robust, tolerances = _robust(mechanism, task, [goal for goal, _ in goals])
+    robust, tolerances = _robust(problem, task, [goal for goal, _ in goals])
     return Demand(
         driver, goals, free, choices, task.starts or STARTS, task.seed or 0, regions, constraints,
         task.keep or (POINTS if count else KEEP), count, reference, robust, tolerances,
@@ -135,7 +136,7 @@ def only_constrains(goal: Asked) -> bool:
 
 
 def _robust(
-    mechanism: Mechanism, task: Synthesis, goals: list[Asked]
+    problem: Problem, task: Synthesis, goals: list[Asked]
 ) -> tuple[float | None, Mapping[str, float]]:
     """Return how many standard deviations are added, and the half widths they come from."""
     if task.robust is None:
@@ -145,19 +146,32 @@ def _robust(
                 hint="robust = 3 adds three standard deviations",
             )  # fmt: skip
         return None, {}
-    factor = float(evaluated(task.robust, mechanism.parameter_values))
+    mechanism = problem.mechanism
+    try:
+        factor = float(evaluated(task.robust, mechanism.parameter_values))
+    except MechdaeError as error:
+        raise error.inside("robust") from None
     if not factor >= 0:
         raise InputError(
             f"a number of standard deviations is not negative, this one is {factor:g}",
             where="robust",
         )
-    widths = half_widths(mechanism, task.tolerances or {})
+    widths = half_widths(mechanism, problem.tasks, task.tolerances or {})
     if not any(widths.values()):
         what = "tolerances are needed" if not widths else "no tolerance is above zero"
         raise InputError(
             what, where="robust" if not widths else "tolerances",
             hint="tolerances = { name = half width }",
         )  # fmt: skip
+    numbers = {**dict(mechanism.numbers()), **mechanism.parameters}
+    for name in widths:
+        number = numbers[name]
+        if isinstance(number, str):
+            raise InputError(
+                f"'{name}' follows from others, it has no tolerance of its own",
+                where=f"tolerances.{name}",
+                hint=f"give that of {', '.join(sorted(names_in(number)))}",
+            )
     if all(only_constrains(goal) for goal in goals):
         raise InputError(
             "a goal that is met or not has no error that deviations could be added to",

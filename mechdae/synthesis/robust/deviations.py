@@ -33,8 +33,7 @@ class Deviations:
         Of all designs; its model has the tolerated parameters as symbols.
     tolerances
         Half widths by name: a parameter lies evenly in its value -+ its half width, so that its
-        standard deviation is the half width by the root of three. One that is an expression of
-        others deviates by itself.
+        standard deviation is the half width by the root of three.
     factor
         Standard deviations that are added to what is least.
 
