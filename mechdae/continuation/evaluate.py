@@ -14,6 +14,7 @@ from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.crossings.near_change_point import ZonePoses
 from mechdae.continuation.front import SMALLEST
 from mechdae.continuation.limit_positions import Limit
+from mechdae.continuation.output_bounds import WORST, spread, widened
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
@@ -349,6 +350,8 @@ class Evaluator:
             part = self._call(path, results[0][again], s[again], _rows(rates, again), consts)
             for whole, new in zip(results, part, strict=True):
                 whole[again] = new
+        if constants.mu.size:
+            results[1] = widened(results[1], spread(self.graphs, constants, *results[2:4]))
         if path.zones:
             self.zones.write(
                 path,
@@ -377,6 +380,7 @@ class Evaluator:
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
             far |= ~(np.abs(results[0]) <= path.constants.size_x)
         if good.shape[1]:
+            good &= ~(spread(self.graphs, path.constants, results[2], results[3]) > WORST)
             good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
         return good | self.zones.held(path, places) if path.zones else good
 

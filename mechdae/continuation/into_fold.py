@@ -250,7 +250,7 @@ class Turning:
         off = self._off(curve, here, after, step)
         if off is None:
             return False
-        away = np.abs(after.rate - here.rate) * step
+        away = np.zeros(len(here.x))
         away[curve.chain] = off[:-1]
         s, t = float(here.y[-1]), float(after.y[-1])
         (u, du, *_), (_, end, *_) = self.motion(s), self.motion(t)
@@ -260,11 +260,11 @@ class Turning:
             own, w = self.graphs.blocks[k].own, self.finder.weights[k]
             driven, numbers = du * here.tangent[-1], (here.beta[k], step)
             inputs = (here.x, here.rate, away, u, driven, drift, numbers, self.consts)
-            test, radius = (float(part[0]) for part in tube(*inputs))
+            (test, *_), (radius, *_), reach = tube(*inputs)
             moved = np.linalg.norm((after.x[own] - here.x[own] - here.rate[own] * step) / w)
             if not (test <= 1 and _within(moved, radius) and after.sign[k] == here.sign[k]):
                 return False
-            away[own] = np.maximum(away[own], radius * w)
+            away[own] = reach
         return True
 
     def _off(self, curve: _Curve, here: _Place, after: _Place, step: float) -> Any:

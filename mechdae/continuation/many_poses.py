@@ -22,7 +22,7 @@ from mechdae.continuation.evaluate import (
     in_time,
 )
 from mechdae.continuation.front import SMALLEST
-from mechdae.continuation.output_bounds import OutputBounds
+from mechdae.continuation.output_bounds import ILL, OutputBounds, plain_up_to, spread_of
 from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.machine.line import CompiledLine
@@ -254,6 +254,9 @@ class ManyPoses:
             if not kappa * b * np.sqrt(e) + kappa * b**2 * rho <= H_LIMIT:
                 h = kappa * beta[k] * np.sqrt(eta[k]) + kappa * beta[k] ** 2 * rho
                 result = result & (h <= H_LIMIT)
+            if not self.constants.mu[k] * b <= plain_up_to(self.graphs, k):
+                spread = spread_of(self.graphs, self.constants, k, det[k], beta[k])
+                result = result & (spread <= ILL)
             sign = signs[k]
             least = np.min(det[k]) if sign[0] > 0 else -np.max(det[k])
             if self.flips or not (sign[0] and least > 0):

@@ -1,4 +1,4 @@
-"""From bounds on the unknowns to bounds on points and body angles."""
+"""From bounds on the unknowns to bounds on points and body angles; what rounding adds to them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ from mechdae.setup.scales import Constants
 
 FEW = 64
 """Rows of which those that others exceed everywhere are left out."""
+ILL = 2.0**34
+"""Largest `spread` up to which rounding changes the inverse of a block by less than the allowance
+of bounds (`mechdae.kernels.graphs.bounds`) covers."""
+WORST = 2.0**44
+"""The same from which on no bound holds: a pose is not certified."""
 Row = tuple[tuple[int, ...], tuple[float, ...]]
 """The columns and values of a sparse row."""
 
@@ -66,6 +71,50 @@ class OutputBounds:
         """Return the largest bound of some columns at each pose, (n,); `error` is (n, nx)."""
         known = np.nan_to_num(error, nan=0.0).T
         return _worst(known, *self.of(columns), np.empty(len(error)))
+
+
+def spread(graphs: Graphs, constants: Any, det: Any, beta: Any) -> Any:
+    """Return in what multiples of rounding the inverses of all blocks are wrong, (n, nb).
+
+    `det` and `beta` are those of poses; see `spread_of`.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        share = constants.mu * beta
+        for b in graphs.adjugates:
+            if not share[:, b].max(initial=0.0) <= plain_up_to(graphs, b):
+                share[:, b] = spread_of(graphs, constants, b, det[:, b], beta[:, b])
+    return share
+
+
+def spread_of(graphs: Graphs, constants: Any, b: int, det: Any, beta: Any) -> Any:
+    """Return in what multiples of rounding the inverse of a block is wrong, of some poses.
+
+    That is |J| |J^-1|; for inverses by the adjugate of m >= 3 rows at most |J|^m / |det J|, with
+    the units of unknowns and equations divided out. `constants` has mu, scale and p.
+    """
+    share = constants.mu[b] * beta
+    if b not in graphs.adjugates:
+        return share
+    columns, rows = (part[b] for part in graphs.units(constants.scale, constants.p))
+    unit = float(np.prod(rows) / np.prod(columns))
+    with np.errstate(divide="ignore"):
+        return np.maximum(share, constants.mu[b] ** len(rows) * unit / np.abs(det))
+
+
+def plain_up_to(graphs: Graphs, b: int) -> float:
+    """Return |J| |J^-1| of a block up to which its `spread_of` is below `ILL` in any case."""
+    return float(ILL ** (1 / graphs.blocks[b].size)) if b in graphs.adjugates else ILL
+
+
+def widened(error: Any, spread: Any) -> Any:
+    """Return bounds (n, nx) of poses, larger where the inverse of a block is far off by rounding.
+
+    Bounds of later blocks rest on the same inverses: the worst of a pose counts for all.
+    """
+    worst = np.fmax.reduce(spread, axis=1, initial=0.0)
+    if not (worst > ILL).any():
+        return error
+    return error * (1 + np.where((worst > ILL) & np.isfinite(worst), worst / WORST, 0.0))[:, None]
 
 
 def _rows(rows: Any, columns: Any, values: Any, count: int, width: int) -> list[Row]:

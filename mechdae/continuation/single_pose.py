@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.evaluate import H_LIMIT
+from mechdae.continuation.output_bounds import WORST, spread, widened
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.records import dataclass
 from mechdae.setup.scales import Constants, divisors
@@ -44,7 +45,9 @@ def certified(graphs: Graphs, x: Any, u: Any) -> Certified:
             h = constants.kappa * beta * (np.sqrt(eta) + beta * constants.rho)
             good = h <= H_LIMIT
         redundant = np.array([graph.redundant for graph in graphs.blocks], bool)
-        sure[row] = np.all(good & ((det > 0) | ~redundant))
+        ill = spread(graphs, constants, det[None], beta[None])
+        sure[row] = np.all(good & ((det > 0) | ~redundant)) and np.all(ill <= WORST)
         if sure[row]:
-            poses[row], error[row] = np.array(moved).ravel(), np.array(bound).ravel()
+            poses[row] = np.array(moved).ravel()
+            error[row] = widened(np.array(bound).reshape(1, -1), ill)
     return Certified(poses, sure, error, constants)

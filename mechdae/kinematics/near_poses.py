@@ -25,6 +25,7 @@ from mechdae.continuation.evaluate import (
     in_time,
 )
 from mechdae.continuation.interpolate import quintic
+from mechdae.continuation.output_bounds import ILL, spread
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.values import Number
@@ -51,7 +52,7 @@ class Begun:
 
     ``whole`` are the numbers of a step, ``consts`` those of a pose, ``reach`` the largest value
     of the driver and ``size_x`` (nx,) the largest unknowns that they hold for. ``unit`` is that of
-    the driver's value: 1 rad or the mechanism's ``length``.
+    the driver's value: 1 rad or the mechanism's ``scale``.
     """
 
     numbers: dict[str, Number]
@@ -66,7 +67,8 @@ class Begun:
     size_x: Any
     reach: float
     unit: float
-    length: float
+    scale: float
+    p: Any
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,7 @@ class NearPoses:
         if (signs != sign)[branches].any() or (np.abs(x) > size_x).any():
             return None
         return Begun(
-            numbers, s, state, signs, whole, consts, kappa, rho, mu, size_x, reach, size, scale
+            numbers, s, state, signs, whole, consts, kappa, rho, mu, size_x, reach, size, scale, p
         )
 
     def _stepped(self, begun: Begun, u: float) -> Any:
@@ -283,7 +285,7 @@ class NearPoses:
 
     def _again(self, begun: Begun, left: Any, eta: Any) -> Any:
         """Return for which blocks another step of Newton's method brings something."""
-        tiny = TINY * np.where(self._blocks, begun.length, 1.0)
+        tiny = TINY * np.where(self._blocks, begun.scale, 1.0)
         return (left > tiny) | (self._turning & (eta > CARRIED))
 
     def _certified(
@@ -295,6 +297,8 @@ class NearPoses:
         good &= (first | self._tells) & (np.sign(det) == begun.sign)
         inside = np.abs(x) <= begun.size_x
         near = np.abs(x - guess) <= HALF_TURN
+        if not (spread(self.graphs, begun, *map(np.atleast_2d, (det, beta))) <= ILL).all():
+            return False
         return bool(good.all() and inside.all() and near[..., self._angles].all())
 
 

@@ -103,6 +103,6 @@ def test_a_mechanism_without_curves_pays_nothing() -> None:
     problem = md.load("four-bar-crank-rocker")
     graphs = prepare(problem, problem.tasks["turn"]).graphs
     assert graphs.floors.symbols.numel() == 0
-    assert graphs.pose.n_instructions() == 253
+    assert graphs.pose.n_instructions() == 257
     assert graphs.advance.n_instructions() == 289
     assert not graphs.enclosed

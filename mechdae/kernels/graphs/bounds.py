@@ -22,6 +22,8 @@ from mechdae.model.kept import kept_property
 
 SX = ca.SX
 ROUNDOFF = 2.0**-53
+ALLOWANCE = 1 + 2.0**-10
+"""By what reported bounds are larger than their formula, which rounding makes uncertain."""
 
 
 class BoundGraphs(PoseGraphs):
@@ -228,7 +230,7 @@ class BoundGraphs(PoseGraphs):
         """Bounds that hold for the outputs y of a whole sweep.
 
         (|x|, |u|, p, floors, low, high) -> bound of |dy/dx| (ny, nx), sparse, and rounding of
-        y (ny,).
+        y (ny,), both with the `ALLOWANCE`.
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
@@ -240,8 +242,13 @@ class BoundGraphs(PoseGraphs):
             found = known.bounds(sizes, whole=True)
             shaped = ca.project(found.first[:, : self.nx], jacobian.sparsity())
             return ca.Function(
-                "output_bounds", inputs, [shaped, ROUNDOFF * ca.fmin(rounding, found.rounding)]
+                "output_bounds", inputs, self._allowed(shaped, ca.fmin(rounding, found.rounding))
             )
         slope, _ = self._bound(column(jacobian.nonzeros()), moving, sizes, ranges)
         shaped = SX(jacobian.sparsity(), slope)
-        return ca.Function("output_bounds", inputs, [shaped, ROUNDOFF * rounding])
+        return ca.Function("output_bounds", inputs, self._allowed(shaped, rounding))
+
+    @staticmethod
+    def _allowed(slope: Any, rounding: Any) -> list[Any]:
+        """Return slopes and rounding of outputs with the allowance for all roundings of bounds."""
+        return [ALLOWANCE * slope, ALLOWANCE * ROUNDOFF * rounding]

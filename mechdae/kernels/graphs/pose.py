@@ -28,7 +28,14 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.bounds.walk import with_trig
-from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm
+from mechdae.kernels.graphs.blocks import (
+    ADJUGATE_LIMIT,
+    BlockGraph,
+    column,
+    inverse,
+    left_inverse,
+    norm,
+)
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
@@ -118,6 +125,12 @@ class PoseGraphs:
         """Return a function of all blocks; what one block repeats is shared in any case."""
         make = without_repeats if self.nb <= FEW else ca.Function
         return make(name, inputs, results)
+
+    @kept_property
+    def adjugates(self) -> list[int]:
+        """The blocks of three and more unknowns that are inverted by their adjugates."""
+        sizes = [0 if graph.redundant else graph.size for graph in self.blocks]
+        return [b for b, size in enumerate(sizes) if 2 < size <= ADJUGATE_LIMIT]
 
     def ancestors(self, b: int) -> list[int]:
         """Return the blocks that block `b` depends on, itself last."""
@@ -283,14 +296,15 @@ class PoseGraphs:
         for k, make in enumerate((graph.first_rate, graph.second_rate, graph.third_rate)):
             if k < len(driven):
                 known.append(inv @ make(at, known, used, driven))
-        left = 2 * kappa * eta
+        off = beta * rho  # the step is off by so much: 1.25 (eta + off)^2 <= 2 eta^2 + 4 off^2
+        left = 2 * kappa * (eta + 2 * off * off)
         if graph.redundant:
             r, noise = self.weights(b)[1], rho
             if graph.uses:
                 noise = noise + norm((ca.fabs(Fz) @ before) / r)
             det = 1 - norm(F / r) / (CLOSURE * noise)
             left += 2 * norm(F / r)
-        error = beta * (rho + left) * self.weights(b)[0] + grain
+        error = (off + beta * left) * self.weights(b)[0] + grain
         if graph.uses:
             error += ca.fabs(inv @ Fz) @ before
         return [error, det, beta, *known]

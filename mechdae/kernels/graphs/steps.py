@@ -85,12 +85,13 @@ class Graphs(BoundGraphs):
         away = ds * ds * ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
         tests, misses = [], []
         for b in range(nb):
-            test, radius = self._tube(b, x, v, away, u, direction, beta[b], ca.fabs(ds), drift)
+            test, radius, reach = self._tube(
+                b, x, v, away, u, direction, beta[b], ca.fabs(ds), drift
+            )
             last = self.kappa[b] * parts["beta"][b] * ca.sqrt(eta[b]) / 0.2
             own = self.blocks[b].own
-            if self.course:
-                # second derivatives at the ends do not tell what a law does: the radius does
-                away = placed(away, own, ca.fmax(away[own], radius * self.weights(b)[0]))
+            # where nothing is proved, as of a group that has ended, the rates tell
+            away = placed(away, own, ca.if_else(test <= 1, reach, away[own]))
             miss = self._length(b, new[own] - x[own] - v[own] * ds)
             tests.append(ca.fmax(test, last))
             misses.append(miss / (radius * (1 + 1e-6) + 1e-300))
@@ -107,23 +108,24 @@ class Graphs(BoundGraphs):
 
     def _tube(
         self, b: int, x: Any, v: Any, away: Any, u: Any, du: Any, beta: Any, ds: Any, drift: Any
-    ) -> tuple[Any, Any]:
-        """Return the test (<= 1 passes) and the radius around the tangent over a step.
+    ) -> tuple[Any, Any, Any]:
+        """Return the test (<= 1 passes), the radius around the tangent over a step, the reach.
 
         Along x + v t, 0 <= t <= ds, the residual is at most |F| + ds^2 tau / 2 + l, the Jacobian
         differs from its start by at most ds sigma + k; l and k hold the deviation of the
-        earlier unknowns from their tangents (`away`, twice ds^2 |x''| / 2), and that of the
-        drivers on a course (`drift`).
+        earlier unknowns from their tangents (`away`, their reach), and that of the
+        drivers on a course (`drift`). The reach (size,) says the same as the radius, unknown by
+        unknown and closer: see `_reach`.
         """
         graph = self.blocks[b]
         own, used = graph.own, graph.used
         inputs = [x[own], used(x), v[own], used(v), away[own], used(away), u, du, beta, ds]
         inputs += [self.kappa[b], self.rho[b], *([] if drift is None else [drift])]
-        test, radius = self._once("tube", b, partial(self._tube_of, b), inputs)
-        return test, radius
+        test, radius, reach = self._once("tube", b, partial(self._tube_of, b), inputs)
+        return test, radius, reach
 
     def _tube_of(self, b: int, *parts: Any) -> list[Any]:
-        """Return test and radius from the inputs that `_tube` lists, unknowns in two parts."""
+        """Return what `_tube` does from the inputs that it lists, unknowns in two parts."""
         x, v, away = zip(parts[0:6:2], parts[1:6:2], strict=True)
         u, du, beta, ds, kappa, rho, *drift = parts[6:]
         graph, (w, r) = self.blocks[b], self.weights(b)
@@ -134,7 +136,8 @@ class Graphs(BoundGraphs):
         sizes = [ca.fabs(i) + ds * ca.fabs(di) + d for i, di, d in zip(x, v, away, strict=True)]
         limits = [*sizes, ca.fabs(u) + across, *map(ca.fabs, v), ca.fabs(du)]
         if graph.reaches is not None:
-            return self._reached_tube(b, x, v, away[1], u, limits, drift, (beta, ds, kappa, rho))
+            numbers = (beta, ds, kappa, rho)
+            return self._reached_tube(b, x, v, away[1], u, du, limits, drift, numbers)
         ranges = self._step_ranges(b, *around, ds) if self.contacts else []
         turned = ca.jtimes(ca.vec(shape.J), shape.every, shape.rates)
         tau, _ = self._bound(shape.second, moving, limits, ranges)
@@ -143,10 +146,12 @@ class Graphs(BoundGraphs):
         change = ds * ca.reshape(sigma, graph.rows, graph.size)
         deviations = [(shape.z, away[1])] if graph.uses else []
         deviations += [(shape.u, drift[0])] if drift else []
+        pushed = SX(graph.rows, 1)
         for symbols, deviation in deviations:
             count = symbols.numel()
             slope, _ = self._bound(ca.jacobian(shape.F, symbols), moving, limits, ranges)
-            residual += ca.reshape(slope, graph.rows, count) @ deviation
+            pushed = ca.reshape(slope, graph.rows, count) @ deviation  # the drivers' comes last
+            residual += pushed
             cross = ca.jacobian(ca.vec(shape.J), symbols)
             bound, _ = self._bound(cross, moving, limits, ranges)
             moved = ca.reshape(bound, graph.rows * graph.size, count) @ deviation
@@ -164,7 +169,17 @@ class Graphs(BoundGraphs):
         h = grown * kappa * eta
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         test = ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT)
-        return [test if everywhere else ca.fmax(test, radius / near), radius]
+        test = test if everywhere else ca.fmax(test, radius / near)
+        off = [radius * w, away[1], drift[0] if drift else SX(self.nu, 1)]
+        spread = [ds * ca.fabs(i) + d for i, d in zip((*v, du), off, strict=True)]
+        sizes = [ca.fabs(i) + d for i, d in zip((*x, u), spread, strict=True)]
+        places = self._around(x, u, spread) if self.contacts else []
+        bent, _ = self._bound(shape.second, moving, [*sizes, *spread], places)
+        return [
+            test,
+            radius,
+            self._reach(b, x, u, off, bent, rho, pushed if drift else SX(graph.rows, 1)),
+        ]
 
     def _reached_tube(
         self,
@@ -173,6 +188,7 @@ class Graphs(BoundGraphs):
         v: Pair,
         away: Any,
         u: Any,
+        du: Any,
         limits: list[Any],
         drift: list[Any],
         numbers: tuple[Any, ...],
@@ -195,7 +211,39 @@ class Graphs(BoundGraphs):
         eta = grown * (norm(residual / r) + rho)
         h = grown * kappa * eta
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
-        return [ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius]
+        off = ca.vertcat(radius * w, off[graph.size :])
+        spread = ds * ca.fabs(ca.vertcat(*v, du)) + off
+        ends = [0, graph.size, graph.size + away.numel(), spread.numel()]
+        spreads, parts = ca.vertsplit(spread, ends), ca.vertsplit(off, ends)
+        sizes = [ca.fabs(i) + d for i, d in zip((*x, u), spreads, strict=True)]
+        bends = graph.reaches.bounds(sizes, whole=False).second
+        bent = ca.vertcat(*[ca.dot(spread, bend @ spread) for bend in bends])
+        pushed = found.first[:, -self.nu :] @ parts[2]
+        reach = self._reach(b, x, u, parts, bent, rho, pushed)
+        return [ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius, reach]
+
+    def _reach(
+        self, b: int, x: Pair, u: Any, off: list[Any], bent: Any, rho: Any, pushed: Any
+    ) -> Any:
+        """Return by how much each unknown of a block may leave its tangent over a proved step.
+
+        With Y the inverse of the Jacobian at the step's start, e the deviation of the unknowns,
+        e_z that of the earlier ones: e = -Y (F + D2F[w, w] / 2) - Y F_z e_z - Y F_u e_u, where w
+        = v t + e holds all that moves. `off` bounds e by the radius, e_z and e_u, `bent` the
+        second derivative along w, `pushed` |F_u| e_u.
+        """
+        graph = self.blocks[b]
+        F, J, Fz = graph.shape.at(*x, u)
+        inv, _ = self.inverse_of(b, J)
+        found = ca.fabs(inv) @ (ca.fabs(F) + bent / 2 + 2 * rho * self.weights(b)[1] + pushed)
+        if graph.uses:
+            found += ca.fabs(inv @ Fz) @ off[1]
+        return ca.fmin(found, off[0])
+
+    def _around(self, at: Pair, u: Any, spread: list[Any]) -> list[tuple[Any, Any]]:
+        """Return where unknowns and drivers lie that leave their places by `spread`, and this."""
+        places = [(i - d, i + d) for i, d in zip((*at, u), spread, strict=True)]
+        return [*places, *[(-d, d) for d in spread]]
 
     def _sizes(self, unknowns: list[int]) -> Any:
         return column([self.scene.unknowns[i].size_symbol(self.scale) for i in unknowns])
@@ -312,7 +360,7 @@ class Graphs(BoundGraphs):
     def tube(self, b: int) -> Any:
         """Return the test of a step of one block on a curve, and its radius: see `_tube`.
 
-        (x, x', away, u, u', drift, [beta, step], consts) -> test, radius.
+        (x, x', away, u, u', drift, [beta, step], consts) -> test, radius, reach.
         """
         v, away, numbers = SX.sym("v", self.nx), SX.sym("away", self.nx), SX.sym("numbers", 2)
         du, drift = SX.sym("du", self.nu), SX.sym("drift", self.nu)
