@@ -116,5 +116,5 @@ def _compare(content: dict[str, Any], problem: Problem) -> None:
         for own in sorted(names):
             if here[part].get(own) != there[part].get(own):
                 raise SolveError("refused: not as in the problem", where=f"mechanism/{part}/{own}")
-    if here["driver"] != there["driver"]:
-        raise SolveError("refused: not as in the problem", where="mechanism/driver")
+    if here["drivers"] != there["drivers"]:
+        raise SolveError("refused: not as in the problem", where="mechanism/drivers")

@@ -11,6 +11,7 @@ import numpy as np
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnavailableError
+from mechdae.kernels.bounds.walk import replay
 from mechdae.model.reduction import Scene
 
 NAMES = {"pin-in-slot": "slot", "belt": "gear", "friction-wheel": "gear"}
@@ -26,13 +27,46 @@ NUMBERS = {
 }
 
 
+Formula = str | list[Any]
+"""The path's parameter "s", an exact number, or an operation and its formulas."""
+OPERATIONS = {
+    ca.OP_ADD: "+",
+    ca.OP_MUL: "*",
+    ca.OP_DIV: "/",
+    ca.OP_SIN: "sin",
+    ca.OP_COS: "cos",
+}
+
+
+def formulas(function: Any) -> list[Formula]:
+    """Return the values of a casadi function of s as formulas.
+
+    Raises
+    ------
+    UnavailableError
+        An operation that certificates do not know.
+    """
+
+    def operation(code: int, inputs: list[Any]) -> Formula:
+        if code in OPERATIONS:
+            return [OPERATIONS[code], *inputs]
+        if code in (ca.OP_SUB, ca.OP_NEG):
+            minus = ["*", "-1", inputs[-1]]
+            return ["+", inputs[0], minus] if code == ca.OP_SUB else minus
+        if code in (ca.OP_SQ, ca.OP_TWICE):
+            return ["*", inputs[0] if code == ca.OP_SQ else "2", inputs[0]]
+        raise UnavailableError("no certificate is written of laws with such functions")
+
+    return list(replay(function, [["s"]], operation, as_text)[0])
+
+
 def as_text(value: Any) -> str:
     """Return a number as the exact text 'p/q'."""
     return str(Fraction(value) if isinstance(value, Fraction) else Fraction(float(value)))
 
 
-def mechanism_of(scene: Scene) -> dict[str, Any]:
-    """Return bodies, joints and drivers of a scene.
+def mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
+    """Return bodies, joints and drivers of a scene; of each driver its law.
 
     Raises
     ------
@@ -42,8 +76,6 @@ def mechanism_of(scene: Scene) -> dict[str, Any]:
     mechanism = scene.model.mechanism
     if mechanism.dimension != 2:
         raise UnavailableError("no certificate is written of a spatial mechanism")
-    if len(scene.drivers) != 1:
-        raise UnavailableError("no certificate is written of a mechanism with several drivers")
     if scene.redundant:
         over = ", ".join(group.name for group in scene.redundant)
         raise UnavailableError(f"no certificate is written of superfluous equations: {over}")
@@ -59,10 +91,10 @@ def mechanism_of(scene: Scene) -> dict[str, Any]:
             _add(points, end, values)
     for reference in scene.selection.points:
         _add(points, reference, values)
-    driver = scene.drivers[0].text
-    if driver.count(".") == 2:
-        _add(points, driver.rpartition(".")[0], values)
-    return {"bodies": points, "joints": joints, "driver": driver}
+    for driver in scene.drivers:
+        if driver.text.count(".") == 2:
+            _add(points, driver.text.rpartition(".")[0], values)
+    return {"bodies": points, "joints": joints, "drivers": laws}
 
 
 def _add(points: dict[str, dict[str, list[str]]], reference: str, values: Any) -> None:

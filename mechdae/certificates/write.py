@@ -6,11 +6,12 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 import mechdae
 from mechdae.certificates.in_balls import complex_poses, refined_mode, refined_path
-from mechdae.certificates.mechanism import Frames, as_text, mechanism_of
+from mechdae.certificates.mechanism import Formula, Frames, as_text, formulas, mechanism_of
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.describe.file.problem import Problem
@@ -39,7 +40,7 @@ def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
     """
     task = problem.task(name)
     content = {
-        "certificate": 1,
+        "certificate": 2,
         "mechdae": mechdae.__version__,
         "problem": problem.name,
         "task": name,
@@ -58,26 +59,54 @@ def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
 def mechanism_of_task(problem: Problem, name: str) -> dict[str, Any]:
     """Return the mechanism of a task as its certificate has it."""
     task = problem.task(name)
-    setting = prepare(problem, task) if isinstance(task, Sweep) else _at_pose(problem, task)[0]
-    return mechanism_of(setting.scene)
+    if isinstance(task, Sweep):
+        setting = prepare(problem, task)
+        done = run(setting, task)
+        return mechanism_of(setting.scene, _laws(setting, done.path))
+    setting, u = _at_pose(problem, task)
+    return mechanism_of(setting.scene, _values(setting, u))
+
+
+def _laws(setting: Setting, path: Any) -> dict[str, Formula]:
+    """Return the law of each driver along a path."""
+    names = [driver.text for driver in setting.scene.drivers]
+    course = setting.graphs.course
+    if course is not None:
+        if course.switches.numel():
+            raise UnavailableError("no certificate is written of laws with corners")
+        own = formulas(ca.Function("law", [course.s], [ca.densify(course.smooth)]))
+    elif not isinstance(path, Path):
+        raise UnavailableError("no certificate is written of poses by name")
+    else:
+        pairs = zip(path.u0, path.d, strict=True)
+        own = ["s" if (u, d) == (0, 1) else _line(u, d) for u, d in pairs]
+    return dict(zip(names, own, strict=True))
+
+
+def _line(start: float, slope: float) -> Formula:
+    return ["+", as_text(start), ["*", as_text(slope), "s"]]
+
+
+def _values(setting: Setting, u: Any) -> dict[str, Formula]:
+    """Return the values of the drivers at a pose: a single one is the parameter."""
+    names = [driver.text for driver in setting.scene.drivers]
+    return {names[0]: "s"} if len(names) == 1 else dict(zip(names, map(as_text, u), strict=True))
 
 
 def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
     """Return path and poses of a sweep."""
     where = f"tasks.{name}"
     setting = prepare(problem, task)
-    mechanism = mechanism_of(setting.scene)
-    if setting.graphs.course:
-        raise UnavailableError("no certificate is written of a motion along laws", where=where)
+    mechanism_of(setting.scene, {})  # what is refused is refused before the poses are computed
     done = run(setting, task)
-    if not isinstance(done.path, Path):
-        raise UnavailableError("no certificate is written of poses by name", where=where)
+    mechanism = mechanism_of(setting.scene, _laws(setting, done.path))
+    assert isinstance(done.path, Path)
     if done.path.zones:
         raise UnavailableError(
             "no certificate is written of a motion across change points", where=where
         )
     arc = arc_of(done.path)
-    path = _path(done.path, arc, Frames(setting.scene, mechanism["bodies"]))
+    path = _path(done.path, arc, Frames(setting.scene, mechanism["bodies"]), done.places)
     return {
         "kind": "sweep",
         "mechanism": mechanism,
@@ -86,13 +115,23 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
     }
 
 
-def _path(path: Path, arc: Arc, frames: Frames) -> dict[str, Any]:
-    """Return the nodes of a path inside its arc, and the limit positions that end it."""
+def _path(path: Path, arc: Arc, frames: Frames, places: Any) -> dict[str, Any]:
+    """Return the nodes of a path inside its arc, and the limit positions that end it.
+
+    Where all is linear in the drivers' values there are none: the ends of the poses' `places`.
+    """
     nx, ends = path.graphs.nx, [end.s for end in arc.limits if end is not None]
-    nodes = [
-        {"at": as_text(s), "bodies": frames.at(state[:nx], np.array([s]))}
+    known = [
+        (s, state)
         for s, state in zip(path.s, path.state, strict=True)
         if arc.first <= s <= arc.last and all(abs(s - end) > BEFORE * path.largest for end in ends)
+    ]
+    if not nx:
+        reached = {*path.s, float(np.min(places)), float(np.max(places))}
+        known = [(s, np.zeros(0)) for s in sorted(reached)]
+    nodes = [
+        {"at": as_text(s), "bodies": frames.at(state[:nx], path.drivers(np.array([s]))[0])}
+        for s, state in known
     ]
     if not nodes:
         raise UnavailableError("no certificate is written of a pose at a limit position alone")
@@ -108,7 +147,8 @@ def _path(path: Path, arc: Arc, frames: Frames) -> dict[str, Any]:
     for word, end in (("low", arc.low), ("high", arc.high)):
         if end is not None and end.kind == "limit":
             at = np.array([end.s])
-            found[word] = {"at": as_text(end.s), "bodies": frames.at(path.guess(at)[0], at)}
+            bodies = frames.at(path.guess(at)[0], path.drivers(at)[0])
+            found[word] = {"at": as_text(end.s), "bodies": bodies}
     return found
 
 
@@ -118,16 +158,20 @@ def _poses(result: Result, done: Run, arc: Arc, path: dict[str, Any]) -> list[di
     Of poses that are reached whole turns of the driver away, and of those between the last step
     and a limit position, nothing is claimed.
     """
-    found, values = [], done.values[:, 0]
+    found, values = [], done.places
+    names = [driver.text for driver in done.evaluator.graphs.scene.drivers]
     first, last = Fraction(path["at"]), Fraction([path, *path["steps"]][-1].get("to", path["at"]))
     ends = {-1: "low", 1: "high"}
     for k, (value, met) in enumerate(zip(values, arc.met(values), strict=True)):
         status = str(result.status[k])
         on_path = first <= Fraction(float(value)) <= last
-        claim = {"pose": k, "at": as_text(value), "status": status}
+        claim: dict[str, Any] = {"pose": k, "at": as_text(value), "status": status}
         if status == Status.LIMIT.value and met:
             found.append(claim | {"end": ends[met]} | reported(result, k))
         elif status == Status.OK.value and on_path:
+            if len(names) > 1 or done.values[k, 0] != value:
+                told = dict(zip(names, map(as_text, done.values[k]), strict=True))
+                claim["drivers"] = told
             found.append(claim | reported(result, k))
         elif status == Status.UNASSEMBLED.value and _beyond(arc, value):
             found.append(claim)
@@ -153,18 +197,21 @@ def reported(result: Result, k: int) -> dict[str, Any]:
 def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
     """Return the scene of all bodies at the pose of a task of modes, and its driver value (1,)."""
     numbers = plan(problem.mechanism, task)
-    if numbers.values is None or len(numbers.values) != 1 or len(numbers.coordinates) != 1:
-        raise UnavailableError("no certificate is written of modes with several drivers")
+    if numbers.values is None or len(numbers.values) != 1:
+        raise UnavailableError("no certificate is written of modes at several poses")
     u = numbers.values[0]
-    driver = Driver(numbers.coordinates[0].text, at=(float(u[0]),), speed=0.0)
-    return prepare(problem, Sweep(drivers=(driver,), derivatives=0)), u
+    drivers = tuple(
+        Driver(c.text, at=(float(value),), speed=0.0)
+        for c, value in zip(numbers.coordinates, u, strict=True)
+    )
+    return prepare(problem, Sweep(drivers=drivers, outputs=task.outputs, derivatives=0)), u
 
 
 def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     """Return all modes at one pose, and all complex poses, which prove that there are no others."""
     setting, u = _at_pose(problem, task)
     result = modes(problem, name, task)
-    mechanism = mechanism_of(setting.scene)
+    mechanism = mechanism_of(setting.scene, _values(setting, u))
     frames = Frames(setting.scene, mechanism["bodies"])
     every, _, _ = setting.assembler.modes(u, by_paths=True)
     if len(result.status) < len(every):

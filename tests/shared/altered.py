@@ -9,10 +9,13 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-KINDS = ("number", "step", "label", "mode", "complex", "limit", "order", "pose", "joint", "body")
+KINDS = (
+    *("number", "step", "label", "mode", "complex", "limit", "order", "pose", "joint", "body"),
+    *("bound", "law"),
+)
 """One number by 1e-6, a step left out, signs of a mode turned, a mode or a complex pose left out, a
-limit moved by 1e-10, two steps exchanged, a pose that is said to be reached or not, and a joint or
-a body left out."""
+limit moved by 1e-10, two steps exchanged, a pose that is said to be reached or not, a joint or a
+body left out, the bounds of a pose smaller than any error, the law of a driver moved by 1e-6."""
 WEAKER = ("bound",)
 """Claims that are still true when a number grows."""
 NUMBER = re.compile("-?[0-9]+(/[0-9]+)?")
@@ -81,6 +84,16 @@ def alter(content: dict[str, Any], kind: str, rng: random.Random) -> tuple[dict[
         k = rng.randrange(len(listed))
         del listed[k]
         return own, f"{kind} {k}"
+    if kind == "bound":
+        claims = modes or [pose for pose in poses if pose["status"] == "ok"]
+        k = rng.randrange(len(claims))
+        claims[k]["bound"] = dict.fromkeys(claims[k]["bound"], "0")
+        return own, f"bound {k}"
+    if kind == "law":
+        laws = own["mechanism"]["drivers"]
+        name = rng.choice(sorted(laws))
+        laws[name] = ["+", "1/1000000", laws[name]]
+        return own, f"drivers/{name}"
     if kind in ("joint", "body"):
         table = own["mechanism"]["joints" if kind == "joint" else "bodies"]
         name = rng.choice(sorted(table))

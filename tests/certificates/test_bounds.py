@@ -1,0 +1,38 @@
+"""Bounds of poses evaluated in ball arithmetic are at most those reported."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import mechdae as md
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.report import report
+from mechdae.kinematics.sweep import run
+from tests.reference.truth.drawing import draw
+from tests.reference.truth.judging import swept
+
+pytest.importorskip("flint", reason="python-flint is not installed")
+
+
+def reported(problem: md.Problem, task: Any) -> tuple[Any, Any, Any]:
+    setting = prepare(problem, task)
+    done = run(setting, task)
+    return setting, done, report(problem, "sweep", task, setting, done)
+
+
+@pytest.mark.parametrize("family", ["dyads", "gears", "triads", "slender"])
+def test_bounds_in_balls_are_no_larger(family: str) -> None:
+    """The formula without its allowance, in 192 bits: less than the bound, and not much less."""
+    from tests.shared.in_balls import bounds
+
+    for seed in range(2):
+        case = draw(seed, family)
+        task = swept(case, 6)
+        setting, done, result = reported(md.Problem(case.mechanism(), {"sweep": task}), task)
+        rows = [k for k, status in enumerate(result.status) if status == "ok"]
+        for word, found in bounds(setting, done, rows).items():
+            for k, own in zip(rows, found, strict=True):
+                assert own <= float(result.bound[word][k])
+                assert own >= 0.9 * float(result.bound[word][k])
