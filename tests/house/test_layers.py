@@ -60,7 +60,7 @@ ROOMS = {
     "explanations": "describe draw errors export formulas results tasks",
     "reports": "describe draw errors explanations export formulas results tasks",
     "assignments": "describe draw errors explanations formulas reports results tasks",
-    "certificates": "assembly continuation describe errors kinematics model results setup",
+    "certificates": "assembly continuation describe errors kernels kinematics model results setup",
     "bench": "describe dynamics errors kernels kinematics setup synthesis tasks",
     "cli": "assembly assignments bench certificates composition describe draw errors exchange "
     "explanations export jobs kernels modules pages ranking reports results synthesis tables tasks",
