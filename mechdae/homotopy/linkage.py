@@ -87,8 +87,9 @@ class PinLinkage:
 
     @property
     def far(self) -> Any:
-        """Sizes (k,) of the unknowns that are at infinity."""
-        return np.repeat([FAR, FAR_SLIDE], [max(self.turns), len(self.slides)])
+        """Sizes (k,) of real and imaginary parts that are at infinity: turns may go on and on."""
+        turn, slide = complex(FAR, np.inf), complex(FAR_SLIDE, FAR_SLIDE)
+        return np.repeat([turn, slide], [max(self.turns), len(self.slides)])
 
     @cached_property
     def step_turns(self) -> Any:

@@ -55,6 +55,13 @@ def _largest(values: Any) -> Any:
     return np.where(np.isfinite(size), size, np.inf)
 
 
+def _near(x: Any, far: Any) -> Any:
+    """Return which points (n, k) are not at infinity."""
+    if np.iscomplexobj(far):
+        return ((np.abs(x.real) < far.real) & (np.abs(x.imag) < far.imag)).all(axis=1)
+    return _largest(x / far) < 1
+
+
 def _ahead(last: Any, here: Any, rates: tuple[Any, Any], gap: Any, h: Any) -> Any:
     """Return the cubic through two points and tangents, a step h beyond the second."""
     before, now = rates
@@ -68,8 +75,9 @@ def track(system: System, x: Any, far: Any = FAR, relative: bool = False) -> Pat
     """Follow solutions of F(x, 0) = 0, each with steps of its own, to t = 1.
 
     Predicted by a cubic through the last two points, corrected by two Newton steps. What grows
-    beyond `far`, one size or one for each unknown, is at infinity. Corrections of `relative` paths
-    count by the size of each unknown where that is above one.
+    beyond `far`, one size or one for each unknown (complex ones: of real and imaginary parts), is
+    at infinity. Corrections of `relative` paths count by the size of each unknown where that is
+    above one.
     """
     with np.errstate(all="ignore"):
         return _track(system, np.array(x, complex), far, relative)
@@ -108,7 +116,7 @@ def _track(system: System, x: Any, far: Any, relative: bool) -> PathEnds:
         factor = np.clip(0.8 * (WANTED / np.maximum(e1, 1e-300)) ** 0.25, 0.5, 2.0)
         h[own] = np.where(good, step * factor, step / 2)
         least = SMALLEST * np.maximum(1 - t[own], NEARLY)  # solutions may nearly meet at the end
-        going[own] = (h[own] > least) & (_largest(x[own] / far) < 1)
+        going[own] = (h[own] > least) & _near(x[own], far)
     return _ended(system, x, t >= 1)
 
 

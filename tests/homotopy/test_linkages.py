@@ -227,6 +227,39 @@ def test_certificates_hold_what_they_say() -> None:
 # -- all modes -----------------------------------------------------------------------------
 
 
+def placed(order: Any, inside: list[dict[int, complex]]) -> ComplexDimensions:
+    """Return the dimensions of links with pins at places in their frames."""
+    steps = [
+        inside[order.parts[j]][order.pins[v]] - inside[order.parts[j]][order.pins[u]]
+        for j, u, v, _ in order.linkage.steps
+    ]
+    return ComplexDimensions.real(np.array(steps), np.zeros(0))
+
+
+def test_the_star_with_fourteen_real_poses() -> None:
+    """Three links on the ground, joined by three bars: 14 of 14 poses are real (26 digits)."""
+    case = json.loads((DATA / "baranov7_star.json").read_text(encoding="utf-8"))
+    feet, first, second = (
+        [complex(float(x), float(y)) for x, y in case["params"][key]] for key in ("O", "p", "q")
+    )
+    inside = [dict(enumerate(feet))]
+    inside += [{k: 0, 3 + k: first[k], 6 + k: second[k]} for k in range(3)]
+    for k, length in enumerate(case["params"]["bars"]):
+        inside.append({6 + k: 0, 3 + (k + 1) % 3: float(length)})
+    found = stored_instances.instance_of(linkage(inside))
+    assert found is not None
+    start, order = found
+    poses = linkage_poses(start, placed(order, inside))
+    assert poses.proven
+    assert (poses.generic, len(poses.turns)) == (14, 14)
+    turned = np.zeros((14, 7))
+    turned[:, list(order.turns)] = np.concatenate([np.zeros((14, 1)), poses.turns], axis=1)
+    ours = np.exp(1j * (turned - turned[:, :1]))[:, 1:4]
+    for solution in case["solutions"]:
+        wanted = np.exp(1j * np.array([float(angle) for angle in solution]))
+        assert np.abs(ours - wanted).max(axis=1).min() < 1e-11
+
+
 def test_the_prism_with_twenty_four_real_poses() -> None:
     """Lengths of Borcea and Streinu's kind: with either triangle mirrored, 24 real ones in all."""
     z12 = z13 = z23 = 2.0
@@ -247,19 +280,17 @@ def test_the_prism_with_twenty_four_real_poses() -> None:
             dict(zip((1, 2, 3), base, strict=True)), dict(zip((4, 5, 6), top, strict=True)),
             {1: 0, 4: z14}, {2: 0, 5: z25}, {3: 0, 6: z36},
         ]  # fmt: skip
-        steps = [
-            inside[order.parts[j]][order.pins[v]] - inside[order.parts[j]][order.pins[u]]
-            for j, u, v, _ in order.linkage.steps
-        ]
-        poses = linkage_poses(start, ComplexDimensions.real(np.array(steps), np.zeros(0)))
+        poses = linkage_poses(start, placed(order, inside))
         assert poses.proven
         total += 2 * len(poses.turns)  # and all mirrored
     assert total == 24
 
 
-@pytest.mark.parametrize(("links", "number", "set_"), [(7, 3, 0), (9, 100, 0), (9, 5, 16)])
+@pytest.mark.parametrize(
+    ("links", "number", "set_"), [(7, 3, 0), (9, 100, 0), (9, 5, 16), (9, 47, 8)]
+)
 def test_modes_are_those_that_eigenvalues_give(links: int, number: int, set_: int) -> None:
-    """In the last one two modes are 0.0013 apart, so near that paths used to stop before them."""
+    """Paths used to stop before modes 0.0013 apart, and where a link went round three times."""
     every = [chain for truss in chains(links, 0) for chain in truss.inversions()]
     rng = np.random.default_rng([links, number])
     rng.normal(size=(set_, len(every[number].joints), 2))

@@ -156,6 +156,46 @@ def counted(links: int, known: Rows) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def of_sliding(sets: int) -> Iterator[dict[str, Any]]:
+    """Yield counts over groups of six links with one to three slides, drawn at random."""
+    rng = np.random.default_rng(6)
+    groups = [chain for truss in chains(7, 0) for chain in truss.inversions()]
+    rows: list[tuple[bool, int, int, int, float]] = []
+    while len(rows) < sets:
+        chain = groups[rng.integers(len(groups))]
+        first = next(k for k, joint in enumerate(chain.joints) if (chain.fixed or 0) in joint)
+        others = [k for k in range(len(chain.joints)) if k != first]
+        slides = rng.choice(others, rng.integers(1, 4), replace=False)
+        kinds = "".join("P" if k in slides else "R" for k in range(len(chain.joints)))
+        places = rng.normal(size=(len(chain.joints), 2))
+        mechanism = driven(replace(chain, pairs=kinds), places)
+        task = md.Modes(md.Driver("crank.angle", at=[0.0]))
+        began = time.process_time()
+        try:
+            found = md.solve(mechanism, task)
+        except md.MechdaeError:
+            continue  # slides that leave a part to move or to stick
+        seconds = time.process_time() - began
+        if not complex_poses(found):
+            continue  # falls into dyads and triads
+        ways, assembler.WAYS = assembler.WAYS, ()
+        other = md.solve(mechanism, task)
+        assembler.WAYS = ways
+        only = missed(angles(found)[:, 1:], angles(other)[:, 1:])
+        count = found.summary["count"]
+        rows.append((found.summary["proven"], count, only, count - other.summary["count"], seconds))
+        proven, real, theirs, lost, times = (list(own) for own in zip(*rows, strict=True))
+        yield {
+            "sets": len(rows),
+            "proven": int(sum(proven)),
+            "real": [min(real), max(real)],
+            "search_only": int(sum(theirs)),
+            "search_missed": int(sum(own > 0 for own in lost)),
+            "median_seconds": round(float(np.median(times)), 3),
+            "largest_seconds": round(max(times), 3),
+        }
+
+
 def of_platforms(count: int) -> Iterator[dict[str, Any]]:
     """Yield counts over random platforms on six legs, each built round a pose, every 20."""
     rng = np.random.default_rng(40)
@@ -202,6 +242,15 @@ def table(known: dict[str, Any]) -> str:
             f"{own['missed_by_paths']} | {own['eigenvalues_complete']} | {own['search_only']} | "
             f"{own['search_missed']} of {own['searched']} |"
         )
+    if own := known.get("six links with slides"):
+        low, high = own["real"]
+        lines += [
+            "",
+            f"{own['sets']} groups of six links with one to three slides: {own['proven']} proven, "
+            f"{low} … {high} real modes, {own['search_only']} that only the search finds, "
+            f"{own['search_missed']} sets in which the search missed one; median "
+            f"{own['median_seconds']:.2f} s with the count and monodromy of a new structure.",
+        ]
     if own := known.get("platforms"):
         low, high = own["real"]
         lines += [
@@ -227,6 +276,7 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=20)
     parser.add_argument("--every", type=int, default=1, help="groups of which one is searched too")
     parser.add_argument("--sample", type=int, default=1, help="every so many groups only")
+    parser.add_argument("--sliding", type=int, default=0, help="sets of groups with slides")
     parser.add_argument("--platforms", type=int, default=0)
     parser.add_argument("--rows", type=Path, help="what is found set by set; taken up again")
     parser.add_argument("--out", type=Path)
@@ -247,6 +297,9 @@ def main() -> None:
             known[f"groups of {links - 1} links"] = counted(links, found)
             save()
         print(json.dumps(known.get(f"groups of {links - 1} links")), flush=True)
+    for found in of_sliding(options.sliding):
+        known["six links with slides"] = found
+        save()
     for found in of_platforms(options.platforms):
         known["platforms"] = found
         save()

@@ -133,10 +133,10 @@ def main() -> None:
     if options.out and options.out.exists():
         known = json.loads(options.out.read_text(encoding="utf-8"))
     runs = {
+        **{name: of_groups(name, options.sets) for name in GROUPS},
         "3-3 platforms": of_shared(options.sets, (0, 1, 1, 2, 2, 0)),
         "6-3 platforms": of_shared(options.sets, (0, 1, 2, 3, 4, 5)),
         "rings of seven hinges": of_rings(options.sets),
-        **{name: of_groups(name, options.sets) for name in GROUPS},
     }
     for name, run in runs.items():
         if known.get(name, {}).get("sets") == options.sets and not options.again:
