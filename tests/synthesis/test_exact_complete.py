@@ -8,6 +8,7 @@ Counts: 1442 curves through nine points and 64 real ones for problem 3 of Wample
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -360,6 +361,37 @@ def test_verdicts_are_in_the_summary_and_on_the_terminal(capsys) -> None:
     code, out, err = run(capsys, "solve", "burmester5-public")
     assert code == 0, err
     assert "proven: 4 of 4 solutions certified (theorem); 4 real" in " ".join(out.split())
+
+
+def test_none_exists_where_all_solutions_are_known() -> None:
+    problem = md.load("burmester5-public")
+    task = problem.tasks["design"]
+    free = {**task.free, "la": (0.1, 0.2), "lb": (0.1, 0.2)}  # the dyads are 1.5 long and longer
+    result = md.synthesize(problem, replace(task, free=free))
+    assert result.data["designs"] == []
+    assert result.summary["status"] == "none exists"
+    assert result.summary["verdict"] == "proven"
+    assert "all 4 solutions are known, no real one is within the bounds" in result.fault
+
+
+def test_infinitely_many_are_no_verdict() -> None:
+    """Points on a circle about the crank's pivot: the crank pin as coupler point, any rocker."""
+    angles = np.array([0.2, 1.1, 1.9, 3.0, 4.6])
+    points = np.column_stack([0.7 * np.cos(angles), 0.7 * np.sin(angles)])
+    found = four_bars_through(points, FIXED)
+    assert found.every.verdict == "found"
+    assert len(found.every.z) < 36
+    for design in found.designs:
+        np.testing.assert_allclose(design.points(), points @ [1, 1j], atol=1e-6)
+
+
+def test_a_point_met_twice_is_told_with_its_place(capsys, tmp_path) -> None:
+    text = (ROOT / "problems" / "mw7-fivepoint-fixed-pivots.toml").read_text(encoding="utf-8")
+    (tmp_path / "twice.toml").write_text(text.replace("[-0.34, 0.22]", "[0.5, 1.06]"))
+    code, out, err = run(capsys, "synthesize", str(tmp_path / "twice.toml"))
+    assert (code, out) == (2, "")
+    assert "tasks.design.goal.targets: two targets are the same point, 1 and 3" in err
+    assert "leave one out" in err
 
 
 def test_bad_points_are_named() -> None:

@@ -19,6 +19,10 @@ PART = 128
 ROUTES = 6
 SILENT = 2
 """Routes without news after which no more are followed."""
+FEW = 0.5
+"""Share of the paths below which the numbers are special and a second route is the last one."""
+MOST_FAR = 300
+"""Paths that arrive nowhere, up to which it is looked at where they go."""
 SEED = 1992
 
 
@@ -52,7 +56,7 @@ class AllSolutions:
         Of the generic solutions: of all paths.
     infinite, singular, lost
         Paths that go to infinity; that end in a finite solution that is not simple; that ended
-        somewhere on the way.
+        somewhere on the way, or are too many to be looked at.
     basis
         What says how many there are: "theorem", "trace test", or "none".
     boxes
@@ -121,13 +125,14 @@ def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here)
         ends = np.concatenate(follow(_works(generic, target, bend)))
         before, z = len(z), united(own, z, there(ends))
         silent = silent + 1 if len(z) == before else 0
-        if len(z) >= count or silent == SILENT:
+        if len(z) >= count or silent == SILENT or (route and len(z) < FEW * count):
             break
     found = enclosed(own, target, z)
     left = int((~found.certain).sum())
     infinite = singular = lost = 0
     if int(found.certain.sum()) < count:
-        missed = ~np.isfinite(ends).all(axis=1)
+        missed = np.flatnonzero(~np.isfinite(ends).all(axis=1))
+        missed = missed if len(missed) <= MOST_FAR else missed[:0]
         system = way(own, generic.p, target, bend)
         gone = far_ends(system, generic.z[missed])
         infinite, singular = int(gone.infinite.sum()), int(gone.finite.sum()) + left

@@ -294,8 +294,13 @@ def check_path(points: Any, given: Mapping[str, float]) -> None:
             f"{k} points: a four-bar goes exactly through three to nine", where="targets", hint=hint
         )
     gaps = np.abs(points[:, None] - points[None]).max(axis=2)
-    if (gaps[~np.eye(k, dtype=bool)] <= 1e-12 * gaps.max()).any():
-        raise InputError("two targets are the same point", where="targets")
+    same = np.argwhere(np.triu(gaps <= 1e-12 * gaps.max(), 1))
+    if len(same):
+        i, j = (same[0] + 1).tolist()
+        raise InputError(
+            f"two targets are the same point, {i} and {j}", where="targets",
+            hint="a point that is met twice is no condition more: leave one out",
+        )  # fmt: skip
     names: Iterable[str] = (*DIMENSIONS, *POLAR)
     for name, value in given.items():
         if name not in names:

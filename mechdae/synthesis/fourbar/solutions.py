@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.tasks.goals import Visits
+from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.exact.four_bars import four_bars_through, guiding_links, with_cognates
@@ -53,10 +54,19 @@ def solutions(
 
     None where there are not as many equations as unknowns, or too many solutions to be searched.
     """
-    targets = np.array(asked.targets)
-    given = starts.given()
     if asked.measure != "exact" or asked.timing not in ("free", "any"):
         return None
+    try:
+        return _solutions(starts, asked, seed, follow)
+    except InputError as error:
+        raise error.inside("goal") from None
+
+
+def _solutions(
+    starts: FourBarStarts, asked: Visits, seed: int, follow: Follow
+) -> WithinBounds | None:
+    targets = np.array(asked.targets)
+    given = starts.given()
     if asked.is_motion:
         if len(targets) != POSES or given:
             return None
