@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from tests.reference.truth.drawing import draw
 from tests.reference.truth.judging import swept
+from tests.shared.paths import ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
 
@@ -36,3 +38,13 @@ def test_bounds_in_balls_are_no_larger(family: str) -> None:
             for k, own in zip(rows, found, strict=True):
                 assert own <= float(result.bound[word][k])
                 assert own >= 0.9 * float(result.bound[word][k])
+
+
+def test_page_tells_how_many_were_compared() -> None:
+    """None larger, no certificate refused, and the numbers are those of the page."""
+    found = json.loads((ROOT / "docs" / "data" / "bounds-in-balls.json").read_text())
+    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    assert found["larger"] == found["refused"] == 0
+    assert found["faults"] == []
+    numbers = [found[key] for key in ("mechanisms", "poses", "larger", "written", "refused")]
+    assert f"| {' | '.join(map(str, numbers))} |" in page

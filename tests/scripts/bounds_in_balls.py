@@ -44,7 +44,7 @@ def main() -> int:
     parser.add_argument("--out", required=True)
     options = parser.parse_args()
     out = Path(options.out)
-    found: dict[str, Any] = {**dict.fromkeys(NUMBERS, 0), "structures": 0, "ratio": [9.0, 0.0]}
+    found: dict[str, Any] = {**dict.fromkeys(NUMBERS, 0), "structures": 0}
     found |= {"not_written": {}, "faults": [], "seconds": 0.0}
     if out.exists():
         found = json.loads(out.read_text())
@@ -65,8 +65,6 @@ def add(found: dict[str, Any], rows: list[dict[str, Any]]) -> None:
     for row in rows:
         for key in NUMBERS:
             found[key] += row.get(key, 0)
-        low, high = found["ratio"]
-        found["ratio"] = [min(low, row["ratio"][0]), max(high, row["ratio"][1])]
         if "why" in row:
             reasons[row["why"].split(":")[0]] += 1
         if "fault" in row:
@@ -104,15 +102,12 @@ def examined(problem: md.Problem, task: Any, path: Path) -> dict[str, Any]:
     done = run(setting, task)
     result = report(problem, "sweep", task, setting, done)
     poses = [k for k, status in enumerate(result.status) if status == "ok"]
-    row: dict[str, Any] = {"mechanisms": 1, "poses": len(poses), "ratio": [9.0, 0.0]}
+    row: dict[str, Any] = {"mechanisms": 1, "poses": len(poses)}
     for word, own in bounds(setting, done, poses).items():
         told = [float(result.bound[word][k]) for k in poses]
         row["larger"] = row.get("larger", 0) + sum(
             not a <= b for a, b in zip(own, told, strict=True)
         )
-        shares = [float(a.upper()) / b for a, b in zip(own, told, strict=True) if b] or [1.0]
-        low, high = row["ratio"]
-        row["ratio"] = [min(low, *shares), max(high, *shares)]
     try:
         path.write_text(as_json(certificate_of(problem, "sweep")), encoding="utf-8")
     except UnavailableError as error:

@@ -132,6 +132,15 @@ class PoseGraphs:
         sizes = [0 if graph.redundant else graph.size for graph in self.blocks]
         return [b for b, size in enumerate(sizes) if 2 < size <= ADJUGATE_LIMIT]
 
+    @kept_property
+    def depths(self) -> list[int]:
+        """How many blocks stand one behind the other up to each block, itself included."""
+        found: list[int] = []
+        for graph in self.blocks:
+            before = (found[bisect_right(self.first, i) - 1] for i in graph.uses)
+            found.append(1 + max(before, default=0))
+        return found
+
     def ancestors(self, b: int) -> list[int]:
         """Return the blocks that block `b` depends on, itself last."""
         wanted = {b}
