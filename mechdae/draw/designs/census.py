@@ -60,9 +60,8 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     shown = {row.kind for row in rows}
     designs = result.data["designs"]
     lost = len(summary["rejected"]) + sum(bool(own.get("defects")) for own in designs)
-    if "exact" in summary:
-        lost = len(summary["rejected"]) + summary["exact"]["within"] - summary["exact"]["faultless"]
     if "solutions" in summary:
+        lost = summary["solutions"] - sum(not own.get("defects") for own in designs)
         facts = [words("census solutions", summary["solutions"], lost)]
     else:
         facts = [words("census", summary["starts"], summary["distinct"], lost)]
