@@ -61,7 +61,8 @@ class AllSolutions:
         What says how many there are: "theorem", "trace test", or "none".
     boxes
         Certified complex solutions, with cognates and both ends of the ground line where nothing
-        is given.
+        is given. Cognates whose links are too long for double numbers are missing; curves that
+        both have such ones are told apart by their coefficients alone.
     """
 
     z: Any
@@ -138,12 +139,11 @@ def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here)
         infinite, singular = int(gone.infinite.sum()), int(gone.finite.sum()) + left
         lost = max(count - int(found.certain.sum()) - infinite - singular, 0)
     z, real = found.z[found.certain], found.real[found.certain]
-    every = found if not own.cognate else enclosed(own, target, own.variants(z))
-    whole = bool(every.certain.sum() == (6 if own.cognate else 1) * len(z)) and apart(every)
-    return AllSolutions(
-        z, real, count, infinite, singular, lost, generic.basis if whole else "none",
-        int(every.certain.sum()),
-    )  # fmt: skip
+    # two of one curve would be cognates of each other: boxes of cognates would meet
+    every = enclosed(own, target, own.variants(z)) if own.cognate else found
+    basis = generic.basis if apart(every) else "none"
+    boxes = int(every.certain.sum())
+    return AllSolutions(z, real, count, infinite, singular, lost, basis, boxes)
 
 
 def _works(generic: GenericSolutions, target: Any, bend: Any) -> list[PathWork]:
