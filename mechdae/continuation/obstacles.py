@@ -29,8 +29,9 @@ STEADY = 0.2
 """Share of the way to a limit position below which steps are taken many at once."""
 NEAREST = 1e-6
 """Share of the largest step that must be left for the way across a change point."""
-NEARLY = 2e-6
-"""Distance of branches that do not meet up to which their expansions tell where they go."""
+NEARLY_PASSED, NEARLY_TURNED = 2e-6, 1e-5
+"""Distance of branches that do not meet up to which their expansions tell where they go: past the
+place, or back."""
 NARROWER = 12
 """Times the neighbourhood of a change point is halved until its expansion holds."""
 
@@ -173,7 +174,9 @@ def across(front: Front, b: int, rest: float) -> bool:
         found = path.bridges.finder.find(k, front.s, front.state, sense, {})
         if found is None:
             continue
-        missed = found.missed if found.gap < NEARLY else None
+        missed = found.missed
+        if missed and found.gap >= (NEARLY_PASSED if missed.passes else NEARLY_TURNED):
+            missed = None
         if not (found.meant or missed):
             continue
         if missed and not missed.passes:

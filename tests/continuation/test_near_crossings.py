@@ -129,6 +129,33 @@ def test_branches_that_turn_back(keys: dict) -> None:
         assert missed <= result.bound.length[k]
 
 
+def test_four_bars_drawn_at_random() -> None:
+    """Folded or stretched near 0 or pi, detuned by 1e-15.5 to 1e-11.5: no pose is ok and wrong."""
+    rng, words = np.random.default_rng(2), set()
+    off = np.concatenate([-np.logspace(-0.2, -9, 8), [0], np.logspace(-9, -0.2, 8)])
+    for kind in list(range(3)) * 8:
+        a, b, d = rng.uniform(0.5, 1.5), rng.uniform(1, 3), rng.uniform(1.8, 3)
+        excess = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-15.5, -11.5))
+        c = (a + d - b, b - (d - a), b + (d - a))[kind] + excess
+        at = np.pi if kind == 0 else 0.0
+        longer = d - mp.mpf(a)
+        if c < 0.2 or a + mp.mpf(d) == b + mp.mpf(c) or longer in (mp.mpf(b) - c, c - mp.mpf(b)):
+            continue  # these do cross
+        lengths = (*map(mp.mpf, (a, b, c, d)), mp.mpf(0))
+        C = complex(mp.mpc(*pin(lengths, at - 0.8)))
+        B = a * np.exp(1j * (at - 0.8))
+        sketch = {"crank": at - 0.8, "coupler": np.angle(C - B), "rocker": np.angle(C - d)}
+        mechanism = four_bar(a, b, c, d, **{key: float(own) for key, own in sketch.items()})
+        result = swept(mechanism, at + off)
+        words |= {str(word) for word in result.status} | {event["kind"] for event in result.events}
+        place = result.points["rocker.C"].position
+        for k in np.flatnonzero(result.status == "ok"):
+            true = pin(lengths, float(at + off[k]))
+            missed = max(abs(float(t - float(p))) for t, p in zip(true, place[k], strict=True))
+            assert missed <= result.bound.length[k] + 1e-15
+    assert words == {"ok", "limit", "unassembled", "singular", "ambiguous", "change_point"}
+
+
 # -- behind other loops, before other loops --------------------------------------------------------
 
 FIRST = (1.0, 2.5, 2.0, 2.75)
