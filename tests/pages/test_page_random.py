@@ -30,6 +30,20 @@ def test_nothing_is_certified_that_python_refutes(start):
 
 
 @needs_node
+def test_a_limit_position_is_that_of_the_group_that_opens_first(tmp_path):
+    """Of seed 206 a cylinder would reach its end 2e-5 m after the legs of a platform open."""
+    case = draw(206)
+    page = md.page(md.Problem(case.mechanism(), {"sweep": swept(case, 24)}))
+    theta = page_dimensions.sets_of(206, page.data["sliders"], case.scale, 13)[-1]
+    row = page_honesty.nothing()
+    with Player(tmp_path) as player:
+        [found] = page_dimensions.shown(page, player, [theta])
+    assert page_dimensions.judged(case, page, found, row) == []
+    assert row["set_limits"] == 2
+    assert row["worst_limit"] < 1e-12
+
+
+@needs_node
 def test_planted_mistakes_are_refuted(tmp_path, monkeypatch):
     """Of a triad at other dimensions: a pose beside, one of another mode, a limit elsewhere."""
     monkeypatch.setattr(page_dimensions, "FINER", (512,))

@@ -9,13 +9,23 @@ const APPROACH = 1e-6, SMALLEST = 1e-9;
 const TRIES = 20000;
 const TURN = 2 * Math.PI;
 const RETURN = 1e-8;
-const ROUGH = 0.5, AHEAD = 1024;
+const ROUGH = 0.5, AHEAD = 1024, SETTLED = 1e-9;
 
 /** A copy as a plain array: short ones are made five times faster than typed ones. @param {ArrayLike<number>} part */
 function copied(part) {
   const own = new Array(part.length);
   for (let i = 0; i < part.length; i += 1) own[i] = part[i];
   return own;
+}
+
+/** Rows of a square matrix that is given column by column. */
+function rowsOf(columns, size) {
+  const rows = new Array(size);
+  for (let i = 0; i < size; i += 1) {
+    rows[i] = new Array(size);
+    for (let j = 0; j < size; j += 1) rows[i][j] = columns[i + size * j];
+  }
+  return rows;
 }
 
 /** Solve a small dense system in place by elimination with pivoting; null where it is singular. */
@@ -165,14 +175,25 @@ export class Motion {
     return further;
   }
 
+  /** Follow the path in one sense as far as a place, or to its end. */
   extend(sense, to) {
+    if (this.ends[sense > 0 ? 1 : 0] !== null) return;
+    const { nodes } = this;
+    const edge = sense > 0 ? nodes.slice(-2) : nodes.slice(0, 2).reverse();
+    const known = edge.length;
+    this.grown(edge, sense, to);
+    const added = edge.slice(known);
+    this.nodes = sense > 0 ? nodes.concat(added) : added.reverse().concat(nodes);
+  }
+
+  /** Add nodes to the last ones of a path, as far as a place or to its end, which is noted. */
+  grown(list, sense, to) {
     const largest = this.start.largest;
     const side = sense > 0 ? 1 : 0;
-    if (this.ends[side] !== null) return;
     let step = largest;
     let look = APPROACH * largest; // the step below which a limit position is looked for
     for (let tries = 0, most = Math.max(TRIES, this.start.tries); ; tries += 1) {
-      const last = sense > 0 ? this.nodes[this.nodes.length - 1] : this.nodes[0];
+      const last = list[list.length - 1];
       const rest = sense * (to - last.s);
       if (rest <= 1e-12 * largest) return;
       const ds = Math.min(step, rest);
@@ -180,9 +201,7 @@ export class Motion {
       const [after, test, det, miss] = this.step(last.state, last.s, place - last.s);
       const failed = this.proved(after, test, det, miss);
       if (failed.length === 0) {
-        const node = { s: place, state: after.slice() };
-        if (sense > 0) this.nodes.push(node);
-        else this.nodes.unshift(node);
+        list.push({ s: place, state: after.slice() });
         step = Math.min(1.5 * step, largest);
         look = Math.max(look, Math.min(step, APPROACH * largest));
         continue;
@@ -190,7 +209,7 @@ export class Motion {
       step = ds / 2;
       if (step < look) {
         look = step / 4;
-        this.ends[side] = this.limit(last, failed, sense, AHEAD * step);
+        this.ends[side] = this.limit(last, list[list.length - 2], failed, sense, AHEAD * step);
       }
       if (this.ends[side] === null && (step < SMALLEST * largest || tries > most)) this.ends[side] = this.stop(last, failed[0]);
       if (this.ends[side] !== null) return;
@@ -205,7 +224,7 @@ export class Motion {
   }
 
   /** The limit position at most `far` ahead of a node, null without any: Newton on {F = 0, J v = 0, v.v = 1}. */
-  limit(node, failed, sense, far) {
+  limit(node, before, failed, sense, far) {
     let found = null;
     const { blocks } = this.start;
     const inside = (b) => failed.some((other) => blocks[b].own.every((i) => blocks[other].chain.includes(i)));
@@ -221,12 +240,16 @@ export class Motion {
       for (let k = 0; k < 30 && !small; k += 1) {
         const [G, Gy] = kernel.run(y, this.whole);
         const size = y.length;
-        const matrix = Array.from({ length: size }, (_, i) =>
-          Array.from({ length: size }, (__, j) => Gy[i + size * j]));
-        const change = eliminated(matrix, Array.from(G));
-        if (change === null || !change.every(Number.isFinite)) break;
-        for (let i = 0; i < size; i += 1) y[i] -= change[i];
-        small = Math.max(...change.map(Math.abs)) < 1e-13 * (1 + Math.max(...y.map(Math.abs)));
+        const change = eliminated(rowsOf(Gy, size), copied(G));
+        if (change === null) break;
+        let moved = 0, most = 0;
+        for (let i = 0; i < size; i += 1) {
+          y[i] -= change[i];
+          moved = Math.max(moved, Math.abs(change[i]));
+          most = Math.max(most, Math.abs(y[i]));
+        }
+        if (!Number.isFinite(moved)) break;
+        small = moved < 1e-13 * (1 + most);
       }
       const s = y[chain.length];
       const ahead = sense * (s - node.s);
@@ -235,21 +258,40 @@ export class Motion {
       const offset = own.map((i) => (node.state[i] - y[chain.indexOf(i)]) / w[i]);
       const beside = offset.map((value, k) => value - 2 * (node.s - s) * speed[k]); // x - x* goes with the root of s - s*
       if (!(Math.hypot(...beside) <= ROUGH * Math.hypot(...offset))) continue; // another fold than that of the path
-      const x = this.ahead(s, sense);
+      const x = this.ahead(s, sense, node, before);
       chain.forEach((i, k) => { x[i] = y[k]; });
+      if (!this.closes(x, s, new Set(chain))) continue; // another group has opened before
       found = { s, x, group, joint, kind: "limit" };
     }
     return found;
   }
 
-  /** Unknowns at a limit position ahead of the last two nodes: cubic pieces in the root of what is left. */
-  ahead(s, sense) {
-    const { nodes, n } = this;
-    const ends = sense > 0 ? nodes.slice(-2).reverse() : nodes.slice(0, 2);
-    const [one, two] = ends;
+  /** Solve for the unknowns that are not given, at a value of the driver; whether they close as on the path. */
+  closes(x, s, given) {
+    const kernel = this.kernels.pose;
+    const others = this.start.blocks.flatMap(({ own }, b) => (given.has(own[0]) ? [] : [[own, b]]));
+    for (let round = 0; others.length && round < ROUNDS; round += 1) {
+      const [next, , det] = kernel.run(x, [s], this.consts);
+      let moved = 0;
+      for (const [own, b] of others) {
+        if (Math.sign(det[b]) !== this.sign[b]) return false;
+        for (const i of own) {
+          moved = Math.max(moved, Math.abs(next[i] - x[i]) / (1 + Math.abs(x[i])));
+          x[i] = next[i];
+        }
+      }
+      if (!(moved < 1)) return false;
+      if (moved < SETTLED) return true;
+    }
+    return !others.length;
+  }
+
+  /** Unknowns at a limit position ahead of a path's last two nodes (the second may be missing): cubic pieces in the root of what is left. */
+  ahead(s, sense, one, two) {
+    const { n } = this;
     const x = one.state.slice(0, n);
     if (!two) return x.map((value, i) => value + one.state[n + i] * (s - one.s));
-    const [r, q] = ends.map((node) => Math.sqrt(Math.abs(node.s - s)));
+    const [r, q] = [one, two].map((node) => Math.sqrt(Math.abs(node.s - s)));
     const h = q - r, t = -r / h;
     return x.map((value, i) => {
       const [v, w] = [-2 * sense * r * one.state[n + i] * h, -2 * sense * q * two.state[n + i] * h];
