@@ -27,11 +27,13 @@ SHARES = {
 APART = 1e-9
 FAR = 1e-8
 """Share of the mechanism by which two solutions may be one to rounding, as near double roots."""
+LONGEST = 20_000
+"""Milliseconds after which a page is given no further dimensions."""
 FINER = (1024, 8192)
 """Steps of the follower from a pose to the next where fewer arrive elsewhere."""
 SETS = ("all", "one", "little")
 COUNTS = ("sets", "stopped", "set_poses", "set_limits", "followed", "by_python", "unsure")
-WORST = ("worst_error", "worst_limit")
+WORST = ("worst_error", "worst_limit", "worst_gap")
 ASKED = """
 const told = (pose) => {
   if (!pose.y) return null;
@@ -40,7 +42,9 @@ const told = (pose) => {
 };
 const nominal = [...session.theta], coarse = session.sample.bind(session);
 session.sample = () => coarse(25);
+const begun = Date.now();
 return THETAS.map((theta) => {
+  if (Date.now() - begun > LONGEST) return null;
   session.remember();
   const t = session.dimension(theta);
   const { ends } = session.motion;
@@ -54,7 +58,7 @@ return THETAS.map((theta) => {
   session.undo();
   const back = session.theta.every((value, k) => value === nominal[k]);
   return { t, theta: now, poses, ends: limits, back };
-});
+}).filter(Boolean);
 """
 
 
@@ -98,7 +102,7 @@ def judge(case: Any, page: Any, player: Any, count: int, row: dict[str, Any]) ->
 
 def shown(page: Any, player: Any, thetas: list[list[float]]) -> list[dict[str, Any]]:
     """Return what the page shows at sets of dimensions: poses along its range, limit positions."""
-    asked = ASKED.replace("THETAS", json.dumps(thetas))
+    asked = ASKED.replace("THETAS", json.dumps(thetas)).replace("LONGEST", str(LONGEST))
     for word, shares in SHARES.items():
         asked = asked.replace(word, json.dumps(shares))
     return list(player.asks(page, asked))
@@ -119,7 +123,12 @@ def judged(case: Any, page: Any, found: dict[str, Any], row: dict[str, Any]) -> 
         if end is None:
             continue
         row["set_limits"] += 1
-        at = closure.fold(_absolute(closure, end), end["s"])
+        q = _absolute(closure, end)
+        gap = closure.gap(q, end["s"])
+        row["worst_gap"] = max(row["worst_gap"], gap)
+        if not gap <= APART:
+            faults.append(f"limit at {end['s']!r}: shown open by {gap:.1e}")
+        at = closure.fold(q, end["s"])
         unit = max(1.0 if page.data["start"]["turns"] else case.scale, abs(end["s"]))
         apart = abs(at - end["s"]) / unit
         row["worst_limit"] = float(np.fmax(row["worst_limit"], apart))

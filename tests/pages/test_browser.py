@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import tomllib
 
 import pytest
 
 import mechdae as md
 from mechdae.pages import link
+from mechdae.pages.editor import editor
 from tests.shared.browser import CHROMIUM, until
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -220,12 +222,40 @@ HOSTILE = (
 )
 
 
-def test_hostile_titles_change_nothing(browser, tmp_path):
-    problem = md.load("slider-crank")
-    problem = md.Problem(problem.mechanism, problem.tasks, name="x", title=HOSTILE, source=HOSTILE)
+@pytest.mark.parametrize("lang", ["en", "ru"])
+def test_hostile_titles_and_names_change_nothing(browser, tmp_path, lang):
+    """Title, source and name of the file are texts, in the page and in what it saves."""
+    own = md.load("slider-crank")
+    with pytest.raises(md.InputError, match="not a name"):
+        md.Problem(own.mechanism, {HOSTILE: own.task("turn")})
+    problem = md.Problem(own.mechanism, own.tasks, name=HOSTILE, title=HOSTILE, source=HOSTILE)
     page = browser.new_page()
-    page.goto(f"file://{md.page(problem).save(tmp_path / 'hostile.html')}")
+    page.goto(f"file://{md.page(problem, lang=lang).save(tmp_path / 'hostile.html')}")
     assert page.evaluate("window.hurt === undefined && mechdae.live") is True
     assert page.locator("#title").inner_text() == HOSTILE
+    assert page.locator("#subtitle").inner_text() == f"{HOSTILE} / turn"
     assert page.locator("img").count() == 0
+    assert page.locator("script").count() == 3
+    assert tomllib.loads(page.evaluate("mechdae.toml()"))["title"] == HOSTILE
+    page.close()
+
+
+@pytest.mark.parametrize("name", ["a b", "a.b", "<b>", "\u202ea", "a'"])
+def test_names_of_parts_are_letters(name):
+    with pytest.raises(md.InputError):
+        md.Mechanism(
+            ground=md.Ground(points={"O": (0, 0)}),
+            bodies=[md.Body(name, points={"O": (0, 0), "A": (1, 0)})],
+            joints=[md.Revolute("O", "ground.O", f"{name}.O")],
+        )
+
+
+def test_hostile_files_change_nothing_in_the_editor(browser, tmp_path):
+    problem = md.load("four-bar-double-rocker")
+    problem = md.Problem(problem.mechanism, problem.tasks, name=HOSTILE, title=HOSTILE)
+    page = browser.new_page()
+    page.goto(f"file://{editor(problem).save(tmp_path / 'hostile.html')}")
+    assert page.evaluate("window.hurt === undefined && mechdae.state().links.length") == 3
+    assert page.locator("img").count() == 0
+    assert tomllib.loads(page.evaluate("mechdae.toml()"))["title"] == HOSTILE
     page.close()

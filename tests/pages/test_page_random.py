@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mechdae as md
 from tests.attack import page_dimensions, page_honesty
+from tests.reference.planar_closure import Closure
 from tests.reference.truth.drawing import draw
 from tests.reference.truth.judging import swept
 from tests.shared.node import needs_node
@@ -55,8 +57,8 @@ def test_planted_mistakes_are_refuted(tmp_path, monkeypatch):
         [found] = page_dimensions.shown(page, player, [theta])
         label = next(mode["label"] for mode in page.data["modes"] if not mode["own"])
         chosen = f"session.choose({label!r});" + page_dimensions.ASKED
-        for word, shares in page_dimensions.SHARES.items():
-            chosen = chosen.replace(word, json.dumps(shares))
+        for word, value in (*page_dimensions.SHARES.items(), ("LONGEST", 1e6)):
+            chosen = chosen.replace(word, json.dumps(value))
         [other] = player.asks(page, chosen.replace("THETAS", json.dumps([theta])))
 
     def faults(change):
@@ -86,6 +88,43 @@ def test_planted_mistakes_are_refuted(tmp_path, monkeypatch):
     assert "the solution is" in faults(longer)
 
 
+@needs_node
+def test_near_a_cusp_page_and_python_are_as_far_from_the_truth(tmp_path):
+    """`double-watt` at a condition number of 3600: rounding, and no more than that explains."""
+    name = "double-watt"
+    page, mechanism = md.page(name), md.load(name).mechanism
+    result = md.solve(name, page.data["task"])
+    driver = page.data["driver"]["name"]
+    s, speed = (getattr(result.drivers[driver], own)[:4] for own in ("position", "velocity"))
+    joints = [(own.kind, key, own.first, own.second, {}) for key, own in mechanism.joints.items()]
+    closure = Closure(list(mechanism.bodies), joints, driver, mechanism.values())
+    q = np.zeros((4, 3 * len(closure.bodies)))
+    for k, body in enumerate(closure.bodies):
+        point = next(iter(mechanism.bodies[body].points))
+        arm = complex(*(closure.numbers[f"{body}.{point}.{axis}"] for axis in "xy"))
+        angle, place = result.bodies[body].angle[:4], result.points[f"{body}.{point}"].position[:4]
+        origin = place[:, 0] + 1j * place[:, 1] - np.exp(1j * angle) * arm
+        q[:, 3 * k : 3 * k + 3] = np.stack([origin.real, origin.imag, angle], 1)
+    _, second = closure.rates(closure.solved(q, s), s)
+    truth = second[:, 2::3].astype(float) * speed[:, None] ** 2
+    asked = """const own = data.entries.filter((e) => e.kind === "bodies");
+    return PLACES.map((s) => {
+      const pose = session.motion.pose(s);
+      const told = own.map((e) => [e.part, ...session.inTime(pose, e.columns, 2)]);
+      return [session.motion.condition(pose), Object.fromEntries(told)];
+    });""".replace("PLACES", json.dumps(s.tolist()))
+    with Player(tmp_path) as player:
+        found = player.asks(page, asked)
+    for k, (condition, turning) in enumerate(found):
+        size = np.abs(truth[k]).max()
+        allowed = 2.0**-52 * condition**2
+        own = [turning[body] for body in closure.bodies]
+        python = [result.bodies[body].angular_acceleration[k] for body in closure.bodies]
+        assert condition > 1500
+        assert np.abs(own - truth[k]).max() < 0.1 * allowed * size
+        assert np.abs(python - truth[k]).max() < 0.1 * allowed * size
+
+
 def read(name):
     return json.loads((ROOT / f"docs/data/{name}.json").read_text(encoding="utf-8"))
 
@@ -97,6 +136,13 @@ def test_the_long_run_found_nothing():
     for word in ("mechanisms", "live", "certified"):
         assert f"{figures[word]} {word}" in text
     assert f"of which {len(figures['untrusted'])} do not trust themselves" in text
+
+
+def test_who_opens_no_page_pays_nothing_for_it():
+    text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
+    for name, own in read("page-cost").items():
+        assert own["ratio"] <= 1.05
+        assert f"`{name}` {own['ratio']:.2f}" in text
 
 
 def test_the_measured_pages_are_as_good_as_the_page_says():

@@ -174,6 +174,12 @@ class Closure:
                     change[k] = -np.linalg.lstsq(slopes[k], residual[k].astype(float))[0]
         return change
 
+    def gap(self, q, u):
+        """Return how far a pose is from closing, each row as a share of its largest slope."""
+        widths = np.tile([self.scale, self.scale, 1.0], len(self.bodies))
+        residual, slopes, _ = (part[0] for part in self.rows(q[None], [u]))
+        return float((np.abs(residual) / np.abs(slopes * widths).max(1)).max())
+
     def reach(self, q):
         """Return how far poses go, as multiples of the mechanism: more than 1 next to poles."""
         return np.fmax(np.abs(q.astype(float)).max(1) / self.scale, 1.0)
@@ -274,18 +280,19 @@ class Closure:
         m = q.size
         widths = np.tile([self.scale, self.scale, 1.0], len(self.bodies))
         q, u = np.array(q, LD), LD(u)
-        v = np.linalg.svd((self.rows(q[None], [u])[1][0] * widths).astype(float))[2][-1]
+        first = (self.rows(q[None], [u])[1][0] * widths).astype(float)
+        rows = 1 / np.abs(first).max(1)  # lengths and angles alike
+        v = np.linalg.svd(first * rows[:, None])[2][-1]
         for _ in range(20):
             residual, slopes, _ = (part[0] for part in self.rows(q[None], [u]))
-            slopes = slopes.astype(float)
+            residual, slopes = residual * rows, slopes.astype(float) * rows[:, None]
             ahead, behind = (
                 self.rows((q + sign * 1e-6 * widths * v)[None], [u])[1][0] for sign in (1, -1)
             )
-            bent = ((ahead - behind) / 2e-6 * widths).astype(
-                float
-            )  # second derivatives are symmetric
+            # second derivatives are symmetric
+            bent = ((ahead - behind) / 2e-6 * widths).astype(float) * rows[:, None]
             system = np.zeros((2 * m + 1, 2 * m + 1))
-            system[:m, :m], system[0, m] = slopes * widths, -1.0
+            system[:m, :m], system[0, m] = slopes * widths, -rows[0]
             system[m : 2 * m, :m], system[m : 2 * m, m + 1 :] = bent, slopes * widths
             system[2 * m, m + 1 :] = 2 * v
             right = np.concatenate([residual.astype(float), (slopes * widths) @ v, [v @ v - 1]])

@@ -72,8 +72,10 @@ export class Letters {
         }
       }
       this.ways.set(text, best.way);
-      boxes.push(best.box);
-      return best.centre;
+      // long ones stay inside where nothing else is free
+      const kept = [[w, width], [h, height]].map(([half, size], axis) => Math.max(Math.min(best.centre[axis], size - half - 2), half + 2));
+      boxes.push([kept[0] - w, kept[0] + w, kept[1] - h, kept[1] + h]);
+      return kept;
     });
   }
 }

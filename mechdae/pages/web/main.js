@@ -93,7 +93,8 @@ class App {
     const tempo = made("select", { "aria-label": words("speed"), onchange: () => { this.tempo = Number(tempo.value); } },
       ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${k}`)));
     this.tempo = 1;
-    find("drive").append(this.button, this.slider, this.number, made("span", { class: "unit" }, unit), tempo);
+    const told = made("span", { style: "white-space:nowrap" }, this.number, made("span", { class: "unit" }, ` ${unit}`));
+    find("drive").append(this.button, this.slider, told, tempo);
     if (this.session && data.modes.length > 1) {
       this.modes = made("select", { "aria-label": words("mode"), onchange: () => this.choose(this.modes.value) },
         ...data.modes.map((mode) => made("option", { value: mode.label, selected: mode.label === this.session.mode }, mode.label)));
@@ -596,7 +597,7 @@ class App {
       if (bareAngle({ kind, names })) continue;
       const found = this.session.told(pose, { columns, names }, 0);
       const speed = this.session.told(pose, { columns, names }, 1);
-      const text = found ? (found.length > 1 ? `(${found.map((v) => quantity(v, names[0] === "orientation" ? "1" : unit, 5)).join(", ")})` : quantity(found[0], unit)) : "–";
+      const text = found ? (found.length > 1 ? `(${found.map((v) => (names[0] === "orientation" ? digits(Math.abs(v) < 1e-12 ? 0 : v, 5) : quantity(v, unit, 5))).join(", ")})` : quantity(found[0], unit)) : "–";
       const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
       row(part, `${text}; ${rate}`);
     }

@@ -266,24 +266,33 @@ export class Motion {
     return found;
   }
 
-  /** Solve for the unknowns that are not given, at a value of the driver; whether they close as on the path. */
+  /** Solve for the unknowns that are not given, block by block; whether they close as on the path. */
   closes(x, s, given) {
-    const kernel = this.kernels.pose;
-    const others = this.start.blocks.flatMap(({ own }, b) => (given.has(own[0]) ? [] : [[own, b]]));
-    for (let round = 0; others.length && round < ROUNDS; round += 1) {
-      const [next, , det] = kernel.run(x, [s], this.consts);
+    const others = [...this.start.blocks.keys()].filter((b) => !given.has(this.start.blocks[b].own[0]));
+    for (const b of others) if (!this.closed(b, x, s)) return false;
+    const [, , det] = this.kernels.pose.run(x, [s], this.consts);
+    return others.every((b) => Math.sign(det[b]) === this.sign[b]);
+  }
+
+  /** Newton's method on one block, those before it held: the first rows of what its limit positions are found by. */
+  closed(b, x, s) {
+    const { own, chain } = this.start.blocks[b];
+    const first = chain.length - own.length; // its own come last
+    for (let round = 0; round < ROUNDS; round += 1) {
+      const y = [...chain.map((i) => x[i]), s, ...own.map(() => 0)];
+      const [G, Gy] = this.kernels[`fold${b}`].run(y, this.whole);
+      const matrix = own.map((_, i) => own.map((__, j) => Gy[first + i + y.length * (first + j)]));
+      const change = eliminated(matrix, own.map((_, i) => G[first + i]));
+      if (!change || !change.every(Number.isFinite)) return false;
       let moved = 0;
-      for (const [own, b] of others) {
-        if (Math.sign(det[b]) !== this.sign[b]) return false;
-        for (const i of own) {
-          moved = Math.max(moved, Math.abs(next[i] - x[i]) / (1 + Math.abs(x[i])));
-          x[i] = next[i];
-        }
-      }
-      if (!(moved < 1)) return false;
+      own.forEach((i, k) => {
+        moved = Math.max(moved, Math.abs(change[k]) / (1 + Math.abs(x[i])));
+        x[i] -= change[k];
+      });
+      if (moved > 1) return false;
       if (moved < SETTLED) return true;
     }
-    return !others.length;
+    return false;
   }
 
   /** Unknowns at a limit position ahead of a path's last two nodes (the second may be missing): cubic pieces in the root of what is left. */

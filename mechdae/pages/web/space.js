@@ -154,7 +154,15 @@ export class SpaceDiagram extends Diagram {
   }
 
   area(points, depth, kind) {
+    if (kind.startsWith("block")) this.shunBox(points);
     this.part(depth, "path", { d: `M${points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`, class: kind });
+  }
+
+  /** Keep letters off a symbol. */
+  shunBox(points) {
+    const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
+    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    this.shun([[left, low], [right, low], [right, high], [left, high]]);
   }
 
   link(body, places, driven) {
@@ -208,6 +216,7 @@ export class SpaceDiagram extends Diagram {
     let path = `M${a[0]} ${a[1]}L${b[0]} ${b[1]}`;
     for (let t = 3; t < length; t += 5) path += `M${a[0] + t * along[0]} ${a[1] + t * along[1]}l${5 * (side[0] - along[0])} ${5 * (side[1] - along[1])}`;
     this.part(depth, "path", { d: path, class: "ground" });
+    this.shun([a, b].map(([x, y]) => [x + 4 * side[0], y + 4 * side[1]]));
   }
 
   symbol(joint, axis, first, second, ends, turns) {
@@ -254,6 +263,7 @@ export class SpaceDiagram extends Diagram {
       const back = others(0, first).reduce((sum, place) => plus(sum, unit3(plus(place, first, -1))), [0, 0, 0]);
       const angle = Math.atan2(back[1], back[0] || 1e-9);
       const [a, b] = [angle - 1.75, angle + 1.75].map((t) => [first[0] + SOCKET * Math.cos(t), first[1] + SOCKET * Math.sin(t)]);
+      this.shunBox([plus(first, [SOCKET, SOCKET, 0]), plus(first, [SOCKET, SOCKET, 0], -1)]);
       this.part(first[2], "path", { d: `M${a[0]} ${a[1]}A${SOCKET} ${SOCKET} 0 1 1 ${b[0]} ${b[1]}`, class: "shaft" });
     } else if (joint.kind === "planar" && axis) {
       const [u, v] = across3(axis);

@@ -28,7 +28,7 @@ export function quantity(value, unit, count = 6) {
 /** A bound with its unit: two digits. */
 export function rounded(value, unit) {
   const [factor, name] = displayed(unit);
-  return `${(value * factor).toExponential(1)}${name === "°" ? "°" : ` ${name}`}`;
+  return `${value === 0 ? "0" : (value * factor).toExponential(1)}${name === "°" ? "°" : ` ${name}`}`;
 }
 
 /** The unit of a rate of a quantity. */
