@@ -133,8 +133,13 @@ def test_the_long_run_found_nothing():
     figures = read("page-honesty")
     assert figures["faults"] == []
     text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
-    for word in ("mechanisms", "live", "certified"):
+    for word in ("mechanisms", "live", "certified", "sets"):
         assert f"{figures[word]} {word}" in text
+    assert f"{figures['set_poses']} poses anew" in text
+    assert f"{figures['set_limits']} limit positions are folds" in text
+    assert figures["sets"] + figures["live"] > 6000
+    assert figures["unsure"] == figures["missing"] == 0
+    assert max(figures["worst_limit"], figures["worst_gap"]) < 1e-9
     assert f"of which {len(figures['untrusted'])} do not trust themselves" in text
 
 
