@@ -93,6 +93,8 @@ def compose(
             window = None if executor is not None else AHEAD * workers
             return composed(whole, name, chosen, run=PieceJob(supply, window, log, progress))
     except MechdaeError as error:
+        if isinstance(error, InputError) and error.where.startswith("chains"):
+            error.inside(f"tasks.{name}")
         whole.blame(error)
         raise
 

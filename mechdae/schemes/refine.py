@@ -23,8 +23,10 @@ SOFT = 0.01
 """Distance, in radii of the wanted curve, below which squares are counted."""
 ROOM = 1.6
 """Sines of dyads are pushed away from so many times the least ones that are allowed."""
-PUSH, PRESS = 0.3, 4.0
+PUSH, PRESS = 0.3, 8.0
 """Weights of sines below that, and of material above its limit."""
+TIGHT = 0.994
+"""Material is pressed below this share of its limit, because a penalty leaves a little above."""
 SHORT = 0.05
 """Least length of crank and bars of dyads, in radii of the wanted curve."""
 EVERY = 6
@@ -126,9 +128,10 @@ class Refinement:
             excess.append(PUSH * short)
             slopes.append(np.where((short > 0)[:, None], -PUSH / room[:, None] * own, 0.0))
         amount, slope = material(self.scheme, places, slopes=True)
-        over = np.maximum(amount / self.limits - 1, 0.0)
+        limits = TIGHT * self.limits
+        over = np.maximum(amount / limits - 1, 0.0)
         excess.append(PRESS * over)
-        share = np.where(over > 0, PRESS / self.limits, 0.0)
+        share = np.where(over > 0, PRESS / limits, 0.0)
         slopes.append(share[:, None] * slope)
         return np.nan_to_num(np.stack(excess, axis=1)), np.nan_to_num(np.stack(slopes, axis=1))
 

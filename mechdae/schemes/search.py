@@ -32,7 +32,13 @@ TRIES = 4
 """Sets of a grown scheme at first."""
 NOISE = 0.04
 """Of these sets but the first, in radii of the wanted curve."""
-LEVELS = 16
+BELOW = (0.6, 0.75, 0.85, 0.92, 0.96)
+"""Levels below the least material that counts, as shares of it."""
+AROUND = 9
+"""Sets that each level is approached from at most."""
+LAST = 3
+"""How often levels of material are filled in at the end."""
+LEVELS = 14
 """Levels of material, between which the front is filled in."""
 CAP = 60.0
 """Material in radii that no design has where nothing is said: links without end are no answer."""
@@ -59,6 +65,9 @@ class SchemeSearch:
         self.rounds: list[dict[str, Any]] = []
         self.least = float(np.sin(asked.within.get("transmission_angle", LEAST)))
         self.cap = self._cap()
+        self.worst = np.inf
+        if asked.reference is not None and "error" in asked.objectives:
+            self.worst = asked.reference[asked.objectives.index("error")]
 
     def _cap(self) -> float:
         """Return the most material that is looked at, in radii."""
@@ -97,15 +106,15 @@ class SchemeSearch:
     def search(self, enough: Callable[[], bool] = lambda: False) -> Archive:
         """Return all that was found; no further round of growth begins when it is `enough`."""
         self._screen(self.schemes())
+        self._fill("levels 0")
         for number in range(self.asked.grow):
             if enough():
                 break
             self._grow(number)
             self._fill(f"levels {number + 1}")
-        if not self.asked.grow:
-            self._fill("levels 1")
         if self._weighed:
-            self._fill("levels, last")
+            for number in range(LAST):
+                self._fill(f"levels, last {number + 1}")
         if "transmission_angle" in self.asked.objectives:
             self._transmit()
         return self.archive
@@ -211,7 +220,8 @@ class SchemeSearch:
         every = self.archive.every
         if not every:
             return []
-        low = min(entry.material for entry in every)
+        counted = [entry for entry in every if entry.error <= self.worst]
+        low = min(entry.material for entry in counted or every)
         errors = sorted(every, key=lambda entry: entry.error)
         high = min(self.cap, max(errors[0].material, 1.2 * low))
         if not low < high:
@@ -225,12 +235,21 @@ class SchemeSearch:
         jobs: list[tuple[str, Any, float]] = []
         levels = self._levels(LEVELS)
         if levels:
-            levels = [0.9 * levels[0], 0.95 * levels[0], *levels]
+            levels = [*(share * levels[0] for share in BELOW), *levels]
+        lightest = sorted(self.archive.every, key=lambda e: e.material)[:2]
         for level in levels:
-            for share in (1.0, 1.06, 1.25):
+            around: dict[int, SizedScheme] = {}
+            for share in (1.0, 1.06, 1.25, 1.6):
                 near = sorted(self.archive.best(share * level).values(), key=lambda e: e.error)
-                for entry in near[:2]:
-                    jobs.append((entry.scheme.text, entry.places, level))
+                around |= {id(entry): entry for entry in near[:2]}
+            within = [own for own in self.archive.every if own.material <= 1.25 * level]
+            for entry in sorted(within, key=lambda e: e.error):
+                if len(around) == AROUND:
+                    break
+                if all(entry.error > 1.02 * other.error for other in around.values()):
+                    around[id(entry)] = entry
+            for entry in around.values() or lightest:
+                jobs.append((entry.scheme.text, entry.places, level))
         self._refine(name, jobs, LONG)
 
     def _transmit(self) -> None:

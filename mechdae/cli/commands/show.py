@@ -109,6 +109,9 @@ def _task(task: dict[str, Any]) -> str:
     if "free" in task:
         free = f"{len(task['free'])} free parameters: {', '.join(task['free'])}"
         parts += [f"goal {' + '.join(task['goals'])}", f"{task['starts']} starts", free]
+    if "chains" in task:
+        parts += [f"goal {' + '.join(task['goals'])}", " against ".join(task["objectives"])]
+        parts += [f"from {', '.join(task['chains'])}", f"{task['starts']} starts of each scheme"]
     if "unknowns" not in task:
         return ", ".join(parts)
     if "poses" in task:
