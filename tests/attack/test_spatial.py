@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.assembly.axis_senses import AxisSenses
 from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
+from tests.attack.spatial_mutants import MUTANTS
+from tests.attack.spatial_mutants import told as told_by
+from tests.attack.spatial_poses import judged as judge
 from tests.attack.spatial_sketches import assembled, sketched
+from tests.attack.spatial_structures import draw, structure
 
 SLOW = ("RCCC", "RRRRRRR", "RUURR")
 
@@ -42,6 +47,21 @@ def test_no_mode_has_a_flipped_axis() -> None:
     assert len(result) >= 1
     for k in range(len(result)):
         assert error_of(found, result, k) < 1e-9
+
+
+@pytest.mark.parametrize("number", [0, 2, 9])
+def test_many_sets_of_one_structure(number: int) -> None:
+    """A slide and a ball, two loops with a bar, a wheel: a sample of `spatial_poses`."""
+    rng = np.random.default_rng((1, number))
+    told = judge(draw(structure(rng), rng, 6), rng, poses=3)
+    assert told["mechanisms"] >= 5
+    assert told["tracked"] >= 10
+    assert told["wrong"] == told["turned wrong"] == 0
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_mistakes_planted_in_space_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert told_by(MUTANTS[name], monkeypatch) > 0
 
 
 def test_a_plate_on_six_bars() -> None:
@@ -81,3 +101,26 @@ def test_a_flipped_axis_would_be_seen() -> None:
     closure = replace(found.closure, pairs=[*found.closure.pairs[:3], turned])
     assert assembled(found)[0] == "ok"
     assert assembled(replace(found, closure=closure))[0] == "flipped"
+
+
+def test_a_sketch_with_axes_turned_round_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Places at which the equations hold with an axis the other way: the pose is another one."""
+    found = case(np.random.default_rng(1), "RCCC")
+    asked = md.Modes(driver=md.Driver("J0.angle", at=[0.0]))
+    with monkeypatch.context() as patch:
+        patch.setattr(AxisSenses, "met", lambda self, group, poses, u: poses)
+        every = md.solve(found.mechanism, asked)
+    wrong = [k for k in range(len(every)) if not error_of(found, every, k) < 1e-9]
+    assert wrong
+    places = {
+        f"{name}.{axis}": float(every.points[name].position[wrong[0], i])
+        for name in every.points
+        for i, axis in enumerate("xyz")
+        if not name.startswith("ground")
+    }
+    mechanism = replace(found.mechanism, sketch=places)
+    driver = md.Driver("J0.angle", at=[0.0])
+    result = md.solve(mechanism, md.Sweep(driver=driver, derivatives=0))
+    assert result.status[0] == "ok"
+    assert error_of(found, result, 0) < 1e-9
+    assert any("lies far from it" in note for note in result.summary["notes"])

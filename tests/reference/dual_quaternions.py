@@ -356,8 +356,14 @@ class Loops:
         """Return the least x (k, n) with J x = right; free links may spin."""
         right = np.asarray(right, float)[..., None]
         if J.shape[1] == J.shape[2]:
-            return np.linalg.solve(J, right)[..., 0]
-        return (np.linalg.pinv(J, rcond=1e-14) @ right)[..., 0]
+            try:
+                return np.linalg.solve(J, right)[..., 0]
+            except np.linalg.LinAlgError:  # of one set, at a fold to the last bit
+                pass
+        lost = ~np.isfinite(J).all(axis=(1, 2))
+        J = np.where(lost[:, None, None], 0.0, J)
+        found = (np.linalg.pinv(J, rcond=1e-14) @ right)[..., 0]
+        return np.where(lost[:, None], np.nan, found)
 
     def newton(self, c: Any, spins: Any, most: int = 8) -> tuple[Any, Any, Any, Any]:
         """Return coordinates, spins, and the sizes (k,) of the first and of the last step."""

@@ -1,0 +1,84 @@
+"""Mistakes planted in spatial mechanisms; poses of random structures must show each.
+
+python -m tests.attack.spatial_mutants
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mechdae.kinematics.prepared import SHAPES
+from mechdae.model.tree import closures
+from tests.attack.mutants import divided
+from tests.attack.spatial_poses import judged
+from tests.attack.spatial_structures import draw, structure
+from tests.shared.planting import Slip, plant
+
+SEED, SETS, POSES = 1, 5, 3
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A mistake and the number of the structure on which it is tried."""
+
+    number: int
+    plant: Callable[[pytest.MonkeyPatch], None]
+
+
+def slip(place: str, right: str, wrong: str) -> Callable[[pytest.MonkeyPatch], None]:
+    """Return what plants a slip of the pen."""
+    return partial(plant, Slip(place, right, wrong, float, ""))
+
+
+def longer_bar(patch: pytest.MonkeyPatch) -> None:
+    def rows(cut: Any) -> Any:
+        return closures.at_distance(replace(cut, length=1.000000001 * cut.length))
+
+    patch.setitem(closures.ROWS, "distance", (rows,))
+
+
+MUTANTS = {
+    "bounds divided by 100 000": Mutant(2, partial(divided, divisor=1e5)),
+    "a bar longer by a billionth": Mutant(2, longer_bar),
+    "a pitch off by a billionth": Mutant(
+        1, slip("model.tree.tree_model", "pitch / (2 * ca.pi)", "pitch / (2.000000002 * ca.pi)")
+    ),
+    "a ratio off by a billionth": Mutant(
+        9, slip("model.tree.meshes", 'number("ratio") * second',
+                '1.000000001 * number("ratio") * second'),
+    ),
+    "a direction not quite of length 1": Mutant(
+        0, slip("model.tree.sides", "a = a / ca.norm_2(a)", "a = 1.000000001 * a / ca.norm_2(a)")
+    ),
+}  # fmt: skip
+
+
+def told(mutant: Mutant, patch: pytest.MonkeyPatch, planted: bool = True) -> int:
+    """Return how many poses are wrong with a mistake, or without."""
+    rng = np.random.default_rng((SEED, mutant.number))
+    drawn = draw(structure(rng), rng, SETS)
+    SHAPES.clear()
+    if planted:
+        mutant.plant(patch)
+    try:
+        words = judged(drawn, rng, POSES)
+    finally:
+        SHAPES.clear()
+    return words["wrong"] + words["turned wrong"]
+
+
+def main() -> None:
+    for name, mutant in MUTANTS.items():
+        with pytest.MonkeyPatch.context() as patch:
+            without = told(mutant, patch, planted=False)
+            print(f"{name}: {without} wrong without, {told(mutant, patch)} with", flush=True)
+
+
+if __name__ == "__main__":
+    main()
