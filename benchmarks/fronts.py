@@ -42,6 +42,7 @@ SLIDERS = {
     "slider-crank, square": lambda t: 3.0 - 0.5 * t**2,
     "slider-crank, sine": lambda t: 3.0 - 0.6 * np.sin(t),
 }
+ORDER = [*SLIDERS, *FOUR_BARS]
 AT = np.radians([30.0, 50.0, 70.0, 90.0, 110.0])
 SLIDER_BOX = {"r": (0.2, 3.0), "l": (0.5, 10.0), "e": (-1.5, 1.5)}
 
@@ -295,13 +296,16 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--keep", type=int, default=100)
     parser.add_argument("--starts", type=int, default=16)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--only", nargs="+", default=[*SLIDERS, *FOUR_BARS])
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--only", nargs="+", default=ORDER)
     options = parser.parse_args()
     records = []
+    if options.out and options.out.exists():  # problems that were not asked for stay
+        known = json.loads(options.out.read_text())["records"]
+        records = [own for own in known if own["problem"] not in options.only]
     for name in options.only:
         own = compared(name, options.keep, options.starts, options.seeds)
-        records.append(own)
+        records = sorted([*records, own], key=lambda r: ORDER.index(r["problem"]))
         print(json.dumps({k: v for k, v in own.items() if "front" not in k}), flush=True)
         if options.out:
             options.out.write_text(

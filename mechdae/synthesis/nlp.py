@@ -215,7 +215,9 @@ class Nlp:
             if found.solved and found.violation <= MET:
                 return found
             new = self.gone_on(z0, given)
-            return new if new.violation <= max(found.violation, MET) else found
+            if max(found.violation, new.violation) <= MET:
+                return new if new.objective <= found.objective else found
+            return new if new.violation <= found.violation else found
         if self.rough or self._outside:
             return self.gone_on(z0, given)
         return self._solver.solve(z0, self.settings(given), *self.bounds)
