@@ -298,7 +298,11 @@ def main() -> None:
     parser.add_argument("--starts", type=int, default=16)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", nargs="+", default=ORDER)
+    parser.add_argument("--picture", type=Path, help="draw what --out holds, and measure nothing")
     options = parser.parse_args()
+    if options.picture:
+        picture(json.loads(options.out.read_text())["records"], options.picture)
+        return
     records = []
     if options.out and options.out.exists():  # problems that were not asked for stay
         known = json.loads(options.out.read_text())["records"]
@@ -311,6 +315,48 @@ def main() -> None:
             options.out.write_text(
                 json.dumps({"versions": _versions(), "records": records}, indent=1)
             )
+
+
+# -- table and picture -----------------------------------------------------------------------------
+
+HEAD = (
+    "| problem | points | hypervolume, by that of NSGA-II | with as many points "
+    "| largest difference of an objective | processor s | evaluations of NSGA-II |"
+)
+
+
+def table(records: list[dict[str, Any]]) -> list[str]:
+    """Return the rows of the table of the docs."""
+    rows = [HEAD, "|---" * HEAD.count(" | ") + "|---|"]
+    for own in records:
+        cells = [
+            own["problem"], f"{own['points']}", f"{own['ratio']:.5f}",
+            f"{own['ratio_as_many_points']:.5f}", f"{own['deviation']:.1e}",
+            f"{own['seconds']:.0f}", f"{min(own['evaluations'])}",
+        ]  # fmt: skip
+        rows.append("| " + " | ".join(cells) + " |")
+    return rows
+
+
+def picture(records: list[dict[str, Any]], path: Path) -> None:
+    """Draw the fronts of all problems, errors by their logarithms."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 6), layout="constrained")
+    for own, ax in zip(records, figure.subplots(2, 3).ravel(), strict=False):
+        for name, marker, color in (("nsga2_front", ".", "0.55"), ("front", "o", "tab:blue")):
+            points = np.array(own[name])
+            label = "mechdae" if name == "front" else "NSGA-II"
+            size = 3.5 if name == "front" else 6
+            ax.plot(*points.T, marker, ms=size, color=color, mfc="none" if marker == "o" else color,
+                    label=label, zorder=3 if marker == "." else 2)  # fmt: skip
+        ax.set_xscale("log")
+        unit = "m²"
+        ax.set(title=own["problem"], xlabel=f"error [{unit}]", ylabel="friction loss [W]")
+        ax.title.set_fontsize(10)
+        ax.grid(alpha=0.3)
+    figure.axes[0].legend()
+    figure.savefig(path, dpi=110)
 
 
 def _versions() -> dict[str, str]:

@@ -57,6 +57,8 @@ PASSES = 1
 """Times that the levels are gone through again from what their neighbours found."""
 SPREAD = 8
 """One of so many levels of two objectives is spread over the ends, the others go into gaps."""
+MORE = 1.5
+"""Levels by points of a front at most: some lead nowhere."""
 AT_ONCE = 4
 """Levels that are put into gaps in one round."""
 NO_NUMBER = "Invalid_Number_Detected"
@@ -94,7 +96,7 @@ class Level:
 
 @dataclass(frozen=True)
 class FrontGap:
-    """What is between two neighbours on a front: how wide, and from where to where it may go."""
+    """What is between two neighbours on a front: how wide, and from which level to which."""
 
     width: float
     low: float
@@ -203,7 +205,8 @@ class FrontSearch:
     def gaps(self, levels: Sequence[Level]) -> list[FrontGap]:
         """Return the gaps between neighbours on the front of two objectives.
 
-        Of a gap in which a level led nowhere only the part above that level is left.
+        One in which levels led nowhere is cut there; what is below one of them counts half: where
+        the front jumps there is nothing, where the search failed there may be.
         """
         terms = np.array([point.terms for point in self.points])
         kept = terms[undominated(terms)]
@@ -213,9 +216,11 @@ class FrontSearch:
         for (x0, high), (x1, low) in pairwise(kept.tolist()):
             edge = SAME * (high - low)  # points keep their levels to rounding
             within = known[(known > low + edge) & (known < high - edge)]
-            own = FrontGap(x1 - x0, float(within[-1]) if len(within) else low, high)
-            if own.area > 0:
-                found.append(own)
+            cuts = [low, *within.tolist(), high]
+            for start, end in pairwise(cuts):
+                own = FrontGap((x1 - x0) * (1.0 if end == high else 0.5), start, end)
+                if own.area > 0:
+                    found.append(own)
         return found
 
     def between(self, gaps: Sequence[FrontGap], most: int, several: bool) -> list[Level]:
@@ -275,14 +280,17 @@ class FrontSearch:
                     jobs.append(self.job(point, level))
         self.solve(jobs, "level")
 
-    def fill(self, levels: list[Level], count: int) -> None:
-        """Add levels in gaps of two objectives until there are so many.
+    def fill(self, levels: list[Level], keep: int) -> None:
+        """Add levels in gaps of two objectives until there are so many points.
 
         Some at a time in the widest gaps, and the last half at once, when the front is known.
         """
-        while len(levels) < count and self.points:
-            left = count - len(levels)
-            last = len(levels) >= count // 2
+        while len(levels) < MORE * keep:
+            every = [{"objectives": point.terms} for point in self.points]
+            left = keep - len(best_of(every, np.ones(self.count), SAME))
+            if left <= 0:
+                return
+            last = left <= (keep - self.count + 1) // 2
             gaps = self.gaps(levels)
             more = self.between(gaps, left if last else min(AT_ONCE, left), several=last)
             if not more:
@@ -395,7 +403,7 @@ def front_of(
         for _ in range(1 + PASSES):
             front.pass_over(levels, used)
         if front.count == 2:
-            front.fill(levels, asked.keep - front.count)
+            front.fill(levels, asked.keep)
     designs, rejected = front.verified(levels) if front.points else ([], [])
     signs = np.array([goal.sense for goal in search.goals[: front.count]], float)
     kept = best_of(designs, signs, SAME)

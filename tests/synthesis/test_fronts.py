@@ -12,12 +12,15 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from benchmarks import fronts as benchmark
 from mechdae.cli import main
 from mechdae.describe.tasks.goals import Maximise, Minimise
 from mechdae.describe.tasks.synthesis import demand
 from mechdae.synthesis.dominance import best_of, hypervolume, undominated
+from mechdae.synthesis.front import FrontSearch, Level, Point
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared.job_cases import FOUR_BAR
+from tests.shared.paths import ROOT
 
 TARGETS = np.array([[3, 3], [2.759, 3.363], [2.372, 3.663], [1.89, 3.862], [1.355, 3.943]])
 AT = np.radians([30, 45, 60, 75, 90])
@@ -161,6 +164,59 @@ def test_a_broken_off_front_goes_on_to_the_same_bits(
 
 def test_two_workers_give_the_same_bits(problem: Any, result: Any) -> None:
     assert answer(md.synthesize(problem, workers=2)) == answer(result)
+
+
+# -- beside NSGA-II --------------------------------------------------------------------------------
+
+
+def test_the_table_of_the_docs_is_what_was_measured() -> None:
+    records = json.loads((ROOT / "docs/data/fronts.json").read_text(encoding="utf-8"))["records"]
+    text = (ROOT / "docs/synthesis.md").read_text(encoding="utf-8")
+    shown = text.partition("<!-- fronts -->\n")[2].partition("<!-- end of fronts -->")[0]
+    assert shown.splitlines() == benchmark.table(records)
+    assert [own["problem"] for own in records] == benchmark.ORDER
+    for own in records:
+        ours = np.array(own["front"])
+        volume = hypervolume(ours, own["reference"])
+        assert volume == pytest.approx(own["hypervolume"], rel=1e-7)
+        assert own["ratio"] == own["hypervolume"] / max(own["nsga2"])
+        assert own["deviation"] < 1e-4  # of the closed forms, a grid over corners
+        assert own["limits"] < 1e-6
+
+
+@pytest.mark.parametrize("name", ["slider-crank, sine", "four-bar along an arc"])
+def test_designs_of_the_benchmark_are_what_its_closed_forms_say(name: str) -> None:
+    """Few points of a front that the benchmark measures, judged by the formulas of NSGA-II."""
+    slides = name in benchmark.SLIDERS
+    problem = (benchmark.slider_crank if slides else benchmark.four_bar)(name, 4, 4)
+    designs = md.synthesize(problem, "front").data["designs"]
+    names = list(problem.tasks["front"].free)
+    d = np.array([[own["parameters"][n] for n in names] for own in designs])
+    if slides:
+        error, loss, limits = benchmark.sliders(d, benchmark.SLIDERS[name](benchmark.AT))
+    else:
+        error, loss, limits = benchmark.four_bars(d, *benchmark.FOUR_BARS[name])
+    told = np.array([own["objectives"] for own in designs])
+    assert len(told) >= 3
+    assert told[:, 0] == pytest.approx(error, rel=1e-9)
+    assert told[:, 1] == pytest.approx(loss, rel=1e-4)
+    assert limits.max() < 1e-6
+
+
+def test_gaps_beside_points_that_keep_their_level_to_rounding_only() -> None:
+    """A point 1e-12 above the level it was sought at leaves the gap below it open."""
+    front = FrontSearch.__new__(FrontSearch)
+    terms = [[0.0, 4.0], [1.0, 2.0 + 1e-12], [3.0, 0.0]]
+    front.points = [Point(0, {}, None, np.array(own)) for own in terms]  # type: ignore[arg-type]
+    known = [Level(0, np.array([1e6, 2.0]))]
+    gaps = front.gaps(known)
+    assert [(gap.width, gap.low, gap.high) for gap in gaps] == [
+        (1.0, 2.0 + 1e-12, 4.0), (2.0, 0.0, 2.0 + 1e-12)
+    ]  # fmt: skip
+    areas = [gap.area for gap in front.gaps([*known, Level(0, np.array([1e6, 1.0]))])]
+    assert areas == pytest.approx([2.0, 1.0, 2.0])  # below a level that led nowhere half of it
+    levels = [float(level.most[1]) for level in front.between(gaps, 3, several=True)]
+    assert levels == pytest.approx([3.0, 4 / 3, 2 / 3])
 
 
 # -- what makes no front ---------------------------------------------------------------------------
