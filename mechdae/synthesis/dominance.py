@@ -37,6 +37,26 @@ def best_of(designs: list[dict[str, Any]], signs: Any, same: float) -> list[dict
     return [designs[k] for k in found]
 
 
+def thinned(values: Any, most: int) -> list[int]:
+    """Return the places of `most` points of a front of two objectives, in their order.
+
+    Of more that one goes whose loss takes least from the hypervolume, one after the other; the ends
+    stay.
+
+    Parameters
+    ----------
+    values
+        (n, 2) points that do not dominate each other, sorted by the first.
+    """
+    values = np.asarray(values, float)
+    kept = list(range(len(values)))
+    while len(kept) > max(most, 2):
+        own = values[kept]
+        losses = (own[2:, 0] - own[1:-1, 0]) * (own[:-2, 1] - own[1:-1, 1])
+        del kept[1 + int(np.argmin(losses))]
+    return kept
+
+
 def hypervolume(values: Any, reference: Any) -> float:
     """Return the room that points dominate up to a reference, the less the better.
 

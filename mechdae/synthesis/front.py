@@ -28,7 +28,7 @@ from mechdae.synthesis.designs import (
     judged_design,
     motions,
 )
-from mechdae.synthesis.dominance import best_of, hypervolume, undominated
+from mechdae.synthesis.dominance import best_of, hypervolume, thinned, undominated
 from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.exact.complete import here as followed_here
 from mechdae.synthesis.exchange import exchanged
@@ -407,6 +407,10 @@ def front_of(
     designs, rejected = front.verified(levels) if front.points else ([], [])
     signs = np.array([goal.sense for goal in search.goals[: front.count]], float)
     kept = best_of(designs, signs, SAME)
+    dominated = len(designs) - len(kept)
+    if front.count == 2:
+        own = [design["objectives"] for design in kept] * signs if kept else []
+        kept = [kept[k] for k in thinned(own, asked.keep)]
     fault: str | None = None
     conflicts: dict[str, float] = {}
     if not kept:
@@ -421,7 +425,7 @@ def front_of(
         "runs": front.runs, "seconds": {"whole": time.process_time() - began},
     }  # fmt: skip
     if kept:
-        summary["front"] = _described(search, kept, designs, signs)
+        summary["front"] = _described(search, kept, dominated, signs)
         notes = list(search.notes)
         if len(kept) == 1:
             notes.append(
@@ -443,7 +447,7 @@ def _picked(start: Seed, pick: Any) -> Seed:
 
 
 def _described(
-    search: Search, kept: list[dict[str, Any]], designs: list[dict[str, Any]], signs: Any
+    search: Search, kept: list[dict[str, Any]], dominated: int, signs: Any
 ) -> dict[str, Any]:
     """Return the front as it is reported: points, reference, hypervolume."""
     count = search.asked.objectives
@@ -459,7 +463,7 @@ def _described(
             for goal, sign in zip(goals, signs, strict=True)
         ],
         "points": values.tolist(),
-        "dominated": len(designs) - len(kept),
+        "dominated": dominated,
         "reference": reference.tolist(),
         "hypervolume": hypervolume(values * signs, reference * signs),
     }  # fmt: skip
