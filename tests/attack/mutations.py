@@ -53,6 +53,8 @@ def bases():
         for task in tables.get("tasks", {}).values():
             if task["kind"] == "synthesis":
                 task["starts"] = 1
+            if task["kind"] == "composition":
+                task |= {"samples": 20, "starts": 1, "grow": 0}
         found[path.stem] = tables
     return found
 
