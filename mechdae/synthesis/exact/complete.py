@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.homotopy.boxes import apart, enclosed
+from mechdae.homotopy.boxes import Enclosed, apart, enclosed
 from mechdae.homotopy.families import arrived, there, united, way
 from mechdae.homotopy.far_ends import far_ends
 from mechdae.records import dataclass
@@ -128,7 +128,7 @@ def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here)
         silent = silent + 1 if len(z) == before else 0
         if len(z) >= count or silent == SILENT or (route and len(z) < FEW * count):
             break
-    found = enclosed(own, target, z)
+    found = _enclosed(own, target, z)
     left = int((~found.certain).sum())
     infinite = singular = lost = 0
     if int(found.certain.sum()) < count:
@@ -144,6 +144,20 @@ def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here)
     basis = generic.basis if apart(every) else "none"
     boxes = int(every.certain.sum())
     return AllSolutions(z, real, count, infinite, singular, lost, basis, boxes)
+
+
+def _enclosed(own: Any, target: Any, z: Any) -> Enclosed:
+    """Return solutions with boxes; where one has none that of a cognate, if there is one."""
+    found = enclosed(own, target, z)
+    left = np.flatnonzero(~found.certain)
+    if not own.cognate or not len(left):
+        return found
+    others = enclosed(own, target, own.variants(z[left]))
+    certain = others.certain.reshape(-1, len(left))
+    chosen = certain.argmax(axis=0) * len(left) + np.arange(len(left))
+    z = found.z.copy()
+    z[left] = np.where(certain.any(axis=0)[:, None], others.z[chosen], z[left])
+    return enclosed(own, target, z)
 
 
 def _works(generic: GenericSolutions, target: Any, bend: Any) -> list[PathWork]:
