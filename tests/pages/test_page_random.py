@@ -157,6 +157,7 @@ def test_the_measured_pages_are_as_good_as_the_page_says():
     assert numbers["trusted"] == numbers["live"]
     assert numbers["differ"] == numbers["other"] == numbers["unnamed"] == 0
     assert max(numbers["gap"], numbers["position"]) < 1e-12
+    assert numbers["over"] < 1  # the bars, and what rounding makes of the condition number
     assert max(numbers["limit"], numbers["limits_apart"]) < 1e-9
     assert f"all {numbers['live']} live pages" in text
     assert f"{numbers['compared']} poses compared" in text
