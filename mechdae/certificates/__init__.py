@@ -26,7 +26,7 @@ def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
     problem
         A problem, or the name or path of one.
     task
-        A sweep with one driver, or assembly modes; by default the first of these tasks.
+        A sweep or assembly modes; by default the first of these tasks.
 
     Raises
     ------
