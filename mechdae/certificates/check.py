@@ -31,10 +31,6 @@ class FalseClaim(Exception):
         super().__init__(f"{place}: {why}")
 
 
-class TestFails(ArithmeticError):
-    """A test that fails; with smaller steps it may pass."""
-
-
 def read(path: str) -> Any:
     """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
 
@@ -245,7 +241,7 @@ class Tube:
             if all(bool(a < r) for a, r in zip(after, self.r)):
                 return
             self.r = [arb((a * 2).upper()) for a in after]
-        raise TestFails("Krawczyk's test fails")
+        raise ArithmeticError("Krawczyk's test fails")
 
     def box(self) -> list[Any]:
         """Return balls that hold all of it."""
@@ -294,7 +290,7 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
             z[k] = (z[k] - own).mid()
         if max(float(own.abs_upper()) for own in move) < 1e-25:
             return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
-    raise TestFails("Newton's method does not find a pose")
+    raise ArithmeticError("Newton's method does not find a pose")
 
 
 def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool) -> Any:
@@ -313,7 +309,7 @@ def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool) -> A
             ahead[index] = end
             after = solution(m, ahead, index).box()
             if not (tube.holds(z) and tube.holds(after) and good(tube)):
-                raise TestFails("the ends of a step leave it")
+                raise ArithmeticError("the ends of a step leave it")
         except ArithmeticError:
             if abs(step) < least:
                 raise
@@ -357,12 +353,13 @@ def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> 
 
 def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
     """Compare points and angles that are reported with a pose in balls, by the bounds reported."""
-    if not z:
-        raise FalseClaim(at, "is not where the path is")
+    laws, told = m.drivers, claim.get("drivers", {})
+    if not z or not all(abs(m.coordinate(name, m.placed(z)) - exact(text, at)) <= 1e-12 * (
+            1 + m.size) for name, text in told.items()):
+        raise FalseClaim(at, "is not where the path is, or not at the values of the laws")
     bounds = part(claim, "bound", dict, at)
     length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") + arb(2) ** -90
                      for k in ("length", "angle"))  # balls prove no equality
-    laws, told = m.drivers, claim.get("drivers", {})
     for name, text in told.items():  # values of laws are rounded: straight on to those told
         here = m.coordinate(name, m.placed(z))
         m.drivers = m.drivers | {name: ["+", here, ["*", exact(text, at) - here, "s"]]}

@@ -1,6 +1,6 @@
 """Certificates of all predefined sweeps and modes, checked; planted alterations, all refused.
 
-    python -m tests.scripts.certificates --alterations 400 --out docs/data/certificates.json
+    python -m tests.scripts.certificates --alterations 200 --out docs/data/certificates.json
 
 Times are those of the processor. What was done is kept in OUT.part after each problem, and a run
 that was stopped goes on from there. The exit code is 1 where a certificate that was written is
@@ -39,7 +39,7 @@ ALTERED = (
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--alterations", type=int, default=400)
+    parser.add_argument("--alterations", type=int, default=200)
     parser.add_argument("--out")
     options = parser.parse_args()
     kept = Path(f"{options.out}.part") if options.out else None
