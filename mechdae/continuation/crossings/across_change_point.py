@@ -299,7 +299,7 @@ class Builder:
         if self._leads_to(crossing, s, state):
             return crossing
         again = self.finder.find(crossing.block, s, state, sense, {})
-        if again is None or not again.told or not self._leads_to(again, s, state):
+        if again is None or not again.passable or not self._leads_to(again, s, state):
             return None
         return again
 
@@ -359,7 +359,7 @@ class Builder:
                 if abs(each.s - crossing.s) < 2 * abs(crossing.s - s):
                     return None, {}
                 continue
-            if not each.told or not self._leads_to(each, s, state):
+            if not each.passable or not self._leads_to(each, s, state):
                 return None, {}
             found.append(each)
             own = g.blocks[b].own

@@ -122,7 +122,7 @@ class Crossing:
         return self.residual <= MEANT
 
     @property
-    def told(self) -> bool:
+    def passable(self) -> bool:
         """Whether there is a way past it: they are meant to cross, or known not to."""
         return self.meant or self.missed is not None
 
@@ -313,9 +313,9 @@ class CrossingFinder:
         found = self._branches(b, here, y, z, coming, scaling)
         if found is None:
             return None
-        return self._told(found, (b, here, y, slope), whole, z, known, scaling)
+        return self._judged(found, (b, here, y, slope), whole, z, known, scaling)
 
-    def _told(
+    def _judged(
         self,
         found: tuple[Crossing, _Form, Any],
         at: tuple[int, float, Any, Any],
