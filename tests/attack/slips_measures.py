@@ -181,8 +181,8 @@ SLIPS = [
     ),
     Slip(
         "measures.extremes",
-        'first = 0 if axis == "x" else 2',
-        'first = 0 if axis == "y" else 2',
+        'first = 2 * "xyz".index(axis)',
+        'first = 2 * "yxz".index(axis)',
         extremes,
         SUITE + "test_extremes.py::test_what_stands_still_has_no_extremes_and_counts_in_the_box",
     ),
@@ -202,8 +202,8 @@ SLIPS = [
     ),
     Slip(
         "measures.curve",
-        "v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]",
-        "v[:, 0] * a[:, 0] + v[:, 1] * a[:, 1]",
+        "across = v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]",
+        "across = v[:, 0] * a[:, 0] + v[:, 1] * a[:, 1]",
         curve,
         SUITE + "test_curve.py::test_an_ellipse_drawn_by_a_trammel",
     ),
