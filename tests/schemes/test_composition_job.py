@@ -32,6 +32,10 @@ def found():
     return md.solve(problem(), "scheme")
 
 
+SHORT = {"grow": 0, "samples": 200, "starts": 3}
+"""A search without growth."""
+
+
 def test_designs_are_a_front_of_certified_mechanisms() -> None:
     """Each file is followed by circles alone: it assembles at 20 001 angles and has its error."""
     result = found()
@@ -97,14 +101,16 @@ def test_a_job_that_was_broken_off_gives_the_same(tmp_path) -> None:
 
 
 def test_workers_and_executors_give_the_same_bits() -> None:
-    same(md.synthesize(problem(), "scheme", workers=2), found())
+    alone = md.solve(problem(**SHORT), "scheme")
+    assert alone.data["designs"]
+    same(md.synthesize(problem(**SHORT), "scheme", workers=2), alone)
     with ThreadPoolExecutor(2) as executor:
-        same(md.synthesize(problem(), "scheme", executor=executor), found())
+        same(md.synthesize(problem(**SHORT), "scheme", executor=executor), alone)
 
 
 def test_command_line(tmp_path, capsys) -> None:
     path = tmp_path / "bean.toml"
-    path.write_text(BEAN)
+    path.write_text(BEAN.replace("grow = 1", "grow = 0").replace("samples = 600", "samples = 200"))
     out = tmp_path / "out"
     assert main(["synthesize", str(path), "--out", str(out), "--quiet"]) == 0
     text = capsys.readouterr().out
@@ -120,12 +126,13 @@ def test_command_line(tmp_path, capsys) -> None:
 
 
 def test_limits_are_kept_and_what_cannot_be_met_is_said() -> None:
-    result = md.solve(problem(within={"material": 16.0, "transmission_angle": 0.35}), "scheme")
+    limits = {"material": 16.0, "transmission_angle": 0.35}
+    result = md.solve(problem(within=limits, grow=0), "scheme")
     assert result.data["designs"]
     for own in result.data["designs"]:
         assert own["material"] <= 16.0
         assert own["transmission_angle_min"] >= 0.35 - 1e-9
-    result = md.solve(problem(within={"error": 1e-6}, grow=0), "scheme")
+    result = md.solve(problem(within={"error": 1e-6}, **SHORT), "scheme")
     assert not result.data["designs"]
     assert "error = 1e-06" in result.fault
     assert "no proof" in result.fault
