@@ -597,7 +597,9 @@ class App {
       if (bareAngle({ kind, names })) continue;
       const found = this.session.told(pose, { columns, names }, 0);
       const speed = this.session.told(pose, { columns, names }, 1);
-      const text = found ? (found.length > 1 ? `(${found.map((v) => (names[0] === "orientation" ? digits(Math.abs(v) < 1e-12 ? 0 : v, 5) : quantity(v, unit, 5))).join(", ")})` : quantity(found[0], unit)) : "–";
+      const shown = (v) => (names[0] === "orientation" ? digits(v, 5) : quantity(v, unit, 5));
+      const noise = found && 1e-12 * Math.max(...found.map(Math.abs)); // beside the largest component
+      const text = found ? (found.length > 1 ? `(${found.map((v) => shown(Math.abs(v) < noise ? 0 : v)).join(", ")})` : quantity(found[0], unit)) : "–";
       const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
       row(part, `${text}; ${rate}`);
     }
