@@ -155,11 +155,14 @@ def test_newton_and_euler_in_space(name: str) -> None:
     data["tasks"] = {"forces": {"kind": "reactions", "driver": task["driver"], "poses": 5}}
     told = md.explain(md.solve(from_dict(data), "forces"), pose=2)
     assert not faults(told.document)
-    sums = [own for own in passages(told.document) if isinstance(own, Formula) and own.unit == "N"]
+    closed = [own for own in passages(told.document) if isinstance(own, Formula)]
+    sums, powers = ([own for own in closed if own.unit == unit] for unit in ("N", "W"))
     lost = "do not determine the reactions" in told.text()
     assert lost or len(sums) >= len(turning)
-    assert all(own.gap is not None and own.gap <= 1e-11 * _size(own) for own in sums)
-    assert "P_inertia" in told.text()
+    for own in (*sums, *powers):
+        assert own.gap is not None
+        assert own.gap <= 1e-11 * _size(own)
+    assert len(powers) == 1
 
 
 def test_the_speed_of_a_cardan_shaft() -> None:
