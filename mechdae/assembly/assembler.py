@@ -18,10 +18,11 @@ from mechdae.assembly.closure import Closing, Gap, NoPose
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses, moving
+from mechdae.assembly.mode_labels import ModeLabels
 from mechdae.assembly.nearest_mode import Nearest, Sketched
-from mechdae.assembly.turn_lattice import lattices, with_periods
-from mechdae.assembly.whole_turns import WholeTurns
-from mechdae.describe.coordinate_kinds import ANGLE, LENGTH, PLACE
+from mechdae.assembly.turns.block_turns import BlockTurns, put
+from mechdae.assembly.turns.whole_turns import WholeTurns
+from mechdae.describe.coordinate_kinds import LENGTH
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.graphs.blocks import BlockGraph
@@ -29,7 +30,6 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene, own_freedom
-from mechdae.model.space import PLANE
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
 from mechdae.records import dataclass
@@ -39,12 +39,8 @@ if TYPE_CHECKING:
     from mechdae.assembly.linkage.rigid_parts import GroupPoses
     from mechdae.assembly.multistart import BlockSearch, BlockSolutions
 
-SAME = 1e-7
-"""Largest difference of one and the same solution [rad, sizes of the mechanism]."""
 REMEMBERED = 15
 """Earlier searches whose solutions are kept beside the last one's."""
-SILENT = 1e-3
-"""What the turns of a body count that the sketch does not name, beside those that it does."""
 
 
 def _three_legs(scene: Scene, group: Group, p: Any) -> Any:
@@ -104,24 +100,20 @@ class Assembler:
         }
         self.p = self.scene.model.p_values
         self.size = self.scene.model.mechanism.scale
-        self.turns = WholeTurns(self.scene, self.sketch, self.p)
+        whole = WholeTurns(self.scene, self.sketch, self.p)
         slopes = angle_slopes(self.scene, self.p) if graphs.blocks else {}
         self.solvers = [
             self._solver(graph, slopes, any(self.scene.unknowns.places[graph.own]))
             for graph in graphs.blocks
         ]
-        exact = lattices(self.scene, [graph.own for graph in graphs.blocks])
-        self.lattices = [
-            with_periods(lattice, solver.turning)
-            for lattice, solver in zip(exact, self.solvers, strict=True)
-        ]
-        """Whole turns by block that make no difference."""
-        self.endless = [a is not b for a, b in zip(exact, self.lattices, strict=True)]
-        """Whether turns without end move bodies solved later: modes are not all listed."""
+        self.natural = self.scene.unknowns.sizes(self.size)
+        self.turns = BlockTurns(
+            self.scene, graphs.blocks, self.solvers, whole, self.sketch, self.places, self.natural
+        )
         self.contacts = Contacts(self.scene, self.p)
         self.closing = Closing(graphs)
         self.senses = AxisSenses(self.scene)
-        self.natural = self.scene.unknowns.sizes(self.size)
+        self.labels = ModeLabels(self)
         self.by_paths = False
         """Whether larger groups are solved by paths too: all modes are asked for."""
         self._ways: dict[tuple[int, bool], tuple[Any, ...]] = {}
@@ -134,7 +126,6 @@ class Assembler:
         self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}
         for b, graph in enumerate(graphs.blocks):
             self._blocks_of[graph.block.group].append(b)
-        self._classes: dict[tuple[int, bool], Any] = {}
         self.free: list[Group] = []
         """Groups met with a freedom of their own."""
 
@@ -154,7 +145,9 @@ class Assembler:
     @property
     def endless_groups(self) -> list[Group]:
         """The groups of blocks whose turns move bodies solved later without end."""
-        own = {self.scene.blocks[b].group for b, endless in enumerate(self.endless) if endless}
+        own = {
+            self.scene.blocks[b].group for b, endless in enumerate(self.turns.endless) if endless
+        }
         return [group for group in self.scene.groups if group.index in own]
 
     def labelled(self, group: Group) -> bool:
@@ -172,14 +165,6 @@ class Assembler:
     def _local(self, key: Any, make: Callable[[], Any]) -> Local:
         """Return the function of the expression over q that `make` gives; made once."""
         return local(self.scene, key, make)
-
-    def _angles(self, group: Group, x: Any, u: Any) -> dict[str, float]:
-        """Return the angles of a group's bodies at a pose."""
-        frame = self.scene.model.frame
-        function = self._local(
-            ("angles", group.index), lambda: ca.vertcat(*[frame(b).angle for b in group.bodies])
-        )
-        return dict(zip(group.bodies, function(x, u, self.p).ravel().tolist(), strict=True))
 
     def group_jacobian(self, x: Any, u: Any, group: Group) -> Any:
         """Return the group's share of the absolute Jacobian at a pose, in declared order."""
@@ -231,7 +216,7 @@ class Assembler:
                     gap, infinite, at = result.gap, result.infinite, result.gap_at
                     if solver.linear and not len(solutions):
                         self._check_freedom(group, b, start, u)
-                proven &= sure and not self.endless[b]
+                proven &= sure and not self.turns.endless[b]
                 if result is not None and result.free:
                     self.free.append(group)
                 if not len(solutions):
@@ -243,12 +228,12 @@ class Assembler:
                     failure = NoPose(group, gap, infinite, starts, at, free)
                 own = []
                 for solution in solutions:
-                    for turned in self._turned(b, solution, start, u):
+                    for turned in self.turns.turned(b, solution, start, u):
                         own.append(self._polish(b, put(start, graph.own, turned), u))
-                own = self._distinct(b, own, u)
+                own = self.turns.distinct(b, own, u)
                 if nearby and not sure and not (result is not None and result.free):
                     exact = self.sketched.own_pose(b, start, u)
-                    if exact is not None and not any(self._same(b, exact, x) for x in own):
+                    if exact is not None and not any(self.turns.same(b, exact, x) for x in own):
                         own, failure = [*own, exact], None
                 ahead += own
             ahead = self.senses.so_far(group, b, ahead, u)
@@ -284,7 +269,7 @@ class Assembler:
     def _check_freedom(self, group: Group, b: int, x: Any, u: Any) -> None:
         """Raise when a group moves by itself at the pose that Newton's method finds first."""
         graph = self.graphs.blocks[b]
-        sketch = [self._wanted(i, x, u) for i in graph.own]
+        sketch = [self.turns.wanted(i, x, u) for i in graph.own]
         sizes = self.natural[graph.own]
         found = free_poses(graph, put(x, graph.own, sketch), u, self.p, sizes, self.size)
         if found is None:
@@ -347,7 +332,7 @@ class Assembler:
                     self._check_freedom(group, own[0], x, u)
             poses = self._placed(group, found.poses, x, u)
             whole = found.proven or not found.generic
-            sure = found.proven and not any(self.endless[b] for b in self.blocks_of(group))
+            sure = found.proven and not any(self.turns.endless[b] for b in self.blocks_of(group))
             failure = None
             if not poses and whole:
                 at = self._opened(group, x, u) if found.generic and measured else None
@@ -386,25 +371,13 @@ class Assembler:
                 turned = [
                     [
                         self._polish(b, put(y, own, s), u)
-                        for s in self._turned(b, solution, y, u, True)
+                        for s in self.turns.turned(b, solution, y, u, True)
                     ]
                     for y in ahead
                 ]
-                ahead = [pose for poses in turned for pose in self._distinct(b, poses, u)]
+                ahead = [pose for poses in turned for pose in self.turns.distinct(b, poses, u)]
             found += ahead
         return found
-
-    def _turned(self, b: int, solution: Any, x: Any, u: Any, single: bool = False) -> list[Any]:
-        """Return the solution with all whole turns of its angles that gears tell apart.
-
-        A solver gives solutions within its periods, `single` ones within one turn.
-        """
-        if (b, single) not in self._classes:
-            periods = self.solvers[b].turning
-            periods = [min(period, 2 * np.pi) for period in periods] if single else periods
-            self._classes[b, single] = self.lattices[b].classes(periods)
-        turns = 2 * np.pi * self._classes[b, single]
-        return [self._nearest_turn(b, solution + turn, x, u) for turn in turns]
 
     def _polish(self, b: int, x: Any, u: Any) -> Any:
         """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
@@ -423,66 +396,10 @@ class Assembler:
             result[graph.own] -= step
         return result if np.abs(result - x).max() < 1e-3 else x
 
-    def _nearest_turn(self, b: int, solution: Any, x: Any, u: Any) -> Any:
-        """Return the solution with whole turns that make no difference, nearest to the sketch."""
-        graph, solver = self.graphs.blocks[b], self.solvers[b]
-        result = np.array(solution, float)
-        pose = put(x, graph.own, result)
-        wanted = result.copy()
-        for j, i in enumerate(graph.own):
-            if solver.angle[j]:
-                wanted[j] = self._wanted(i, pose, u)
-            elif period := solver.period(j):
-                result[j] -= period * np.round((result[j] - self._wanted(i, pose, u)) / period)
-                wanted[j] = result[j]
-        told = [self.scene.unknowns[i].owner in self.sketch for i in graph.own]
-        gaps = (result - wanted) / (2 * np.pi)
-        left = self.lattices[b].remainder(gaps[None], np.where(told, 1.0, SILENT))[0]
-        return result - 2 * np.pi * np.round(gaps - left)
-
-    def _distinct(self, b: int, poses: list[Any], u: Any) -> list[Any]:
-        """Return poses of block `b` that differ by more than whole turns that make no difference.
-
-        Those before the block are the same in all poses.
-        """
-        turning, single = self.solvers[b].turning, self.lattices[b].single
-        once = all(one or not period for period, one in zip(turning, single, strict=True))
-        if len(poses) < 2 or (once and max(turning, default=0.0) < 3 * np.pi):
-            return poses  # a solver gives no solution twice within one turn
-        kept: list[Any] = []
-        for x in poses:
-            if not any(self._same(b, x, other) for other in kept):
-                kept.append(x)
-        return kept
-
     def _among(self, group: Group, x: Any, poses: list[Any]) -> bool:
         """Return whether a pose of a group is one of others."""
         own = self.blocks_of(group)
-        return any(all(self._same(b, x, y) for b in own) for y in poses)
-
-    def _same(self, b: int, x: Any, y: Any) -> bool:
-        """Return whether two poses are the same in block `b`, but for turns and rounding."""
-        return bool(self._apart(b, x, y).max(initial=0.0) < SAME)
-
-    def _apart(self, b: int, x: Any, y: Any) -> Any:
-        """Return how far the unknowns of block `b` are apart, without turns [rad, sizes]."""
-        own = self.graphs.blocks[b].own
-        unit = np.where(self.solvers[b].angle, 2 * np.pi, 1.0)
-        gaps = self.lattices[b].remainder(((x - y)[own] / unit)[None])[0] * unit
-        periods = np.array(
-            [0.0 if a else self.solvers[b].period(j) for j, a in enumerate(self.solvers[b].angle)]
-        )
-        with np.errstate(invalid="ignore", divide="ignore"):
-            gaps -= np.where(periods > 0, periods * np.round(gaps / periods), 0.0)
-        return np.abs(gaps) / self.natural[own]
-
-    def _wanted(self, i: int, x: Any, u: Any) -> float:
-        """Return the sketched value of an unknown that has a period, in its absence a middle."""
-        own = self.scene.unknowns[i]
-        if own.kind is PLACE:
-            places = {c.part: value for c, value in self.places.items() if c.on_curve}
-            return places.get(own.owner, own.middle)
-        return self.turns.wanted(i, x, u) if own.kind is ANGLE else self.sketch.get(own.owner, 0.0)
+        return any(all(self.turns.same(b, x, y) for b in own) for y in poses)
 
     def _search(self, b: int, x: Any, u: Any, most: int | None = None) -> Any:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
@@ -491,9 +408,9 @@ class Assembler:
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         if b not in self._searches:
             sizes = self.natural[graph.own]
-            self._searches[b] = BlockSearch(solver, sizes, self.lattices[b])
+            self._searches[b] = BlockSearch(solver, sizes, self.turns.lattices[b])
         angles = dict(zip(graph.own, solver.angle, strict=True))
-        hint = [self.turns.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
+        hint = [self.turns.whole.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
         z = x[graph.uses] if graph.uses else np.zeros(0)
         counts = [run.generic for run in self.counted.get(graph.block.group, ()) if run.bounded]
         crowd = min([*counts, CROWD])
@@ -538,105 +455,6 @@ class Assembler:
         """Paths that ended in singular poses or at infinity, of all groups."""
         return sum(run.singular for runs in self.counted.values() for run in runs)
 
-    # -- labels ----------------------------------------------------------------------------
-
-    def sign(self, group: Group, x: Any, u: Any) -> str:
-        """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian.
-
-        A redundant group has no determinant, its sign is always +.
-        """
-        if group.superfluous:
-            return "+"
-        if group.kind == "RRR" and len(group.bodies) == 2 and group.higher_pairs == 0:
-            value = self._orientation(group, x, u)
-        else:
-            value = float(np.linalg.slogdet(self.group_jacobian(x, u, group))[0])
-        return "+" if value > 0 else "-" if value < 0 else "0"
-
-    def _orientation(self, group: Group, x: Any, u: Any) -> float:
-        def make() -> Any:
-            joints = self.scene.model.mechanism.joints
-            inner = joints[group.inner[0]]
-            first = group.bodies[0]
-            outer = [joints[name] for name in group.joints if name != inner.name]
-            outer.sort(key=lambda joint: first not in joint.bodies)
-            pins = (outer[0].second, inner.second, outer[1].second)
-            return ca.horzcat(*[self.scene.model.point(pin) for pin in pins])
-
-        a, b, c = self._local(("triangle", group.index), make)(x, u, self.p).T
-        return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
-
-    def group_labels(self, group: Group, poses: list[Any], u: Any) -> list[str]:
-        """Return the labels of all poses of one group: sign, and rank where it is no dyad.
-
-        Whole turns of a dyad's body, which gears tell apart, are counted from the sketch.
-        """
-        signs = [self.sign(group, x, u) for x in poses]
-        if self._signs_tell(group):
-            return [sign + self._whole(group, x, u) for sign, x in zip(signs, poses, strict=True)]
-        order = [self._rank(group, x, u) for x in poses]
-        labels = []
-        for k, sign in enumerate(signs):
-            rank = 1 + sum(other == sign and order[i] < order[k] for i, other in enumerate(signs))
-            labels.append(f"{sign}{rank}")
-        return labels
-
-    def label(self, x: Any, u: Any) -> str:
-        """Return the label of a solved pose among the modes at `u`."""
-        labels = []
-        for group in self.scene.groups:
-            if not self.labelled(group):
-                continue
-            sign = self.sign(group, x, u)
-            if self._signs_tell(group):
-                labels.append(sign + self._whole(group, x, u))
-                continue
-            poses, _, _ = self.candidates(group, x, u)
-            names = self.group_labels(group, poses, u)
-            blocks = self.blocks_of(group)
-            poses = [self.senses.towards(pose, x) for pose in poses]
-            gaps = [max(self._apart(b, pose, x).max() for b in blocks) for pose in poses]
-            labels.append(names[int(np.argmin(gaps))] if gaps else sign)
-        return ",".join(labels)
-
-    def _whole(self, group: Group, x: Any, u: Any) -> str:
-        """Return the whole turns that a pose is away from the sketch as text, if there are any."""
-        numbers = [
-            self.turns.number(i, x, u)
-            for b in self.blocks_of(group)
-            for j, i in enumerate(self.graphs.blocks[b].own)
-            if self.solvers[b].turning[j] and not self.lattices[b].single[j]
-        ]
-        return "".join(f":{number}" for number in numbers) if any(numbers) else ""
-
-    def _signs_tell(self, group: Group) -> bool:
-        """Return whether the sign, with whole turns, tells the modes of a group apart."""
-        return group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group))
-
-    def _rank(self, group: Group, x: Any, u: Any) -> tuple[float, ...]:
-        """Return by what a group's poses are put in order: first contact or body's angle.
-
-        A body that only slides has one angle in all modes: then the unknowns tell.
-        """
-        pose = x.copy()
-        for b in self.blocks_of(group):
-            own, angle = self.graphs.blocks[b].own, self.solvers[b].angle
-            turned = self.lattices[b].remainder((x[own] / (2 * np.pi))[None])[0]
-            pose[own] = np.where(angle, 2 * np.pi * turned, x[own])
-        own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
-        if self.contacts.of(group):
-            first = self.contacts.first(group, x, u)
-        elif self.scene.model.space is not PLANE:
-            first = 0.0  # bodies have no angle
-        else:
-            first = self._angles(group, pose, u)[group.bodies[0]]
-            model = self.scene.model
-            if model.q_names[model.turn(group.bodies[0])] not in [
-                self.scene.x_names[i] for i in own
-            ]:
-                first -= 2 * np.pi * float(np.ceil(first / (2 * np.pi) - 0.5))
-        return (round(first, 9), *np.round(pose[own] / self.natural[own], 9))
-
     # -- whole scene -----------------------------------------------------------------------
 
     def modes(
@@ -656,7 +474,7 @@ class Assembler:
                 poses, sure, failed = self.candidates(group, mode.x, u)
                 proven &= sure
                 failure = failed or failure
-                labels = self.group_labels(group, poses, u)
+                labels = self.labels.of_group(group, poses, u)
                 for x, label in zip(poses, labels, strict=True):
                     own = (label,) if self.labelled(group) else ()
                     ahead.append(Mode(x, mode.labels + own))
@@ -689,10 +507,3 @@ class Assembler:
             if mechanism.joints[name].on_curve:
                 found[name] = self.contacts.place(name, x, u)
         return found
-
-
-def put(x: Any, own: list[int], values: Any) -> Any:
-    """Return x with the unknowns of a block replaced."""
-    result = x.copy()
-    result[own] = values
-    return result

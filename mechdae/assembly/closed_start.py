@@ -32,10 +32,10 @@ HALF_TURN = 1e-6
 def turns_tell(assembler: Assembler) -> bool:
     """Return whether whole turns of geared bodies tell modes apart."""
     for b, graph in enumerate(assembler.graphs.blocks):
-        periods = zip(assembler.solvers[b].turning, assembler.lattices[b].single, strict=True)
+        periods = zip(assembler.solvers[b].turning, assembler.turns.lattices[b].single, strict=True)
         if any(period and not (one and period < 3 * np.pi) for period, one in periods):
             return True
-        if any(assembler.turns.told(i) for i in graph.own):
+        if any(assembler.turns.whole.told(i) for i in graph.own):
             return True
     return False
 

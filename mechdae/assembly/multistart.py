@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.assembly.elimination import BlockSolver
 from mechdae.assembly.platform import newton_steps
-from mechdae.assembly.turn_lattice import Lattice
+from mechdae.assembly.turns.turn_lattice import Lattice
 from mechdae.kernels.run.batch import Batch
 from mechdae.records import dataclass
 

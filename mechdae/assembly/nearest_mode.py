@@ -18,7 +18,7 @@ import numpy as np
 
 from mechdae.assembly.closure import NoPose
 from mechdae.assembly.contacts import Contacts
-from mechdae.assembly.whole_turns import WholeTurns
+from mechdae.assembly.turns.block_turns import BlockTurns
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, Selection, coordinate
 from mechdae.describe.mechanism import GROUND
@@ -89,7 +89,7 @@ class Assembling(Protocol):
     p: Any
     size: float
     natural: Any
-    turns: WholeTurns
+    turns: BlockTurns
     contacts: Contacts
     solvers: list[Any]
 
@@ -282,7 +282,7 @@ class Sketched:
 
     def _unwound(self, part: list[int], x: Any, u: Any) -> float:
         """Return how far geared bodies are from the sketch, whole turns included [rad]."""
-        geared = self.assembler.turns.geared
+        geared = self.assembler.turns.whole.geared
         own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
         gaps = [e.gap(x, u, self.assembler.p, True) for e in own if e.coordinate.part in geared]
         return math.hypot(*gaps)
@@ -330,7 +330,7 @@ class Sketched:
                 places = {c.part: v for c, v in assembler.places.items() if c.on_curve}
                 pose[i] = places.get(own.owner, np.nan)
             elif own.kind is ANGLE:
-                pose[i] = assembler.turns.start(i, pose, u)
+                pose[i] = assembler.turns.whole.start(i, pose, u)
             else:
                 lengths.append(i)
         if not np.all(np.isfinite(pose[graph.own])):

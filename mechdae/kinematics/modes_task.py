@@ -159,7 +159,7 @@ def _notes(modes: _Modes) -> list[str]:
         notes.append(
             f"not certified, modes meet within the rounding of the data: {', '.join(unsure)}"
         )
-    if any(assembler.endless) and found:
+    if any(assembler.turns.endless) and found:
         names = sorted({group.name for group in assembler.endless_groups})
         notes.append(
             f"each whole turn of bodies of group {', '.join(names)} puts bodies solved later "

@@ -350,7 +350,7 @@ def _drivers(plan: DriverPlan, values: Any, task: Sweep) -> Named:
 
 def _mode(setting: Setting, run: Run) -> str:
     """Return the label of the assembly mode the path starts on."""
-    return setting.assembler.label(*_start(run))
+    return setting.assembler.labels.of_pose(*_start(run))
 
 
 def _start(run: Run) -> tuple[Any, Any]:

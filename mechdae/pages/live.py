@@ -204,7 +204,7 @@ def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
         return []
     if len(found) > 32:
         return []
-    own = setting.assembler.label(x, u)
+    own = setting.assembler.labels.of_pose(x, u)
     modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
     return [{**mode, "own": mode["label"] == own, "proven": bool(proven)} for mode in modes]
 

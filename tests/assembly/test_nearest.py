@@ -275,15 +275,15 @@ def test_the_old_distance_is_seen(monkeypatch):
 
 def test_turns_body_by_body_are_seen(monkeypatch):
     """Periods of each angle alone in place of the lattice of all of them."""
-    from mechdae.assembly import assembler
-    from mechdae.assembly.turn_lattice import Lattice
+    from mechdae.assembly.turns import block_turns
+    from mechdae.assembly.turns.turn_lattice import Lattice
 
     def alone(lattice, periods):
         turns = [round(period / (2 * math.pi)) for period in periods]
         rows = [[t * (i == j) for i in range(len(turns))] for j, t in enumerate(turns) if t]
         return Lattice(rows, len(turns))
 
-    monkeypatch.setattr(assembler, "with_periods", alone)
+    monkeypatch.setattr(block_turns, "with_periods", alone)
     result = md.solve(load(SKETCHES / "belt-on-carrier.toml"), "t")
     assert len(equal_poses(result)) == 8
 
@@ -294,7 +294,7 @@ def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
     from mechdae.assembly.assembler import Assembler
 
     def forgotten(self, *given):
-        self.endless = [False] * len(self.endless)
+        self.turns.endless = [False] * len(self.turns.endless)
         return right(self, *given)
 
     right = Assembler._of_whole

@@ -281,23 +281,23 @@ def crossed_from_too_near(monkeypatch):
 
 
 def flipped(monkeypatch):
-    from mechdae.assembly.assembler import Assembler
+    from mechdae.assembly.mode_labels import ModeLabels
 
-    right = Assembler.group_labels
+    right = ModeLabels.of_group
 
     def wrong(self, group, poses, u):
         labels = right(self, group, poses, u)
         return [text.translate(str.maketrans("+-", "-+")) for text in labels]
 
-    monkeypatch.setattr(Assembler, "group_labels", wrong)
+    monkeypatch.setattr(ModeLabels, "of_group", wrong)
 
 
-@mutant("Assembler.group_labels", "plus and minus exchanged", "by its pose", DYADS[:1], modes=True)
+@mutant("ModeLabels.of_group", "plus and minus exchanged", "by its pose", DYADS[:1], modes=True)
 def flipped_label(monkeypatch):
     flipped(monkeypatch)
 
 
-@mutant("Assembler.group_labels", "plus and minus exchanged", "by its pose", TRIADS[:1], modes=True)
+@mutant("ModeLabels.of_group", "plus and minus exchanged", "by its pose", TRIADS[:1], modes=True)
 def flipped_label_of_a_triad(monkeypatch):
     flipped(monkeypatch)
 
@@ -322,7 +322,7 @@ def lost_mode(monkeypatch):
     modes=True,
 )  # fmt: skip
 def whole_turns_forgotten(monkeypatch):
-    from mechdae.assembly.whole_turns import WholeTurns
+    from mechdae.assembly.turns.whole_turns import WholeTurns
 
     monkeypatch.setattr(WholeTurns, "number", lambda self, i, x, u: 0)
 
@@ -332,7 +332,7 @@ def whole_turns_forgotten(monkeypatch):
     (("gears", 25642),),
 )  # fmt: skip
 def whole_turns_by_declaration(monkeypatch):
-    from mechdae.assembly.whole_turns import WholeTurns
+    from mechdae.assembly.turns.whole_turns import WholeTurns
 
     monkeypatch.setattr(WholeTurns, "told", lambda self, i: [])
 

@@ -160,7 +160,7 @@ class Chart:
             return self._own_sign(slope)
         assembler, pose = self.setting.assembler, self._scene(q)
         groups = [g for g in self.setting.scene.groups if assembler.labelled(g)]
-        return "".join(assembler.sign(group, pose, u) for group in groups)
+        return "".join(assembler.labels.sign(group, pose, u) for group in groups)
 
     def _own_sign(self, slope: Any) -> str:
         """Return the sign of the whole Jacobian, of rows that are independent."""
@@ -194,7 +194,7 @@ class Chart:
             return ",".join(self.signs(x))
         assert self.setting is not None
         q, u, _ = self._at(x)
-        return self.setting.assembler.label(self._scene(q), u)
+        return self.setting.assembler.labels.of_pose(self._scene(q), u)
 
     def modes(self, x: Any) -> list[Any]:
         """Return the free coordinates of all modes at the coordinates of a pose, if counted."""

@@ -1,0 +1,1 @@
+"""Whole turns of angles: which make another mode, and which make no difference."""
