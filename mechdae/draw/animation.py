@@ -274,14 +274,9 @@ def animate(
     if shape is not None:
         raise InputError("shapes are those of small motions at an equilibrium", where="shape")
     scene = read_scene(result)
-    known = scene.assembled()
-    if len(known) < 2:
-        raise InputError("fewer than two poses assemble, there is no motion to show")
-    run = longest_run(known)
-    whole = closes(scene, run)
-    chosen = picked(run, whole, most)
+    chosen, whole = frames_of(scene.assembled(), lambda run: closes(scene, run), most)
     duration = frame_time(seconds, len(chosen))
-    return Animation(result, tuple(chosen), whole, duration, dpi, *shown)
+    return Animation(result, chosen, whole, duration, dpi, *shown)
 
 
 def _shape(
@@ -326,7 +321,26 @@ def check_frames(frames: int | None, seconds: float, dpi: int) -> int:
     return most
 
 
-def picked(run: Sequence[int], whole: bool, most: int) -> list[int]:
+def frames_of(
+    known: list[int], closed: Callable[[list[int]], bool], most: int
+) -> tuple[tuple[int, ...], bool]:
+    """Return the poses that are shown of those that assemble, and whether they are one round.
+
+    `closed` says whether a run of poses ends where it begins.
+
+    Raises
+    ------
+    InputError
+        Fewer than two poses assemble.
+    """
+    if len(known) < 2:
+        raise InputError("fewer than two poses assemble, there is no motion to show")
+    run = longest_run(known)
+    whole = closed(run)
+    return tuple(_picked(run, whole, most)), whole
+
+
+def _picked(run: Sequence[int], whole: bool, most: int) -> list[int]:
     """Return the poses of a run that are shown: once around if it closes, else to and fro."""
     poses = run[:-1] if whole else run
     picks = np.arange(min(most, len(poses)))

@@ -16,9 +16,8 @@ from mechdae.draw.animation import (
     Animation,
     check_frames,
     frame_time,
-    picked,
+    frames_of,
 )
-from mechdae.draw.diagram.scene import longest_run
 from mechdae.draw.figure import new_axes
 from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.pose_choice import wireframe
@@ -95,15 +94,10 @@ def draw(
     most = check_frames(frames, seconds, dpi)
     scene = read_spatial(result)
     eye = None if view is None else viewpoint(scene.mechanism, view)
-    known = scene.assembled()
-    if len(known) < 2:
-        raise InputError("fewer than two poses assemble, there is no motion to show")
-    run = longest_run(known)
-    whole = returns(scene, run)
-    chosen = picked(run, whole, most)
+    chosen, whole = frames_of(scene.assembled(), lambda run: returns(scene, run), most)
     duration = frame_time(seconds, len(chosen))
     return SpatialAnimation(
-        result, tuple(chosen), whole, duration, dpi, traces, labels, False, dark, lang,
+        result, chosen, whole, duration, dpi, traces, labels, False, dark, lang,
         viewpoint=eye,
     )  # fmt: skip
 
