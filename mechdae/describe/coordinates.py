@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
+from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
 from mechdae.records import dataclass
@@ -87,7 +88,9 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
         if parts[1] in joint.coordinates:
             return NamedCoordinate(text, RELATIVE[parts[1]], parts[0])
         if parts[1] in RELATIVE:
-            raise MechanismError(f"a {joint.kind} joint has no coordinate '{text}'")
+            raise MechanismError(
+                f"a {joint.kind} joint has no coordinate '{text}'", hint=_instead(joint)
+            )
     elif parts[0] == GROUND:
         raise MechanismError(f"'{text}' is fixed: the ground does not move")
     error = UnknownName("coordinate", text, coordinate_names(mechanism))
@@ -96,6 +99,14 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
     elif text in mechanism.bodies:
         error.hint = f"did you mean {text}.angle?"
     raise error
+
+
+def _instead(joint: Joint) -> str:
+    """Return what can be named instead of a coordinate that a joint does not have."""
+    if joint.coordinates:
+        return f"it has {' and '.join(f'{joint.name}.{word}' for word in joint.coordinates)}"
+    point = joint.first if joint.second_body == GROUND else joint.second
+    return f"name the place of a point, like {point}"
 
 
 def unit_of(mechanism: Mechanism, text: str) -> str | None:

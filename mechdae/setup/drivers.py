@@ -236,8 +236,10 @@ def sketched(mechanism: Mechanism) -> Sketch:
                 places[found] = value
         except MechdaeError as problem:
             if isinstance(problem, UnknownName) and problem.what.startswith("unknown coordinate"):
+                said = problem.hint if name in mechanism.bodies else ""
                 names = [*mechanism.bodies, *mechanism.joints, *coordinate_names(mechanism)]
                 problem = UnknownName("body, joint or coordinate", name, names)
+                problem.hint = said or problem.hint
             raise problem.inside(f"sketch.{name}") from None
     return Sketch(angles, places)
 

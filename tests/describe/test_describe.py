@@ -392,6 +392,22 @@ def test_a_coordinate_is_sketched_once() -> None:
             replace(plain, sketch={**plain.sketch, **more})
 
 
+@pytest.mark.parametrize(
+    ("sketch", "hint"),
+    [
+        ({"B.x": 0.1}, "name the place of a point, like bar.B"),
+        ({"B": 0.1}, "name the place of a point, like bar.B"),
+        ({"D.slide": 0.1}, "it has D.angle"),
+        ({"bar": 0.1}, "bodies have no angle in space"),
+    ],
+)
+def test_what_cannot_be_sketched_in_space_says_what_can(sketch, hint) -> None:
+    plain = md.load("rssr").mechanism
+    with pytest.raises(md.MechdaeError, match=r"no coordinate|unknown body") as caught:
+        md.solve(replace(plain, sketch=sketch), md.Sweep(md.Driver("A.angle", at=[0.1])))
+    assert hint in str(caught.value.hint)
+
+
 @pytest.mark.parametrize("value", [10**400, 1e200, np.array([1.0, 2.0])])
 def test_numbers_that_are_none_are_refused_by_name(value) -> None:
     with pytest.raises(md.InputError, match="a number") as caught:
