@@ -92,7 +92,9 @@ def _stride(front: Front, ds: float, count: int) -> int:
     while True:
         some = places[held : held + ahead]
         states, test, det, miss = chain(front.state, some, ds, path.whole, ahead)
-        good = path.good(states, test, det, miss, alive, sign)
+        between = places[held : held + ahead + 1]
+        proved = path.proved_between(between, front.state, states, (test, det, miss), sign)
+        good = proved[:, alive].all(axis=1)
         taken = ahead if good.all() else int(np.argmin(good))
         path.append_all(
             places[held + 1 : held + taken + 1].tolist(), list(states[:taken]), front.up

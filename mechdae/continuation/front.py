@@ -66,8 +66,12 @@ class Front:
 
     def step(self, step: float) -> tuple[Any, Any]:
         """Return the state after a step, and which blocks (nb,) it is proved for."""
-        after, test, det, miss = self.path.step(self.state, self.s, self.sense * step)
-        return after, self.path.proved(after, test, det, miss, self.sign)
+        path, ds = self.path, self.sense * step
+        after, test, det, miss = path.step(self.state, self.s, ds)
+        if not path.quintics.kinds:
+            return after, path.proved(after, test, det, miss, self.sign)
+        places, tests = np.array([self.s, self.s + ds]), (test[None], det[None], miss[None])
+        return after, path.proved_between(places, self.state, after[None], tests, self.sign)[0]
 
     def end(self, limit: Limit) -> None:
         """Record that a group, and the groups attached to it, go no further."""

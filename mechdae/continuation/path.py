@@ -18,6 +18,7 @@ from mechdae.continuation.crossings.change_points import CrossingFinder
 from mechdae.continuation.interpolate import near_limit, quintic
 from mechdae.continuation.into_fold import Turning
 from mechdae.continuation.limit_positions import LimitFinder
+from mechdae.continuation.quintic_steps import QuinticSteps
 from mechdae.continuation.series_steps import Expansion
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
@@ -92,6 +93,35 @@ class Path(AnyPath):
         """What proves steps around power series."""
         sizes = self.graphs.scene.unknowns.sizes(self.constants.scale)
         return Expansion(self.graphs, self.constants, sizes)
+
+    @cached_property
+    def quintics(self) -> QuinticSteps:
+        """What proves steps of long chains of blocks."""
+        return QuinticSteps(self.graphs, self.constants)
+
+    def proved_between(
+        self, s: Any, first: Any, states: Any, tests: tuple[Any, Any, Any], sign: Any
+    ) -> Any:
+        """Return which blocks (m, nb) steps one after the other are proved for.
+
+        Parameters
+        ----------
+        s : (m + 1,) array
+            Places of the nodes.
+        first, states : (.,), (m, .) arrays
+            The first node and those behind the steps.
+        tests
+            Test, det and miss of each step, as `step` gives them.
+        """
+        proved = self.proved(states, *tests, sign)
+        left = np.flatnonzero(~proved.all(axis=1)) if self.quintics.kinds else np.zeros(0, int)
+        if left.size:
+            ends, states = np.stack([left, left + 1], axis=1), np.vstack([first, states])
+            nothing = np.zeros((len(left), len(sign)))
+            found = self.quintics.proved(s[ends], states[ends], self.drivers(s)[ends])
+            found &= self.proved(states[left + 1], nothing, tests[1][left], nothing, sign)
+            proved[left] = found | self.quintics.with_all_before(proved[left])
+        return proved
 
     def begin(self, x: Any, s: float) -> None:
         """Put the first node: a solved pose `x` (nx,) at `s`."""
@@ -224,9 +254,13 @@ class Path(AnyPath):
                 continue
             ended = {i for i in self.groups if not self.reach[i].contains(place)}
             alive = self.alive(ended)
-            after, test, det, miss = self.step(self.state[k], s[k], float(place - s[k]))
-            sign = self.sign_at(np.array([place]))[0]
-            if self.good(after, test, det, miss, alive, sign):
+            after, *tests = self.step(self.state[k], s[k], float(place - s[k]))
+            sign, ends = self.sign_at(np.array([place]))[0], np.array([s[k], place])
+            det, miss = tests[1][None], tests[2][None]
+            found = self.proved_between(
+                ends, self.state[k], after[None], (tests[0][None], det, miss), sign
+            )
+            if found[0, alive].all():
                 self.s.insert(k + 1, float(place))
                 self.state.insert(k + 1, after)
                 inserted += 1

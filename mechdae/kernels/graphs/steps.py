@@ -25,9 +25,6 @@ Pair = tuple[Any, Any]
 PATH_STEP_LIMIT = 0.45
 NEAR = 0.5
 """Share of a step by which its bounds hold around it where they are not for all poses."""
-DEEP = 32
-"""Blocks one behind the other up to which deviations from tangents are bounded; those of longer
-chains are measured, because bounds add up from block to block and steps would shrink."""
 LEAST = 1e-4
 """The same at least, in the units of the unknowns, where drivers may stand still over a step."""
 
@@ -93,9 +90,8 @@ class Graphs(BoundGraphs):
             )
             last = self.kappa[b] * parts["beta"][b] * ca.sqrt(eta[b]) / 0.2
             own = self.blocks[b].own
-            if self.depths[b] <= DEEP or self.course:
-                # where nothing is proved, as of a group that has ended, the rates tell
-                away = placed(away, own, ca.if_else(test <= 1, reach, away[own]))
+            # where nothing is proved, as of a group that has ended, the rates tell
+            away = placed(away, own, ca.if_else(test <= 1, reach, away[own]))
             miss = self._length(b, new[own] - x[own] - v[own] * ds)
             tests.append(ca.fmax(test, last))
             misses.append(miss / (radius * (1 + 1e-6) + 1e-300))
