@@ -26,7 +26,7 @@ from mechdae.kernels.run.javascript import NotPrintable
 from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run as followed
-from mechdae.pages import efforts, link, live, scenes
+from mechdae.pages import efforts, link, live, scenes, ways
 from mechdae.pages.reasons import said
 from mechdae.pages.space_scenes import space_of
 from mechdae.records import dataclass
@@ -227,7 +227,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
     text = ""
     if setting is not None and run is not None and not reason:
         try:
-            text = _make_live(data, problem, setting, run, found.loaded)
+            text = _make_live(data, problem, setting, run, found)
         except NotPrintable as error:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
@@ -251,13 +251,15 @@ def _make_live(
     problem: Problem,
     setting: Setting,
     run: Run,
-    loaded: LoadedRun | None,
+    found: _Followed,
 ) -> str:
     """Put what a live page needs into its data, and return its kernels."""
+    loaded, drivers = found.loaded, ways.drivers_of(setting, found.result)
     statics = None if loaded is None else loaded.statics
     acting = {} if statics is None else efforts.functions(statics)
     sliders = live.sliders_of(setting, set() if statics is None else efforts.used(statics))
-    kernels = live.kernels(setting.graphs, setting.scene.model, sliders, acting)
+    more = {**acting, **ways.functions(setting)}
+    kernels = live.kernels(ways.followed_by(setting), setting.scene.model, sliders, more)
     values = dict(
         zip(setting.scene.model.p_names, setting.scene.model.p_values.tolist(), strict=True)
     )
@@ -285,6 +287,9 @@ def _make_live(
         "entries": entries,
         "sliders": [_slider(name, values[name], name in automatic) for name in sliders],
         "start": live.numbers_of(setting, run),
+        "drivers": drivers,
+        "way": ways.way_of(setting, run),
+        "pace": ways.pace_of(setting, run),
         "range": [float(places.min()), float(places.max())],
         "whole": plan.values is None or len(places) == 1,
         "poses": len(places),
@@ -296,6 +301,10 @@ def _make_live(
         "shape": live.shape_of(setting, sliders),
         "forces": None if loaded is None else efforts.numbers(loaded, rows_of_checks),
     }
+    if drivers is not None:
+        way = data["way"]
+        own = drivers[way["driver"]] if way["kind"] == "alone" else way
+        data["driver"] = {"name": own["name"], "unit": own["unit"], "values": plain(places)}
     return kernels.text
 
 
@@ -314,7 +323,7 @@ def _checks(run: Run, rows: list[int]) -> list[dict[str, Any]]:
     """Return values and rates of the outputs at poses, without any where the path begins."""
     poses, orders = run.poses, 3
     if not rows:
-        poses, rows, orders = run.evaluator.at(run.path, [run.path.origin[0]]), [0], 1
+        poses, rows, orders = run.evaluator.at(run.path, [ways.start_of(run.path)[0]]), [0], 1
     return [
         {
             "s": float(poses.s[k]),

@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.continuation.legs import Legs
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import TURNING
 from mechdae.describe.mechanism import GROUND, Body, Ground
@@ -19,6 +20,7 @@ from mechdae.kernels.run.javascript import HELPERS, Printed, printed
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
+from mechdae.pages import ways
 from mechdae.records import dataclass
 from mechdae.setup.outputs import RATES, ReportedQuantity
 
@@ -44,14 +46,16 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
     if not isinstance(task, Sweep) or task.kind != "sweep" or setting is None or run is None:
         return "open" if getattr(task, "kind", "") == "sweep" else "kind"
     graphs, path = setting.graphs, run.path
-    if not graphs.single:
-        return "drivers"
-    if graphs.contacts:
+    if ways.cornered(setting):
+        return "corners"
+    if any(not own.closed or own.pieces for own in graphs.contacts) or path.constants.measured:
         return "curves"
     if any(graph.redundant for graph in graphs.blocks):
         return "superfluous"
-    if not isinstance(path, Path) or any(path.flips):
+    if path.zones or (isinstance(path, Path) and any(path.flips)):
         return "change points"
+    if isinstance(path, Legs) and any(end.high and end.high.s <= 1 for end in path.reach.values()):
+        return "begins"
     ends = [end.kind for reach in path.reach.values() for end in (reach.low, reach.high) if end]
     # at limit positions and poles the motion itself turns back
     return next((kind for kind in ends if kind not in TURNING), "")
@@ -74,8 +78,10 @@ def kernels(
     fixed = [model.point(f"{GROUND}.{name}") for name in space.ground.points]
     ground = ca.Function("ground", [graphs.p], [ca.vertcat(ca.SX(0, 1), *fixed)])
     outputs = ca.Function("outputs", [scene.x, scene.u, graphs.p], [graphs.outputs])
+    at, looks = looks_of(model)
     functions = {
         "numbers": numbers,
+        "looks": looks,
         "ground": ground,
         "outputs": outputs,
         "constants": graphs.constants,
@@ -83,6 +89,8 @@ def kernels(
         "pose": graphs.pose,
         "slopes": slopes,
     }
+    if graphs.contacts:
+        functions |= {"least": graphs.divisors[1], "curves": curves_of(graphs, model)}
     folds = {f"fold{b}": graphs.fold(b) for b in range(graphs.nb)}
     parts: dict[str, Printed] = {
         name: printed(function, name) for name, function in (functions | folds | dict(more)).items()
@@ -92,7 +100,30 @@ def kernels(
         name: {"in": part.inputs, "out": part.outputs, "size": part.size}
         for name, part in parts.items()
     }
-    return PrintedKernels(text, layout | {"slopes_at": [rows, columns]})
+    return PrintedKernels(text, layout | {"slopes_at": [rows, columns], "looks_at": at})
+
+
+def looks_of(model: Model) -> tuple[list[list[str]], Any]:
+    """Return joints and keys of what symbols are drawn by, and these numbers over p."""
+    keys = {"axis": "axis", "radius": "radius", "roller_radius": "roller"}
+    space = model.mechanism
+    found = [
+        (name, key, model.numbers[f"{name}.{own}"])
+        for name, joint in (space.joints.items() if space.dimension == 2 else ())
+        for own, key in keys.items()
+        if f"{name}.{own}" in model.numbers and not (key == "radius" and joint.wheels != 1)
+    ]
+    column = ca.vertcat(ca.SX(0, 1), *[number for _, _, number in found])
+    return [[name, key] for name, key, _ in found], ca.Function("looks", [model.p], [column])
+
+
+def curves_of(graphs: Graphs, model: Model) -> Any:
+    """Return the function (share of the range, p) -> places on the curves of all joints."""
+    share, places = ca.SX.sym("share"), []
+    for contact in model.contacts.values():
+        s = contact.start + share * (contact.end - contact.start)
+        places.append(ca.substitute(contact.point, contact.s, s))
+    return ca.Function("curves", [share, graphs.p], [ca.vertcat(*places)])
 
 
 def names_of(entry: ReportedQuantity, in_space: bool) -> list[str]:
@@ -160,9 +191,8 @@ def _used(setting: Setting) -> list[str]:
 def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
     """Return what the path begins with: pose, sizes, scale, weights, blocks."""
     graphs, path = setting.graphs, run.path
-    assert isinstance(path, Path)
     constants = path.constants
-    s, x = path.origin
+    s, x = ways.start_of(path)
     groups = {group.index: group for group in setting.scene.groups}
     blocks = []
     for b, graph in enumerate(graphs.blocks):
@@ -187,17 +217,20 @@ def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
         "tries": MORE_TRIES * (path.counts.steps + path.counts.rejected),
         "far": [None if np.isinf(far) else float(far) for far in path.far],
         "turns": bool(graphs.turns),
+        "floors": len(constants.floors),
+        "boxes": [part.T.tolist() for part in constants.boxes] if graphs.contacts else None,
         "weights": [weight for own in columns for weight in own.tolist()],
         "blocks": blocks,
         "nx": graphs.nx,
         "nb": graphs.nb,
+        "nu": graphs.nu,
     }
 
 
 def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
     """Return the assembly modes at the pose where the path begins."""
-    s, x = run.path.origin
-    u = np.array([s])
+    s, x = ways.start_of(run.path)
+    u = run.path.drivers(np.array([s]))[0]
     try:
         found, proven, _ = setting.assembler.modes(u)
     except (MechdaeError, NoMajorant):

@@ -8,13 +8,17 @@ REASONS = {
         "with bodies that do not assemble it is recorded",
         "со звеньями, которые не собираются, она записана",
     ),
-    "drivers": (
-        "with several drivers or a law of time it is recorded",
-        "с несколькими приводами или законом времени она записана",
+    "corners": (
+        "a law of time with corners is recorded",
+        "закон времени с изломами записан",
+    ),
+    "begins": (
+        "the way from the sketch to its first pose has an end: it is recorded",
+        "путь от эскиза к первому положению кончается: она записана",
     ),
     "curves": (
-        "with curves that touch it is recorded",
-        "с соприкасающимися кривыми она записана",
+        "with curves that end, are made of pieces or may have no tangent it is recorded",
+        "с кривыми с концами, из кусков или без касательной она записана",
     ),
     "superfluous": (
         "with superfluous equations it is recorded",

@@ -46,6 +46,40 @@ def test_a_limit_position_is_that_of_the_group_that_opens_first(tmp_path):
 
 
 @needs_node
+def test_a_limit_position_is_found_where_another_group_hangs_on_it(tmp_path):
+    """A step of the group that opens is wild; groups behind it are looked at without it."""
+    page = md.page("jansen-leg")
+    theta = [
+        0.03380387852724916,
+        0.03895555064744375,
+        0.03766827635982374,
+        0.040823443311580124,
+        0.05003561129051691,
+        0.043473579172601924,
+        0.034047234211548656,
+        0.06616367390439104,
+        0.047309470930366075,
+        0.04831260867468459,
+        0.0680079373936367,
+        0.008528649310890795,
+        0.015397450193660785,
+    ]
+    with Player(tmp_path) as player:
+        [t, *ends] = player.asks(
+            page,
+            f"""
+            const t = session.dimension({json.dumps(theta)});
+            return [t, ...session.motion.ends.map((end) => [end.s, end.kind])];""",
+        )
+    names = [own["name"] for own in page.data["sliders"]]
+    truth = md.solve("jansen-leg", page.data["task"], set=dict(zip(names, theta, strict=True)))
+    assert t == 1
+    for (s, kind), wanted in zip(ends, truth.summary["limits"], strict=True):
+        assert kind == "limit"
+        assert s == pytest.approx(wanted, abs=1e-12)
+
+
+@needs_node
 def test_planted_mistakes_are_refuted(tmp_path, monkeypatch):
     """Of a triad at other dimensions: a pose beside, one of another mode, a limit elsewhere."""
     monkeypatch.setattr(page_dimensions, "FINER", (512,))

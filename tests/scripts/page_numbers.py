@@ -5,7 +5,7 @@
 All live pages of the predefined problems at 37 poses: ``over`` is the largest difference over what
 is allowed, the bars of `BARS` and what rounding makes of the condition number. Ten of them with 60
 sets of dimensions, each assembled anew by Python; and each with 500 random values of its sliders,
-absurd ones among them.
+absurd ones and values of several drivers among them. Rows of pages that are not named stay in OUT.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file.library import names
 from mechdae.errors import MechdaeError
+from tests.shared.live import places_of
 from tests.shared.player import Player
 
 POSES, SETS, APART, FRAMES = 37, 60, 0.12, 500
@@ -28,7 +29,8 @@ LONGEST = 60_000
 """Milliseconds after which a page is pulled no further."""
 VARIED = ("four-bar-crank-rocker", "four-bar-double-rocker", "gorshkov-seven-link", "jansen-leg",
           "triad-six-modes", "slider-crank", "watt-six-bar", "stephenson-six-bar", "klann-leg",
-          "oscillating-cylinder")  # fmt: skip
+          "oscillating-cylinder", "five-bar-robot", "pantograph", "cam-roller-follower",
+          "wankel-rotor")  # fmt: skip
 RATES = ("position", "velocity", "acceleration")
 BARS = (1e-13, 1e-13, 1e-12)
 """Differences of positions, velocities, accelerations, of the largest entry of a pose."""
@@ -68,13 +70,18 @@ const begun = Date.now();
 const random = () => { seed = (1103515245 * seed + 12345) % 2147483648; return seed / 2147483648; };
 const coarse = session.sample.bind(session);
 session.sample = () => coarse(25);
-while (frames < FRAMES && session.theta.length && Date.now() - begun < LONGEST) {
+while (frames < FRAMES && (session.theta.length || data.drivers) && Date.now() - begun < LONGEST) {
   frames += 1;
   const theta = [...session.theta];
   const i = Math.floor(random() * theta.length);
   const wild = random() < 0.1 ? 1e3 * (random() - 0.5) : 0.2 + 2.5 * random();
-  theta[i] = (data.sliders[i].value || 0.1 * data.start.scale) * wild;
-  const t = session.dimension(theta);
+  let t;
+  if (data.drivers && random() < 0.4) {
+    t = session.move(session.drivers().map((u, k) => u + data.drivers[k].size * (random() - 0.5)));
+  } else if (theta.length) {
+    theta[i] = (data.sliders[i].value || 0.1 * data.start.scale) * wild;
+    t = session.dimension(theta);
+  } else continue;
   moved += t > 0;
   ended += t < 1;
   unnamed += t < 1 && !session.reason;
@@ -97,9 +104,8 @@ return { worst, frames, moved, ended, unnamed };
 def as_python(name: str, page: md.Page, player: Player) -> dict[str, Any]:
     """Return the largest differences at poses of the task, relative to those of each pose."""
     result = md.solve(name, page.data["task"])
-    driver = result.drivers[page.data["driver"]["name"]]
     rows = np.unique(np.linspace(0, len(result.status) - 1, POSES).astype(int))
-    places = np.asarray(driver.position)[rows].tolist()
+    places = places_of(page, result)[rows].tolist()
     found = player.asks(page, ASKED.replace("PLACES", json.dumps(places)))
     worst = dict.fromkeys((*RATES, "limit", "forces", "over"), 0.0)
     other, ratios, poses = 0, [], 0
@@ -155,7 +161,7 @@ def changed(name: str, page: md.Page, player: Player) -> dict[str, Any]:
             others += 1
             continue
         rows = np.flatnonzero(truth.status == "ok")[5::21]
-        places = truth.drivers[page.data["driver"]["name"]].position[rows].tolist()
+        places = places_of(page, truth)[rows].tolist()
         truths.append((list(values.values()), truth, rows, places))
     sets = json.dumps([[theta, places] for theta, _, _, places in truths])
     found = player.asks(page, CHANGED.replace("SETS", sets))
@@ -194,6 +200,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     table: dict[str, Any] = {}
+    if options.names and options.out and options.out.exists():
+        table = json.loads(options.out.read_text(encoding="utf-8"))["pages"]
     with tempfile.TemporaryDirectory() as folder, Player(Path(folder)) as player:
         for name in options.names or names():
             try:
@@ -210,8 +218,22 @@ def main() -> None:
                 own["changed"] = changed(name, page, player)
             table[name] = own
             print(name, own, flush=True)
+            if options.out:
+                options.out.write_text(written(table), encoding="utf-8")
+    print(json.dumps(summary_of(table), indent=1))
+
+
+def written(table: dict[str, Any]) -> str:
+    """Return figures of pages with their summary as text."""
+    known = [name for name in names() if name in table]
+    table = {name: table[name] for name in known}
+    return json.dumps({"summary": summary_of(table), "pages": table}, indent=1) + "\n"
+
+
+def summary_of(table: dict[str, Any]) -> dict[str, Any]:
+    """Return the largest differences and the counts of all pages."""
     varied = [own["changed"] for own in table.values() if "changed" in own]
-    summary = {
+    return {
         "live": len(table),
         "trusted": sum(own["poses"]["trusted"] for own in table.values()),
         **{
@@ -228,10 +250,6 @@ def main() -> None:
         "limits": sum(own["limits"] for own in varied),
         "limits_apart": max((own["limit"] for own in varied), default=0.0),
     }
-    print(json.dumps(summary, indent=1))
-    if options.out:
-        text = json.dumps({"summary": summary, "pages": table}, indent=1)
-        options.out.write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

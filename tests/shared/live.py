@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
+
 import mechdae as md
 from mechdae.pages import link
 from tests.shared.node import run_script
@@ -33,3 +35,14 @@ def in_page(page: md.Page, body: str, folder: Path):
         script=json.dumps(str(script)),
     )
     return run_script(head + body, folder)
+
+
+def places_of(page: md.Page, result: md.Result) -> np.ndarray:
+    """Return where the poses of a result lie on the way of a page: value, time, pose, share."""
+    kind, count = page.data["way"]["kind"], len(result.status)
+    if kind == "law":
+        return np.asarray(result.time)
+    if kind == "legs":
+        whole = page.data["way"]["name"] == "pose"
+        return 1.0 + np.arange(count) if whole else np.linspace(0, 1, count)
+    return np.asarray(result.drivers[page.data["driver"]["name"]].position)

@@ -89,14 +89,14 @@ export class Diagram {
 
   outline(body, places) { return this.path(this.corners(body, places)); }
 
-  /** Draw the pose; `driven` is the body whose motion is given. */
+  /** Draw the pose; `driven` are the bodies whose motion is given. */
   draw(places, angles, driven) {
     const { ground, wheels, links, pins, letters } = this.layers;
     for (const layer of [ground, wheels, links, pins, letters]) layer.replaceChildren();
     this.shunned = { strokes: [], plates: [], discs: [] };
     for (const body of this.scene.bodies) {
       const corners = this.corners(body, places);
-      if (corners.length) element("path", { d: this.path(corners), class: body.name === driven ? "body driven" : "body" }, links);
+      if (corners.length) element("path", { d: this.path(corners), class: driven.includes(body.name) ? "body driven" : "body" }, links);
       this.shun(corners);
     }
     const taken = [];

@@ -49,7 +49,9 @@ export function png(svg, paper) {
 /** A table over the poses; heads have units as in mechdae's own CSV. */
 export function csvText(session) {
   const { data } = session;
-  const head = ["status", `drivers/${data.driver.name}/position [${data.driver.unit}]`];
+  const { way } = session.motion;
+  const law = way.kernel ? ["time [s]"] : [];
+  const head = ["status", ...law, ...(data.drivers || [data.driver]).map(({ name, unit }) => `drivers/${name}/position [${unit}]`)];
   const columns = [];
   for (const entry of data.entries) {
     const axes = entry.columns.length === 2 ? ["x", "y"] : [""];
@@ -59,7 +61,8 @@ export function csvText(session) {
       columns.push((pose) => { const own = session.inTime(pose, entry.columns, order); return own ? own[k] : null; });
     }));
   }
-  const lines = session.poses.map((pose, k) => [pose.status, session.places[k], ...columns.map((column) => column(pose))]
+  const led = (s) => (data.drivers ? [...(way.kernel ? [s] : []), ...way.u(s)] : [s]);
+  const lines = session.poses.map((pose, k) => [pose.status, ...led(session.places[k]), ...columns.map((column) => column(pose))]
     .map((value) => (value === null || Number.isNaN(value) ? "" : String(value))).join(","));
   return `${[head.join(","), ...lines].join("\n")}\n`;
 }

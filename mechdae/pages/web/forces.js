@@ -16,18 +16,20 @@ export class Forces {
   /** What the functions of the balance take, at a pose; null at limits and where there is none. */
   inputs(pose) {
     const { columns, tables, zero } = this.own;
-    const { speed, acceleration } = this.data;
+    const { speed, acceleration, drivers, way } = this.data;
     if (!pose.y || pose.status !== "ok") return null;
     const [y, first, second] = pose.y;
-    const w = [...columns.map((k) => y[k]), pose.place];
-    const v = [...columns.map((k) => first[k] * speed), speed];
-    const a = [...columns.map((k) => second[k] * speed * speed + first[k] * acceleration), acceleration];
+    // rates of several drivers are in time as they are
+    const [du, ddu] = drivers ? this.motion.way.rates(pose.place) : [[speed], [acceleration]];
+    const w = [...columns.map((k) => y[k]), ...this.motion.way.u(pose.place)];
+    const v = [...columns.map((k) => (drivers ? first[k] : first[k] * speed)), ...du];
+    const a = [...columns.map((k) => (drivers ? second[k] : second[k] * speed * speed + first[k] * acceleration)), ...ddu];
     if (![...v, ...a].every(Number.isFinite)) return null;
     const { p } = this.motion;
     const at = tables.length ? this.kernels.abscissae.run(w, v, p)[0] : [];
     const pieces = tables.flatMap((table, k) => piece(table, at[k]) || [NaN, NaN, NaN]);
     const [signs, still] = this.signs(pose, w, v, a);
-    return { list: [w, v, a, [speed ? (pose.place - zero) / speed : 0], pieces, signs, p, [1]], still };
+    return { list: [w, v, a, [drivers ? (way.kind === "law" ? pose.place : 0) : speed ? (pose.place - zero) / speed : 0], pieces, signs, p, [1]], still };
   }
 
   /** The sign of each sliding speed; where it vanishes that of the coming motion, 0 without any. */

@@ -9,13 +9,16 @@ const wide = (text) => [...text].reduce((sum, own) => sum + (/[\s,.'ijl1]/.test(
 
 /** How much of a stroke lies inside of a box [left, right, low, high]. */
 function inside([[x, y], [u, v]], [left, right, low, high]) {
+  // most are far away: this is asked thousands of times in a picture
+  if ((x <= left && u <= left) || (x >= right && u >= right) || (y <= low && v <= low) || (y >= high && v >= high)) return 0;
   let from = 0, to = 1;
-  for (const [at, way, least, most] of [[x, u - x, left, right], [y, v - y, low, high]]) {
-    if (way === 0) {
-      if (at <= least || at >= most) return 0;
-      continue;
-    }
-    const [a, b] = [(least - at) / way, (most - at) / way];
+  if (u !== x) {
+    const a = (left - x) / (u - x), b = (right - x) / (u - x);
+    from = Math.max(from, Math.min(a, b));
+    to = Math.min(to, Math.max(a, b));
+  }
+  if (v !== y) {
+    const a = (low - y) / (v - y), b = (high - y) / (v - y);
     from = Math.max(from, Math.min(a, b));
     to = Math.min(to, Math.max(a, b));
   }

@@ -6,6 +6,7 @@ import { Chart, ticks } from "./chart.js";
 import { isWhole } from "./whole.js";
 import { digits, displayed, quantity, rounded, showIn } from "./units.js";
 import { Plans } from "./plans.js";
+import { Several } from "./several.js";
 import { pulled, slidersAt } from "./shape.js";
 import { csvText, offered, png, svgText, tomlText } from "./files.js";
 
@@ -54,11 +55,21 @@ class App {
 
   get live() { return this.session ? true : this.reason; }
 
+  /** What the pose is led along: its name, unit, and more where it is live. */
+  get way() { return this.session ? this.session.motion.way : this.data.driver; }
+
+  /** Bodies and joints that are driven. */
+  get driven() {
+    const { data } = this;
+    return (data.drivers || [data.driver]).map(({ name }) => name.split(".")[0]);
+  }
+
   build() {
     const { data, words } = this;
     find("title").textContent = data.title;
     find("subtitle").textContent = `${data.problem} / ${data.task}${this.session ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}`;
     this.buildDrive();
+    if (this.session && data.drivers) this.several = new Several(this, find("dimensions"), made);
     this.buildDimensions();
     this.buildGraph();
     this.buildFiles();
@@ -84,16 +95,17 @@ class App {
 
   buildDrive() {
     const { data, words } = this;
-    const [factor, unit] = displayed(data.driver.unit);
+    const [, unit] = displayed(data.driver.unit);
     this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": `${words("driver")} ${data.driver.name}`,
       oninput: () => this.want({ share: Number(this.slider.value) }) });
     this.number = made("input", { type: "number", step: "any", "aria-label": `${data.driver.name} [${unit}]`, style: "width:8em",
-      onchange: () => this.want({ s: Number(this.number.value) / factor }) });
+      onchange: () => this.want({ s: Number(this.number.value) / displayed(this.way.unit)[0] }) });
     this.button = made("button", { type: "button", onclick: () => this.play(), "aria-pressed": "false" }, words("play"));
     const tempo = made("select", { "aria-label": words("speed"), onchange: () => { this.tempo = Number(tempo.value); } },
       ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${k}`)));
     this.tempo = 1;
-    const told = made("span", { style: "white-space:nowrap" }, this.number, made("span", { class: "unit" }, ` ${unit}`));
+    this.unit = made("span", { class: "unit" }, ` ${unit}`);
+    const told = made("span", { style: "white-space:nowrap" }, this.number, this.unit);
     find("drive").append(this.button, this.slider, told, tempo);
     if (this.session && data.modes.length > 1) {
       this.modes = made("select", { "aria-label": words("mode"), onchange: () => this.choose(this.modes.value) },
@@ -156,8 +168,8 @@ class App {
     this.what = made("select", { "aria-label": words("output"), style: "max-width:100%", onchange: () => this.drawAll() },
       ...session.outputs().map((path) => made("option", { value: path }, path)));
     // the last body that turns without being driven, else what moves
-    const driven = data.driver.name.split(".")[0];
-    const changes = ({ columns, part }) => part !== driven && this.moving(columns);
+    const { driven } = this;
+    const changes = ({ columns, part }) => !driven.includes(part) && this.moving(columns);
     const usual = data.entries.filter((entry) => entry.kind === "bodies" && changes(entry)).pop();
     const other = data.entries.filter((entry) => entry.kind !== "bodies" && changes(entry)).pop();
     if (usual) this.what.value = `bodies/${usual.part}/${usual.names[data.scene.space ? 1 : 0]}`;
@@ -223,6 +235,8 @@ class App {
         this.rows[k].note.textContent = t === 1 ? "" : `${this.words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.rows[k].unit)}: ${session.reason}`;
         all = !hurried;
       }
+      if (wanted.driver) all = this.several.drive(...wanted.driver) || all;
+      if (wanted.reached) this.reached(...wanted.reached);
       if (wanted.pulled) { this.reshape(wanted.pulled); all = true; }
       const [low, high] = session.range;
       if (wanted.share !== undefined) session.drive(low + wanted.share * (high - low));
@@ -258,6 +272,13 @@ class App {
       this.cost = performance.now() - begun;
     }, 120);
     return true;
+  }
+
+  /** Move several drivers so that a point follows the hand; curves come when it rests. */
+  reached(columns, here) {
+    if (!this.session.reach(columns, here, (place) => this.diagram.flat(place))) return;
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => { this.session.settle(); this.drawAll(false); }, 120);
   }
 
   nearest(s) {
@@ -310,9 +331,10 @@ class App {
       return;
     }
     const [low, high] = session.range;
-    const rate = Math.abs(this.data.speed) > 0 ? Math.min(Math.abs(this.data.speed), (high - low) / 1.5) : (high - low) / 6;
-    const round = this.data.start.turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
-    let s = session.s + seconds * rate * (this.sense || 1) * (round ? Math.sign(this.data.speed || 1) : 1);
+    const { pace, turns } = this.way;
+    const rate = Math.abs(pace) > 0 ? Math.min(Math.abs(pace), (high - low) / 1.5) : (high - low) / 6;
+    const round = turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
+    let s = session.s + seconds * rate * (this.sense || 1) * (round ? Math.sign(pace || 1) : 1);
     if (round) s = low + ((((s - low) % (high - low)) + (high - low)) % (high - low));
     else if (s > high || s < low) {
       this.sense = s > high ? -1 : 1;
@@ -372,7 +394,7 @@ class App {
       const pose = this.session.pose;
       let best = 14 / this.diagram.scale;
       for (const { kind, part, columns } of this.data.entries) {
-        if (kind !== "points" || !pose.y || !this.moving(columns)) continue;
+        if (kind !== "points" || !pose.y || !(this.several || this.moving(columns))) continue;
         const there = this.diagram.flat(columns.map((k) => pose.y[0][k]));
         const apart = Math.hypot(there[0] - here[0], there[1] - here[1]);
         if (apart < best) { best = apart; held = { part, columns }; }
@@ -383,6 +405,7 @@ class App {
     });
     svg.addEventListener("pointermove", (event) => {
       if (held && held.shaped) this.want({ pulled: [held.shaped, place(event)] });
+      else if (held && this.several) this.want({ reached: [held.columns, place(event)] });
       else if (held) this.pull(held.columns, place(event));
     });
     svg.addEventListener("pointerdown", (event) => {
@@ -441,7 +464,7 @@ class App {
     const count = places.length;
     const span = session.range[1] - session.range[0];
     const now = Math.round(((session.s - session.range[0]) / span) * (count - 1));
-    const round = this.data.start.turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
+    const round = this.way.turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
     const apart = (k) => {
       const index = round ? ((k % (count - 1)) + count - 1) % (count - 1) : k;
       const pose = poses[index];
@@ -479,8 +502,9 @@ class App {
   now() { return this.session ? this.session.places_of(this.session.pose) : this.recorded.places(this.shown); }
 
   drawAll(fitted = true) {
-    if (fitted) this.fit();
     const { session } = this;
+    if (session) this.look();
+    if (fitted) this.fit();
     if (session) {
       const moving = this.data.entries.filter(({ kind, columns, part }) => kind === "points" && this.moving(columns)
         && (this.data.scene.bodies.some((body) => body.free.includes(part)) || this.data.entries.length < 12));
@@ -490,16 +514,23 @@ class App {
       this.showNumbers();
       const shown = session.output(this.what.value);
       const [factor, name] = displayed(shown.unit);
-      const [along, alongName] = displayed(this.data.driver.unit);
+      const [along, alongName] = displayed(this.way.unit);
       this.chart.draw(session.places, session.poses.map(shown.scalar), {
         value: (value) => digits(value * factor, 4),
         values: ([low, high]) => ticks(low * factor, high * factor, 4).map((value) => value / factor),
         places: ([low, high]) => ticks(low * along, high * along, 6).map((value) => value / along),
         place: (value) => digits(value * along, 4),
-        name: `${this.data.driver.name} [${alongName}] → [${name}]`,
+        name: [this.words(this.way.name), alongName && `[${alongName}]`, name && `→ [${name}]`].filter(Boolean).join(" "),
       });
     }
     this.draw();
+  }
+
+  /** Symbols as the numbers shown make them. */
+  look() {
+    if (this.looked === this.session.theta) return;
+    this.looked = this.session.theta;
+    this.session.look(this.data.scene);
   }
 
   /** Sliders and fields of the dimensions. */
@@ -514,7 +545,7 @@ class App {
 
   draw() {
     const { session, data } = this;
-    const driven = data.driver.name.split(".")[0];
+    const { driven, way } = this;
     if (!session) {
       this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), driven);
       const value = this.recorded.value(this.shown);
@@ -524,6 +555,7 @@ class App {
       return;
     }
     this.address();
+    this.look();
     const pose = session.pose;
     const places = session.places_of(pose);
     this.diagram.draw(places, session.angles_of(pose), driven);
@@ -541,16 +573,28 @@ class App {
     this.plans.draw(pose, forces);
     const [low, high] = session.range;
     this.slider.value = (session.s - low) / (high - low);
-    this.slider.setAttribute("aria-valuetext", quantity(session.s, data.driver.unit));
-    if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(data.driver.unit)[0], 7);
+    const told = way.unit ? quantity(session.s, way.unit) : digits(session.s, 7);
+    this.slider.setAttribute("aria-valuetext", told);
+    if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(way.unit)[0], 7);
+    if (this.several) this.showWay();
     this.chart.mark(session.s, session.output(this.what.value).scalar(pose));
     this.table(pose, forces);
-    const head = `${data.driver.name} = ${quantity(session.s, data.driver.unit)}`;
+    const head = `${this.words(way.name)} = ${told}`;
     if (pose.status === "ok") {
       const bound = session.motion.bound(pose);
       this.say(`${head}; ${this.words("certified")}, ${this.words("bound")} ${rounded(bound.length, "m")}, ${rounded(bound.angle, "rad")}${this.told(forces)}`, Boolean(forces) && forces.status !== "ok");
     } else if (pose.status === "limit") this.say(`${head}; ${this.words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);
     else this.say(`${head}; ${this.words("unassembled")}: ${session.reason || session.opening(session.s)}`, true);
+  }
+
+  /** Names of what the slider moves along, and the values of all drivers. */
+  showWay() {
+    const { way, words } = this;
+    const [, unit] = displayed(way.unit);
+    this.unit.textContent = ` ${unit}`;
+    this.slider.setAttribute("aria-label", `${words("driver")} ${words(way.name)}`);
+    this.number.setAttribute("aria-label", `${words(way.name)} [${unit}]`);
+    this.several.draw();
   }
 
   /** Reactions on the second body of each joint, by the point where they act. */
@@ -578,7 +622,7 @@ class App {
     const { session } = this;
     if (session.held) return;
     if (!this.others.checked) { this.diagram.faint("ghosts", []); return; }
-    session.ghosts.carry(session.theta, session.range, session.mode);
+    session.ghosts.carry(session.theta, session.range, session.mode, this.way, session.drivers());
     const found = session.ghosts.at(session.s);
     this.diagram.faint("ghosts", found.map(({ pose }) => session.places_of(pose)), (k) => {
       const { s } = session;
@@ -626,7 +670,9 @@ class App {
   writeHash() {
     if (!this.session || location.protocol === "about:") return;
     const parts = this.data.sliders.flatMap((slider, k) => (this.session.theta[k] === slider.value ? [] : [`${encodeURIComponent(slider.name)}=${this.session.theta[k]}`]));
-    if (this.session.s !== this.data.start.s) parts.push(`s=${this.session.s}`);
+    const { way } = this;
+    if (way !== this.session.way) parts.push(`drivers=${this.session.drivers()}`, `along=${encodeURIComponent(way.name)}`);
+    else if (this.session.s !== this.data.start.s) parts.push(`s=${this.session.s}`);
     const own = (this.data.modes.find((mode) => mode.own) || {}).label;
     if (this.session.mode && this.session.mode !== own) parts.push(`mode=${encodeURIComponent(this.session.mode)}`);
     try { history.replaceState(null, "", parts.length ? `#${parts.join("&")}` : location.pathname + location.search); } catch { /* in a frame without address */ }
@@ -641,6 +687,9 @@ class App {
       return given.has(slider.name) && Number.isFinite(value) ? value : this.session.theta[k];
     });
     if (theta.some((value, k) => value !== this.session.theta[k])) this.session.dimension(theta);
+    const u = (given.get("drivers") || "").split(",").map(Number);
+    const k = (this.data.drivers || []).findIndex(({ name }) => name === given.get("along"));
+    if (k >= 0 && u.length === this.data.drivers.length && u.every(Number.isFinite)) this.session.move(u, k);
     const s = Number(given.get("s"));
     if (given.has("s") && Number.isFinite(s)) this.session.drive(s);
   }
@@ -661,7 +710,9 @@ function interfaceOf(app) {
         return { driver: { [data.driver.name]: app.recorded.value(app.shown) }, status: app.recorded.status(app.shown), mode: "", bound: null, points, bodies: {}, joints: {}, efforts: {} };
       }
       const pose = session.pose;
-      const result = { driver: { [data.driver.name]: session.s }, status: pose.status, mode: session.mode, bound: session.motion.bound(pose), points: {}, bodies: {}, joints: {}, efforts: {} };
+      const driver = { [app.way.name]: session.s };
+      if (data.drivers) session.drivers().forEach((value, k) => { driver[data.drivers[k].name] = value; });
+      const result = { driver, status: pose.status, mode: session.mode, bound: session.motion.bound(pose), points: {}, bodies: {}, joints: {}, efforts: {} };
       if (!pose.y) return result;
       for (const { kind, part, columns, names } of data.entries) {
         const table = (result[kind][part] = result[kind][part] || {});
@@ -685,18 +736,21 @@ function interfaceOf(app) {
       if (!session) { own.reason = app.reason; return false; }
       session.settle();
       const theta = [...session.theta];
-      let s = null;
+      let s = null, moved = null;
+      const names = (data.drivers || []).map((own) => own.name);
       for (const [name, value] of Object.entries(values)) {
         const k = data.sliders.findIndex((slider) => slider.name === name);
         if (typeof value !== "number" || !Number.isFinite(value)) { own.reason = `${name} ${app.words("nonumber")}`; return false; }
-        if (name === data.driver.name) s = value;
+        if (names.includes(name)) (moved = moved || {})[names.indexOf(name)] = value;
+        else if (name === app.way.name) s = value;
         else if (k >= 0) theta[k] = value;
         else { own.reason = `${app.words("noname")} ${name}`; return false; }
       }
-      const before = { theta: [...session.theta], s: session.s, mode: session.mode, anchor: session.motion.anchor };
+      const before = session.now();
       let ok = true;
       if (theta.some((value, k) => value !== session.theta[k])) ok = session.dimension(theta) === 1;
       own.reason = session.reason;
+      if (ok && moved) { ok = session.move(session.drivers().map((value, i) => moved[i] ?? value), Number(Object.keys(moved)[0])) === 1; own.reason = session.reason; }
       if (ok && s !== null) { ok = session.drive(s); own.reason = session.reason; }
       if (!ok) { const { reason } = own; session.restore(before); own.reason = reason; }
       app.drawAll();

@@ -1,5 +1,6 @@
 /** A certified path of the mechanism along its driver: the tests are those of mechdae's own paths. */
 import { Kernel } from "./kernel.js";
+import { straightOf, wayOf } from "./way.js";
 
 const ROUND = 2 ** -53;
 const H_LIMIT = 0.2;
@@ -52,6 +53,26 @@ export function eliminated(matrix, right) {
   return right;
 }
 
+/** Sign of a determinant, by elimination with pivoting. */
+function signOf(matrix) {
+  const n = matrix.length;
+  let sign = 1;
+  for (let k = 0; k < n; k += 1) {
+    let best = k;
+    for (let i = k + 1; i < n; i += 1) if (Math.abs(matrix[i][k]) > Math.abs(matrix[best][k])) best = i;
+    if (best !== k) {
+      [matrix[k], matrix[best]] = [matrix[best], matrix[k]];
+      sign = -sign;
+    }
+    sign *= Math.sign(matrix[k][k]);
+    for (let i = k + 1; i < n; i += 1) {
+      const share = matrix[i][k] / matrix[k][k];
+      for (let j = k; j < n; j += 1) matrix[i][j] -= share * matrix[k][j];
+    }
+  }
+  return sign;
+}
+
 /** Kernels and numbers of one mechanism; `solve` follows its path. */
 export class Motion {
   /** @param {any} data @param {any} code printed functions by name */
@@ -65,6 +86,8 @@ export class Motion {
     this.nb = this.start.nb;
     this.sizeX = Float64Array.from(this.start.size_x);
     this.sizeU = Float64Array.from(this.start.size_u);
+    this.nu = this.start.nu;
+    this.way = wayOf(data, this.kernels);
     this.anchor = { x: Float64Array.from(this.start.x), s: this.start.s };
     this.theta = data.sliders.map((slider) => slider.value);
     this.nodes = [];
@@ -86,20 +109,85 @@ export class Motion {
 
   /** Bounds for the sizes that the path may have; those of the outputs when they are read. */
   bounds() {
-    const [kappa, rho, mu] = this.kernels.constants.run(this.sizeX, this.sizeU, this.p, [this.start.scale]);
+    this.floors = this.leastDivisors();
+    const [kappa, rho, mu] = this.overBoxes("constants", [this.sizeX, this.sizeU, this.p, [this.start.scale], this.floors], Math.max);
     const { length } = this.p;
-    const { n, nb } = this;
-    this.whole = new Float64Array(length + 1 + 2 * nb + n + 2);
+    const { n, nb, nu } = this;
+    this.whole = new Float64Array(length + 1 + 2 * nb + n + this.floors.length + 2 * nu);
     this.whole.set(this.p);
     this.whole[length] = this.start.scale;
     this.whole.set(kappa, length + 1);
     this.whole.set(rho, length + 1 + nb);
     for (let i = 0; i < n; i += 1) this.whole[length + 1 + 2 * nb + i] = ROUND * this.sizeX[i];
-    this.whole[this.whole.length - 1] = 1; // u = 0 + s 1
-    this.consts = this.whole.subarray(0, this.whole.length - 2);
+    this.whole.set(this.floors, length + 1 + 2 * nb + n);
+    this.consts = this.whole.subarray(0, this.whole.length - 2 * nu);
+    this.lead(0);
     this.kappa = this.whole.subarray(length + 1, length + 1 + nb);
     this.mu = Float64Array.from(mu);
     this.slopes = null;
+  }
+
+  /** Lead the path along another way, of which `s` is the place of the pose `x`. */
+  turnTo(way, x, s) {
+    this.way = way;
+    this.anchor = { x: Float64Array.from(x), s };
+    this.lead(0);
+  }
+
+  /** Use the line of a leg of the way: u = u0 + s d. */
+  lead(leg) {
+    this.leg = leg;
+    this.whole.set(this.way.lineOf(leg), this.consts.length);
+  }
+
+  /** Largest or least results of a function over all parts of the curves that touch; once without any. */
+  overBoxes(name, given, chosen) {
+    const kernel = this.kernels[name], { boxes } = this.start;
+    if (!boxes) return kernel.run(...given);
+    let found = null;
+    boxes[0].forEach((low, k) => {
+      const own = kernel.run(...given, low, boxes[1][k]);
+      found = own.map((part, i) => (found ? part.map((value, j) => chosen(value, found[i][j])) : part.slice()));
+    });
+    return found;
+  }
+
+  /** What curves divide by is at least that anywhere; nothing is proved where it may vanish. */
+  leastDivisors() {
+    const floors = new Float64Array(this.start.floors);
+    if (floors.length) {
+      const [least] = this.overBoxes("least", [this.sizeX, this.sizeU, this.p], Math.min);
+      floors.set(least.every((value) => value > 0) ? least : least.map(() => NaN));
+    }
+    return floors;
+  }
+
+  /** The pose function at values of the drivers that belong to a place. */
+  posed(x, place) {
+    if (!this.data.drivers) return this.kernels.pose.run(x, [place], this.consts);
+    return this.posedAt(x, this.way.u(place), this.way.rates(place));
+  }
+
+  /** The same of several drivers with rates of theirs. */
+  posedAt(x, u, rates) { return this.kernels.pose.run(x, u, ...rates.slice(0, this.kernels.pose.inputs.length - 3), this.consts); }
+
+  /** Derivatives of some outputs by one of several drivers. */
+  slopesBy(x, u, k, columns) {
+    const still = u.map(() => 0);
+    const [, , , , , , first] = this.posedAt(x, u, [still.map((_, i) => (i === k ? 1 : 0)), still, still]);
+    return columns.map((i) => first[i]);
+  }
+
+  /** Lead the anchor straight to other values of several drivers: how far it came, the values and unknowns there, what ended it. */
+  straightTo(to) {
+    const { x, s } = this.anchor;
+    const from = Array.from(this.way.u(s));
+    if (from.every((value, k) => value === to[k])) return { t: 1, u: from, x, end: null };
+    this.turnTo(straightOf(this.data, from, to), x, 0);
+    if (!this.follow(0, 1)) return { t: 0, u: from, x, end: null };
+    const last = this.nodes[this.nodes.length - 1];
+    const t = this.ends[1] ? last.s : 1;
+    return { t, u: t === 1 ? [...to] : this.way.u(t), x: last.state.slice(0, this.n), end: this.ends[1] };
   }
 
   /** Condition number of the worst block at a pose, 1 at least. */
@@ -107,7 +195,7 @@ export class Motion {
 
   outputSlopes() {
     if (!this.slopes) {
-      const found = this.kernels.slopes.run(this.sizeX, this.sizeU, this.p);
+      const found = this.overBoxes("slopes", [this.sizeX, this.sizeU, this.p, this.floors], Math.max);
       this.slopes = Float64Array.from(found[0]);
       this.rounding = Float64Array.from(found[1]);
     }
@@ -116,7 +204,7 @@ export class Motion {
 
   /** One step: [state, test, det, miss], overwritten by the next one. */
   step(state, s, ds) {
-    const kernel = this.kernels.advance;
+    const kernel = this.kernels[`${this.way.prefix}advance`];
     kernel.inputs[1][0] = s;
     kernel.inputs[1][1] = ds;
     kernel.inputs[0].set(state);
@@ -139,6 +227,7 @@ export class Motion {
     for (let grown = 0; grown < 8; grown += 1) {
       const blank = new Float64Array(3 * this.n + this.nb);
       blank.set(this.anchor.x);
+      this.lead(this.way.legAt(this.anchor.s, 1));
       const [state, , det] = this.step(blank, this.anchor.s, 0);
       if (!state.every(Number.isFinite)) return false;
       this.sign = Float64Array.from(det, Math.sign);
@@ -146,7 +235,7 @@ export class Motion {
       this.ends = [null, null];
       this.extend(1, high);
       this.extend(-1, low);
-      if (this.start.turns && (this.ends[0] === null) !== (this.ends[1] === null)) {
+      if (this.way.turns && (this.ends[0] === null) !== (this.ends[1] === null)) {
         // what the driver does not reach directly it may reach the other way round
         if (this.ends[0] === null) this.extend(-1, this.ends[1].s - TURN);
         else this.extend(1, this.ends[0].s + TURN);
@@ -167,10 +256,11 @@ export class Motion {
           further = true;
         }
       }
-      if (Math.abs(s) > this.sizeU[0]) {
-        this.sizeU[0] = 1.5 * Math.abs(s);
+      this.way.u(s).forEach((value, k) => {
+        if (Math.abs(value) <= this.sizeU[k] || this.way.kernel) return; // a law is known where it leads
+        this.sizeU[k] = 1.5 * Math.abs(value);
         further = true;
-      }
+      });
     }
     return further;
   }
@@ -181,14 +271,29 @@ export class Motion {
     const { nodes } = this;
     const edge = sense > 0 ? nodes.slice(-2) : nodes.slice(0, 2).reverse();
     const known = edge.length;
-    this.grown(edge, sense, to);
+    for (;;) {
+      const last = edge[edge.length - 1];
+      if (sense * (to - last.s) <= 0) break;
+      const leg = this.way.legAt(last.s, sense);
+      if (leg !== this.leg) this.turned(edge, leg);
+      const stop = this.way.end(leg, sense, to);
+      this.grown(edge, sense, stop);
+      if (stop === to || this.ends[sense > 0 ? 1 : 0] !== null) break;
+    }
     const added = edge.slice(known);
     this.nodes = sense > 0 ? nodes.concat(added) : added.reverse().concat(nodes);
   }
 
+  /** Go over to another leg at a corner: the same pose with the rates of the new direction. */
+  turned(list, leg) {
+    const last = list[list.length - 1];
+    this.lead(leg);
+    list.push({ s: last.s, state: this.step(last.state, last.s, 0)[0].slice() });
+  }
+
   /** Add nodes to the last ones of a path, as far as a place or to its end, which is noted. */
   grown(list, sense, to) {
-    const largest = this.start.largest;
+    const largest = this.way.largest(this.leg);
     const side = sense > 0 ? 1 : 0;
     let step = largest;
     let look = APPROACH * largest; // the step below which a limit position is looked for
@@ -235,7 +340,7 @@ export class Motion {
       const length = Math.hypot(...speed);
       if (!(length > 0)) continue;
       const y = [...chain.map((i) => node.state[i]), node.s, ...speed.map((v) => v / length)];
-      const kernel = this.kernels[`fold${b}`];
+      const kernel = this.kernels[`${this.way.prefix}fold${b}`];
       let small = false;
       for (let k = 0; k < 30 && !small; k += 1) {
         const [G, Gy] = kernel.run(y, this.whole);
@@ -253,25 +358,31 @@ export class Motion {
       }
       const s = y[chain.length];
       const ahead = sense * (s - node.s);
-      if (!small || ahead < -1e-9 || ahead > far) continue;
+      if (!small || ahead < -1e-9 || ahead > far || this.way.end(this.leg, sense, s) !== s) continue;
       if (found && Math.abs(found.s - node.s) <= Math.abs(ahead)) continue;
       const offset = own.map((i) => (node.state[i] - y[chain.indexOf(i)]) / w[i]);
       const beside = offset.map((value, k) => value - 2 * (node.s - s) * speed[k]); // x - x* goes with the root of s - s*
       if (!(Math.hypot(...beside) <= ROUGH * Math.hypot(...offset))) continue; // another fold than that of the path
       const x = this.ahead(s, sense, node, before);
       chain.forEach((i, k) => { x[i] = y[k]; });
-      if (!this.closes(x, s, new Set(chain))) continue; // another group has opened before
+      if (!this.closes(x, s, new Set(chain), node)) continue; // another group has opened before
       found = { s, x, group, joint, kind: "limit" };
     }
     return found;
   }
 
-  /** Solve for the unknowns that are not given, block by block; whether they close as on the path. */
-  closes(x, s, given) {
+  /** Solve for the unknowns that are not given, block by block; whether they close as on the path, at a node of it. */
+  closes(x, s, given, node) {
     const others = [...this.start.blocks.keys()].filter((b) => !given.has(this.start.blocks[b].own[0]));
     for (const b of others) if (!this.closed(b, x, s)) return false;
-    const [, , det] = this.kernels.pose.run(x, [s], this.consts);
-    return others.every((b) => Math.sign(det[b]) === this.sign[b]);
+    return others.every((b) => this.side(b, x, s) === this.side(b, node.state, node.s));
+  }
+
+  /** Sign of the determinant of one block at unknowns as they are: a step of the pose function would leave a limit position far away. */
+  side(b, x, s) {
+    const { own, chain } = this.start.blocks[b];
+    const [, , J] = this.kernels[`${this.way.prefix}fold${b}`].run([...chain.map((i) => x[i]), s, ...own.map(() => 0)], this.whole);
+    return signOf(rowsOf(J, own.length));
   }
 
   /** Newton's method on one block, those before it held: the first rows of what its limit positions are found by. */
@@ -280,7 +391,7 @@ export class Motion {
     const first = chain.length - own.length; // its own come last
     for (let round = 0; round < ROUNDS; round += 1) {
       const y = [...chain.map((i) => x[i]), s, ...own.map(() => 0)];
-      const [G, Gy] = this.kernels[`fold${b}`].run(y, this.whole);
+      const [G, Gy] = this.kernels[`${this.way.prefix}fold${b}`].run(y, this.whole);
       const matrix = own.map((_, i) => own.map((__, j) => Gy[first + i + y.length * (first + j)]));
       const change = eliminated(matrix, own.map((_, i) => G[first + i]));
       if (!change || !change.every(Number.isFinite)) return false;
@@ -299,7 +410,7 @@ export class Motion {
   ahead(s, sense, one, two) {
     const { n } = this;
     const x = one.state.slice(0, n);
-    if (!two) return x.map((value, i) => value + one.state[n + i] * (s - one.s));
+    if (!two || two.s === one.s) return x.map((value, i) => value + one.state[n + i] * (s - one.s));
     const [r, q] = [one, two].map((node) => Math.sqrt(Math.abs(node.s - s)));
     const h = q - r, t = -r / h;
     return x.map((value, i) => {
@@ -312,9 +423,9 @@ export class Motion {
   /** The place on the path for a value of the driver, whole turns away where it gets there so. */
   placeOf(s) {
     const [low, high] = this.span();
-    const slack = 1e-11 * this.start.largest; // what rounding leaves before the end of a range
+    const slack = 1e-11 * this.way.largest(0); // what rounding leaves before the end of a range
     if (s >= low - slack && s <= high + slack) return s;
-    if (!this.start.turns) return null;
+    if (!this.way.turns) return null;
     const turns = s < low ? Math.ceil((low - s) / TURN - 1e-12) : -Math.ceil((s - high) / TURN - 1e-12);
     const there = s + turns * TURN;
     return there >= low && there <= high ? there : null;
@@ -374,7 +485,7 @@ export class Motion {
     for (const end of this.ends) {
       if (end && Math.abs(place - end.s) <= 1e-15 * Math.max(1, Math.abs(end.s)) * 8) {
         const there = end.kind === "limit" ? this.atLimit(s, end) : this.missing(s);
-        return there.y && s !== place && !this.same(there.y[0], this.kernels.outputs.run(end.x, [place], this.p)[0]) ? this.missing(s) : there;
+        return there.y && s !== place && !this.same(there.y[0], this.kernels.outputs.run(end.x, this.way.u(place), this.p)[0]) ? this.missing(s) : there;
       }
     }
     let found = this.solved(place, place, this.guess(place));
@@ -403,6 +514,7 @@ export class Motion {
     let k = 0;
     while (k + 1 < nodes.length && nodes[k + 1].s <= place) k += 1;
     let { s, state } = nodes[k];
+    this.lead(this.way.legAt(s, Math.sign(place - s) || 1));
     for (let tries = 0, step = place - s; tries < 200 && s !== place; tries += 1) {
       const next = Math.abs(step) >= Math.abs(place - s) ? place : s + step;
       const [after, test, det, miss] = this.step(state, s, next - s);
@@ -417,11 +529,10 @@ export class Motion {
 
   /** Newton's method from a guess, and everything that is reported; `signs` false: any branch. */
   solved(s, place, guess, signs = true) {
-    const kernel = this.kernels.pose;
     let x = guess;
     let far = Infinity;
     for (let round = 0; round < ROUNDS; round += 1) {
-      const [next, error, det, beta, eta, ...y] = kernel.run(x, [place], this.consts);
+      const [next, error, det, beta, eta, ...y] = this.posed(x, place);
       let left = 0;
       let h = 0;
       for (let b = 0; b < this.nb; b += 1) {
@@ -445,7 +556,7 @@ export class Motion {
   }
 
   atLimit(s, end) {
-    const [y] = this.kernels.outputs.run(end.x, [s], this.p);
+    const [y] = this.kernels.outputs.run(end.x, this.way.u(s), this.p);
     const none = new Float64Array(y.length).fill(NaN);
     return { status: "limit", s, place: end.s, x: end.x, y: [Float64Array.from(y), none, none], error: null, end };
   }

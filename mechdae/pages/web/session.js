@@ -5,11 +5,13 @@ import { Ghosts } from "./ghosts.js";
 import { rateOf } from "./units.js";
 import { unpacked } from "./recorded.js";
 import { wordsOf } from "./words.js";
+import { aloneOf, wayOf } from "./way.js";
 
 const SAMPLES = 361;
 const CHECK = 1e-12, ROUNDING = 2 ** -52, TELLING = 1e5;
 const FORCE_CHECK = 1e-9;
 const OTHERS = 12;
+const PULLS = 4, DAMPING = 1e-6, FURTHEST = 0.3;
 const REACTION = { reaction: "N", Fx: "N", Fy: "N", M: "N m", loss: "W" };
 
 /** Whether an entry is the angle of a joint of the plane, which is told without its rates. */
@@ -42,7 +44,6 @@ export class Session {
     this.reason = "";
     this.history = [];
     this.future = [];
-    this.range = data.range;
     this.forces = data.forces ? new Forces(data, this.motion) : null;
     this.acting = new WeakMap();
     /** The pose shown while curves and ends are still those of the numbers before. */
@@ -50,20 +51,23 @@ export class Session {
     this.ghosts = new Ghosts(data, code);
     this.follow();
     this.s = this.within(data.start.s) ? data.start.s : this.range[0];
+    this.way = this.motion.way;
     this.sample();
   }
 
   follow() {
-    const [low, high] = this.data.range;
+    const { way } = this.motion;
+    const [low, high] = way.range;
     const around = this.motion.anchor.s;
     this.motion.follow(Math.min(low, around), Math.max(high, around));
-    if (this.data.whole) {
+    this.range = way.range;
+    if (way.whole) {
       // the whole assembled arc: a turn or a stroke beyond on each side, then as far as it goes
-      const more = this.data.start.turns ? 2 * Math.PI : 4 * this.data.start.scale;
+      const more = way.turns ? 2 * Math.PI : 4 * this.data.start.scale;
       if (this.motion.ends[0] === null) this.motion.extend(-1, around - more);
       if (this.motion.ends[1] === null) this.motion.extend(1, around + more);
       const span = this.motion.span();
-      const free = this.motion.ends[0] === null && this.motion.ends[1] === null && this.data.start.turns;
+      const free = this.motion.ends[0] === null && this.motion.ends[1] === null && way.turns;
       this.range = free ? [low, low + 2 * Math.PI] : span;
     }
   }
@@ -86,7 +90,7 @@ export class Session {
   selfTest() {
     const checks = this.data.checks.map(({ s, y }) => ({ pose: this.motion.pose(s), y: y.map(unpacked) }));
     const { entries, start } = this.data;
-    const pace = Math.abs(this.data.speed) / (start.turns ? 1 : start.scale);
+    const { pace } = this.data;
     let worst = 0;
     for (const unit of new Set(entries.map((entry) => entry.unit))) {
       const own = entries.filter((entry) => entry.unit === unit);
@@ -116,6 +120,21 @@ export class Session {
 
   get pose() { return this.held || this.motion.pose(this.s); }
 
+  /** Use the numbers shown for what symbols are drawn by: axes, radii, curves. */
+  look(scene) {
+    const { kernels, p } = this.motion;
+    const numbers = kernels.looks.run(p)[0];
+    const joints = Object.fromEntries(scene.joints.map((joint) => [joint.name, joint]));
+    this.data.kernels.looks_at.forEach(([name, key], k) => { joints[name][key] = key === "radius" ? Math.abs(numbers[k]) : numbers[k]; });
+    const curved = scene.joints.filter((joint) => joint.curve);
+    if (!curved.length) return;
+    const last = curved[0].curve.length - 1;
+    for (let i = 0; i <= last; i += 1) {
+      const places = kernels.curves.run([i / last], p)[0];
+      curved.forEach((joint, k) => { joint.curve[i] = [places[2 * k], places[2 * k + 1]]; });
+    }
+  }
+
   /** Where the points are: name to place. */
   places_of(pose) {
     const places = {};
@@ -144,6 +163,7 @@ export class Session {
     const [y, first, second] = pose.y;
     if (order === 0) return columns.map((k) => y[k]);
     if (!Number.isFinite(first[columns[0]])) return null;
+    if (this.data.drivers) return columns.map((k) => (order === 1 ? first : second)[k]); // in time as they are
     if (order === 1) return columns.map((k) => first[k] * speed);
     return columns.map((k) => second[k] * speed * speed + first[k] * acceleration);
   }
@@ -219,12 +239,16 @@ export class Session {
 
   remember() {
     this.settle();
-    this.history.push({ theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor });
+    this.history.push(this.now());
     if (this.history.length > 200) this.history.shift();
     this.future = [];
   }
 
+  /** What can be restored. */
+  now() { return { theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor, way: this.motion.way }; }
+
   restore(entry) {
+    this.motion.way = entry.way;
     this.theta = [...entry.theta];
     this.motion.theta = [...entry.theta];
     this.motion.anchor = entry.anchor;
@@ -239,7 +263,7 @@ export class Session {
     this.settle();
     const [from, to] = back ? [this.history, this.future] : [this.future, this.history];
     if (!from.length) return false;
-    to.push({ theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor });
+    to.push(this.now());
     this.restore(from.pop());
     return true;
   }
@@ -297,7 +321,7 @@ export class Session {
   dimension(theta) {
     this.settle();
     const from = [...this.theta];
-    const before = { theta: from, s: this.s, mode: this.mode, anchor: this.motion.anchor };
+    const before = this.now();
     let pose = this.pose;
     if (pose.status !== "ok") pose = this.poses.find((other) => other.status === "ok");
     if (!pose) return 0;
@@ -336,6 +360,7 @@ export class Session {
   /** The same pose with the driver whole turns nearer to the file's range, if that is the same pose. */
   nearZero(anchor) {
     const { data, motion } = this;
+    if (data.drivers) return anchor;
     const middle = (data.range[0] + data.range[1]) / 2;
     const turns = data.start.turns ? Math.round((anchor.s - middle) / (2 * Math.PI)) : 0;
     if (turns === 0) return anchor;
@@ -345,13 +370,114 @@ export class Session {
     return same ? { x: found.x, s } : anchor;
   }
 
+  // -- several drivers
+
+  /** Values of the drivers in the pose shown. */
+  drivers() {
+    const { held, motion, s } = this;
+    return Array.from(motion.way.u(held ? held.place : motion.placeOf(s) ?? s));
+  }
+
+  /** The pose shown, or at a limit position and where there is none the nearest one of the way. */
+  get near() {
+    const { pose, poses, s } = this;
+    if (pose.status === "ok") return pose;
+    return poses.filter((other) => other.status === "ok").reduce((best, other) => (Math.abs(other.s - s) < Math.abs(best.s - s) ? other : best), { ...pose, s: Infinity });
+  }
+
+  /** Lead the pose shown along one of several drivers, or (-1) along the file's way. */
+  along(k) {
+    this.settle();
+    const { data, motion, near: pose } = this;
+    if ((k < 0 ? this.way : data.drivers[k].name) === (k < 0 ? motion.way : motion.way.name)) return true;
+    if (pose.status !== "ok") { this.reason = this.words("unassembled"); return false; }
+    const before = this.now();
+    motion.anchor = { x: pose.x, s: pose.place };
+    if (k >= 0) this.lead(Array.from(motion.way.u(pose.place)), pose.x, k);
+    else {
+      const begin = data.start.s;
+      const there = motion.straightTo(this.way.u(begin));
+      if (there.t < 1) { this.restore(before); this.reason = this.ended(there.end); return false; }
+      motion.turnTo(this.way, there.x, begin);
+      this.s = begin;
+      this.follow();
+      this.sample();
+    }
+    this.reason = "";
+    return true;
+  }
+
+  /** Lead a pose along one of several drivers from values u. */
+  lead(u, x, k) {
+    this.motion.turnTo(aloneOf(this.data, u, k), x, u[k]);
+    this.s = u[k];
+    this.follow();
+    this.sample();
+  }
+
+  ended(end) { return end ? `${end.group} ${this.words(end.kind === "limit" ? "opens" : "stops")} ${end.joint}` : this.words("unassembled"); }
+
+  /** Move several drivers straight to other values; how far they came, 0 to 1. */
+  move(u, k = 0) {
+    this.settle();
+    const { motion, near: pose } = this;
+    if (pose.status !== "ok") { this.reason = this.words("unassembled"); return 0; }
+    motion.anchor = { x: pose.x, s: pose.place };
+    const there = motion.straightTo(u);
+    this.lead(there.u, there.x, k);
+    this.reason = there.t < 1 ? this.ended(there.end) : "";
+    return there.t;
+  }
+
+  /**
+   * Move several drivers so that a point comes nearer to a place of the picture: Gauss-Newton, each step a
+   * proved straight line. What is told of the whole way follows with `settle`.
+   */
+  reach(columns, [x, y], flat) {
+    const { motion, data } = this;
+    const k = Math.max(0, data.drivers.findIndex(({ name }) => name === motion.way.name));
+    let { near: pose } = this;
+    if (pose.status !== "ok") return false;
+    for (let round = 0; round < PULLS; round += 1) {
+      const u = Array.from(motion.way.u(pose.place));
+      const here = flat(columns.map((i) => pose.y[0][i]));
+      const gap = [x - here[0], y - here[1]];
+      const slopes = data.drivers.map(({ size }, i) => flat(motion.slopesBy(pose.x, u, i, columns)).map((value) => value * size));
+      const sum = (i, j) => slopes.reduce((all, own) => all + own[i] * own[j], 0);
+      const damping = DAMPING * (sum(0, 0) + sum(1, 1));
+      const [a, b, c] = [sum(0, 0) + damping, sum(0, 1), sum(1, 1) + damping];
+      const det = a * c - b * b;
+      if (!(det > 0)) break;
+      const force = [(c * gap[0] - b * gap[1]) / det, (a * gap[1] - b * gap[0]) / det];
+      const change = slopes.map((own) => own[0] * force[0] + own[1] * force[1]);
+      const most = Math.max(...change.map(Math.abs));
+      if (!Number.isFinite(most) || most < 1e-9) break;
+      const share = Math.min(1, FURTHEST / most);
+      motion.anchor = { x: pose.x, s: pose.place };
+      const there = motion.straightTo(u.map((value, i) => value + share * change[i] * data.drivers[i].size));
+      motion.turnTo(aloneOf(data, there.u, k), there.x, there.u[k]);
+      const found = motion.solved(there.u[k], there.u[k], there.x);
+      if (found.status !== "ok") break;
+      pose = found;
+      if (there.t < 1) { this.reason = this.ended(there.end); break; }
+      this.reason = "";
+    }
+    motion.turnTo(aloneOf(data, Array.from(motion.way.u(pose.place)), k), pose.x, pose.place);
+    this.held = pose;
+    this.s = pose.place;
+    return true;
+  }
+
   /** Go over to another assembly mode that Python found at the start. */
   choose(label) {
     this.settle();
     const mode = this.data.modes.find((own) => own.label === label);
     if (!mode) { this.reason = `${this.words("nomode")} ${label}`; return false; }
-    const before = { theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor };
+    const before = this.now();
     const now = [...this.theta];
+    const { way } = this.motion;
+    const shown = this.drivers();
+    this.motion.way = this.way;
     const nominal = this.data.sliders.map((slider) => slider.value);
     this.motion.setNumbers(nominal);
     const begun = this.motion.solved(this.data.start.s, this.data.start.s, Float64Array.from(mode.x), false);
@@ -362,6 +488,11 @@ export class Session {
     this.motion.anchor = { x: found.x, s: this.data.start.s };
     this.theta = now;
     this.motion.setNumbers(now);
+    if (way !== this.way) { // there with the drivers as they are
+      const there = this.motion.straightTo(shown);
+      if (there.t < 1) { this.restore(before); this.reason = `${label} ${this.words("fades")}`; return false; }
+      this.motion.turnTo(way, there.x, shown[way.k]);
+    }
     this.mode = label;
     this.follow();
     if (!this.within(this.s)) this.s = this.range[0];

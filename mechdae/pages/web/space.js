@@ -94,8 +94,10 @@ export class SpaceDiagram extends Diagram {
     for (const layer of [ground, links, pins, letters, this.depths]) layer.replaceChildren();
     this.parts = [];
     this.shunned = { strokes: [], plates: [], discs: [] };
-    const lead = this.scene.joints.find((joint) => joint.name === driven);
-    const moving = lead ? lead[lead.second.startsWith("ground.") ? "first" : "second"].split(".")[0] : driven;
+    const moving = driven.map((name) => {
+      const lead = this.scene.joints.find((joint) => joint.name === name);
+      return lead ? lead[lead.second.startsWith("ground.") ? "first" : "second"].split(".")[0] : name;
+    });
     const anchors = new Map();
     const ends = new Map(this.scene.bodies.map((body) => [body.name, []]));
     for (const joint of this.scene.joints) {
@@ -128,7 +130,7 @@ export class SpaceDiagram extends Diagram {
       }
       else this.letter(joint.name, here, taken);
     }
-    for (const body of this.scene.bodies) this.link(body, ends.get(body.name), body.name === moving);
+    for (const body of this.scene.bodies) this.link(body, ends.get(body.name), moving.includes(body.name));
     this.write(taken);
     this.parts.sort((a, b) => a.depth - b.depth);
     this.depths.append(...this.parts.map((part) => part.made));
@@ -298,7 +300,7 @@ export class SpaceDiagram extends Diagram {
   }
 
   triad() {
-    const { height } = this.svg.getBoundingClientRect();
+    const { height } = this.rect;
     const group = element("g", { class: "triad", transform: `translate(42 ${(height - 42).toFixed(1)})` }, this.layers.letters);
     ["x", "y", "z"].forEach((name, k) => {
       const [x, y] = this.way([0, 1, 2].map((i) => (i === k ? 1 : 0)));
