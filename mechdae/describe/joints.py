@@ -155,6 +155,10 @@ class Joint(Value):
         """It may have friction."""
         return any(hasattr(self, entry) for entry in ("friction", "mesh_loss"))
 
+    def rubs_all_ways(self, values: Mapping[str, float]) -> bool:
+        """Return whether its friction has no sign, but a direction that turns with the sliding."""
+        return False
+
     def friction_law(self, article: bool) -> str:
         """Return the law of its friction in symbols; `article`: pins with their full radius."""
         return "mesh_loss of the power"

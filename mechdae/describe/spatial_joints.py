@@ -123,6 +123,10 @@ def _friction() -> Any:
     return key("number", None, doc="Coulomb coefficient", unit="1")
 
 
+def _at_rest() -> Any:
+    return key("number", None, doc="coefficient of a pair at rest", unit="1")
+
+
 def _length(doc: str) -> Any:
     return key("number", None, doc=doc, unit="m")
 
@@ -131,7 +135,8 @@ def _check_friction(joint: SpatialJoint, values: Mapping[str, float], part: str 
     """Raise for friction without the lengths that it needs."""
     radius = f"{part}_radius"
     lacks = radius not in values or (part == "thread" and values[radius] == 0)
-    if hasattr(joint, radius) and values.get("friction", 0.0) and lacks:
+    rubs = values.get("friction", 0.0) or values.get("friction_static", 0.0)
+    if hasattr(joint, radius) and rubs and lacks:
         raise MechanismError(
             f"friction in a {part} needs the radius of the {part}",
             where=f"joints.{joint.name}.{radius}",
@@ -166,12 +171,14 @@ class SpatialRevolute(SpatialJoint):
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
     friction: Number | None = _friction()
+    friction_static: Number | None = _at_rest()
     pin_radius: Number | None = _length("m")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
+    smoothed: ClassVar[bool] = True
     coordinates: ClassVar[tuple[str, ...]] = ("angle",)
     coincide: ClassVar[bool] = True
     freedoms: ClassVar[int] = 1
@@ -193,11 +200,13 @@ class SpatialPrismatic(SpatialJoint):
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
     friction: Number | None = _friction()
+    friction_static: Number | None = _at_rest()
     contact_length: Number | None = _length(PLANES)
     contact_width: Number | None = _length("2w, width that a moment about the axis turns on")
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
+    smoothed: ClassVar[bool] = True
     coordinates: ClassVar[tuple[str, ...]] = ("slide",)
     straight: ClassVar[bool] = True
     keeps_angle: ClassVar[bool] = True
@@ -226,10 +235,14 @@ class Cylindrical(SpatialJoint):
 
     kind: ClassVar[str] = "cylindrical"
     letter: ClassVar[str] = "C"
+    smoothed: ClassVar[bool] = True
     coordinates: ClassVar[tuple[str, ...]] = ("angle", "slide")
     straight: ClassVar[bool] = True
     freedoms: ClassVar[int] = 2
     opening: ClassVar[int] = 1
+
+    def rubs_all_ways(self, values: Mapping[str, float]) -> bool:
+        return values.get(f"{self.name}.pin_radius", 0.0) != 0
 
     def friction_law(self, article: bool) -> str:
         return "f (|N1| + |N2|) / sqrt(1 + f_t^2) against the sliding"
@@ -249,10 +262,12 @@ class Screw(SpatialJoint):
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
     friction: Number | None = _friction()
+    friction_static: Number | None = _at_rest()
     thread_radius: Number | None = _length("mean radius of the thread; needed for friction")
 
     kind: ClassVar[str] = "screw"
     letter: ClassVar[str] = "H"
+    smoothed: ClassVar[bool] = True
     coordinates: ClassVar[tuple[str, ...]] = ("angle", "slide")
     straight: ClassVar[bool] = True
     freedoms: ClassVar[int] = 1
@@ -284,12 +299,14 @@ class Universal(SpatialJoint):
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other("where the first pin lies in the second body at angle2 = 0")
     friction: Number | None = _friction()
+    friction_static: Number | None = _at_rest()
     pin_radius: Number | None = _length("m, of both pins")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
 
     kind: ClassVar[str] = "universal"
     letter: ClassVar[str] = "U"
+    smoothed: ClassVar[bool] = True
     coordinates: ClassVar[tuple[str, ...]] = ("angle", "angle2")
     coincide: ClassVar[bool] = True
     freedoms: ClassVar[int] = 2
@@ -315,6 +332,9 @@ class Spherical(SpatialJoint):
     coincide: ClassVar[bool] = True
     freedoms: ClassVar[int] = 3
     ball: ClassVar[bool] = True
+
+    def rubs_all_ways(self, values: Mapping[str, float]) -> bool:
+        return True
 
     def friction_law(self, article: bool) -> str:
         return f"{_rho(article)} |F| against the spin across F"

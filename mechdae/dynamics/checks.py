@@ -134,7 +134,7 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
             if mesh.column is not None:
                 i = next(i for i, row in enumerate(r.rows) if row.owner == name and not row.driver)
                 found[i, :] = r.stack(mesh.column).T
-        forms = [r.moved(SX(feedback.forms)) for feedback in r.rubbing.feedbacks]
+        forms = [r.pressing(feedback) for feedback in r.rubbing.feedbacks]
         return k.function("gradient", [ca.densify(part) for part in (r.moved(found), *forms)])
 
     J = k.value("place", 0.0, x, v, setup.loose)[1]
@@ -151,9 +151,7 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
         for feedback, form in zip(r.rubbing.feedbacks, forms, strict=True):
             if not feedback.friction:
                 continue
-            own = [i for i, row in enumerate(r.rows) if row.owner == feedback.joint]
-            own = [i for i in own if not r.rows[i].driver]
-            pressed = np.reshape(form, (-1, len(own)), order="F") @ stress[own]
+            pressed = np.reshape(form, (-1, len(r.rows)), order="F") @ stress
             size = np.abs(stress).max(initial=0.0)
             if pressed.size and np.abs(pressed).max() > OPEN * size:
                 found.add(feedback.joint)

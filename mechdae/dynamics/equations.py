@@ -13,7 +13,6 @@ import numpy as np
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, evaluate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
@@ -28,6 +27,7 @@ from mechdae.kinematics.shapes import free_numbers, size_of
 from mechdae.model.forces.dry_friction import Rubbing
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
+from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.forces.time_tables import Timed
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import FUNCTIONS, Model
@@ -84,7 +84,7 @@ class Setup:
     length: float
     notes: list[str] = field(default_factory=list)
     held: dict[tuple[str, str], float] = field(default_factory=dict)
-    meshes: dict[str, Mesh] = field(default_factory=dict)
+    meshes: dict[str, Mesh | SpatialMesh] = field(default_factory=dict)
     longest: float | None = None
     pieces: Any = field(default_factory=lambda: np.zeros(0))
 
@@ -120,7 +120,7 @@ class Setup:
 
         Forces of teeth load bearings: they count in the motion if anything rubs.
         """
-        if self.task.friction != "none" and not self.model.space.behind:
+        if self.task.friction != "none":
             found = self._rubbing(True)
             if found.frictional:
                 return found
@@ -129,7 +129,7 @@ class Setup:
 
     def _rubbing(self, friction: bool) -> Rubbing:
         """Return dry friction with the forces of teeth."""
-        real = tuple((name, mesh.column is not None) for name, mesh in self.meshes.items())
+        real = tuple((name, mesh.kept_by) for name, mesh in self.meshes.items())
         found: Rubbing = self.kept(
             ("rubbing", friction, real),
             lambda: Rubbing(self.model, self.loads, friction, self.meshes),
@@ -428,7 +428,7 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
         A joint has friction and the task does not leave it out.
     """
     values = mechanism.values()
-    found = [name for name, joint in mechanism.joints.items() if _rubs(joint, values)]
+    found = rubbing(mechanism)
     if not found:
         return []
     if task.friction == "none":
@@ -439,13 +439,16 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
             where="friction",
             hint='friction = "none" leaves it out',
         )
-    if mechanism.dimension == 3:
-        raise UnavailableError(
-            f"friction of {', '.join(found)} is not computed in motions in space by this version",
-            where="friction",
-            hint='friction = "none" leaves it out; tasks of kind reactions have it',
-        )
     joints = mechanism.joints
+    free = [own for own in found if joints[own].rubs_all_ways(values)]
+    if free:
+        raise UnavailableError(
+            f"friction of {', '.join(free)} turns with the sliding: motions have friction of pairs "
+            f"that slide one way",
+            where="friction",
+            hint="a universal joint for a ball, a revolute and a prismatic pair in a row for a "
+            'cylindrical one; friction = "none" leaves it out; tasks of kind reactions have it',
+        )
     other = [own for own in found if not joints[own].smoothed]
     if task.friction == "smooth" and other:
         raise UnavailableError(
@@ -456,9 +459,16 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
     return []
 
 
-def _rubs(joint: Joint, values: dict[str, float]) -> bool:
-    keys = ("friction", "friction_static", "mesh_loss")
-    return any(values.get(f"{joint.name}.{key}", 0.0) != 0 for key in keys)
+def rubbing(mechanism: Mechanism, task: Motion | None = None) -> list[str]:
+    """Return the joints with friction; none of a task that leaves it out."""
+    values, keys = mechanism.values(), ("friction", "friction_static", "mesh_loss")
+    if task is not None and task.friction == "none":
+        return []
+    return [
+        name
+        for name in mechanism.joints
+        if any(values.get(f"{name}.{key}", 0.0) != 0 for key in keys)
+    ]
 
 
 def idle(setup: Setup) -> list[tuple[str, str]]:

@@ -10,11 +10,11 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
-from mechdae.dynamics.space.reactions import reactions_in_space
 from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.generalised import Wrench, add, reaction, times
+from mechdae.model.forces.joint_reactions import JointReactions
 from mechdae.model.gradients import gradients
 from mechdae.model.kept import kept_property
 from mechdae.model.motion_equations import row_size
@@ -193,17 +193,17 @@ class Observer:
         return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}
 
     def _in_space(self, s: States, lam: Any) -> dict[str, Any]:
-        """Return them in space; beside gears and racks they are not known."""
+        """Return them in space; beside teeth whose forces are not known there are none."""
         joints = list(self.model.mechanism.joints)
-        if meshed(self.model):
+        if not set(meshed(self.model)) <= self.r.rubbing.meshes.keys():
             return {name: np.full((len(s.t), 6), np.nan) for name in joints}
         r, k = self.r, self.kernel
 
         def made() -> tuple[list[Any], list[Any]]:
             a, every = SX.sym("a", r.x.numel()), SX.sym("lam", len(r.rows))
             inner = SX.sym("inner", k.inner)
-            held = [inner[k.m + j] for j in range(k.slips)]
-            return [reactions_in_space(r, every, held, a)], [a, every, inner]
+            _, held, sizes = ca.vertsplit(inner, [0, k.m, k.m + k.slips, k.inner])
+            return [JointReactions(r, joints).at(a, every, held, sizes)], [a, every, inner]
 
         flat = self.many("reactions", made)(
             s.t[:, None], s.x, s.v, s.signs, s.a, lam, self._inner(s)

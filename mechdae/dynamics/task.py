@@ -15,20 +15,19 @@ from mechdae.dynamics.bdf import Bdf
 from mechdae.dynamics.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import check_dead_start, feasible
-from mechdae.dynamics.equations import Setup, idle, setup
+from mechdae.dynamics.equations import Setup, idle, rubbing, setup
 from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.start import Start, start
-from mechdae.errors import InputError, UnavailableError
+from mechdae.errors import InputError, MechanismError, UnavailableError
 from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
+from mechdae.model.forces.meshes import Mesh
+from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
-
-TEETH = "they are not computed in space, and no reactions are given beside them"
-"""What is said of gears and racks in space."""
 
 
 def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any]:
@@ -44,12 +43,8 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     whole = setup(problem, task)
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
-    if whole.model.space.behind:
-        wheels = meshed(whole.model)
-        whole.notes += [f"forces of teeth of {', '.join(wheels)}: {TEETH}"] if wheels else []
-    else:
-        whole.meshes = meshes_beside(whole.plain, whole.model, begin.q, whole.length)
-        whole.notes += about_meshes(whole.meshes)
+    whole.meshes = _meshes(whole, begin)
+    whole.notes += about_meshes(whole.meshes)
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)
@@ -58,6 +53,21 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     check_inertia(whole, x, v)
     check_friction(whole, x, v)
     return whole, begin, x, v
+
+
+def _meshes(whole: Setup, begin: Start) -> dict[str, Mesh | SpatialMesh]:
+    """Return gears, racks and belts with the forces of their teeth.
+
+    Without friction the teeth of those in space may have no place: a note says so.
+    """
+    try:
+        return meshes_beside(whole.plain, whole.model, begin.q, whole.length)
+    except (MechanismError, UnavailableError) as error:
+        if rubbing(whole.problem.mechanism, whole.task):
+            raise
+        wheels = ", ".join(meshed(whole.model))
+        whole.notes.append(f"no forces of teeth of {wheels} and no reactions are given: {error}")
+        return {}
 
 
 def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Any, Any]:

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.dynamics.observe import Observer, States, alike
-from mechdae.dynamics.space.reactions import columns_in_space, lock_columns
 from mechdae.forces.unique_in_space import Orientations
 from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, in_space, shared_bodies
 from mechdae.model.forces.generalised import Wrench
+from mechdae.model.forces.joint_reactions import columns_in_space, lock_columns
 from mechdae.model.gradients import gradients
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model
@@ -79,9 +79,11 @@ class _Holding:
     def _columns_in_space(self) -> None:
         """Fill in columns with what they do in all joints of the tree."""
         owners = ["" if row.driver else row.owner for row in self.r.rows]
-        owners += ["" for _ in self.r.rubbing.slips]
-        owners = [owner if owner in self.names else "" for owner in owners]
+        owners += [slip.owner for slip in self.r.rubbing.slips]
+        meshes = self.r.rubbing.meshes
+        owners = [owner if owner in self.names else "" for owner in [*owners, *meshes]]
         wrenches = [*columns_in_space(self.r), *lock_columns(self.r)]
+        wrenches += [mesh.apart for mesh in meshes.values()]
         columns = list(zip(owners, wrenches, strict=True))
         self.owners = owners
         self.maps = ForceColumns(self.model, columns, self.names, range(self.model.q.numel()))
@@ -124,6 +126,7 @@ class _Holding:
             sizes = self.model.coordinates.sizes(self.length)
             units = [row_size(row.unit, self.length) for row in self.r.rows]
             units += [row_size(slip.unit, self.length) for slip in self.r.rubbing.slips]
+            units += [self.length] * (len(used) - len(units))
             inside = natural_null_space(B[held][:, used], sizes[held], np.array(units)[used])
             N = np.zeros((len(used), inside.shape[1]))
             N[used] = inside

@@ -63,9 +63,9 @@ def real_along(
     names = meshed(model, (name for name in model.mechanism.joints if name in inside))
     if not names:
         return ()
-    if model.space.behind:
-        return teeth_along(scene, names, poses)
     columns = sorted(j for group in scene.groups for j in group.columns)
+    if model.space.behind:
+        return teeth_along(model, scene.kept, names, columns, poses()[0])
 
     def make() -> Batch:
         inputs = [model.q[columns], model.velocity[columns], model.p]
@@ -93,10 +93,18 @@ def meshes_of(
     return found
 
 
-def meshes_beside(released: Released, model: Model, q: Any, length: float) -> dict[str, Mesh]:
+def meshes_beside(
+    released: Released, model: Model, q: Any, length: float
+) -> dict[str, Mesh | SpatialMesh]:
     """Return the gears, racks and belts of a motion; those that are real have a mesh force.
 
-    That is looked at beside the start: singular poses alone decide nothing.
+    That is looked at beside the start: singular poses alone decide nothing. In space the equation
+    of a mesh is one of its bearings alone, and poses tell all.
+
+    Raises
+    ------
+    MechanismError, UnavailableError
+        Teeth in space without a place, or that do not run with their ratio.
 
     Parameters
     ----------
@@ -112,6 +120,9 @@ def meshes_beside(released: Released, model: Model, q: Any, length: float) -> di
     names = meshed(model)
     if not names:
         return {}
+    if model.space.behind:
+        every = range(model.q.numel())
+        return meshes_of(model, teeth_along(model, released.kept, names, every, q[None]))
     rows = [row for row in released.rows if not ca.depends_on(row.expression, released.t)]
     phi = ca.vertcat(*[row.expression for row in rows])
     gradient = ca.densify(ca.jacobian(phi, model.q))

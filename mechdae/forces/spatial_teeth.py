@@ -6,7 +6,7 @@ and what pushes the members apart must do none.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
@@ -15,7 +15,7 @@ import numpy as np
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.spatial_meshes import SpatialMesh
-from mechdae.model.reduction import Scene
+from mechdae.model.kept import Kept
 from mechdae.model.tree.teeth import AxesOfMesh, axes_of_mesh
 
 SAME = 1e-8
@@ -25,25 +25,26 @@ MOST = 5
 
 
 def teeth_along(
-    scene: Scene, names: Sequence[str], poses: Callable[[], Sequence[Any]]
+    model: Any, kept: Kept, names: Sequence[str], columns: Sequence[int], q: Any
 ) -> tuple[tuple[str, AxesOfMesh], ...]:
     """Return how the axes of gears and racks lie.
 
     Parameters
     ----------
-    poses
-        Gives the scene's coordinates (n, k) first, at which works are compared.
+    kept
+        Where functions of one structure are kept.
+    columns
+        Places in the model's q of the coordinates that move.
+    q : (n, k) array
+        Poses in these coordinates, at which works are compared.
 
     Raises
     ------
     MechanismError, UnavailableError
         Teeth without a place, or that do not run with their ratio.
     """
-    model: Any = scene.model
     joints = model.mechanism.joints
     lies = tuple((name, axes_of_mesh(model.mechanism, joints[name])) for name in names)
-    columns = sorted(j for group in scene.groups for j in group.columns)
-    q = poses()[0]
     q = q[np.isfinite(q).all(axis=1)]
     chosen = q[np.linspace(0, len(q) - 1, min(MOST, len(q))).astype(int)]
     sizes = model.coordinates.sizes(model.mechanism.scale)[columns]
@@ -61,7 +62,7 @@ def teeth_along(
             flat = ca.densify(ca.horzcat(*works, *others))
             return Batch(ca.Function("works", [model.q[columns], model.p], [flat]), [1])
 
-        batch = scene.kept(("works of teeth", name, own), make)
+        batch = kept(("works of teeth", name, own), make)
         found = batch(chosen, model.p_values)[0]
         equation, teeth, apart = (part * sizes for part in np.split(found[:, :-2], 3, axis=1))
         _compared(joints[name], own, (equation, teeth, apart), *found[:, -2:].T)

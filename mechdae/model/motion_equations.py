@@ -24,8 +24,10 @@ from mechdae.describe.expression import names_in
 from mechdae.describe.loads import Spring
 from mechdae.model.coordinates import Coordinates
 from mechdae.model.forces.dry_friction import Rubbing
+from mechdae.model.forces.feedback import Feedback
 from mechdae.model.forces.generalised import Wrench, add, of_coordinates, power
 from mechdae.model.forces.inertia import inertia, kinetic_energy
+from mechdae.model.forces.joint_reactions import JointReactions
 from mechdae.model.forces.loads import Loads
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model, Row
@@ -198,6 +200,27 @@ class Released:
         """Generalised forces of friction and bearings per unit of size, (nq, feedbacks)."""
         columns = [self.stack(feedback.column) for feedback in self.rubbing.feedbacks]
         return self.moved(ca.horzcat(*columns))
+
+    @cached_property
+    def passed(self) -> JointReactions:
+        """Reactions in space of the joints whose forces follow from them."""
+        joints = dict.fromkeys(feedback.joint for feedback in self.rubbing.feedbacks)
+        return JointReactions(self, list(joints))
+
+    def own(self, feedback: Feedback) -> list[int]:
+        """Return the equations of the joint of a feedback."""
+        rows = enumerate(self.rows)
+        return [i for i, row in rows if row.owner == feedback.joint and not row.driver]
+
+    def pressing(self, feedback: Feedback) -> Any:
+        """Return what has to be unique for a feedback, by multipliers of all rows, (k, rows)."""
+        forms = feedback.forms if feedback.needs is None else feedback.needs
+        forms = self.moved(SX(forms))
+        if self.model.space.behind:
+            return forms @ self.passed.by_multiplier[self.passed.place(feedback.joint), :]
+        found = SX(forms.shape[0], len(self.rows))
+        found[:, self.own(feedback)] = forms
+        return found
 
     @cached_property
     def losses(self) -> dict[str, list[tuple[int, Any]]]:

@@ -12,13 +12,8 @@ import mechdae as md
 from mechdae.describe.table import Table
 from tests.attack.spatial_honesty import case
 from tests.shared.space import bennett, numbers, off, reference, rssp
-from tests.shared.spatial_forces import massive, orientation_of_axis, pose_of
-
-
-def rubbing(mechanism: md.Mechanism, **keys: Any) -> md.Mechanism:
-    """Return the mechanism with more keys of joints by name."""
-    joints = {n: replace(j, **keys.get(n, {})) for n, j in mechanism.joints.items()}
-    return replace(mechanism, joints=Table(joints))
+from tests.shared.spatial_forces import massive, pose_of
+from tests.shared.spatial_friction import jack, rubbed, rubbing
 
 
 def loaded_rssp(p: dict[str, Any], row: dict[str, Any], **more: Any) -> md.Mechanism:
@@ -67,60 +62,6 @@ def test_rssp_has_the_coupled_friction_of_the_data(k: int) -> None:
     assert off([np.linalg.norm(own) for own in planes], row["guide_normals"]) < 1e-12
 
 
-def rubbed(result: md.Result, name: str, wrench: Any) -> Any:
-    """Return the friction (6,) on a joint's second body for its reaction, at the first pose."""
-    joint = result.mechanism.joints[name]
-    F, M = wrench[:3], wrench[3:]
-    f, own, zero = joint.friction, result.joints[name], np.zeros(3)
-    if joint.kind == "spherical":
-        spins = [
-            np.zeros(3) if body == "ground" else result.bodies[body].angular_velocity[0]
-            for body in (joint.first_body, joint.second_body)
-        ]
-        spin, line = spins[1] - spins[0], F / np.linalg.norm(F)
-        sliding = spin - (spin @ line) * line
-        rho = joint.ball_radius * f / np.sqrt(1 + f**2)
-        moment = rho * np.linalg.norm(F) * sliding / np.linalg.norm(sliding)
-        return np.concatenate([zero, -moment])
-    axes = [axis / np.linalg.norm(axis) for axis in orientation_of_axis(result, joint, 0)]
-    if joint.kind == "universal":
-        speeds = (own.angle_velocity[0], own.angle2_velocity[0])
-        pins = zip(axes, speeds, strict=True)
-        return sum(_bearing(joint, a, F, M, speed) for a, speed in pins)
-    a = axes[0]
-    if joint.kind == "screw":  # the wedge that its thread is
-        lead = joint.pitch / (2 * np.pi)
-        slope = np.arctan2(lead, joint.thread_radius)
-        N = (F @ a) * np.cos(slope) - (M @ a) / joint.thread_radius * np.sin(slope)
-        back = -np.sign(own.angle_velocity[0]) * f * abs(N)
-        turn = back * joint.thread_radius * np.cos(slope) * a
-        return np.concatenate([back * np.sin(slope) * a, turn])
-    if joint.kind == "revolute":
-        return _bearing(joint, a, F, M, own.angle_velocity[0])
-    N = _planes(joint, a, F, M)
-    v, u = own.slide_velocity[0], joint.pin_radius * own.angle_velocity[0]
-    speed = np.hypot(v, u)
-    size = f * N / np.sqrt(1 + (f * u / speed) ** 2)
-    return -size * np.concatenate([v / speed * a, joint.pin_radius * u / speed * a])
-
-
-def _planes(joint: Any, a: Any, F: Any, M: Any) -> float:
-    """Return |N1| + |N2| of a bearing."""
-    across, tilt = F - (F @ a) * a, np.cross(a, M)
-    if joint.contact_length is None:
-        return float(np.linalg.norm(across))
-    both = (across / 2 + s * tilt / joint.contact_length for s in (-1, 1))
-    return sum(float(np.linalg.norm(each)) for each in both)
-
-
-def _bearing(joint: Any, a: Any, F: Any, M: Any, speed: float) -> Any:
-    f = joint.friction
-    moment = joint.pin_radius * f / np.sqrt(1 + f**2) * _planes(joint, a, F, M)
-    if joint.collar_radius is not None:
-        moment += f * joint.collar_radius * abs(F @ a)
-    return np.concatenate([np.zeros(3), -np.sign(speed) * moment * a])
-
-
 @pytest.mark.parametrize("loop", ["RSRC", "RCSR", "RSUR", "RHSC"])
 def test_friction_is_a_load_that_follows_the_reactions(loop: str) -> None:
     mechanism = massive(case(np.random.default_rng(11), loop).mechanism, seed=2)
@@ -146,7 +87,7 @@ def test_friction_is_a_load_that_follows_the_reactions(loop: str) -> None:
                     pose.loads.append((body, contact.place, sign * own[:3], sign * own[3:]))
         reactions, efforts, left, _ = pose.solve()
         before = friction
-        friction = {n: rubbed(result, n, reactions[n] + own) for n, own in before.items()}
+        friction = {n: rubbed(result, n, reactions[n] + own, 0) for n, own in before.items()}
     assert left < 1e-12
     assert max(np.abs(friction[name] - before[name]).max() for name in friction) < 1e-10
     size = max(float(np.abs(own).max()) for own in reactions.values())
@@ -193,34 +134,6 @@ def test_more_friction_jams_the_guide() -> None:
             name: {"friction": share * limit * float(data["params"][f"f_{name}"])} for name in "AG"
         }
         assert list(md.solve(rubbing(mechanism, **keys), task).status) == [word]
-
-
-def jack(f: float, radius: float = 0.02, pitch: float = 0.006) -> md.Mechanism:
-    """Return a screw in the ground that lifts a guided body of 1000 N."""
-    axis = {"axis": [0, 0, 1]}
-    return md.Mechanism(
-        dimension=3,
-        ground=md.Ground({"N": [0, 0, 0], "G": [0.05, 0, 0]}),
-        bodies=[
-            md.Body("spindle", {"N": [0, 0, 0], "R": [0, 0, 0.1]}),
-            md.Body("table", {"R": [0, 0, 0], "G": [0.05, 0, -0.1]}),
-        ],
-        joints=[
-            md.Screw(
-                "nut",
-                "ground.N",
-                "spindle.N",
-                **axis,
-                pitch=pitch,
-                friction=f,
-                thread_radius=radius,
-            ),
-            md.SpatialRevolute("R", "table.R", "spindle.R", **axis),
-            md.SpatialPrismatic("G", "ground.G", "table.G", **axis),
-        ],
-        loads=[md.Force("weight", "table.R", [0, 0, -1000])],
-        sketch={"nut": 0},
-    )
 
 
 @pytest.mark.parametrize("pitch", [0.006, -0.006])

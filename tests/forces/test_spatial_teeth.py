@@ -12,11 +12,10 @@ import pytest
 import mechdae as md
 from mechdae.describe.table import Table
 from tests.attack.spatial_honesty import random_turn
-from tests.reference.spatial_bodies import Contact
-from tests.shared.spatial_forces import massive, place, pose_of
+from tests.shared.spatial_forces import massive
+from tests.shared.spatial_gears import ALPHA, planets, teeth_as_contacts, teeth_of_planets
 
 REL = 1e-12
-ALPHA = radians(20)
 SPIN = md.Driver("V.angle", at=[0.0, 1.3], speed=2.0)
 Z1, Z2, R1, TORQUE = 18, 45, 0.03, 50.0
 
@@ -210,82 +209,22 @@ def test_a_rack(sense: float) -> None:
 # -- trains as free bodies -----------------------------------------------------------------------
 
 
-def teeth_as_contacts(result: md.Result, k: int, teeth: dict[str, Any]) -> Any:
-    """Return the pose as free bodies; `teeth` gives the pitch point and the two flanks' normals.
-
-    Of both flanks the one is taken that pushes.
-    """
-    tried = []
-    for flank in range(2 ** len(teeth)):
-        pose = pose_of(result, k, skip=tuple(teeth))
-        for i, (name, (P, flanks)) in enumerate(teeth.items()):
-            joint = result.mechanism.joints[name]
-            own = np.concatenate([flanks[flank >> i & 1], np.zeros(3)])[:, None]
-            pose.contacts[name] = Contact(joint.first_body, joint.second_body, P, own)
-        reactions, efforts, left, _ = pose.solve()
-        pushes = [
-            reactions[name][:3] @ flanks[flank >> i & 1] >= 0
-            for i, (name, (_, flanks)) in enumerate(teeth.items())
-        ]
-        if all(pushes):
-            tried.append((reactions, efforts, left))
-    assert len(tried) == 1
-    return tried[0]
-
-
 def agrees(result: md.Result, k: int, teeth: dict[str, Any]) -> None:
     reactions, efforts, left = teeth_as_contacts(result, k, teeth)
     assert left < REL
     size = max(float(np.abs(own).max()) for own in reactions.values())
     for name, own in reactions.items():
-        if name in teeth:
-            arm = teeth[name][0] - place(result, result.mechanism.joints[name].second, k)
-            own = own + np.concatenate([np.zeros(3), np.cross(arm, own[:3])])
         assert np.abs(result.joints[name].reaction[k] - own).max() < REL * size, name
     drivers = result.definition.drivers
     ours = [result.efforts[driver.coordinate][k] for driver in drivers]
     assert np.abs(np.array(ours) - efforts).max() < REL * size
 
 
-def planets(mesh_loss: float | None = None, **more: Any) -> md.Mechanism:
-    """Return sun and planet on a carrier that turns about z; the ring is the frame."""
-    r_s, r_p, r_r = 0.024, 0.018, 0.06
-    turn, loss = {"axis": [0, 0, 1]}, {"mesh_loss": mesh_loss}
-    return md.Mechanism(
-        dimension=3,
-        ground=md.Ground({"O": [0, 0, 0], "M": [0, 0, 0.03]}),
-        bodies=[
-            md.Body("carrier", {"O": [0, 0, 0], "P": [r_s + r_p, 0, 0]}),
-            md.Body("sun", {"O": [0, 0, 0], "M": [0, 0, 0.03]}),
-            md.Body("planet", {"P": [0, 0, 0], "M": [0, 0, 0.03]}),
-        ],
-        joints=[
-            md.SpatialRevolute("C", "ground.O", "carrier.O", **turn),
-            md.SpatialRevolute("S", "carrier.O", "sun.O", **turn),
-            md.SpatialRevolute("Q", "carrier.P", "planet.P", **turn),
-            md.SpatialGear(
-                "inner", "sun.M", "planet.M", carrier="carrier", ratio=-r_p / r_s, **loss
-            ),
-            md.SpatialGear(
-                "ring", "ground.M", "planet.M", carrier="carrier", ratio=r_p / r_r, **loss
-            ),
-        ],
-        sketch={"C": 0},
-        **more,
-    )
-
-
 def test_a_planetary_train_of_heavy_bodies() -> None:
     driver = md.Driver("C.angle", at=[0.3, 2.0], speed=7.0, acceleration=-4.0)
     result = checked(md.solve(massive(planets(), seed=5), md.Reactions(drivers=[driver])))
     for k, angle in enumerate([0.3, 2.0]):
-        out, along = np.array([cos(angle), sin(angle), 0]), np.array([-sin(angle), cos(angle), 0])
-        up = np.array([0, 0, 0.03])
-        flanks = [[s * cos(ALPHA) * along + sin(ALPHA) * out for s in (1, -1)] for _ in range(2)]
-        inwards = [s * cos(ALPHA) * along - sin(ALPHA) * out for s in (1, -1)]
-        agrees(
-            result, k, {"inner": (0.024 * out + up, flanks[0]), "ring": (0.06 * out + up, inwards)}
-        )
+        agrees(result, k, teeth_of_planets(angle))
 
 
 @pytest.mark.parametrize("torque", [10.0, -10.0])

@@ -39,6 +39,8 @@ def left_over(observer: Observer, s: States) -> float:
         applied = r.applied
         if k.slips:
             applied = applied - r.held_back @ inner[k.m : k.m + k.slips]
+        if k.rubs:
+            applied = applied + r.rubbed @ inner[k.m + k.slips :]
         parts = [rate, ca.gradient(r.kinetic, r.x), r.V.T @ applied, ca.vec(ca.densify(r.J))]
         return parts, [a, inner]
 

@@ -228,32 +228,43 @@ class Kernel:
         columns, ends = [ca.vertcat(a, lam)], [0, self.n, self.n + self.m + self.slips]
         if not self.rubs:
             return without_repeats("coupling", at, [columns[0], SX(0, 1), SX(0, 0)])
+        form = self._forms()
+        base, effects = self.function("pushes", [ca.densify(r.push), r.rubbed])(*at)
+        V = self.function("V", [r.V])(*at)
+        unit = [SX(ca.DM(row)) for row in np.eye(self.rubs)]
+        free = [base, *ca.vertsplit(columns[0], ends), SX(1), SX.zeros(self.rubs)]
+        starts, slopes = form(*at[:4], *free, self.c), []
+        for j in range(self.rubs):
+            b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
+            columns.append(ca.vertcat(b, tau))
+            own = [ca.densify(effects[:, j]), b, tau, SX(0), unit[j]]
+            slopes.append(form(*at[:4], *own, self.c))
+        results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
+        return without_repeats("coupling", at, [ca.densify(p) for p in results])
+
+    def _forms(self) -> Any:
+        """Return the function of the linear forms of all feedbacks, stacked.
+
+        Over (t, x, v, signs, forces at the absolute coordinates, accelerations, multipliers and
+        holding forces, 1 where loads act themselves, sizes that act, c).
+        """
+        r = self.released
         push, applied = SX.sym("push", r.push.numel()), SX.sym("a", self.n)
-        inner = SX.sym("inner", self.m + self.slips)
+        inner, acts = SX.sym("inner", self.m + self.slips), SX.sym("acts")
+        sizes = SX.sym("sizes", self.rubs)
         lam, held = ca.vertsplit(inner, [0, self.m, self.m + self.slips])
         given = push - r.mass @ (r.V @ applied)
         given -= r.held_back @ held if self.slips else 0
         every = recovered(r, given, lam)
-        forms = ca.vertcat(*[self._form(feedback, every) for feedback in r.rubbing.feedbacks])
-        form = self.function("forms", [forms], [push, applied, inner])
-        base, effects = self.function("pushes", [ca.densify(r.push), r.rubbed])(*at)
-        V = self.function("V", [r.V])(*at)
-        starts, slopes = form(*at[:4], base, *ca.vertsplit(columns[0], ends), self.c), []
-        for j in range(self.rubs):
-            b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
-            columns.append(ca.vertcat(b, tau))
-            slopes.append(form(*at[:4], ca.densify(effects[:, j]), b, tau, self.c))
-        results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
-        return without_repeats("coupling", at, [ca.densify(p) for p in results])
-
-    def _form(self, feedback: Any, multipliers: Any) -> Any:
-        """Return the linear forms of a feedback for the multipliers of all equations."""
-        own = [
-            i
-            for i, row in enumerate(self.released.rows)
-            if row.owner == feedback.joint and not row.driver
-        ]
-        return self.released.moved(SX(feedback.forms)) @ multipliers[own]
+        if r.model.space.behind:
+            told = r.passed.at(applied, every, held, sizes, acts)
+            forms = [
+                r.moved(SX(own.forms)) @ told[r.passed.place(own.joint)]
+                for own in r.rubbing.feedbacks
+            ]
+        else:
+            forms = [r.moved(SX(own.forms)) @ every[r.own(own)] for own in r.rubbing.feedbacks]
+        return self.function("forms", [ca.vertcat(*forms)], [push, applied, inner, acts, sizes])
 
     @property
     def places(self) -> list[slice]:

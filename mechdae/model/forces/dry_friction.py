@@ -21,6 +21,7 @@ from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.generalised import Wrench, add, times
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
+from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.gradients import gradients
 from mechdae.model.model import Model
 
@@ -59,7 +60,7 @@ class Rubbing:
         model: Model,
         loads: Loads,
         friction: bool,
-        meshes: Mapping[str, Mesh] | None = None,
+        meshes: Mapping[str, Mesh | SpatialMesh] | None = None,
     ) -> None:
         self.model, self.meshes = model, dict(meshes or {})
         laws = Laws(model, self.meshes, friction=friction, adhesion=True)
@@ -69,11 +70,13 @@ class Rubbing:
         self.sides: list[tuple[int, int]] = []
         for name in model.mechanism.joints:
             self.feedbacks += laws.of(name)
-        self.feedbacks += [self._bearings(name) for name in self.meshes if self._real(name)]
+        if not model.space.behind:  # in space all follows from the forces of teeth themselves
+            self.feedbacks += [self._bearings(name) for name in self.meshes if self._real(name)]
         self.slips: list[Slip] = [*loads.slips, *laws.slips]
         self.owners = [None if own.slip is None else self._place(own) for own in self.feedbacks]
         for k, slip in enumerate(self.slips[:-1]):
-            if slip.resting is not None and self.slips[k + 1].owner == slip.owner:
+            one = slip.resting is not None and self.slips[k + 1].owner == slip.owner
+            if one and not model.space.behind:
                 self.sides.append((k, k + 1))
         self.steady = add(*[mesh.steady for mesh in self.meshes.values()])
         self.assumptions = laws.assumptions

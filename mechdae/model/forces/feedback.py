@@ -19,7 +19,8 @@ class Slip:
     """A relative speed whose sign a force needs: expression of (q, v), unit "rad" or "m".
 
     ``falls`` and ``grows`` are the magnitudes of a resistance; ``resting`` is a symbol, 1 where
-    ``friction_static`` takes the place of ``friction``.
+    ``friction_static`` takes the place of ``friction``. ``column`` is what a unit of the force or
+    moment along it does in joints in space, as part of the joint's own reaction.
     """
 
     owner: str
@@ -29,6 +30,7 @@ class Slip:
     falls: Any = None
     grows: Any = None
     resting: Any = None
+    column: Wrench | None = None
 
 
 @dataclass(frozen=True)

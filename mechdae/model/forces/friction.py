@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.model.forces.feedback import Feedback, Slip
-from mechdae.model.forces.generalised import couples, pair, spin, velocity
+from mechdae.model.forces.generalised import Wrench, couples, pair, spin, velocity
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.forces.spatial_friction import spatial_law
 from mechdae.model.forces.spatial_meshes import SpatialMesh
@@ -83,10 +83,10 @@ class Laws:
         adheres = self.adhesion and self._given(name, "friction_static")
         return adheres or self._given(name, "friction")
 
-    def _slip(self, name: str, speed: Any, unit: str) -> Slip:
+    def _slip(self, name: str, speed: Any, unit: str, column: Wrench | None = None) -> Slip:
         resting = SX.sym(f"resting_{name}_{len(self.slips)}") if self.adhesion else None
         sign = SX.sym(f"sign_{name}_{len(self.slips)}")
-        slip = Slip(name, speed, unit, sign, resting=resting)
+        slip = Slip(name, speed, unit, sign, resting=resting, column=column)
         self.slips.append(slip)
         return slip
 
@@ -170,7 +170,8 @@ class Laws:
         if not (self.friction and self._given(name, "mesh_loss")):
             return result
         loss = self.factor * self.model.numbers[f"{name}.mesh_loss"]
-        slip = self._slip(name, mesh.rubbing, "rad")
+        column = mesh.holding if isinstance(mesh, SpatialMesh) else None
+        slip = self._slip(name, mesh.rubbing, "rad", column)
         for side in (1, -1):
             arm, column = mesh.lost(loss, side, slip.sign)
             rising, falling = (mesh.lost(loss, side, SX(sign))[0] for sign in (1, -1))

@@ -71,6 +71,11 @@ class Mesh:
         self._sense = self._drives = SX(1)
         KINDS[joint.kind](self)
 
+    @property
+    def kept_by(self) -> Any:
+        """What decides its equations beside its joint."""
+        return self.column is not None
+
     def number(self, entry: str) -> Any:
         return self.ends.number(entry)
 

@@ -74,14 +74,14 @@ class _Pair:
     def along(self, word: str, strengths: list[tuple[str, Any, Any]]) -> list[Feedback]:
         """Return friction against a coordinate: sizes by law and forms, each with its strength."""
         speed = self.speed(word)
-        slip = self.laws._slip(self.name, speed, "m" if word == "slide" else "rad")
+        unit, space = "m" if word == "slide" else "rad", self.model.space
+        slip = self.laws._slip(self.name, speed, unit, space.holding(self.model, self.name, word))
         f, found = self.laws._friction(slip), []
         for law, forms, strength in strengths:
             size = strength(f)
             wrench = -slip.sign * size * self.a
             zero = SX.zeros(3)
             force, moment = (wrench, zero) if word == "slide" else (zero, wrench)
-            space: Any = self.model.space
             column = space.rubbing(self.model, self.name, force, moment)
             rate = size * ca.fabs(speed)
             found.append(Feedback(self.name, law, forms, column, rate, strength=size, slip=slip))
@@ -129,14 +129,15 @@ def _screw(pair: _Pair) -> list[Feedback]:
     root = ca.sqrt(r * r + lead * lead)
     cosine, sine = r / root, lead / root
     turning = pair.speed("angle")
-    slip = pair.laws._slip(pair.name, turning, "rad")
+    held = model.space.holding(model, pair.name, "angle")
+    slip = pair.laws._slip(pair.name, turning, "rad", held)
     f = pair.laws._friction(slip)
     pair.assume("a square thread; what acts across its axis or tilts it causes no friction")
     normal = pair.both(ca.horzcat(cosine * pair.a.T, -sine / r * pair.a.T))
     space, back = model.space, -slip.sign * f * pair.a
     column = space.rubbing(model, pair.name, back * sine, back * r * cosine)
-    rate = f * ca.fabs(turning) * root
-    return [Feedback(pair.name, "largest", normal, column, rate, strength=f, slip=slip)]
+    rate, moment = f * ca.fabs(turning) * root, f * root
+    return [Feedback(pair.name, "largest", normal, column, rate, strength=moment, slip=slip)]
 
 
 def _spherical(pair: _Pair) -> list[Feedback]:
@@ -184,7 +185,9 @@ def _cylindrical(pair: _Pair) -> list[Feedback]:
     """Return f |N_k| / sqrt(1 + f_t^2) in either plane, against the sliding s' a + r w t."""
     sliding, turning = pair.speed("slide"), pair.speed("angle")
     r = pair.number("pin_radius")
-    around = (SX(0) if r is None else r) * turning
+    if r is None:
+        return pair.along("slide", [("length", plane, lambda f: f) for plane in pair.planes()])
+    around = r * turning
     f = pair.laws.factor * pair.model.numbers[f"{pair.name}.friction"]
     v = ca.sqrt(sliding**2 + around**2)
     across = ca.if_else(v > 0, around / v, 0)
@@ -192,7 +195,7 @@ def _cylindrical(pair: _Pair) -> list[Feedback]:
     size = f / ca.sqrt(1 + (f * across) ** 2)
     space: Any = pair.model.space
     force = -size * ahead * pair.a
-    moment = -size * across * (SX(0) if r is None else r) * pair.a
+    moment = -size * across * r * pair.a
     column = space.rubbing(pair.model, pair.name, force, moment)
     return [
         Feedback(pair.name, "length", plane, column, size * v, strength=size)

@@ -53,6 +53,11 @@ class SpatialMesh:
         self._along()
         self._forces()
 
+    @property
+    def kept_by(self) -> Any:
+        """What decides its equations beside its joint."""
+        return self.lies
+
     def number(self, entry: str) -> Any:
         return self.model.numbers[f"{self.joint.name}.{entry}"]
 
@@ -143,6 +148,16 @@ class SpatialMesh:
         self._carried = ca.dot(self._axis, turned), ca.dot(self._axis, self.a1)
         self.rubbing = self._rolling * self._turning
 
+    @property
+    def holding(self) -> Wrench:
+        """Return what a unit of the couple about the axis that the members roll about does."""
+        return self._couple(self._axis)
+
+    def _couple(self, moment: Any) -> Wrench:
+        ends = (self.joint.first_body, self.joint.second_body)
+        acting = couples(self.model, *ends, moment)
+        return add(acting, entries((self.joint.name,), SX(3, 1), moment))
+
     def lost(self, loss: Any, side: int, sign: Any) -> tuple[Any, Wrench]:
         """Return arm and generalised force of the loss per unit of tangential force.
 
@@ -156,10 +171,7 @@ class SpatialMesh:
         by_first = self._rolling + loss * first
         by_second = self._rolling - loss * second
         arm = loss * ca.fabs(speed) / ca.if_else(first_drives, by_first, by_second)
-        moment = -sign * arm * self._axis
-        name, ends = self.joint.name, (self.joint.first_body, self.joint.second_body)
-        acting = couples(self.model, *ends, moment)
-        return arm, add(acting, entries((name,), SX(3, 1), moment))
+        return arm, self._couple(-sign * arm * self._axis)
 
 
 def _unit(vector: Any) -> Any:

@@ -120,6 +120,16 @@ class Solid(Space):
                 found[screw.place] = work if forward else -work
         return found
 
+    def holding(self, model: Any, joint: str, word: str) -> Wrench:
+        """Return what a unit of force or moment along a coordinate of a joint does that holds it
+        by friction: part of the reaction, unlike a load `along` it.
+        """
+        force, moment = self.conjugate(model, joint, word)
+        if joint not in model.tree and (joint, word) not in model.places:
+            return self.rubbing(model, joint, force, moment)
+        found = {key: own for key, own in self.along(model, joint, word).items() if not _on(key)}
+        return plus(found, entries((joint,), force, moment))
+
     def on_bar(self, model: Any, body: str, first: Any, second: Any) -> Wrench:
         """Return what forces at the two ends of a bar do: its ball joints pass them on."""
         bar, found = self.bar(model, body), Wrench()
