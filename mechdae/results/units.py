@@ -86,6 +86,8 @@ HISTORY = ("last", "highest", "lowest", "peak", "fluctuation", "settling")
 UNITS_OF_HISTORY = {"settling": "s", "fluctuation": "1"}
 """Units of those that are not in the unit of the path."""
 KINDS = ("drivers", "bodies", "points", "joints", "outputs")
+TURNS = ("angle", "angle2", "elevation", "azimuth")
+"""Coordinates that are angles."""
 
 
 def reaction_parts(name: str, width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -102,14 +104,13 @@ def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:
         return output_unit(mechanism, part, OUTPUT_RATES.index(name))
     if kind != "drivers":
         return UNITS.get(name, "1")
-    turns = dict.fromkeys(("angle", "angle2", "elevation", "azimuth"), "rad")
-    base = {**turns, "s": "1"}.get(part.rpartition(".")[2], "m")
+    base = {**dict.fromkeys(TURNS, "rad"), "s": "1"}.get(part.rpartition(".")[2], "m")
     return base + DRIVER_UNITS.get(name, "")
 
 
 def effort_unit(name: str) -> str:
     """Return the unit of the effort at a driver's coordinate."""
-    return "N m" if name.endswith((".angle", ".angle2")) else "N"
+    return "N m" if name.rpartition(".")[2] in TURNS else "N"
 
 
 def path_unit(mechanism: Mechanism, path: str) -> str:

@@ -100,10 +100,8 @@ AT_THE_TERMINAL: dict[str, tuple[dict[str, Any], str, int, str]] = {
     "friction of a plane": (changed(RSSR, "joints", "B", to={
         "kind": "planar", "between": ["crank.B", "bar.B"], "axis": [0, 0, 1], "friction": 0.1
         }), "turn", 2, "joints.B.friction: friction of a planar pair"),
-    "forces of a loop": (changed(LOOPS, "tasks", "f", to=REACTIONS), "f", 2,
-        "tasks.f.vectors.crank: forces on vector loops in space are not computed"),
     "bodies beside loops": (changed(LOOPS, "bodies", "x", to={"points": {"A": [0, 0, 0]}}), "turn",
-        2, "bodies: bodies and joints beside vector loops are not computed in space"),
+        2, "bodies.x: bodies beside vector loops are not computed in space"),
 }  # fmt: skip
 
 

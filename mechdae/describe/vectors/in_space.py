@@ -24,8 +24,8 @@ from mechdae.describe.vectors.pointers import WORDS, Pointer
 from mechdae.describe.vectors.values import Vector
 from mechdae.errors import InputError, UnavailableError
 
-PLANAR = ("angle", "along", "offset", "from_", "to", "friction", "friction_static",
-          "contact_length", "pin_radius", "one_sided")  # fmt: skip
+PLANAR = ("angle", "along", "offset", "from_", "to", "contact_length", "pin_radius", "one_sided")
+FRICTION = ("friction", "friction_static")
 GAP = 1e-9
 Place = tuple[Number, ...]
 
@@ -65,10 +65,11 @@ class PointLoops:
         points = {self._names[node]: place for node, place in self.places.items()}
         self.ground = Ground(points=Table({**closure.ground.points, **points}))
         nodes = dict.fromkeys(node for pair in self.ends.values() for node in pair)
+        moving = [self._names[node] for node in nodes if node not in self.places]
+        masses = self._masses(moving)
         self.bodies: Table[Body] = Table({
-            self._names[node]: Body(self._names[node], Table({self._names[node]: (0.0, 0.0, 0.0)}))
-            for node in nodes
-            if node not in self.places
+            name: Body(name, Table({name: (0.0, 0.0, 0.0)}), mass=masses.get(name))
+            for name in moving
         })  # fmt: skip
         self.joints: Table[Pointer] = Table({
             name: self._pointer(name)
@@ -78,11 +79,10 @@ class PointLoops:
 
     def _check(self) -> None:
         closure = self.closure
-        if closure.bodies or closure.joints or closure.ground.points:
-            place = "bodies" if closure.bodies else "joints" if closure.joints else "ground"
+        if closure.joints or closure.ground.points:
             raise UnavailableError(
-                "bodies and joints beside vector loops are not computed in space by this version",
-                where=place,
+                "joints and points beside vector loops are not computed in space by this version",
+                where="joints" if closure.joints else "ground",
             )
         for name, vector in closure.vectors.items():
             for word in PLANAR:
@@ -92,12 +92,37 @@ class PointLoops:
                         where=f"vectors.{name}.{word.rstrip('_')}",
                         hint="in space: length, elevation, azimuth",
                     )
+            for word in FRICTION:
+                if getattr(vector, word) is not None and self._given(name) != WORDS[1:]:
+                    raise InputError(
+                        f"'{name}' does not slide along a direction that is given",
+                        where=f"vectors.{name}.{word}",
+                        hint="friction is of vectors of which the length alone is unknown",
+                    )
         for name, node in closure.nodes.items():
             for word in ("friction", "friction_static", "pin_radius"):
                 if getattr(node, word) is not None:
                     raise UnavailableError(
                         "nodes in space are points without friction", where=f"nodes.{name}.{word}"
                     )
+
+    def _masses(self, moving: list[str]) -> dict[str, Number | None]:
+        """Return the masses of nodes: a point has nothing else."""
+        for name, body in self.closure.bodies.items():
+            if name not in moving:
+                raise UnavailableError(
+                    "bodies beside vector loops are not computed in space by this version: a node "
+                    "that moves may have a mass",
+                    where=f"bodies.{name}",
+                    hint=f"nodes that move: {', '.join(moving)}",
+                )
+            for word in ("center", "inertia", "points"):
+                if getattr(body, word):
+                    raise InputError(
+                        f"'{name}' is a point: it has a mass and no {word}",
+                        where=f"bodies.{name}.{word}",
+                    )
+        return {name: body.mass for name, body in self.closure.bodies.items()}
 
     def _given(self, name: str) -> tuple[str, ...]:
         vector = self.closure.vectors[name]
@@ -174,6 +199,7 @@ class PointLoops:
         return Pointer(
             name, tail, head,
             length=vector.length, elevation=vector.elevation, azimuth=vector.azimuth,
+            friction=vector.friction, friction_static=vector.friction_static,
         )  # fmt: skip
 
 

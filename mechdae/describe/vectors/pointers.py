@@ -21,13 +21,19 @@ class Pointer(SpatialJoint):
     length: Number | None = key("number", None, unit="m")
     elevation: Number | None = key("number", None, unit="rad")
     azimuth: Number | None = key("number", None, unit="rad")
+    friction: Number | None = key("number", None, doc="where its length alone is unknown", unit="1")
+    friction_static: Number | None = key("number", None, unit="1")
 
     kind: ClassVar[str] = "vector"
     pointer: ClassVar[bool] = True
+    smoothed: ClassVar[bool] = True
 
     @property
     def coordinates(self) -> tuple[str, ...]:  # type: ignore[override]
         return tuple(word for word in WORDS if getattr(self, word) is None)
+
+    def friction_law(self, article: bool) -> str:
+        return "f |F across|"
 
     @property
     def freedoms(self) -> int:  # type: ignore[override]

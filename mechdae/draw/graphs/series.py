@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mechdae.draw.graphs.poles import cuts
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
-from mechdae.results import KINDS, UNITS, reaction_parts
+from mechdae.results import KINDS, UNITS, effort_unit, reaction_parts
 
 Array = NDArray[np.float64]
 PRINCIPAL = {
@@ -231,7 +231,7 @@ def _of_efforts(result: Any, path: str, head: str, rest: Sequence[str]) -> list[
     names = rest[:1] or list(series)
     lines = []
     for name in names:
-        unit = "N m" if name.endswith(".angle") else "N"
+        unit = effort_unit(name)
         own = f"{name}, {BEHIND.get(word, word)}" if word else name
         partner = f"efforts/{name}" if word == "uncoupled" else ""
         values = _known("driver", name, series)

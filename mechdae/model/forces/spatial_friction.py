@@ -25,8 +25,24 @@ SX = ca.SX
 
 def spatial_law(laws: Any, name: str) -> list[Feedback]:
     """Return the friction of a joint; none of a pair that has no law."""
-    law = LAWS.get(laws.model.mechanism.joints[name].kind)
+    joint = laws.model.mechanism.joints[name]
+    if joint.pointer:
+        return _vector(laws, name)
+    law = LAWS.get(joint.kind)
     return law(_Pair(laws, name)) if law is not None else []
+
+
+def _vector(laws: Any, name: str) -> list[Feedback]:
+    """Return F = f |F across| of a point that slides along a direction."""
+    model: Any = laws.model
+    (u,) = model.slopes_of(name).values()
+    speed = ca.jtimes(model.relative(name, "length"), model.q, model.velocity)
+    slip = laws._slip(name, speed, "m", model.space.holding(model, name, "length"))
+    f = laws._friction(slip)
+    column = model.space.rubbing(model, name, -slip.sign * f * u, SX.zeros(3))
+    across = ca.horzcat(SX.eye(3) - u @ u.T, SX(3, 3))
+    rate = f * ca.fabs(speed)
+    return [Feedback(name, "length", across, column, rate, strength=f, slip=slip)]
 
 
 class _Pair:

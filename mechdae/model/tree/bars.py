@@ -18,6 +18,7 @@ import numpy as np
 from mechdae.describe.mechanism import MOMENTS, Mechanism
 from mechdae.errors import InputError, UnavailableError
 from mechdae.model.tree.idle_links import IdleLink, idle_links
+from mechdae.model.tree.pointers import points_of
 from mechdae.model.tree.teeth import axes_of_mesh
 
 SX = ca.SX
@@ -114,13 +115,6 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
         With the key.
     """
     for joint in mechanism.joints.values():
-        if joint.pointer:
-            raise UnavailableError(
-                "forces on vector loops in space are not computed by this version: their bodies "
-                "are points",
-                where=f"vectors.{joint.name}",
-                hint="bodies and joints in their place",
-            )
         if joint.meshes and teeth:
             axes_of_mesh(mechanism, joint)
         if getattr(joint, "one_sided", None) is not None:
@@ -139,9 +133,16 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
                     where=f"joints.{end}.friction",
                     hint=f"a universal joint at one end of {link.name}",
                 )
+    points = points_of(mechanism)
     for load in mechanism.loads.values():
         for key in ("body", "frame"):
             name = getattr(load, key, None)
+            if name in points and name in mechanism.bodies:
+                raise InputError(
+                    f"{name} is a point of vector loops: it does not turn",
+                    where=f"loads.{load.name}.{key}",
+                    hint="forces on nodes, or a load along a coordinate of a vector",
+                )
             if name in links:
                 raise InputError(
                     f"{name} spins freely about the line of its ball joints: "

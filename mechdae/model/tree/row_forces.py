@@ -44,8 +44,10 @@ def _of_joint(model: Any, name: str) -> list[Wrench]:
     for link in model.idle.values():
         if link.joint == name:
             return [_of_bar(model, link.name)]
-    cut: Any = model.cut(name)
     joint = model.mechanism.joints[name]
+    if joint.pointer:
+        return _of_vector(model, name)
+    cut: Any = model.cut(name)
     shift, turn = SX.sym("shift", 3), SX.sym("turn", 3)
     A2 = cut.A2 + ca.skew(turn) @ cut.A2
     moved: Any = replace(cut, gap=cut.gap + shift, A2=A2, ways=None)
@@ -74,6 +76,19 @@ def _of_joint(model: Any, name: str) -> list[Wrench]:
             led = -cut.lead * axes[:, 2] if cut.lead is not None and i == count - 1 else 0
             plus(column, entries((name,), force, moment + led))
         found.append(column)
+    return found
+
+
+def _of_vector(model: Any, name: str) -> list[Wrench]:
+    """Return the columns of the three rows of a vector that closes a loop."""
+    found, none, slopes = [], SX.zeros(3), model.slopes_of(name)
+    for k in range(3):
+        force = SX.eye(3)[:, k]
+        column = SPACE.between(model, name, force, none)
+        for word, slope in slopes.items():
+            if not slope[k].is_zero():
+                column[model.places[name, word]] = -slope[k]
+        found.append(plus(column, entries((name,), force, none)))
     return found
 
 

@@ -80,10 +80,31 @@ class Kinetics:
         self.screws: dict[str, tuple[CoordinateScrew, ...]] = {"ground": ()}
         self.twists: dict[str, Twist] = {"ground": REST}
         for edge in model.edges:
-            own, twist = self._along(edge) if edge.joint else self._alone(edge)
+            own, twist = self._of(edge)
             self.path[edge.child] = (*self.path[edge.parent], edge)
             self.screws[edge.child] = (*self.screws[edge.parent], *own)
             self.twists[edge.child] = twist
+
+    def _of(self, edge: Edge) -> tuple[list[CoordinateScrew], Twist]:
+        if not edge.joint:
+            return self._alone(edge)
+        pointer = self.model.mechanism.joints[edge.joint].pointer
+        return self._pointed(edge) if pointer else self._along(edge)
+
+    def _pointed(self, edge: Edge) -> tuple[list[CoordinateScrew], Twist]:
+        """Return the screws of a vector's coordinates and the twist of the point at its end."""
+        model, above, own = self.model, self.twists[edge.parent], []
+        v, a = SX.zeros(3), SX.zeros(3)
+        centre, slopes = model.frame(edge.child).r, model.slopes_of(edge.joint)
+        places = [model.places[edge.joint, word] for word in slopes]
+        q, rates = model.q[places], model.velocity[places]
+        for j, slope in zip(places, slopes.values(), strict=True):
+            way = slope if edge.forward else -slope
+            own.append(CoordinateScrew(j, SX(3, 1), way, centre))
+            v += way * model.velocity[j]
+            a += way * model.acceleration[j] + ca.jtimes(way, q, rates) * model.velocity[j]
+        zero = SX.zeros(3)
+        return own, Twist(zero, zero, above.velocity + v, above.acceleration + a)
 
     def _place(self, owner: str, name: str) -> int | None:
         return self.model.places.get((owner, name))  # type: ignore[no-any-return]

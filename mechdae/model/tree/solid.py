@@ -84,8 +84,9 @@ class Solid(Space):
                 found[screw.place] = work
         for edge in kinetics.path[body]:
             if edge.joint:
-                here = model.point(model.mechanism.joints[edge.joint].second)
-                whole = moment + ca.cross(place - here, force)
+                joint = model.mechanism.joints[edge.joint]
+                whole = moment + ca.cross(place - model.point(joint.second), force)
+                whole = SX.zeros(3) if joint.pointer else whole  # points pass on forces alone
                 sign = -1.0 if edge.forward else 1.0
                 plus(found, entries((edge.joint,), sign * force, sign * whole))
         whole = moment + ca.cross(place - model.frame(body).r, force)
@@ -97,8 +98,9 @@ class Solid(Space):
         """
         own = model.mechanism.joints[joint]
         place = model.point(own.second)
+        back = model.point(own.first) if own.pointer else place
         found = self.acting(model, own.second_body, place, force, moment)
-        return plus(found, self.acting(model, own.first_body, place, force, moment), -1.0)
+        return plus(found, self.acting(model, own.first_body, back, force, moment), -1.0)
 
     def rubbing(self, model: Any, joint: str, force: Any, moment: Any) -> Wrench:
         """Return what friction in a joint does: a force at its second point and a moment on the
@@ -153,19 +155,24 @@ class Solid(Space):
         if own is None:
             return self.between(model, joint, force, moment)
         found: Wrench = {own: SX(1) if lead is None else lead}
-        if joint in model.tree:
-            plus(found, entries((joint,), -force, -moment))
         ends = model.mechanism.joints[joint]
+        if joint in model.tree or ends.pointer:
+            plus(found, entries((joint,), -force, -moment))
         place = model.point(ends.second)
         for body, sign in ((ends.second_body, 1.0), (ends.first_body, -1.0)):
             if body in model.mechanism.bodies:
                 whole = moment + ca.cross(place - model.frame(body).r, force)
+                whole = SX.zeros(3) if ends.pointer else whole
                 plus(found, entries(("on", body), sign * force, sign * whole))
         return found
 
     def conjugate(self, model: Any, joint: str, word: str) -> tuple[Any, Any]:
         """Return force and moment on the second body that do the work of a coordinate."""
-        (A1, A2), zero = model.axes_of(joint), SX.zeros(3)
+        zero = SX.zeros(3)
+        if model.mechanism.joints[joint].pointer:
+            slope = model.slopes_of(joint)[word]
+            return slope / ca.sumsqr(slope), zero
+        A1, A2 = model.axes_of(joint)
         if word == "angle":
             return zero, A1[:, 2]
         if word == "angle2":
@@ -191,7 +198,7 @@ class Solid(Space):
             place = model.point(joint.second)
             for body, sign in ((joint.second_body, 1.0), (joint.first_body, -1.0)):
                 if body in model.mechanism.bodies:
-                    arm = place - self._anchor(model, body)
+                    arm = SX.zeros(3) if joint.pointer else place - self._anchor(model, body)
                     arms.append(ca.norm_1(arm) * ca.norm_1(own[:3]))
                     whole = own[3:] + ca.cross(arm, own[:3])
                     shares.append(entries(("on", body), sign * own[:3], sign * whole))
@@ -229,6 +236,7 @@ class Solid(Space):
         if not own.spatial:
             return SX(6, 0)
         both = [ca.vertcat(*self.conjugate(model, joint, word)) for word in own.coordinates]
+        both += [ca.vertcat(SX(3, 3), SX.eye(3))] if own.pointer else []
         return ca.horzcat(*both) if both else SX(6, 0)
 
     # -- velocities and inertia ---------------------------------------------------------------

@@ -191,6 +191,13 @@ class TreeModel(TreeForces):
         place = self.point(here) + (way if edge.forward else -way)
         return TreeFrame(place, SX.eye(3), SX.eye(3))
 
+    def slopes_of(self, name: str) -> dict[str, Any]:
+        """Return by coordinate of a vector what its end moves by (3,) from its start."""
+        joint = self.mechanism.joints[name]
+        own = {word: self._of[name, word].symbol for word in joint.coordinates}
+        way = span(joint, self.numbers, own)
+        return {word: ca.jacobian(way, symbol) for word, symbol in own.items()}
+
     def _lead(self, name: str) -> Any:
         pitch = self.numbers.get(f"{name}.pitch")
         return None if pitch is None else pitch / (2 * ca.pi)
