@@ -61,8 +61,8 @@ EN = {
     "reaction is": "|R| = {0} at {1}, acts on {2}",
     "reaction in space": "|R| = {0}, |M| = {1} about its point, acts on {2}",
     "spins freely": (
-        "This link has a mass and spins freely between ball joints: how it is turned is not known, "
-        "so there is no sum of forces here."
+        "This link has a mass and no orientation that is known: it is a point, or spins freely "
+        "between ball joints. So there is no sum of forces here."
     ),
     "pin friction": "; friction torque {0} against the relative rotation of {1}, loses {2}",
     "slide friction": "; normal force {0}, friction {1} along the guide "
