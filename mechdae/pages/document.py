@@ -287,6 +287,7 @@ def _make_live(
         "entries": entries,
         "sliders": [_slider(name, values[name], name in automatic) for name in sliders],
         "start": live.numbers_of(setting, run),
+        "bounded": live.bounded_of(setting.outputs),
         "drivers": drivers,
         "way": ways.way_of(setting, run),
         "pace": ways.pace_of(setting, run),

@@ -22,7 +22,7 @@ from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
 from mechdae.pages import ways
 from mechdae.records import dataclass
-from mechdae.setup.outputs import RATES, ReportedQuantity
+from mechdae.setup.outputs import RATES, Outputs, ReportedQuantity
 
 MOST_SLIDERS = 24
 FAR = 2.5
@@ -131,6 +131,16 @@ def names_of(entry: ReportedQuantity, in_space: bool) -> list[str]:
     if in_space and entry.kind == "joints":
         return [entry.name, f"{entry.name}_velocity", f"{entry.name}_acceleration"]
     return list(RATES[entry.name][:3])
+
+
+def bounded_of(outputs: Outputs) -> dict[str, list[int]]:
+    """Return the columns that bounds of lengths and angles are told of, as in results."""
+    known = outputs.bounded
+    return {
+        "lengths": known.get("length", []),
+        "angles": known.get("angle", []),
+        "matrices": list(outputs.matrices),
+    }
 
 
 def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:

@@ -10,6 +10,7 @@ const APPROACH = 1e-6, SMALLEST = 1e-9;
 const TRIES = 20000;
 const TURN = 2 * Math.PI;
 const RETURN = 1e-8;
+const SLOWER = 1.25;
 const ROUGH = 0.5, AHEAD = 1024, SETTLED = 1e-9;
 
 /** A copy as a plain array: short ones are made five times faster than typed ones. @param {ArrayLike<number>} part */
@@ -572,14 +573,10 @@ export class Motion {
     const slopes = this.outputSlopes();
     const sums = new Float64Array(this.rounding.length);
     for (let k = 0; k < rows.length; k += 1) sums[rows[k]] += slopes[k] * error[columns[k]];
-    const largest = (kind, share) => {
-      const own = this.data.entries.filter((entry) => entry.kind === kind).flatMap((entry) => entry.columns);
-      return share * (Math.max(0, ...own.map((k) => sums[k])) + Math.max(0, ...own.map((k) => this.rounding[k])));
-    };
+    const { lengths, angles, matrices } = this.data.bounded;
+    const largest = (own, share) => share * (Math.max(0, ...own.map((k) => sums[k])) + Math.max(0, ...own.map((k) => this.rounding[k])));
     // the norm of the difference of two rotations is sqrt(2) times the angle between them
-    const turned = this.data.scene.dimension === 3 ? 3 / Math.SQRT2 : 1;
-    const length = largest("points", 1), angle = largest("bodies", turned);
-    return { length, angle };
+    return { length: largest(lengths, 1), angle: matrices.length ? largest(matrices, 3 / Math.SQRT2) : largest(angles, 1) };
   }
 
   /**
@@ -588,7 +585,7 @@ export class Motion {
    */
   carry(pose, from, to) {
     let t = 0;
-    let step = 1;
+    let step = 1, growth = 2;
     let { x } = pose;
     let { det } = pose;
     while (t < 1) {
@@ -601,9 +598,10 @@ export class Motion {
       if (found.status === "ok" && real) {
         ({ x, det } = found);
         t = next;
-        step *= 2;
+        step *= growth;
       } else {
         step /= 2;
+        growth = SLOWER; // twice as far would fail again: two tries for each half
         if (step < 2 ** -10) break;
       }
     }
