@@ -5,11 +5,11 @@ Six curves from formulas; fronts of distance against material (reference 0.75, 1
 against points (1.5, 16), pins with the tracing point, as the teaching challenges count joints.
 
 Both methods have the same processor time (`--seconds` for each front), the same measure, closed
-forms, limits (sines of dyads, shortest bars) and schemes. NSGA-II chooses the scheme and its
-dimensions together (a number of the scheme and the places of its points), a hundred in a
-population, evaluated in batches; it starts from the sets that our own screening found best, whose
-time is counted for it too. Both fronts are certified: what fails a sweep of `md.solve` is dropped
-from either, and counted.
+forms, limits (sines of dyads, shortest bars) and schemes, and the reference bounds what they look
+for. NSGA-II chooses the scheme and its dimensions together (a number of the scheme and the places
+of its points), a hundred in a population, evaluated in batches; it starts from the sets that our
+own screening found best, whose time is counted for it too. Both fronts are certified: what fails a
+sweep of `md.solve` is dropped from either, and counted.
 
 Our designs are judged once more by circles at 20 001 angles (`tests/reference/circles.py`), which
 share no code with the package.
@@ -29,7 +29,7 @@ import numpy as np
 import mechdae as md
 from mechdae import __version__
 from mechdae.describe.tasks.composition import asked_of
-from mechdae.schemes.archive import Archive, SizedScheme
+from mechdae.schemes.archive import SizedScheme
 from mechdae.schemes.closure import material, shortest, turned
 from mechdae.schemes.designs import certified, problem_of_scheme, tracer
 from mechdae.schemes.pieces import FoundSets, computed
@@ -97,18 +97,29 @@ class Timed:
         return found
 
 
-def ours(corners: Any, seconds: float, seed: int, other: str) -> tuple[Archive, Timed, list[Any]]:
-    """Return what the search found in so much time; rounds of growth go on until it is over."""
-    task = md.Composition(
-        goal=md.CurveGoal(targets=[[z.real, z.imag] for z in corners]),
-        links=[4, 6], objectives=["error", other], reference=list(REFERENCES[other]),
-        samples=1000, starts=24, grow=60, points=12, seed=seed,
-    )  # fmt: skip
-    asked = replace(asked_of(task, {}), points=12)
-    run = Timed(seconds)
-    search = SchemeSearch(asked, run)
-    archive = search.search(lambda: run.over)
-    return archive, run, search.rounds
+def ours(
+    corners: Any, seconds: float, seed: int, other: str
+) -> tuple[list[SizedScheme], Timed, list[Any]]:
+    """Return what the search found in so much time; where growth ends, it begins anew."""
+    run, found, rounds = Timed(seconds), [], []
+    while not run.over:
+        task = md.Composition(
+            goal=md.CurveGoal(targets=[[z.real, z.imag] for z in corners]),
+            links=[4, 6], objectives=["error", other], reference=list(REFERENCES[other]),
+            samples=1000, starts=24, grow=60, points=12, seed=seed,
+        )  # fmt: skip
+        search = SchemeSearch(replace(asked_of(task, {}), points=12), run)
+        archive = search.search(lambda own=search.rounds: run.over or _exhausted(own))
+        found += archive.every
+        rounds += search.rounds
+        seed += 1
+    return found, run, rounds
+
+
+def _exhausted(rounds: list[Any]) -> bool:
+    """Return whether the last round of growth found no scheme that was not tried before."""
+    grown = [own for own in rounds if own["round"].startswith("growth") and "," not in own["round"]]
+    return bool(grown) and not grown[-1]["pieces"]
 
 
 # -- NSGA-II ---------------------------------------------------------------------------------------
@@ -124,23 +135,25 @@ def evolved(
     texts = list(screened)
     schemes = [read(text) for text in texts]
     wanted, most = Wanted(corners), max(own.size for own in schemes)
+    reference = np.array(REFERENCES[other])
     angles = TURN * np.arange(ANGLES) / ANGLES
 
     def measured(rows: Any) -> Any:
         number = np.clip(rows[:, 0].astype(int), 0, len(schemes) - 1)
-        values, limits = np.full((len(rows), 2), 50.0), np.full((len(rows), 2), 10.0)
+        values, limits = np.full((len(rows), 2), 50.0), np.full((len(rows), 4), 10.0)
         for k in np.unique(number):
             at, scheme = np.flatnonzero(number == k), schemes[k]
             places = placed(rows[at], scheme)
             turn = turned(scheme, places, angles)
             least, short = turn.least, shortest(scheme, places)
-            limits[at] = np.stack([LEAST - least, SHORT - short], axis=1)
+            limits[at, :2] = np.stack([LEAST - least, SHORT - short], axis=1)
             good = (least >= LEAST) & (short >= SHORT)
             if good.any():
                 curve = turn.x[scheme.trace][good]
                 amount = material(scheme, places[good])
                 values[at[good], 0] = distances(curve, wanted)
                 values[at[good], 1] = amount if other == "material" else scheme.size
+                limits[at[good], 2:] = values[at[good]] / reference - 1
         return values, limits
 
     def placed(rows: Any, scheme: Any) -> Any:
@@ -153,7 +166,7 @@ def evolved(
         def __init__(self) -> None:
             low = np.array([0.0] + [-6.0] * (2 * (most - 1)))
             high = np.array([len(schemes) - 1e-9] + [6.0] * (2 * (most - 1)))
-            super().__init__(n_var=len(low), n_obj=2, n_ieq_constr=2, xl=low, xu=high)
+            super().__init__(n_var=len(low), n_obj=2, n_ieq_constr=4, xl=low, xu=high)
 
         def _evaluate(self, x: Any, out: Any, *_: Any, **__: Any) -> None:
             out["F"], out["G"] = measured(x)
@@ -242,13 +255,13 @@ def followed_by_circles(files: Any, corners: Any, points: Any) -> dict[str, Any]
     return {"designs": len(files), "do_not_assemble": open_, "largest_difference": gap}
 
 
-def compared(name: str, seconds: float, seeds: int) -> dict[str, Any]:
+def compared(name: str, seconds: float, seeds: int, fronts: list[str]) -> dict[str, Any]:
     """Return fronts and hypervolumes of one curve."""
     corners = unit_curve(name)
     record: dict[str, Any] = {"curve": name, "formulas": CURVES[name], "seconds": seconds}
-    for other in REFERENCES:
-        archive, run, rounds = ours(corners, seconds, 0, other)
-        own = certified_front(archive.every, corners, other)
+    for other in fronts:
+        entries, run, rounds = ours(corners, seconds, 0, other)
+        own = certified_front(entries, corners, other)
         checked = followed_by_circles(own["files"], corners, own["points"])
         runs = []
         for seed in range(seeds):
@@ -280,12 +293,13 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=180.0, help="of each curve and method")
     parser.add_argument("--seeds", type=int, default=1, help="runs of NSGA-II for each front")
     parser.add_argument("--only", nargs="+", default=list(CURVES))
+    parser.add_argument("--fronts", nargs="+", choices=list(REFERENCES), default=list(REFERENCES))
     options = parser.parse_args()
     records = []
     for name in options.only:
-        own = compared(name, options.seconds, options.seeds)
+        own = compared(name, options.seconds, options.seeds, options.fronts)
         records.append(own)
-        for other in REFERENCES:
+        for other in options.fronts:
             print(name, other, {k: own[other][k] for k in ("ours", "nsga2", "failed", "circles")},
                   flush=True)  # fmt: skip
         if options.out:

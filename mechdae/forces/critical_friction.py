@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import LoadedPoses, Statics, some
+from mechdae.forces.friction_branches import some
+from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
 
 POSES = 2
 """Poses at which the critical factor is looked for: those where friction feeds itself most."""
@@ -39,8 +40,9 @@ def critical_factor(
         return worst
     feeds = _feeding(statics, some(inputs, rows), sizes[rows])
     most = min(MOST, _all_power(statics))
-    for k in np.asarray(rows)[np.argsort(-feeds, kind="stable")[:POSES]]:
-        factor, joint = statics.branches.limit(some(inputs, slice(k, k + 1)), most)
+    chosen = np.asarray(rows)[np.argsort(-feeds, kind="stable")[:POSES]]
+    limits = statics.branches.limits(some(inputs, chosen), most)
+    for k, (factor, joint) in zip(chosen, limits, strict=True):
         if factor is not None and (worst["factor"] is None or factor < worst["factor"]):
             worst = {"factor": factor, "at": float(motion.u[k, lead]), "joint": joint}
     return worst

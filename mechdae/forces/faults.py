@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.assembly.start import shown
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.friction_solutions import FrictionSolutions
+from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces

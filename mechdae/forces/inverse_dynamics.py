@@ -14,7 +14,7 @@ from mechdae.continuation.evaluate import Evaluator
 from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.friction_solutions import Branches, Stage
+from mechdae.forces.friction_branches import Branches, Stage, some
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
 from mechdae.kernels.run.batch import Batch
@@ -42,6 +42,8 @@ POINT = 1e-12
 """Share of the mechanism below which the ends of a spring coincide."""
 STILL = 1e-14
 """Share of all speeds, times the condition, that the rounding of the data can bring about."""
+NUMBERS, FACTOR = 6, 7
+"""Places of p and of the factor on friction among the inputs of a balance."""
 STANDING = 1e-9
 """Share of all accelerations below which bodies do not move against each other at all."""
 
@@ -170,6 +172,9 @@ class Statics:
         Poses that tell real pairs of wheels from mere ratios of angles.
     """
 
+    single = frozenset((NUMBERS, FACTOR))
+    """Inputs of a balance that have one value for all poses."""
+
     def __init__(
         self, scene: Scene, evaluator: Evaluator, task: Reactions, motion: LoadedPoses
     ) -> None:
@@ -199,13 +204,18 @@ class Statics:
 
     # -- functions -------------------------------------------------------------------------
 
-    def batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = ALL) -> Batch:
+    def batch(
+        self, name: str, make: Callable[[], Any], take: Sequence[int] = ALL, factors: bool = False
+    ) -> Batch:
         """Return a function of the balance for many poses, with a count of its own.
 
-        Of its inputs p and the factor have one value for all poses.
+        With `factors` each pose has a factor on friction of its own.
         """
-        shared = [place for place, k in enumerate(take) if k in (6, 7)]
-        kept: Batch = self._kernels.kept(name, lambda: Batch(self._stored(name, make), shared))
+        single = self.single - ({FACTOR} if factors else set())
+        shared = [place for place, k in enumerate(take) if k in single]
+        kept: Batch = self._kernels.kept(
+            (name, *shared), lambda: Batch(self._stored(name, make), shared)
+        )
         return kept.counting()
 
     def _stored(self, name: str, make: Callable[[], Any]) -> Any:
@@ -264,7 +274,8 @@ class Statics:
     @cached_property
     def branches(self) -> Branches:
         """All solutions of poses where there may be none or several."""
-        return Branches(self.balance, self.p, self._of("stages"))
+        by_factor = self.batch("stages", lambda: self.balance.stages, factors=True)
+        return Branches(self.balance, self._of("stages"), by_factor)
 
     # -- inputs ----------------------------------------------------------------------------
 
@@ -517,8 +528,3 @@ class Statics:
         width = self.scene.model.space.freedoms
         n, columns = results[0].shape
         return Loaded(results[0].reshape(n, columns // width, width), *results[1:])
-
-
-def some(inputs: Sequence[Any], rows: Any) -> list[Any]:
-    """Return the inputs of the balance at some of the poses."""
-    return [array[rows] if array.ndim == 2 else array for array in inputs]

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.friction_solutions import FrictionSolutions
-from mechdae.forces.inverse_dynamics import Loaded, LoadedPoses, Statics, some
+from mechdae.forces.friction_branches import FrictionSolutions, some
+from mechdae.forces.inverse_dynamics import Loaded, LoadedPoses, Statics
 from mechdae.records import dataclass
 
 
@@ -75,12 +75,12 @@ def solved(statics: Statics, motion: LoadedPoses, there: Any, critical: bool = T
         good = np.ones(len(motion), bool)
         return PoseForces(motion, inputs, there, quiet, quiet, good, free, free, {})
     quiet, sizes, good, free, whole = statics.forces(inputs)
-    found: dict[int, FrictionSolutions] = {}
-    rows = np.flatnonzero(there & ~good)
-    for k in rows:
-        found[int(k)] = own = statics.branches.at(some(inputs, slice(k, k + 1)), critical)
-        sizes[k] = own.sizes[own.connected or 0] if len(own.sizes) else np.nan
+    rows, found = np.flatnonzero(there & ~good), dict[int, FrictionSolutions]()
     if rows.size:
+        every = statics.branches.at(some(inputs, rows), critical)
+        found = dict(zip(rows.tolist(), every, strict=True))
+        for k, own in found.items():
+            sizes[k] = own.sizes[own.connected or 0] if len(own.sizes) else np.nan
         whole.put(rows, statics.loaded(some(inputs, rows), sizes[rows]))
     result = PoseForces(motion, inputs, there, quiet, sizes, good, free, whole, found)
     whole.put(np.flatnonzero(result.jammed), np.nan)

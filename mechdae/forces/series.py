@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.inverse_dynamics import Statics, absolute, some
+from mechdae.forces.friction_branches import some
+from mechdae.forces.inverse_dynamics import Statics, absolute
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kinematics.prepared import Setting

@@ -8,7 +8,6 @@ solved alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,14 +19,13 @@ from mechdae.describe.tasks.kinds import Reactions
 from mechdae.errors import UnknownName
 from mechdae.forces.checks import powers_of
 from mechdae.forces.faults import TOLERANCE, about_friction
-from mechdae.forces.friction_solutions import FrictionSolutions
-from mechdae.forces.inverse_dynamics import LoadedPoses, Statics, some
+from mechdae.forces.friction_branches import FrictionSolutions, some
+from mechdae.forces.inverse_dynamics import FACTOR, LoadedPoses, Statics
 from mechdae.forces.meshes import meshed
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import loaded_bodies, requests, unknown_columns
 from mechdae.forces.series import efforts_of, series_of
 from mechdae.forces.task import SINGULAR
-from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.results import Status
 from mechdae.studies.batches.batch import LaneRun, SeriesBatch
@@ -35,25 +33,18 @@ from mechdae.studies.batches.poses import AT_ONCE
 from mechdae.studies.batches.readings import ForceReading, Reading
 
 WIDTHS = {"reaction": 3, "reaction_uncoupled": 3}
-FACTOR = 7
-"""Place of the factor on friction among the inputs of a balance: one value for all poses."""
 
 
 class LaneStatics(Statics):
     """The balance of forces of a scene over poses of many mechanisms."""
+
+    single = frozenset((FACTOR,))
 
     def __init__(self, setting: Setting, task: Reactions) -> None:
         nx = setting.graphs.nx
         none = np.zeros((0, nx + setting.graphs.nu))
         motion = LoadedPoses(none, none, none, None, np.zeros(0), nx)
         super().__init__(setting.scene, Evaluator(setting.graphs, setting.outputs), task, motion)
-
-    def batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = range(8)) -> Batch:
-        shared = [place for place, k in enumerate(take) if k == FACTOR]
-        kept: Batch = self._kernels.kept(
-            ("lanes", name), lambda: Batch(self._stored(name, make), shared)
-        )
-        return kept.counting()
 
 
 class ForcesBatch(SeriesBatch):
@@ -199,7 +190,7 @@ class ForcesBatch(SeriesBatch):
             if jammed[i].any():
                 first = int(np.argmax(jammed[i]))
                 one = some(answer.inputs, slice(i * n + first, i * n + first + 1))
-                own[first] = self.statics.branches.at(one)
+                (own[first],) = self.statics.branches.at(one)
                 left[i] |= len(own[first].sizes) > 0
             words = np.where(jammed[i], Status.JAMMED, np.where(ambiguous[i], Status.AMBIGUOUS, ""))
             told = about_friction(
