@@ -68,7 +68,7 @@ class Front:
         """Return the state after a step, and which blocks (nb,) it is proved for."""
         path, ds = self.path, self.sense * step
         after, test, det, miss = path.step(self.state, self.s, ds)
-        if not path.quintics.kinds:
+        if path.quintics is None:
             return after, path.proved(after, test, det, miss, self.sign)
         places, tests = np.array([self.s, self.s + ds]), (test[None], det[None], miss[None])
         return after, path.proved_between(places, self.state, after[None], tests, self.sign)[0]

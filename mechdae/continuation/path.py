@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,13 +18,17 @@ from mechdae.continuation.crossings.change_points import CrossingFinder
 from mechdae.continuation.interpolate import near_limit, quintic
 from mechdae.continuation.into_fold import Turning
 from mechdae.continuation.limit_positions import LimitFinder
-from mechdae.continuation.quintic_steps import QuinticSteps
 from mechdae.continuation.series_steps import Expansion
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
+if TYPE_CHECKING:
+    from mechdae.continuation.quintic_steps import QuinticSteps
+
+DEEP = 12
+"""Blocks one behind the other above which steps that tangents do not prove are looked at again."""
 APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
 
@@ -95,9 +99,14 @@ class Path(AnyPath):
         return Expansion(self.graphs, self.constants, sizes)
 
     @cached_property
-    def quintics(self) -> QuinticSteps:
-        """What proves steps of long chains of blocks."""
-        return QuinticSteps(self.graphs, self.constants)
+    def quintics(self) -> QuinticSteps | None:
+        """What proves steps of long chains of blocks, None for other mechanisms."""
+        if max(self.graphs.depths, default=0) <= DEEP:
+            return None
+        from mechdae.continuation.quintic_steps import QuinticSteps
+
+        own = QuinticSteps(self.graphs, self.constants)
+        return own if own.kinds else None
 
     def proved_between(
         self, s: Any, first: Any, states: Any, tests: tuple[Any, Any, Any], sign: Any
@@ -114,8 +123,8 @@ class Path(AnyPath):
             Test, det and miss of each step, as `step` gives them.
         """
         proved = self.proved(states, *tests, sign)
-        left = np.flatnonzero(~proved.all(axis=1)) if self.quintics.kinds else np.zeros(0, int)
-        if left.size:
+        left = np.flatnonzero(~proved.all(axis=1))
+        if self.quintics is not None and left.size:
             ends, states = np.stack([left, left + 1], axis=1), np.vstack([first, states])
             nothing = np.zeros((len(left), len(sign)))
             found = self.quintics.proved(s[ends], states[ends], self.drivers(s)[ends])

@@ -29,8 +29,6 @@ from mechdae.numerics.hermite import upper_coefficients
 from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
-DEEP = 12
-"""Blocks one behind the other from which on steps are proved so where tangents do not suffice."""
 PARTS = (1, 4, 16)
 """Parts of a step that are tried one after the other."""
 BOX = 1e-3
@@ -203,7 +201,7 @@ _BINOMIAL = np.array([[math.comb(j, k) for k in range(COUNT)] for j in range(COU
 
 def _kinds(graphs: Graphs) -> tuple[Kind, ...] | None:
     """Return the shapes of the blocks with their functions, None where one has none."""
-    if graphs.course is not None or max(graphs.depths, default=0) <= DEEP:
+    if graphs.course is not None:
         return None
     by_shape: dict[int, list[int]] = {}
     for b, graph in enumerate(graphs.blocks):

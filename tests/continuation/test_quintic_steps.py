@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from mechdae.bench.chain import chain
-from mechdae.continuation import quintic_steps
 from mechdae.continuation.path import Path
-from mechdae.continuation.quintic_steps import QuinticSteps, pieces
+from mechdae.continuation.quintic_steps import pieces
 from mechdae.kernels.bounds.series import NoSeries
 from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded
 from mechdae.kinematics.prepared import prepare
@@ -127,12 +126,8 @@ def test_what_is_proved_needs_all_that_is_before(monkeypatch: pytest.MonkeyPatch
     assert whole[1].all()
     assert whole[0, :7].all()
     assert not whole[0, 7:].any()
-    monkeypatch.setattr(quintic_steps, "DEEP", 1000)
-    short = path(12)
-    other = QuinticSteps(short.graphs, short.constants)
-    assert other.kinds is None
-    s, states, u = steps(short)
-    assert not other.proved(s, states, u).any()
+    monkeypatch.setattr("mechdae.continuation.path.DEEP", 1000)
+    assert path.__wrapped__(12).quintics is None
 
 
 def test_series_bound_what_they_leave_out() -> None:
