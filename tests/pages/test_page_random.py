@@ -177,6 +177,15 @@ def test_the_long_run_found_nothing():
     assert f"of which {len(figures['untrusted'])} do not trust themselves" in text
 
 
+def test_drivers_moved_at_random_are_those_of_python():
+    figures = read("page-drivers")["summary"]
+    text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
+    assert figures["other"] == 0
+    assert figures["worst"] < 1e-9
+    assert f"{figures['sets']} sets of dimensions, with each" in text
+    assert f"{figures['poses']} poses are those of Python, {figures['ended']} ways end" in text
+
+
 def test_who_opens_no_page_pays_nothing_for_it():
     text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
     for name, own in read("page-cost").items():

@@ -3,7 +3,8 @@
     python -m tests.scripts.page_bars [--out FILE] [--axe FOLDER] [--pictures FOLDER] [NAME ...]
 
 ``--axe`` is a folder with ``axe.min.js`` (``npm pack axe-core``); it is not part of the package.
-With ``--pictures`` each page is photographed: light, dark, phone, Russian.
+With ``--pictures`` each page is photographed: light, dark, phone, Russian. Rows of pages that are
+not named stay in FILE.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from mechdae.pages.editor import editor
 from tests.shared.browser import ARGUMENTS, CHROMIUM
 
 DRAG = """async (seconds) => {
-  const ranges = document.querySelectorAll('input[type=range]');
-  const range = ranges[1] || ranges[0]; // the first one drives
+  const ranges = document.querySelectorAll('#dimensions fieldset:last-of-type input[type=range]');
+  const range = ranges[0] || document.querySelector('input[type=range]'); // which drives
   const middle = Number(range.value), begun = performance.now();
   let frames = 0;
   while (performance.now() - begun < 1000 * seconds) {
@@ -213,6 +214,8 @@ def main() -> None:
 
     axe = Path(options.axe, "axe.min.js").read_text(encoding="utf-8") if options.axe else None
     table: dict[str, Any] = {}
+    if options.names and options.out and Path(options.out).exists():
+        table = json.loads(Path(options.out).read_text(encoding="utf-8"))["pages"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as own:
         browser = own.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         for name in options.names or names():
@@ -226,6 +229,7 @@ def main() -> None:
         print("editor", drawn, flush=True)
         version = browser.version
         browser.close()
+    table = {name: table[name] for name in names() if name in table}
     summary = summed(table, version) if table else {"browser": version}
     print(json.dumps(summary, indent=1))
     if options.out:
