@@ -29,6 +29,7 @@ import numpy as np
 import mechdae as md
 from mechdae import __version__
 from mechdae.describe.tasks.composition import asked_of
+from mechdae.numerics.dominance import hypervolume, undominated
 from mechdae.schemes.archive import SizedScheme
 from mechdae.schemes.closure import material, shortest, turned
 from mechdae.schemes.designs import certified, problem_of_scheme, tracer
@@ -37,7 +38,6 @@ from mechdae.schemes.refine import SHORT
 from mechdae.schemes.scheme import read
 from mechdae.schemes.search import SchemeSearch
 from mechdae.schemes.shape import Wanted, distances
-from mechdae.synthesis.dominance import hypervolume, undominated
 from tests.reference.circles import followed, of_file
 
 TURN = 2 * np.pi

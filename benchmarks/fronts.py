@@ -22,7 +22,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.synthesis.dominance import hypervolume, undominated
+from mechdae.numerics.dominance import hypervolume, undominated
 
 TURN = np.linspace(0.0, 2 * np.pi, 721)[:-1]
 FRICTION, RADIUS, GUIDE = 0.1, 0.1, 0.12

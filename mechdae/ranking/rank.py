@@ -13,9 +13,10 @@ from mechdae.composition.variants.scheme import Variant, planar
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.numerics.dominance import undominated
 from mechdae.ranking.batch import Values, valued
 from mechdae.ranking.variants import first_sweep, variants
-from mechdae.ranking.weights import checked, front, intervals, ordered, shares
+from mechdae.ranking.weights import checked, intervals, ordered, shares
 from mechdae.records import dataclass
 
 
@@ -165,7 +166,7 @@ def _ranked(
         sums = costs @ np.array(each)
         score = {own.name: float(total) for own, total in zip(inside, sums, strict=True)}
         ranges = dict(zip(used, intervals(costs, each, places[0]), strict=True))
-        flags = front(costs)
+        flags = undominated(costs)
         best = {own.name for own, flag in zip(inside, flags, strict=True) if flag}
     return Ranking(
         tuple({"name": n, "unit": units[n][0], "sense": units[n][1]} for n in used),

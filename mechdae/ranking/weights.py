@@ -1,4 +1,4 @@
-"""Fronts, orders by weights, and how far a weight may move before another one is first."""
+"""Orders by weights, and how far a weight may move before another one is first."""
 
 from __future__ import annotations
 
@@ -58,15 +58,6 @@ def shares(values: Any, senses: Sequence[str]) -> Any:
     width = worst - best
     apart = width > TIE * np.maximum(np.abs(best), np.abs(worst))
     return np.round(np.where(apart, (costs - best) / np.where(apart, width, 1.0), 0.0), DIGITS)
-
-
-def front(costs: Any) -> Any:
-    """Return which rows (n, k) no other one is nowhere worse than and somewhere better (n,)."""
-    costs = np.asarray(costs, float)
-    found = np.ones(len(costs), bool)
-    for k, own in enumerate(costs):
-        found[k] = not ((costs <= own).all(axis=1) & (costs < own).any(axis=1)).any()
-    return found
 
 
 def ordered(costs: Any, weights: Any) -> list[int]:

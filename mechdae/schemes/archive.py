@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.numerics.dominance import undominated
 from mechdae.records import dataclass
 from mechdae.schemes.pieces import FoundSets
 from mechdae.schemes.scheme import Scheme, read
-from mechdae.synthesis.dominance import undominated
 
 MOST = 24
 """Sets that are kept of one scheme."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.tasks.composition import OBJECTIVES, CompositionDemand
+from mechdae.numerics.dominance import best_of, hypervolume, undominated
 from mechdae.records import dataclass
 from mechdae.schemes.archive import Archive, SizedScheme
 from mechdae.schemes.closure import turned
@@ -20,7 +21,6 @@ from mechdae.schemes.designs import (
     tracer,
 )
 from mechdae.schemes.shape import POINTS, Wanted, centred, distances, fitted, resampled
-from mechdae.synthesis.dominance import best_of, hypervolume, undominated
 
 ANGLES = 720
 """Crank angles by which a design is laid on the wanted curve."""

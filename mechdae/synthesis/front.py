@@ -19,6 +19,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Synthesis
+from mechdae.numerics.dominance import best_of, hypervolume, thinned, undominated
 from mechdae.results import Summary, SynthesisResult
 from mechdae.synthesis.designs import (
     AGREES,
@@ -28,7 +29,6 @@ from mechdae.synthesis.designs import (
     judged_design,
     motions,
 )
-from mechdae.synthesis.dominance import best_of, hypervolume, thinned, undominated
 from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.exact.complete import here as followed_here
 from mechdae.synthesis.exchange import exchanged

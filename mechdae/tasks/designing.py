@@ -50,6 +50,7 @@ def synthesize(
     executor: Executor | None = None,
     out: str | Path | None = None,
     progress: Callable[[int, int, float | None], None] | None = None,
+    paths: Callable[[int, int], None] | None = None,
 ) -> Result:
     """Return the designs of a task of synthesis, or of composition, best first.
 
@@ -74,6 +75,9 @@ def synthesize(
     progress
         Called with the number of finished starts, the number asked for, and the best objective so
         far (None as long as no start met all constraints).
+    paths
+        Called with the number of parts of the paths to all solutions of an exact goal that are
+        followed, and of all parts known so far.
 
     Raises
     ------
@@ -99,4 +103,4 @@ def synthesize(
         return compose(problem, own, **options)
     from mechdae.synthesis.job.run import synthesize as dimensioned
 
-    return dimensioned(problem, own, **options)
+    return dimensioned(problem, own, paths=paths, **options)

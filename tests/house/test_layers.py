@@ -49,10 +49,10 @@ ROOMS = {
     "kinematics measures model numerics results setup solver",
     "synthesis": "derivatives describe errors forces homotopy jobs kernels kinematics measures "
     "model numerics results setup solver studies",
-    "schemes": "composition describe errors jobs results solver synthesis",
+    "schemes": "composition describe errors jobs numerics results solver",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results schemes setup solver studies synthesis",
-    "ranking": "composition describe errors results tasks",
+    "ranking": "composition describe errors numerics results tasks",
     "pages": "continuation describe draw errors forces kernels kinematics model results setup "
     "tasks",
     "exchange": "continuation describe draw errors export kernels kinematics model pages results "

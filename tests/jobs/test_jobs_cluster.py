@@ -17,6 +17,7 @@ import pytest
 import mechdae as md
 from mechdae.synthesis.job.log import NAME
 from tests.shared.job_cases import FOUR_BAR
+from tests.shared.scheme_cases import BEAN
 
 pytest.importorskip("distributed")
 STARTS = 24
@@ -108,6 +109,23 @@ def test_a_cluster_gives_the_same_answer_when_workers_and_the_scheduler_are_kill
         del answer["summary"]["seconds"]
     assert found == whole
     assert again == whole
+
+
+def test_a_composition_on_a_cluster_has_the_same_bits(root, tmp_path) -> None:
+    file = tmp_path / "bean.toml"
+    file.write_text(BEAN.replace("grow = 1", "grow = 0").replace("samples = 600", "samples = 200"))
+    with cluster(root, tmp_path) as (address, _, _):
+        command = [sys.executable, "-m", "mechdae", "synthesize", str(file), "--cluster", address]
+        done = subprocess.run(
+            [*command, "--json", "--quiet"], capture_output=True, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (0, "")
+    found = json.loads(done.stdout)["tasks"]["scheme"]
+    alone = json.loads(json.dumps(md.synthesize(file).to_dict()))
+    assert alone["designs"]
+    for answer in (found, alone):
+        del answer["summary"]["seconds"]
+    assert found == alone
 
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://nowhere", "host:port"])

@@ -12,7 +12,8 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.draw import ranking as pictures
-from mechdae.ranking.weights import checked, front, intervals, ordered, shares
+from mechdae.numerics.dominance import undominated
+from mechdae.ranking.weights import checked, intervals, ordered, shares
 from tests.scripts.ranking_by_hand import CASES, compared
 from tests.shared.paths import ROOT
 
@@ -38,7 +39,7 @@ def test_fifty_variants_were_compared() -> None:
 
 def test_front_is_that_of_pairs() -> None:
     costs = np.random.default_rng(1).integers(0, 4, (60, 3)).astype(float)
-    flags = front(costs)
+    flags = undominated(costs)
     for k, own in enumerate(costs.tolist()):
         beaten = any(
             all(a <= b for a, b in zip(other, own, strict=True)) and other != own

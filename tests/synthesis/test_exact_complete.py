@@ -340,7 +340,13 @@ def test_parts_of_paths_are_kept_and_are_the_same_anywhere(tmp_path) -> None:
     (tmp_path / "starts.jsonl").write_bytes(b"".join(lines[:2]) + lines[2][:40])  # killed there
     with Log(tmp_path, "text", "design", 1) as log:
         assert list(log.paths) == [fingerprint(works[0])]
-        again = Job("", "design", 1, None, 1, log, None).follow(works)
+        told = []
+        job = Job("", "design", 1, None, 1, log, None, lambda *parts: told.append(parts))
+        again = job.follow(works)
+    # what the log has is told first, then each part; a second route adds its own
+    assert told == [(k, len(works)) for k in range(1, len(works) + 1)]
+    job.follow(works[:1])
+    assert told[-1] == (len(works) + 1, len(works) + 1)
     assert [ends.tobytes() for ends in again] == here
     with Log(tmp_path, "text", "design", 1) as log:
         assert set(log.paths) == {fingerprint(work) for work in works}

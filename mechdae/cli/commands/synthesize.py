@@ -19,6 +19,7 @@ from mechdae.cli.options import (
     units_asked,
 )
 from mechdae.cli.progress import clear, starts_progress
+from mechdae.cli.progress import progress as parts_progress
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ def _result(options: argparse.Namespace) -> Result:
                 executor=executor,
                 out=options.out,
                 progress=progress,
+                paths=parts_progress("parts of paths", options.quiet),
             )
     except BaseException:
         clear(show)

@@ -37,6 +37,8 @@ KEYS = (
 )  # fmt: skip
 Progress = Callable[[int, int, float | None], None]
 """Is told how many starts of how many are done, and the best objective so far."""
+PathProgress = Callable[[int, int], None]
+"""Is told how many parts of the paths of an exact goal are followed, of those known so far."""
 
 
 def synthesize(
@@ -49,6 +51,7 @@ def synthesize(
     executor: Executor | None = None,
     out: str | Path | None = None,
     progress: Progress | None = None,
+    paths: PathProgress | None = None,
 ) -> Result:
     """Return the designs of a task of synthesis, best first.
 
@@ -73,6 +76,9 @@ def synthesize(
     progress
         Called with the number of finished starts, the number asked for, and the best objective so
         far (None as long as no start met all constraints).
+    paths
+        Called with the number of parts of the paths to all solutions of an exact goal that are
+        followed, and of all parts known so far.
 
     Raises
     ------
@@ -94,7 +100,7 @@ def synthesize(
             _supply(workers, executor) or nullcontext() as supply,
         ):
             window = None if executor is not None else AHEAD * workers
-            job = Job(text, name, chosen.starts, supply, window, log, progress)
+            job = Job(text, name, chosen.starts, supply, window, log, progress, paths)
             return designs_of(whole, name, chosen, run=job, follow=job.follow)
     except MechdaeError as error:
         if isinstance(error, InputError) and error.where.startswith(KEYS):
@@ -127,9 +133,12 @@ class Job:
         window: int | None,
         log: Log | None,
         progress: Progress | None,
+        paths: PathProgress | None = None,
     ) -> None:
         self._text, self._name, self._total = text, name, total
         self._supply, self._window, self._log, self._progress = supply, window, log, progress
+        self._paths = paths
+        self._parts = [0, 0]
         self._optima: dict[int, Optimum] = {}
         self._begun = 0
         self._best: float | None = None
@@ -177,11 +186,19 @@ class Job:
             known = self._log.paths
             ends = {k: known[own] for k, own in enumerate(drawn) if own in known}
 
+        def tell(done: int, new: int = 0) -> None:
+            self._parts = [self._parts[0] + done, self._parts[1] + new]
+            if self._paths is not None:
+                self._paths(*self._parts)
+
+        tell(len(ends), len(works))
+
         def take(k: int, found: Any) -> None:
             if k not in ends:
                 if self._log is not None:
                     self._log.put_paths(drawn[k], found)
                 ends[k] = found
+                tell(1)
 
         missing = {k: work for k, work in enumerate(works) if k not in ends}
         if self._supply is None:
