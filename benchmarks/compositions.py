@@ -32,9 +32,10 @@ from mechdae.describe.tasks.composition import asked_of
 from mechdae.numerics.dominance import hypervolume, undominated
 from mechdae.schemes.archive import SizedScheme
 from mechdae.schemes.closure import material, shortest, turned
+from mechdae.schemes.descent import SHORT
 from mechdae.schemes.designs import certified, problem_of_scheme, tracer
+from mechdae.schemes.laid import Laid
 from mechdae.schemes.pieces import FoundSets, computed
-from mechdae.schemes.refine import SHORT
 from mechdae.schemes.scheme import read
 from mechdae.schemes.search import SchemeSearch
 from mechdae.schemes.shape import Wanted, distances
@@ -227,7 +228,7 @@ def certified_front(entries: list[SizedScheme], corners: Any, other: str) -> dic
             break
         for k in missing:
             entry = entries[k]
-            problem = problem_of_scheme(entry.scheme, entry.places, "scheme", "")
+            problem = problem_of_scheme(entry.scheme, Laid(entry.places, {}, {}), "scheme", "")
             own = certified(problem, tracer(entry.scheme))
             if own.reasons:
                 failed, left[k] = failed + 1, False

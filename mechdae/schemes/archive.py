@@ -8,6 +8,7 @@ import numpy as np
 
 from mechdae.numerics.dominance import undominated
 from mechdae.records import dataclass
+from mechdae.schemes.aims import Aim
 from mechdae.schemes.pieces import FoundSets
 from mechdae.schemes.scheme import Scheme, read
 
@@ -19,7 +20,7 @@ SAME = 1e-4
 
 @dataclass(frozen=True)
 class SizedScheme:
-    """One set of dimensions with its measures; lengths in radii of the wanted curve."""
+    """One set of dimensions with its measures; lengths and errors in units of the aim."""
 
     scheme: Scheme
     places: Any
@@ -32,10 +33,10 @@ class SizedScheme:
         pairs = ((self.error, other.error), (self.material, other.material))
         return all(abs(a - b) <= SAME * (abs(b) + SAME) for a, b in pairs)
 
-    def value(self, objective: str, radius: float) -> float:
+    def value(self, objective: str, aim: Aim) -> float:
         """Return an objective in SI units, before it is certified."""
         return {
-            "error": self.error, "material": self.material * radius,
+            "error": self.error * aim.unit, "material": self.material * aim.radius,
             "joints": float(self.scheme.joints), "points": float(self.scheme.size),
             "transmission_angle": float(np.arcsin(min(self.least, 1.0))),
         }[objective]  # fmt: skip

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.schemes.scheme import CRANK, FIXED, RIGID, Scheme
+from mechdae.schemes.scheme import CRANK, DYAD, FIXED, RIGID, Scheme
+from mechdae.schemes.slides import Moved, sine_rate, slid, slid_derivatives
 
 
 @dataclass
@@ -23,10 +24,14 @@ class SchemeTurn:
     x
         (n, b, t) places of the points.
     sines
-        Of each dyad (b, t): sine of the angle between its bars, with the sign of its mode; nan
-        where it does not assemble.
+        Of each dyad (b, t): sine of the angle between its bars, of the transmission angle where it
+        has a slide; nan where it does not assemble.
     derivatives
         (b, t, p) of the tracing point by x and y of all points but the first one; if asked for.
+    every
+        The same of each point.
+    reaches
+        Of each way of a guide: the longest (b,), and its derivatives (b, p).
     slopes
         Of each dyad: place (b,) of its least sine, and the derivatives (b, p) of it there.
     """
@@ -35,6 +40,8 @@ class SchemeTurn:
     sines: dict[int, Any]
     derivatives: Any = None
     slopes: dict[int, tuple[Any, Any]] | None = None
+    every: list[Any] | None = None
+    reaches: list[tuple[Any, Any]] | None = None
 
     @property
     def least(self) -> Any:
@@ -43,7 +50,9 @@ class SchemeTurn:
         return np.min(every, axis=0) if every else np.ones(self.x.shape[1])
 
 
-def turned(scheme: Scheme, places: Any, angles: Any, derivatives: bool = False) -> SchemeTurn:
+def turned(
+    scheme: Scheme, places: Any, angles: Any, derivatives: bool = False, by_angle: bool = False
+) -> SchemeTurn:
     """Return a batch at crank angles, counted from the pose that the places are those of.
 
     Parameters
@@ -51,11 +60,13 @@ def turned(scheme: Scheme, places: Any, angles: Any, derivatives: bool = False) 
     places
         (b, n) complex.
     angles
-        (t,) [rad].
+        (t,), or (b, t) where each set has its own [rad].
+    by_angle
+        Derivatives by the crank's angle are the last ones.
     """
     start = np.ascontiguousarray(np.asarray(places, complex).T)[:, :, None]
     n, count = scheme.size, start.shape[1]
-    crank = np.exp(1j * np.asarray(angles))[None, :]
+    crank = np.exp(1j * np.atleast_2d(angles))
     x = np.empty((n, count, crank.shape[1]), complex)
     sines: dict[int, Any] = {}
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -66,11 +77,13 @@ def turned(scheme: Scheme, places: Any, angles: Any, derivatives: bool = False) 
                 x[k] = start[0] + (start[k] - start[0]) * crank
             elif kind == RIGID:
                 x[k] = x[i] + (start[k] - start[i]) / (start[j] - start[i]) * (x[j] - x[i])
-            else:
+            elif kind == DYAD:
                 x[k], sines[k] = _dyad(x[i], x[j], start[k] - start[i], start[k] - start[j])
+            else:
+                x[k], sines[k] = slid(scheme, Moved(start, x), k)
         turn = SchemeTurn(x, sines)
         if derivatives:
-            _differentiate(scheme, start, turn)
+            _differentiate(scheme, start, turn, by_angle)
     return turn
 
 
@@ -85,9 +98,9 @@ def _dyad(one: Any, other: Any, first: Any, second: Any) -> tuple[Any, Any]:
     return one + gap * (along + 1j * side * across), across * far / np.sqrt(a * b)
 
 
-def _differentiate(scheme: Scheme, start: Any, turn: SchemeTurn) -> None:
+def _differentiate(scheme: Scheme, start: Any, turn: SchemeTurn, by_angle: bool) -> None:
     """Add derivatives by implicit differentiation of the lengths of bars."""
-    x, size = turn.x, 2 * (scheme.size - 1)
+    x, size = turn.x, 2 * (scheme.size - 1) + by_angle
     count, steps = x.shape[1:]
     found: list[Any] = []
     turn.slopes = {}
@@ -99,16 +112,47 @@ def _differentiate(scheme: Scheme, start: Any, turn: SchemeTurn) -> None:
             found.append(np.broadcast_to(own[k], (count, steps, size)))
         elif kind == CRANK:
             crank = (x[k] - x[0]) / (start[k] - start[0])
-            found.append(crank[:, :, None] * (own[k] - own[0]) + own[0])
+            moved = crank[:, :, None] * (own[k] - own[0]) + own[0]
+            if by_angle:
+                moved[:, :, -1] = 1j * (x[k] - x[0])
+            found.append(moved)
         elif kind == RIGID:
             span = start[j] - start[i]
             share = (start[k] - start[i]) / span
             turning = ((own[k] - own[i]) - share * (own[j] - own[i])) / span
             moved = found[i] + share[:, :, None] * (found[j] - found[i])
             found.append(moved + (x[j] - x[i])[:, :, None] * turning[:, None, :])
-        else:
+        elif kind == DYAD:
             found.append(_dyad_derivatives(scheme, start, turn, found, own, k))
-    turn.derivatives = found[scheme.trace]
+        else:
+            found.append(_slid_derivatives(scheme, start, turn, found, own, k))
+    turn.derivatives, turn.every = found[scheme.trace], found
+    turn.reaches = [_reach(x, found, *way) for way in scheme.ways]
+
+
+def _slid_derivatives(
+    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], own: Any, k: int
+) -> Any:
+    """Return the derivatives of the middle of a dyad with a slide; enter that of its sine."""
+    moved = Moved(start, turn.x, own, found)
+    rate = slid_derivatives(scheme, moved, k)
+    at = np.nan_to_num(turn.sines[k], nan=-1.0).argmin(axis=1)
+    rows = np.arange(len(at))
+    assert turn.slopes is not None
+    slope = sine_rate(scheme, moved.at(rows, at), k, rate[rows, at][:, None])
+    turn.slopes[k] = at, slope[:, 0]
+    return rate
+
+
+def _reach(x: Any, found: list[Any], i: int, j: int) -> tuple[Any, Any]:
+    """Return the longest distance of two points, and its derivatives."""
+    gap = x[j] - x[i]
+    at = np.nan_to_num(np.abs(gap), nan=-1.0).argmax(axis=1)
+    rows = np.arange(len(at))
+    shape = (*x.shape[1:], found[j].shape[-1])
+    one, other = (np.broadcast_to(found[k], shape)[rows, at] for k in (i, j))
+    far = np.abs(gap[rows, at])
+    return far, (np.conj(gap[rows, at])[:, None] * (other - one)).real / far[:, None]
 
 
 def _dyad_derivatives(
@@ -144,13 +188,25 @@ def shortest(scheme: Scheme, places: Any) -> Any:
     return np.abs(places[:, other] - places[:, one]).min(axis=1)
 
 
-def material(scheme: Scheme, places: Any, slopes: bool = False) -> Any:
-    """Return twice the sum of the lengths of bars (b,), and its derivatives (b, p) if asked for."""
+def material(
+    scheme: Scheme, places: Any, slopes: bool = False, turn: SchemeTurn | None = None
+) -> Any:
+    """Return twice the sum of the lengths of bars (b,), and its derivatives (b, p) if asked for.
+
+    Parameters
+    ----------
+    turn
+        Where guides of moving links reach furthest; needed where there are some.
+    """
     places = np.asarray(places, complex)
     one, other = np.array(scheme.bars).T
     gaps = places[:, other] - places[:, one]
     lengths = np.abs(gaps)
     total = 2 * lengths.sum(axis=1)
+    if scheme.ways:
+        assert turn is not None
+        for i, j in scheme.ways:
+            total = total + 2 * np.nan_to_num(np.abs(turn.x[j] - turn.x[i])).max(axis=1)
     if not slopes:
         return total
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -160,4 +216,10 @@ def material(scheme: Scheme, places: Any, slopes: bool = False) -> Any:
         pull[:, j] += 2 * ways[:, k]
         pull[:, i] -= 2 * ways[:, k]
     pull = pull[:, 1:]
-    return total, np.stack([pull.real, pull.imag], axis=2).reshape(len(places), -1)
+    found = np.stack([pull.real, pull.imag], axis=2).reshape(len(places), -1)
+    if scheme.ways:
+        assert turn is not None
+        assert turn.reaches is not None
+        for _, slope in turn.reaches:
+            found = found + 2 * np.nan_to_num(slope[:, : found.shape[1]])
+    return total, found

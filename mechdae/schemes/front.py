@@ -7,23 +7,31 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.composition import OBJECTIVES, CompositionDemand
 from mechdae.numerics.dominance import best_of, hypervolume, undominated
 from mechdae.records import dataclass
+from mechdae.schemes.aims import ANGLE, CURVE, PATH, Aim
 from mechdae.schemes.archive import Archive, SizedScheme
 from mechdae.schemes.closure import turned
 from mechdae.schemes.designs import (
+    at_targets,
     certified,
+    crank_angle,
     dimensions,
+    output,
     point_names,
     problem_of_scheme,
     text_of_design,
     tracer,
 )
-from mechdae.schemes.shape import POINTS, Wanted, centred, distances, fitted, resampled
+from mechdae.schemes.laid import Laid, laid, ways_of
+from mechdae.schemes.scheme import Scheme
+from mechdae.schemes.shape import Wanted, distances
+from mechdae.schemes.targets.visits import errors_of
 
-ANGLES = 720
-"""Crank angles by which a design is laid on the wanted curve."""
+ANGLES = 360
+"""Crank angles by which ends of guides are found."""
 TURN = 2 * np.pi
 MOST = 120
 """Points of a front out of which those are chosen that are certified."""
@@ -57,14 +65,14 @@ class SchemeFront:
 
 
 def front_of(
-    asked: CompositionDemand, archive: Archive, wanted: Wanted, name: str, title: str
+    asked: CompositionDemand, archive: Archive, aim: Aim, name: str, title: str
 ) -> SchemeFront:
     """Return the front of what was found."""
     signs = np.array([OBJECTIVES[own][1] for own in asked.objectives], float)
     every = archive.every
-    entries = [entry for entry in every if _within(asked, entry, wanted.radius)]
+    entries = [entry for entry in every if _within(asked, entry, aim)]
     values = np.array(
-        [[e.value(own, wanted.radius) for own in asked.objectives] for e in entries]
+        [[e.value(own, aim) for own in asked.objectives] for e in entries]
     ).reshape(len(entries), len(signs)) * signs  # fmt: skip
     left = np.ones(len(entries), bool)
     judged: dict[int, dict[str, Any]] = {}
@@ -76,14 +84,14 @@ def front_of(
         if not missing:
             break
         for k in missing:
-            own = judged[k] = design_of(entries[k], wanted, name, title, asked)
+            own = judged[k] = design_of(entries[k], aim, name, title, asked)
             if own.get("reasons"):
                 left[k] = False
                 rejected.append({"objective": entries[k].error, "reasons": own["reasons"]})
     designs = [judged[k] for k in chosen]
     kept = best_of(designs, signs, SAME)
     nearest = {
-        own: min((e.value(own, wanted.radius) * OBJECTIVES[own][1] for e in every), default=np.nan)
+        own: min((e.value(own, aim) * OBJECTIVES[own][1] for e in every), default=np.nan)
         * OBJECTIVES[own][1]
         for own in asked.within
     }
@@ -91,11 +99,11 @@ def front_of(
     return SchemeFront(kept, rejected, len(designs) - len(kept), nearest, summary)
 
 
-def _within(asked: CompositionDemand, entry: SizedScheme, radius: float) -> bool:
+def _within(asked: CompositionDemand, entry: SizedScheme, aim: Aim) -> bool:
     """Return whether an entry keeps the limits."""
     for name, limit in asked.within.items():
         sign = OBJECTIVES[name][1]
-        if sign * entry.value(name, radius) > sign * limit:
+        if sign * entry.value(name, aim) > sign * limit:
             return False
     return True
 
@@ -131,32 +139,24 @@ def _chosen(values: Any, left: Any, reference: Any, keep: int) -> list[int]:
     return sorted(chosen, key=lambda k: tuple(values[k]))
 
 
-def placed(entry: SizedScheme, wanted: Wanted) -> Any:
-    """Return the places (n,) [m] of a set, laid with its curve on the wanted one."""
-    places = entry.places[None]
-    x = turned(entry.scheme, places, TURN * np.arange(ANGLES) / ANGLES).x[entry.scheme.trace]
-    own = resampled(x, POINTS).points
-    target = wanted.points(POINTS)
-    fit = fitted(centred(own), target - target.mean())
-    moved = wanted.center + wanted.radius * target.mean()
-    return moved + wanted.radius * fit.factor[0] * (entry.places - own[0].mean())
-
-
 def design_of(
-    entry: SizedScheme, wanted: Wanted, name: str, title: str, asked: CompositionDemand
+    entry: SizedScheme, aim: Aim, name: str, title: str, asked: CompositionDemand
 ) -> dict[str, Any]:
     """Return a certified design as it is reported, or why it is none."""
     scheme, names = entry.scheme, point_names(entry.scheme)
-    spots = placed(entry, wanted)
+    place = laid(entry, aim, asked)
+    spots = place.places
     words = f"{title or name}: {len(scheme.links)} links, {scheme.joints} joints"
-    problem = problem_of_scheme(scheme, spots, name, words)
+    problem = problem_of_scheme(scheme, place, name, words)
     point = tracer(scheme)
     found = certified(problem, point)
     if found.reasons:
         return {"reasons": found.reasons}
-    error = float(distances(found.curve[None] / wanted.radius, wanted)[0])
+    error, values_at = _error(problem, scheme, place, aim, found.curve)
+    if error is None:
+        return {"reasons": ["a target is not on the path that is certified"]}
     measured = {
-        "error": error, "material": entry.material * wanted.radius,
+        "error": error, "material": entry.material * aim.radius,
         "joints": scheme.joints, "points": scheme.size,
         "transmission_angle": found.transmission,
     }  # fmt: skip
@@ -174,8 +174,45 @@ def design_of(
         "places": {n: [float(z.real), float(z.imag)] for n, z in zip(names, spots, strict=True)},
         "link_points": [[names[k] for k in own] for own in scheme.links],
         "path": [[float(z.real), float(z.imag)] for z in found.curve[::DRAWN]],
+        **values_at, **_guides(scheme, place),
         "parameters": dict(dimensions(problem.mechanism)), "problem": text_of_design(problem),
     }  # fmt: skip
+
+
+def _error(
+    problem: Problem, scheme: Scheme, place: Laid, aim: Aim, curve: Any
+) -> tuple[float | None, dict[str, Any]]:
+    """Return the error of a certified design, and its values at targets; None: one is missed."""
+    if aim.what == CURVE:
+        wanted = Wanted(np.array(aim.corners))
+        return float(distances(curve[None] / wanted.radius, wanted)[0]), {}
+    coordinate = tracer(scheme) if aim.what == PATH else output(scheme, aim)
+    found = at_targets(problem, coordinate)
+    if found is None:
+        return None, {}
+    gaps = found - place.wanted
+    if aim.what == PATH:
+        gaps = gaps[:, 0] + 1j * gaps[:, 1]
+    elif aim.what == ANGLE:
+        gaps = gaps - TURN * np.round(gaps / TURN)
+    start = crank_angle(scheme, place)
+    told = {"input": (start + place.at).tolist(), "values": np.asarray(found).tolist()}
+    return float(errors_of(gaps[None], aim)[0]), told | {"output": coordinate}
+
+
+def _guides(scheme: Scheme, place: Laid) -> dict[str, Any]:
+    """Return where the ends of guides are, and which link each is on."""
+    if not scheme.slides:
+        return {}
+    low, high = place.span
+    angles = np.append(0.0, np.linspace(low, high, ANGLES))
+    x = turned(scheme, np.asarray(place.places)[None], angles).x[:, 0]
+    return {
+        "guides": [
+            {"link": link, "block": block, "ends": [[z.real, z.imag] for z in ends]}
+            for (_, link, block), ends in zip(scheme.slides, ways_of(scheme, x), strict=True)
+        ]
+    }
 
 
 def _described(
@@ -187,7 +224,7 @@ def _described(
     reference = np.array(asked.reference if asked.reference is not None else worst, float)
     return {
         "objectives": [
-            {"name": own.replace("_", " "), "unit": OBJECTIVES[own][0],
+            {"name": own.replace("_", " "), "unit": asked.unit(own),
              "sense": "least" if OBJECTIVES[own][1] > 0 else "largest"}
             for own in asked.objectives
         ],

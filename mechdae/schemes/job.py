@@ -113,14 +113,14 @@ def composed(
     asked = asked_of(task, problem.mechanism.parameter_values)
     search = SchemeSearch(asked, run or PieceJob(None, None, None, None))
     archive = search.search()
-    front = front_of(asked, archive, search.wanted, problem.name, problem.title)
+    front = front_of(asked, archive, search.aim, problem.name, problem.title)
     summary: dict[str, Any] = {
         "schemes": len(search.tried), "sets": archive.seen,
         "distinct": len(archive.every), "seed": asked.seed,
         "status": "found" if front.designs else "none found",
         "rejected": front.rejected, "dominated": front.dominated,
         "rounds": search.rounds, "radius": search.radius,
-        "curve": [list(corner) for corner in asked.corners],
+        "goal": asked.kind, **_wanted(asked),
         "seconds": {"whole": time.process_time() - began},
     }  # fmt: skip
     if front.designs:
@@ -130,6 +130,17 @@ def composed(
         status=np.array(["ok"] * len(front.designs)), summary=Summary(summary),
         fault=_fault(asked, front), definition=task, data={"designs": front.designs},
     )  # fmt: skip
+
+
+def _wanted(asked: CompositionDemand) -> dict[str, Any]:
+    """Return what the summary says of the goal."""
+    if asked.visits is not None:
+        return {"targets": [list(row) for row in asked.visits.targets]}
+    if asked.function is None:
+        return {"curve": [list(corner) for corner in asked.corners]}
+    first, start = asked.function.input_start or 0.0, asked.function.output_start or 0.0
+    rows = zip(asked.function.inputs, asked.function.outputs, strict=True)
+    return {"function": [[first + x, start + y] for x, y in rows]}
 
 
 def _fault(asked: CompositionDemand, front: SchemeFront) -> str | None:

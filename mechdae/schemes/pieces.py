@@ -13,9 +13,14 @@ from mechdae import __version__
 from mechdae.jobs.distribute import Failure
 from mechdae.records import dataclass
 from mechdae.schemes import refine, screening
-from mechdae.schemes.closure import material, shortest, turned
-from mechdae.schemes.scheme import read
+from mechdae.schemes.aims import CURVE, PATH, Aim
+from mechdae.schemes.closure import SchemeTurn, material, shortest, turned
+from mechdae.schemes.descent import SHORT, Descent
+from mechdae.schemes.scheme import Scheme, read
 from mechdae.schemes.shape import Wanted, distances
+from mechdae.schemes.targets.functions import FunctionFitting, based, function_errors
+from mechdae.schemes.targets.screened import screened_sets
+from mechdae.schemes.targets.visits import VisitFitting, visited
 
 ANGLES = 360
 """Crank angles at which what was refined is measured."""
@@ -34,14 +39,14 @@ class SchemePiece:
         `places` for `count` iterations, each set within its limit of material and least sine.
     scheme
         Its text.
-    corners
-        (k,) complex, the wanted curve.
+    aim
+        What is wanted.
     """
 
     version: str
     do: str
     scheme: str
-    corners: Any
+    aim: Aim
     count: int
     seed: tuple[int, ...] = ()
     keep: int = 0
@@ -54,7 +59,12 @@ class SchemePiece:
         """A fingerprint, to the last bit."""
         plain = (self.do, self.scheme, self.count, self.seed, self.keep)
         found = hashlib.sha256(repr(plain).encode())
-        for array in (self.corners, self.places, self.limits, self.least):
+        if self.aim.what == CURVE:
+            wanted = np.array(self.aim.corners)
+        else:
+            wanted = None
+            found.update(repr(self.aim).encode())
+        for array in (wanted, self.places, self.limits, self.least):
             if array is not None:
                 own = np.ascontiguousarray(array)
                 found.update(f"{own.dtype.kind}{own.shape}".encode() + own.tobytes())
@@ -92,38 +102,70 @@ def computed(piece: SchemePiece) -> FoundSets | Failure:
 
 
 def _screened(piece: SchemePiece) -> FoundSets:
-    scheme, wanted = read(piece.scheme), _wanted(piece.corners.tobytes())
-    target = wanted.points(screening.POINTS)
+    scheme, aim, limits = read(piece.scheme), piece.aim, piece.limits.tolist()
+    if aim.what != CURVE:
+        places, error = screened_sets(
+            scheme, aim, piece.count, list(piece.seed), piece.keep, limits
+        )  # fmt: skip
+        return FoundSets(places, error, _material(scheme, aim, places), np.ones(len(places)))
+    target = _wanted(aim.corners).points(screening.POINTS)
     places, residual = screening.screened(
-        scheme, target - target.mean(), piece.count, list(piece.seed), piece.keep,
-        piece.limits.tolist(),
+        scheme, target - target.mean(), piece.count, list(piece.seed), piece.keep, limits
     )  # fmt: skip
-    return FoundSets(places, np.sqrt(residual), material(scheme, places), np.ones(len(places)))
+    amount = _material(scheme, aim, places)
+    return FoundSets(places, np.sqrt(residual), amount, np.ones(len(places)))
+
+
+def _material(scheme: Scheme, aim: Aim, places: Any) -> Any:
+    """Return the material of sets, with the ways of their guides."""
+    turn = turned(scheme, places, _nodes(aim)) if scheme.ways else None
+    return material(scheme, places, turn=turn)
 
 
 def _refined(piece: SchemePiece) -> FoundSets:
-    scheme, wanted = read(piece.scheme), _wanted(piece.corners.tobytes())
-    target = wanted.points(refine.POINTS)
-    run = refine.Refinement(scheme, piece.places, target - target.mean(), piece.limits, piece.least)
-    return measured(piece.scheme, run.run(piece.count), piece.corners)
+    scheme, aim = read(piece.scheme), piece.aim
+    limits, least = piece.limits, piece.least
+    run: Descent
+    if aim.what == CURVE:
+        target = _wanted(aim.corners).points(refine.POINTS)
+        run = refine.Refinement(scheme, piece.places, target - target.mean(), limits, least)
+    elif aim.what == PATH:
+        run = VisitFitting(scheme, piece.places, aim, limits, least)
+    else:
+        run = FunctionFitting(scheme, piece.places, aim, limits, least)
+    return measured(piece.scheme, run.run(piece.count), aim)
 
 
-def measured(scheme: str, places: Any, corners: Any) -> FoundSets:
+def _nodes(aim: Aim) -> Any:
+    """Return the crank angles at which sets are measured."""
+    if aim.what == CURVE:
+        return TURN * np.arange(ANGLES) / ANGLES
+    return aim.nodes(ANGLES if aim.turns else ANGLES // 2 + 1)
+
+
+def measured(scheme: str, places: Any, aim: Aim) -> FoundSets:
     """Return sets with their measures; those with bars too short, or that do not
     assemble at some angle, are left out.
     """
-    own, wanted = read(scheme), _wanted(np.asarray(corners, complex).tobytes())
-    turn = turned(own, places, TURN * np.arange(ANGLES) / ANGLES)
+    own = read(scheme)
+    turn = turned(own, places, _nodes(aim))
     least = turn.least
     whole = np.isfinite(places).all(axis=1) & (least > 0)
-    kept = np.flatnonzero(whole & (shortest(own, places) >= refine.SHORT))
-    places = places[kept] - places[kept, :1]
+    kept = np.flatnonzero(whole & (shortest(own, places) >= SHORT))
+    places = places[kept] - places[kept, :1] if aim.what == CURVE else places[kept]
     if not len(kept):
         return FoundSets(places, np.zeros(0), np.zeros(0), np.zeros(0))
-    error = distances(turn.x[own.trace][kept], wanted)
-    return FoundSets(places, error, material(own, places), least[kept])
+    if aim.what == CURVE:
+        error = distances(turn.x[own.trace][kept], _wanted(aim.corners))
+    elif aim.what == PATH:
+        error = visited(own, places, aim).error
+    else:
+        places = based(own, places, aim)
+        error = function_errors(own, places, aim)[0]
+    turn = SchemeTurn(turn.x[:, kept], {})
+    return FoundSets(places, error, material(own, places, turn=turn), least[kept])
 
 
 @lru_cache(maxsize=8)
-def _wanted(corners: bytes) -> Wanted:
-    return Wanted(np.frombuffer(corners, complex))
+def _wanted(corners: tuple[complex, ...]) -> Wanted:
+    return Wanted(np.array(corners))

@@ -1,9 +1,8 @@
-"""Refinement of many sets of dimensions of one scheme at once: Levenberg and Marquardt, batched.
+"""Refinement of many sets of dimensions of one scheme at once, towards a closed curve.
 
 What is made small is the mean distance from the wanted curve, smooth near zero (`SOFT`), with
-weights of iterated least squares, plus squares of what limits are exceeded by: material, sines of
-dyads.
-Derivatives are exact, those of the lengths of bars and of the resampling at equal arc length.
+weights of iterated least squares. Derivatives are exact, those of the lengths of bars and of the
+resampling at equal arc length.
 """
 
 from __future__ import annotations
@@ -13,24 +12,15 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.schemes.closure import SchemeTurn, material, shortest, turned
-from mechdae.schemes.scheme import DYAD, Scheme
+from mechdae.schemes.closure import SchemeTurn, turned
+from mechdae.schemes.descent import Descent, moved_by
+from mechdae.schemes.scheme import Scheme
 from mechdae.schemes.shape import Resampled, centred, fitted, resampled
 
 ANGLES, POINTS = 120, 100
 """Crank angles and points at equal arc length while dimensions are refined."""
 SOFT = 0.01
 """Distance, in radii of the wanted curve, below which squares are counted."""
-ROOM = 1.6
-"""Sines of dyads are pushed away from so many times the least ones that are allowed."""
-PUSH, PRESS = 0.3, 8.0
-"""Weights of sines below that, and of material above its limit."""
-TIGHT = 0.994
-"""Material is pressed below this share of its limit, because a penalty leaves a little above."""
-SHORT = 0.05
-"""Least length of crank and bars of dyads, in radii of the wanted curve."""
-EVERY = 6
-"""Iterations after which shift, sense and rotation are found anew."""
 TURN = 2 * np.pi
 
 
@@ -47,8 +37,8 @@ class _State:
     slopes: Any
 
 
-class Refinement:
-    """A batch of sets of one scheme.
+class Refinement(Descent):
+    """A batch of sets of one scheme, towards a closed curve.
 
     Parameters
     ----------
@@ -63,38 +53,17 @@ class Refinement:
     """
 
     def __init__(self, scheme: Scheme, places: Any, wanted: Any, limits: Any, least: Any) -> None:
-        self.scheme, self.wanted = scheme, wanted
-        self.limits, self.least = np.asarray(limits, float), np.asarray(least, float)
+        super().__init__(scheme, places, limits, least)
+        self.wanted = wanted
         self.angles = TURN * np.arange(ANGLES) / ANGLES
-        self.places = np.array(places, complex)
-        self.dyads = [k for k, (kind, *_) in enumerate(scheme.points) if kind == DYAD]
+        self._targets: Any = None
 
-    def run(self, iterations: int) -> Any:
-        """Return the places (b, n) after so many iterations."""
-        damping = np.full(len(self.places), 1e-2)
-        growth = np.full(len(self.places), 2.0)
-        targets = None
-        state = None
-        for k in range(iterations):
-            if k % EVERY == 0 or targets is None:
-                self.places, targets = self._aligned(self.places)
-                state = self._at(self.places, targets)
-            assert state is not None
-            hessian, slope = self._normal(state)
-            scale = np.einsum("bpp->bp", hessian)
-            scale = scale + 1e-9 * (1e-9 + scale.max(axis=1, keepdims=True))
-            lifted = hessian + (damping[:, None] * scale)[:, :, None] * np.eye(scale.shape[1])
-            step = -np.linalg.solve(lifted, slope[:, :, None])[:, :, 0]
-            trial = state.places.copy()
-            trial[:, 1:] += step[:, 0::2] + 1j * step[:, 1::2]
-            other = self._at(trial, targets)
-            taken = other.merit < state.merit
-            damping = np.where(taken, np.maximum(damping / 3, 1e-9), damping * growth)
-            damping = np.minimum(damping, 1e9)
-            growth = np.where(taken, 2.0, np.minimum(2 * growth, 64.0))
-            state = _chosen(taken, other, state)
-            self.places = state.places
-        return self.places
+    def _begun(self, state: Any) -> _State:
+        self.places, self._targets = self._aligned(self.places)
+        return self._at(self.places, self._targets)
+
+    def _stepped(self, state: _State, step: Any) -> _State:
+        return self._at(moved_by(state.places, step), self._targets)
 
     def _aligned(self, places: Any) -> tuple[Any, Any]:
         """Return the places turned so that the curves lie on the wanted one, and its points."""
@@ -109,31 +78,8 @@ class Refinement:
         curve = resampled(_finite(turn.x[self.scheme.trace]), POINTS)
         gaps = centred(curve.points) - targets
         far = np.sqrt(np.abs(gaps) ** 2 + SOFT**2) - SOFT
-        merit = far.mean(axis=1)
-        excess, slopes = self._limits(places, turn)
-        merit = merit + (excess**2).sum(axis=1)
-        lost = ~(turn.least >= self.least) | (shortest(self.scheme, places) < SHORT)
-        lost |= ~np.isfinite(merit)
-        return _State(places, turn, curve, gaps, np.where(lost, np.inf, merit), excess, slopes)
-
-    def _limits(self, places: Any, turn: SchemeTurn) -> tuple[Any, Any]:
-        """Return by how much limits are exceeded (b, k), weighted, and derivatives (b, k, p)."""
-        excess, slopes = [], []
-        assert turn.slopes is not None
-        for k in self.dyads:
-            at, own = turn.slopes[k]
-            sine = turn.sines[k][np.arange(len(at)), at]
-            room = np.minimum(ROOM * self.least, (1 + self.least) / 2)
-            short = np.maximum(1 - sine / room, 0.0)
-            excess.append(PUSH * short)
-            slopes.append(np.where((short > 0)[:, None], -PUSH / room[:, None] * own, 0.0))
-        amount, slope = material(self.scheme, places, slopes=True)
-        limits = TIGHT * self.limits
-        over = np.maximum(amount / limits - 1, 0.0)
-        excess.append(PRESS * over)
-        share = np.where(over > 0, PRESS / limits, 0.0)
-        slopes.append(share[:, None] * slope)
-        return np.nan_to_num(np.stack(excess, axis=1)), np.nan_to_num(np.stack(slopes, axis=1))
+        merit, excess, slopes = self._judged(places, turn, far.mean(axis=1))
+        return _State(places, turn, curve, gaps, merit, excess, slopes)
 
     def _normal(self, state: _State) -> tuple[Any, Any]:
         """Return approximate Hessian (b, p, p) and gradient (b, p) of the merit."""
@@ -152,13 +98,16 @@ class Refinement:
         slope = slope + 2 * np.einsum("bkp,bk->bp", slopes, state.excess)
         return hessian, slope
 
+    def _chosen(self, taken: Any, one: _State, other: _State) -> _State:
+        return _rows_of(taken, one, other)
+
 
 def _finite(curves: Any) -> Any:
     """Return curves without gaps: what does not assemble is lost anyway."""
     return np.nan_to_num(curves)
 
 
-def _chosen(taken: Any, one: _State, other: _State) -> _State:
+def _rows_of(taken: Any, one: _State, other: _State) -> _State:
     """Return a state of rows of two states."""
 
     def rows(a: Any, b: Any, axis: int = 0) -> Any:

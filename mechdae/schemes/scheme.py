@@ -1,8 +1,11 @@
 """A scheme: a crank and dyads one after the other, as points that bars hold together.
 
 Point 0 is the crank's pivot, point 1 its pin. Each further point is fixed, has its place in the
-frame of two points of one link (*rigid*), or hangs on two points by two bars (*dyad*). A place
-for each point in one pose is all that a scheme needs for its dimensions.
+frame of two points of one link (*rigid*), or is the middle of a dyad: two bars from two points
+(*dyad*, RRR); a bar from one point, to a block that slides on the straight line through the other
+one, which is on its guide (*slider*, RRP); a rod that turns about one point and slides through a
+block that turns about the other one (*swing*, RPR): the straight line from the middle to that
+point is its slot. A place for each point in one pose is all that a scheme needs for its dimensions.
 """
 
 from __future__ import annotations
@@ -12,6 +15,12 @@ from functools import cached_property
 from mechdae.records import dataclass
 
 FIXED, CRANK, RIGID, DYAD = "F", "C", "R", "D"
+SLIDER, SWING = "S", "T"
+MIDDLES = (DYAD, SLIDER, SWING)
+"""Kinds of points that are the middle of a dyad: RRR, RRP, RPR."""
+SLIDES = (SLIDER, SWING)
+HANGING = (RIGID, *MIDDLES)
+"""Kinds that hang on two others."""
 Point = tuple[str, int, int]
 """Kind, and the two points that it hangs on."""
 
@@ -48,9 +57,27 @@ class Scheme:
                 if not own:
                     raise ValueError(f"points {i} and {j} are on no link together")
                 own[0].append(k)
+            elif kind == CRANK and k != 1:
+                found[1].append(k)
             elif kind == DYAD:
                 found += [[i, k], [j, k]]
+            elif kind == SLIDER:
+                found += [[i, k], [k]]  # the bar, and the block
+            elif kind == SWING:
+                found += [[i, k], [j]]  # the rod, and the block
         return tuple(map(tuple, found))
+
+    @cached_property
+    def slides(self) -> tuple[tuple[int, int, int], ...]:
+        """Of each sliding pair: the middle of its dyad, the link with the guide, the block."""
+        found, count = [], 2
+        for k, (kind, _, j) in enumerate(self.points):
+            if kind == SLIDER:
+                found.append((k, self.links_at(j)[0], count + 1))
+            elif kind == SWING:
+                found.append((k, count, count + 1))
+            count += 2 * (kind in MIDDLES)
+        return tuple(found)
 
     @cached_property
     def bars(self) -> tuple[tuple[int, int], ...]:
@@ -59,6 +86,22 @@ class Scheme:
         for k, (kind, i, j) in enumerate(self.points):
             if kind in (RIGID, DYAD):
                 found += [(i, k), (j, k)]
+            elif kind in SLIDES:
+                found.append((i, k))
+        return tuple(found)
+
+    @cached_property
+    def ways(self) -> tuple[tuple[int, int], ...]:
+        """Lines that the material is counted by at their longest: guides of moving links.
+
+        From the point on a guide to its block, from the pin of a rod to its block.
+        """
+        found = []
+        for k, (kind, i, j) in enumerate(self.points):
+            if kind == SWING:
+                found.append((i, j))
+            elif kind == SLIDER and self.points[j][0] != FIXED:
+                found.append((j, k))
         return tuple(found)
 
     @cached_property
@@ -68,6 +111,8 @@ class Scheme:
         for k, (kind, i, j) in enumerate(self.points):
             if kind == DYAD:
                 found += [(i, k), (j, k)]
+            elif kind in SLIDES:
+                found += [(i, k), (j, k)]  # the second one gives a guide its direction
         return tuple(found)
 
     def links_at(self, point: int) -> list[int]:
@@ -77,12 +122,13 @@ class Scheme:
     @cached_property
     def joints(self) -> int:
         """Number of joints with two links each: three links on one pin are two."""
-        return sum(max(len(self.links_at(k)) - 1, 0) for k in range(self.size))
+        pins = sum(max(len(self.links_at(k)) - 1, 0) for k in range(self.size))
+        return pins + len(self.slides)
 
     @cached_property
     def text(self) -> str:
         """The scheme as short text, from which `read` makes it again."""
-        words = [kind + (f"{i}.{j}" if kind in (RIGID, DYAD) else "") for kind, i, j in self.points]
+        words = [kind + (f"{i}.{j}" if kind in HANGING else "") for kind, i, j in self.points]
         return " ".join([*words, f"*{self.trace}"])
 
     @property
@@ -95,7 +141,7 @@ class Scheme:
         needed = {0, 1, self.trace}
         for k in range(self.size - 1, -1, -1):
             kind, i, j = self.points[k]
-            if k in needed and kind in (RIGID, DYAD):
+            if k in needed and kind in HANGING:
                 needed |= {i, j}
         order = sorted(needed)
         place = {old: new for new, old in enumerate(order)}

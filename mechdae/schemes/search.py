@@ -14,11 +14,11 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.describe.tasks.composition import LARGEST, LEAST, CompositionDemand
+from mechdae.schemes.aims import aim_of
 from mechdae.schemes.archive import Archive, SizedScheme
 from mechdae.schemes.growth import Change, grown, merged
 from mechdae.schemes.pieces import REFINE, SCREEN, FoundSets, SchemePiece
 from mechdae.schemes.scheme import Scheme, read
-from mechdae.schemes.shape import Wanted
 from mechdae.schemes.types import chain_names, named, schemes_of
 
 Run = Callable[[Sequence[SchemePiece]], list[FoundSets]]
@@ -57,9 +57,8 @@ class SchemeSearch:
 
     def __init__(self, asked: CompositionDemand, run: Run) -> None:
         self.asked, self.run = asked, run
-        self.corners = np.array([complex(x, y) for x, y in asked.corners])
-        self.wanted = Wanted(self.corners)
-        self.radius = self.wanted.radius
+        self.aim = aim_of(asked)
+        self.radius = self.aim.radius
         self.archive = Archive()
         self.tried: set[str] = set()
         self.rounds: list[dict[str, Any]] = []
@@ -67,7 +66,8 @@ class SchemeSearch:
         self.cap = self._cap()
         self.worst = np.inf
         if asked.reference is not None and "error" in asked.objectives:
-            self.worst = asked.reference[asked.objectives.index("error")]
+            worst = asked.reference[asked.objectives.index("error")]
+            self.worst = worst / self.aim.unit
 
     def _cap(self) -> float:
         """Return the most material that is looked at, in radii."""
@@ -91,7 +91,7 @@ class SchemeSearch:
             chains = [(n, k) for n in asked.links for k in range(1, len(chain_names(n)) + 1)]
         found: dict[str, Scheme] = {}
         for links, place in chains:
-            for scheme in schemes_of(links, place):
+            for scheme in schemes_of(links, place, self.aim.what, asked.slides):
                 if self.allows(scheme):
                     found.setdefault(scheme.text, scheme)
         return sorted(found.values(), key=lambda own: own.size)
@@ -130,7 +130,7 @@ class SchemeSearch:
                 seed = (asked.seed, zlib.crc32(scheme.text.encode()), k)
                 pieces.append(
                     SchemePiece(
-                        __version__, SCREEN, scheme.text, self.corners, count, seed, keep,
+                        __version__, SCREEN, scheme.text, self.aim, count, seed, keep,
                         limits=limits,
                     )
                 )  # fmt: skip
@@ -175,7 +175,8 @@ class SchemeSearch:
     def _first_sets(
         self, entry: SizedScheme, change: Change, generator: Any
     ) -> list[tuple[str, Any, float]]:
-        sets = change.places(entry.scheme, entry.places, TRIES, generator)
+        span = None if self.aim.turns else self.aim.span
+        sets = change.places(entry.scheme, entry.places, TRIES, generator, span)
         noise = generator.normal(0, NOISE, (2, *sets.shape))
         noise[:, 0] = 0.0
         sets = sets + noise[0] + 1j * noise[1]
@@ -183,7 +184,8 @@ class SchemeSearch:
         return [(change.scheme.text, own, limit) for own in sets]
 
     def _changes(self, scheme: Scheme) -> Iterable[Change]:
-        for change in (*grown(scheme), *merged(scheme)):
+        slides, function = self.asked.slides, self.asked.function is not None
+        for change in (*grown(scheme, slides, function), *merged(scheme, function)):
             if self.allows(change.scheme):
                 yield change
 
@@ -284,7 +286,7 @@ class SchemeSearch:
                     least = np.maximum(least, [floors[k] for k in part])
                 pieces.append(
                     SchemePiece(
-                        __version__, REFINE, text, self.corners, iterations, places=places,
+                        __version__, REFINE, text, self.aim, iterations, places=places,
                         limits=limits, least=least,
                     )
                 )  # fmt: skip

@@ -193,7 +193,7 @@ def scheme_structure(
         return {**entry, "error": str(error)}
     return {
         **entry,
-        "goals": ["curve"],
+        "goals": [asked.kind],
         "objectives": list(asked.objectives),
         "chains": list(asked.chains or [f"{number} links" for number in asked.links]),
         "starts": asked.starts,

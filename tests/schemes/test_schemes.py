@@ -8,10 +8,12 @@ import pytest
 import mechdae as md
 from mechdae.schemes.closure import material, turned
 from mechdae.schemes.designs import PATH, certified, problem_of_scheme, tracer
+from mechdae.schemes.drawing import reaching
 from mechdae.schemes.growth import grown, merged
+from mechdae.schemes.laid import Laid
 from mechdae.schemes.refine import POINTS, Refinement
 from mechdae.schemes.scheme import DYAD, RIGID, read
-from mechdae.schemes.screening import reaching, screened
+from mechdae.schemes.screening import screened
 from mechdae.schemes.shape import Wanted, distances, resampled
 from mechdae.schemes.types import chain_names, schemes_of
 from tests.reference.circles import followed, of_file
@@ -48,7 +50,7 @@ def drawn(text: str, count: int, seed: int = 0):
 @pytest.mark.parametrize("text", [SHORT, STEPHENSON, WATT])
 def test_closed_forms_are_the_certified_positions(text: str) -> None:
     scheme, places = drawn(text, 1)
-    problem = problem_of_scheme(scheme, places[0], "scheme", "")
+    problem = problem_of_scheme(scheme, Laid(places[0], {}, {}), "scheme", "")
     found = certified(problem, tracer(scheme))
     assert not found.reasons
     turn = turned(scheme, places, TURN * np.arange(720) / 720)
@@ -214,7 +216,7 @@ def test_screened_sets_assemble_and_are_near() -> None:
 
 def test_a_design_is_a_problem_of_its_own() -> None:
     scheme, places = drawn(WATT, 1)
-    problem = problem_of_scheme(scheme, places[0], "watt", "Watt")
+    problem = problem_of_scheme(scheme, Laid(places[0], {}, {}), "watt", "Watt")
     import tomllib
 
     from mechdae.describe.file.load import from_dict

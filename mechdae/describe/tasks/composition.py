@@ -1,4 +1,4 @@
-"""What a task of composition asks for: a closed curve, chains, objectives, checked."""
+"""What a task of composition asks for: goal, chains, objectives, checked."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.joints import Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
+from mechdae.describe.tasks.goals import FunctionTargets, PathGoal, Visits
+from mechdae.describe.tasks.scheme_goals import FunctionNodes, asked_function, asked_path
 from mechdae.describe.values import Number, Value, key
-from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.records import dataclass
 
 OBJECTIVES: Mapping[str, tuple[str, int]] = {
@@ -52,7 +54,10 @@ class CurveGoal(Value):
     kind: ClassVar[str] = "curve"
 
 
-nest("curve_goal", Nested("goal", {CurveGoal.kind: CurveGoal}))
+SCHEME_GOALS = {own.kind: own for own in (CurveGoal, PathGoal, FunctionTargets)}
+nest("scheme_goal", Nested("goal", SCHEME_GOALS))
+PAIRS = ("R", "P")
+"""Kinds of joints: turning and sliding pairs."""
 
 
 @dataclass(frozen=True)
@@ -62,20 +67,27 @@ class CompositionDemand:
     Attributes
     ----------
     corners
-        Of the wanted closed curve (k, 2) [m].
+        Of the wanted closed curve (k, 2) [m]; none where something else is wanted.
+    visits, function
+        Targets of the tracing point, or places of a function; None where it is another goal.
     objectives, reference
         Names, and the worst value of each that the front is measured from.
     links, chains
         Numbers of links, or names of chains in their place.
+    slides
+        Whether a dyad may have a sliding pair.
     within
         Limits on objectives by name.
     """
 
     corners: tuple[tuple[float, float], ...]
+    visits: Visits | None
+    function: FunctionNodes | None
     objectives: tuple[str, ...]
     reference: tuple[float, ...] | None
     links: tuple[int, ...]
     chains: tuple[str, ...] | None
+    slides: bool
     within: Mapping[str, float]
     points: int
     samples: int
@@ -83,6 +95,17 @@ class CompositionDemand:
     grow: int
     seed: int
     keep: int
+
+    @property
+    def kind(self) -> str:
+        """The kind of its goal."""
+        return "path" if self.visits else "function" if self.function else CurveGoal.kind
+
+    def unit(self, objective: str) -> str:
+        """Return the unit of an objective; that of the error depends on the goal."""
+        if objective != "error" or self.kind == CurveGoal.kind:
+            return OBJECTIVES[objective][0]
+        return "rad" if self.function and not self.function.slides else "m"
 
 
 def asked_of(task: Any, parameters: Mapping[str, float]) -> CompositionDemand:
@@ -95,10 +118,8 @@ def asked_of(task: Any, parameters: Mapping[str, float]) -> CompositionDemand:
     """
     if task.goal is None:
         raise InputError('goal = { kind = "curve", ... } is needed', where="goal")
-    try:
-        corners = _corners(task.goal.evaluated(parameters))
-    except MechdaeError as error:
-        raise error.inside("goal") from None
+    slides = _slides(task)
+    corners, visits, function = _asked_goal(task, parameters, slides)
     objectives = tuple(task.objectives or USUAL)
     for k, name in enumerate(objectives):
         if name not in OBJECTIVES:
@@ -116,17 +137,55 @@ def asked_of(task: Any, parameters: Mapping[str, float]) -> CompositionDemand:
         raise InputError(
             f"{len(objectives)} numbers are needed, one for each objective", where="reference"
         )
-    within = _within(task, parameters)
+    less = int(function is not None or slides)  # no tracing point, or one that is no pin
+    within = _within(task, parameters, LEAST_POINTS[4] - less)
     points = int(within.get("points", task.points or POINTS))
-    links = _links(task, points)
+    links = _links(task, points, less)
     return CompositionDemand(
-        corners, objectives, reference, links, task.chains, within, points,
-        task.samples or SAMPLES, task.starts or STARTS,
+        corners, visits, function, objectives, reference, links, task.chains, slides, within,
+        points, task.samples or SAMPLES, task.starts or STARTS,
         GROW if task.grow is None else task.grow, task.seed or 0, task.keep or KEEP,
     )  # fmt: skip
 
 
-def _within(task: Any, parameters: Mapping[str, float]) -> dict[str, float]:
+def _slides(task: Any) -> bool:
+    """Return whether sliding pairs are allowed."""
+    pairs = task.pairs if task.pairs is not None else ("R",)
+    for k, pair in enumerate(pairs):
+        if pair not in PAIRS:
+            raise UnknownName("pair", pair, PAIRS, where=f"pairs[{k}]")
+        if pair in pairs[:k]:
+            raise InputError("is there twice", where=f"pairs[{k}]")
+    if "R" not in pairs:
+        raise InputError(
+            "a crank turns, and each dyad has two turning pairs or more", where="pairs",
+            hint='pairs = ["R", "P"]',
+        )  # fmt: skip
+    return "P" in pairs
+
+
+def _asked_goal(
+    task: Any, parameters: Mapping[str, float], slides: bool
+) -> tuple[tuple[tuple[float, float], ...], Visits | None, FunctionNodes | None]:
+    """Return the curve, the targets, or the function that is wanted."""
+    try:
+        goal = task.goal.evaluated(parameters)
+        if isinstance(goal, PathGoal):
+            return (), asked_path(goal), None
+        if not isinstance(goal, FunctionTargets):
+            return _corners(goal), None, None
+        function = asked_function(goal)
+        if function.slides and not slides:
+            raise InputError(
+                "chains of turning pairs have no slide", where="output",
+                hint='pairs = ["R", "P"], or output = "angle"',
+            )  # fmt: skip
+        return (), None, function
+    except MechdaeError as error:
+        raise error.inside("goal") from None
+
+
+def _within(task: Any, parameters: Mapping[str, float], points: int) -> dict[str, float]:
     found = {}
     for name, value in (task.within or {}).items():
         if name not in OBJECTIVES:
@@ -134,13 +193,13 @@ def _within(task: Any, parameters: Mapping[str, float]) -> dict[str, float]:
         found[name] = float(evaluate(value, parameters))
         if not found[name] > 0:
             raise InputError("a limit is positive", where=f"within.{name}")
-    least = {"joints": 4, "points": 5}
+    least = {"joints": 4, "points": points}
     for name, low in least.items():
         if found.get(name, math.inf) < low:
             raise InputError(
                 f"no chain has so few {name}: a four-bar has {low}",
                 where=f"within.{name}",
-                hint=f"{low} or more; points are pins and the tracing point",
+                hint=f"{low} or more; points are pins and the point that traces",
             )
     if found.get("transmission_angle", 0.0) >= math.pi / 2:
         raise InputError(
@@ -149,17 +208,8 @@ def _within(task: Any, parameters: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _links(task: Any, points: int) -> tuple[int, ...]:
+def _links(task: Any, points: int, less: int) -> tuple[int, ...]:
     """Return the numbers of links, each of which has a chain that is allowed."""
-    pairs = task.pairs or ("R",)
-    for k, pair in enumerate(pairs):
-        if pair not in ("R", "P"):
-            raise UnknownName("pair", pair, ["R"], where=f"pairs[{k}]")
-        if pair == "P":
-            raise UnavailableError(
-                "schemes with prismatic joints are not searched by this version",
-                where=f"pairs[{k}]", hint='pairs = ["R"]',
-            )  # fmt: skip
     if task.links is not None and task.chains is not None:
         raise InputError("'links' and 'chains' are given, one is needed", where="links")
     if task.chains is not None:
@@ -184,9 +234,10 @@ def _links(task: Any, points: int) -> tuple[int, ...]:
                 hint=f"up to {LARGEST} links; larger schemes grow from them (grow = ...)",
             )  # fmt: skip
     least = min(map(int, links))
-    if points < LEAST_POINTS[least]:
+    fewest = LEAST_POINTS[least] - less
+    if points < fewest:
         raise InputError(
-            f"a scheme of {least} links has {LEAST_POINTS[least]} points or more, "
+            f"a scheme of {least} links has {fewest} points or more, "
             f"{points} are allowed", where="points" if task.points else "within.points",
             hint="pins and the tracing point; fewer links, or more points",
         )  # fmt: skip
@@ -194,7 +245,7 @@ def _links(task: Any, points: int) -> tuple[int, ...]:
 
 
 LEAST_POINTS = {4: 5, 6: 7, 8: 10}
-"""Fewest points of the chains with simple joints, where a pin may trace."""
+"""Fewest points of the chains with turning pairs; without a point that traces one less."""
 
 
 def _corners(goal: CurveGoal) -> tuple[tuple[float, float], ...]:

@@ -108,7 +108,16 @@ class _Visiting(GoalDescription):
     closed: bool = key("flag", False)
     measure: str = key("text", "least-squares", choices=FITS)
 
-    def _visits(self, what: str, word: str, size: int) -> Visits:
+    def visits(self, what: str, word: str, size: int) -> Visits:
+        """Return what is visited, as a search reads it.
+
+        Parameters
+        ----------
+        what, word
+            Name of point or body, and the key with its targets.
+        size
+            Numbers of one target.
+        """
         rows: Rows = getattr(self, word)
         if len(rows[0]) != size:
             raise InputError(f"{size} numbers are needed, here are {len(rows[0])}", where=word)
@@ -133,7 +142,7 @@ class _Visiting(GoalDescription):
 class PathGoal(_Visiting):
     """A point visits targets."""
 
-    point: str = key("text", doc="body.point")
+    point: Any = key("text", None, doc="body.point; a composition chooses it")
     targets: tuple[tuple[Number, ...], ...] = key(
         "places", doc="[[x, y], ...], in space [[x, y, z], ...]", unit="m"
     )
@@ -141,8 +150,10 @@ class PathGoal(_Visiting):
     kind: ClassVar[str] = "path"
 
     def checked(self, within: Within) -> Visits:
+        if self.point is None:
+            raise InputError("the key 'point' is missing")
         known_point(within.mechanism, self.point, "point")
-        return self._visits(self.point, "targets", within.mechanism.dimension)
+        return self.visits(self.point, "targets", within.mechanism.dimension)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,7 +171,7 @@ class MotionGoal(_Visiting):
 
     def checked(self, within: Within) -> Visits:
         known(self.body, within.mechanism.bodies, "body", "body")
-        found = self._visits(self.body, "poses", 3 if within.mechanism.dimension == 2 else 7)
+        found = self.visits(self.body, "poses", 3 if within.mechanism.dimension == 2 else 7)
         for k, row in enumerate(found.targets):
             size = math.hypot(*row[3:])
             if len(row) == 7 and not abs(size - 1) <= UNIT_LENGTH:
@@ -179,7 +190,7 @@ class FunctionTargets(GoalDescription):
     """
 
     input: str | None = key("text", None, doc="the driver's coordinate")
-    output: str = key("text", doc="a coordinate")
+    output: Any = key("text", None, doc='a coordinate; of a composition "angle" or "slide"')
     function: str | None = key("text", None, doc="an expression of x")
     range: Any = key("pair", None, doc="of x")
     input_range: Any = key("number", None)
@@ -213,21 +224,27 @@ class FunctionTargets(GoalDescription):
         return evaluate(str(self.function), {"x": x})
 
     def checked(self, within: Within) -> FunctionTargets:
+        if self.output is None:
+            raise InputError("the key 'output' is missing")
         known(self.input or within.driver, [within.driver], "coordinate", "input")
         try:
             output = coordinate(within.mechanism, self.output).text
         except MechdaeError as problem:
             raise problem.inside("output") from None
-        if (self.targets is None) == (self.function is None):
-            raise InputError("give either 'function' or 'targets'")
+        self.check_given()
         starts = {word: self._start(within, word) for word in ("input_start", "output_start")}
         if self.targets is not None:
             # targets are values of the coordinates themselves, unless a start says otherwise
             firsts = zip(starts, self.targets[0], strict=True)
             starts |= {word: first for word, first in firsts if starts[word] is None}
-        else:
-            self._check_range()
         return replace(self, output=output, **starts)
+
+    def check_given(self) -> None:
+        """Raise for a function that is not given once, or takes one value at both ends."""
+        if (self.targets is None) == (self.function is None):
+            raise InputError("give either 'function' or 'targets'")
+        if self.function is not None:
+            self._check_range()
 
     def _check_range(self) -> None:
         for word in ("range", "input_range", "output_range"):

@@ -10,7 +10,7 @@ from mechdae.describe.loads import TimeTable
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.composition import CurveGoal
 from mechdae.describe.tasks.constraints import Constraint, Turned
-from mechdae.describe.tasks.goals import GoalDescription
+from mechdae.describe.tasks.goals import FunctionTargets, GoalDescription, PathGoal
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -265,9 +265,13 @@ class Synthesis(Task):
 
 @dataclass(frozen=True)
 class Composition(Task):
-    """Type and dimensions together: schemes of dyads with a crank that trace a closed curve."""
+    """Type and dimensions together: schemes of dyads with a crank that trace a closed curve.
 
-    goal: CurveGoal | None = key("curve_goal", None)
+    Or their point visits targets (``path``), or an angle or a slide is a function of that of the
+    crank (``function``).
+    """
+
+    goal: CurveGoal | PathGoal | FunctionTargets | None = key("scheme_goal", None)
     objectives: tuple[str, ...] | None = key(
         "names", None, doc="of the front: error, material, joints, points, transmission_angle"
     )
@@ -278,7 +282,7 @@ class Composition(Task):
     chains: tuple[str, ...] | None = key(
         "names", None, doc="in place of links: four-bar, watt, stephenson, 8-1, 8-2, ..."
     )
-    pairs: tuple[str, ...] | None = key("names", None, doc='kinds of joints, ["R"]')
+    pairs: tuple[str, ...] | None = key("names", None, doc='kinds of joints: ["R"], ["R", "P"]')
     within: Mapping[str, Number] | None = key(
         "coordinates", None, doc="limits on objectives: name -> most, of transmission_angle least"
     )

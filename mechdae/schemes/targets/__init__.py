@@ -1,0 +1,1 @@
+"""Goals by targets: places that are visited, functions; their screening and descent."""
