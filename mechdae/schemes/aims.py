@@ -13,8 +13,6 @@ from mechdae.schemes.shape import Wanted
 CURVE, PATH, ANGLE, SLIDE = "curve", "path", "angle", "slide"
 TURN = 2 * np.pi
 WHOLE = (0.0, TURN)
-LEAST_SQUARES, MINIMAX = 2, 8
-"""Powers of errors that are made small: squares, or one so high that the largest one counts."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +35,8 @@ class Aim:
         (k,) of the targets, 1 together.
     span
         Angles of the crank, from the first target, over which all has to assemble.
-    power
-        Of errors: `LEAST_SQUARES` or `MINIMAX`.
+    minimax
+        The largest error counts, not the root of the mean square.
     radius
         Unit of lengths [m].
     unit
@@ -54,7 +52,7 @@ class Aim:
     ordered: bool = True
     weights: tuple[float, ...] = ()
     span: tuple[float, float] = WHOLE
-    power: int = LEAST_SQUARES
+    minimax: bool = False
     radius: float = 1.0
     unit: float = 1.0
     center: complex = 0j
@@ -101,7 +99,7 @@ def _visits(asked: CompositionDemand) -> Aim:
     return Aim(
         PATH, targets=tuple(((spots - center) / radius).tolist()), angles=angles,
         ordered=visits.timing != "any", weights=tuple(weights.tolist()), span=span,
-        power=MINIMAX if visits.measure == "minimax" else LEAST_SQUARES,
+        minimax=visits.measure == "minimax",
         radius=radius, unit=radius, center=center,
     )  # fmt: skip
 
@@ -117,6 +115,6 @@ def _function(asked: CompositionDemand) -> Aim:
         SLIDE if wanted.slides else ANGLE, targets=tuple((outputs / size).tolist()),
         angles=tuple(steps.tolist()), weights=(1 / count,) * count,
         span=(float(steps.min()), float(steps.max())),
-        power=MINIMAX if wanted.minimax else LEAST_SQUARES,
+        minimax=wanted.minimax,
         radius=size, unit=size,
     )  # fmt: skip

@@ -120,7 +120,7 @@ def composed(
         "status": "found" if front.designs else "none found",
         "rejected": front.rejected, "dominated": front.dominated,
         "rounds": search.rounds, "radius": search.radius,
-        "goal": asked.kind, **_wanted(asked),
+        "goal": asked.kind, "error_unit": asked.unit("error"), **_wanted(asked),
         "seconds": {"whole": time.process_time() - began},
     }  # fmt: skip
     if front.designs:

@@ -72,6 +72,8 @@ def output_link(scheme: Scheme) -> int:
 def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:
     """Return the ends of each guide in the first pose, between which its block goes.
 
+    A guide of a moving link begins at the link's point on it.
+
     Parameters
     ----------
     x
@@ -79,7 +81,7 @@ def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:
     """
     found = []
     moved = Moved(x[:, None, :1], x[:, None, :])
-    for k, _, _ in scheme.slides:
+    for k, link, _ in scheme.slides:
         kind, i, j = scheme.points[k]
         if kind == SLIDER:
             base, block, turn = j, k, turning(scheme, moved, j)[0]
@@ -88,7 +90,10 @@ def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:
         way = x[block, 0] - x[base, 0]
         way = way / abs(way)
         along = ((x[block] - x[base]) * np.conj(way * turn)).real
-        first, last = (complex(x[base, 0] + way * own) for own in (along.min(), along.max()))
+        low, high = float(along.min()), float(along.max())
+        if link:
+            low, high = min(low, 0.0), max(high, 0.0)
+        first, last = (complex(x[base, 0] + way * own) for own in (low, high))
         found.append((first, last))
     return found
 

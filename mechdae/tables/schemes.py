@@ -32,9 +32,13 @@ def schemes_text(result: Result, width: int) -> list[str]:
 
 def _rows(result: Result, designs: Sequence[Mapping[str, Any]]) -> list[str]:
     length, angle = result.units.of("m"), result.units.of("rad")
+    errors = result.units.of(result.summary["error_unit"])
     columns = [
         ("design", [str(rank) for rank in range(1, len(designs) + 1)]),
-        ("error", [f"{own['error']:.5g}" for own in designs]),
+        (
+            "error" if errors.name in ("", "1") else f"error [{errors.name}]",
+            [f"{own['error'] * errors.factor:.5g}" for own in designs],
+        ),
         (
             f"material [{length.name}]",
             [f"{own['material'] * length.factor:.5g}" for own in designs],

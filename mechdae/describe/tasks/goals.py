@@ -151,7 +151,7 @@ class PathGoal(_Visiting):
 
     def checked(self, within: Within) -> Visits:
         if self.point is None:
-            raise InputError("the key 'point' is missing")
+            raise InputError("the key 'point' is missing", where="point")
         known_point(within.mechanism, self.point, "point")
         return self.visits(self.point, "targets", within.mechanism.dimension)
 
@@ -225,7 +225,7 @@ class FunctionTargets(GoalDescription):
 
     def checked(self, within: Within) -> FunctionTargets:
         if self.output is None:
-            raise InputError("the key 'output' is missing")
+            raise InputError("the key 'output' is missing", where="output")
         known(self.input or within.driver, [within.driver], "coordinate", "input")
         try:
             output = coordinate(within.mechanism, self.output).text

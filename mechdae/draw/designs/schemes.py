@@ -1,4 +1,4 @@
-"""A sheet of the schemes of a composition: each in one pose, with its curve over the wanted one."""
+"""A sheet of the schemes of a composition: each in one pose, with its curve and what is wanted."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
             0.02, 1 - 0.25 / size[1], str(result.title or result.problem), size=style.TITLE,
             color=style.INK, va="center", transform=ax.transAxes, gid="title",
         )  # fmt: skip
-        wanted = np.array(result.summary["curve"], float)
+        summary = result.summary
+        wanted = np.array(summary.get("curve", summary.get("targets", [])), float).reshape(-1, 2)
         for place, k in enumerate(chosen.tolist()):
             row, column = divmod(place, columns)
             left, low = column / columns, top * (1 - (row + 1) / lines)
@@ -68,31 +69,53 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
 def _cell(
     ax: Axes, result: Any, design: Mapping[str, Any], number: int, wanted: Any, words: Words
 ) -> str:
-    """Draw one design: wanted curve pale, its own curve, links, pins; return what it is."""
-    length = scale_of("m", [wanted], result.units)
+    """Draw one design: what is wanted pale, its own curve, links, pins; return what it is."""
+    goal = result.summary["goal"]
     path = np.array(design["path"], float)
     places = {name: np.array(spot, float) for name, spot in design["places"].items()}
-    for curve, color, width, z in (
-        (wanted, style.GHOST, 5.0, 1), (path, style.ARROW, 1.3, 4)
-    ):  # fmt: skip
-        ax.plot(*np.vstack([curve, curve[:1]]).T, color=color, linewidth=width, zorder=z)
+    every = np.vstack([wanted, path, *places.values()])
+    length = scale_of("m", [wanted if len(wanted) else every], result.units)
+    if goal == "curve":
+        ax.plot(*np.vstack([wanted, wanted[:1]]).T, color=style.GHOST, linewidth=5.0, zorder=1)
+        path = np.vstack([path, path[:1]])
+    ax.plot(*path.T, color=style.ARROW, linewidth=1.3, zorder=4)
+    if goal == "path":
+        ax.plot(
+            *wanted.T, marker="x", markersize=5.0, color=style.INK, markeredgewidth=1.0,
+            linestyle="", zorder=7,
+        )  # fmt: skip
     frame, *links = design["link_points"]
     for k, own in enumerate(links):
-        _link(ax, [places[name] for name in own], k == 0)
-    pins = {name for own in design["link_points"] for name in own}
-    for name in sorted(pins):
+        if len(own) > 1:
+            _link(ax, [places[name] for name in own], k == 0)
+    size = float(np.ptp(every, axis=0).max())
+    for guide in design.get("guides", ()):
+        ends = np.array(guide["ends"], float)
+        block = places[design["link_points"][guide["block"]][0]]
+        _guide(ax, ends, block, guide["link"] == 0, 0.045 * size)
+        every = np.vstack([every, ends])
+    owners = [name for own in design["link_points"] for name in own]
+    for name in sorted(set(owners)):
+        if owners.count(name) == 1 and name != "P":
+            continue  # a point that a guide passes
         fixed, traces = name in frame, name == "P"
         ax.plot(
             *places[name], marker="^" if fixed else "o", markersize=7.0 if fixed else 3.5,
             color=style.ARROW if traces else style.PAPER, markeredgecolor=style.INK,
             markeredgewidth=0.9, linestyle="", zorder=6,
         )  # fmt: skip
+    errors = result.units.of(result.summary["error_unit"])
+    error, unit = float(design["error"]), ""
+    if goal != "curve":
+        shown = length if errors.name == result.units.of("m").name else None
+        error = float(shown(error)) if shown else error * errors.factor
+        unit = f" {shown.unit if shown else errors.name}"
     facts = [
-        f"{words('error')} {words.number(design['error'], 3)}",
+        f"{words('error')} {words.number(error, 3)}{unit}",
         f"{words.number(float(length(design['material'])), 3)} {length.unit}",
         f"{len(design['link_points'])}/{design['joints']}",
     ]
-    _frame(ax, np.vstack([wanted, path, *places.values()]))
+    _frame(ax, every)
     return f"{number}   " + "  ·  ".join(facts)
 
 
@@ -110,6 +133,30 @@ def _link(ax: Axes, spots: Sequence[Any], crank: bool) -> None:
         )  # fmt: skip
     else:
         ax.plot(*np.array(spots).T, color=color, linewidth=2.2 if crank else 1.5, zorder=3.5)
+
+
+def _guide(ax: Axes, ends: Any, block: Any, fixed: bool, size: float) -> None:
+    """Draw a guide, dashed on the frame, and its block."""
+    way = ends[1] - ends[0]
+    far = float(np.hypot(*way))
+    way = way / far if far > 0 else np.array([1.0, 0.0])
+    beyond = np.array([ends[0] - size * way, ends[1] + size * way])
+    ax.plot(
+        *beyond.T, color=style.GROUND if fixed else style.INK, linewidth=1.0 if fixed else 1.5,
+        linestyle="--" if fixed else "-", zorder=2 if fixed else 3.4,
+    )  # fmt: skip
+    across = 0.6 * np.array([-way[1], way[0]])
+    corners = [block + size * (a * way + b * across) for a, b in BLOCK]
+    ax.add_patch(
+        Polygon(
+            corners, closed=True, facecolor=style.PAPER, edgecolor=style.INK, linewidth=1.2,
+            zorder=5,
+        )
+    )  # fmt: skip
+
+
+BLOCK = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+"""Corners of a block along and across its guide."""
 
 
 def _frame(ax: Axes, every: Any) -> None:

@@ -20,6 +20,8 @@ from mechdae.schemes.scheme import Scheme
 BETWEEN = 72
 """Crank angles beside those of the targets at which sines of dyads are kept, on a turn; on less of
 it fewer."""
+POWERS = (2, 4, 8, 16, 32)
+"""Of errors whose largest one counts: the first for `EVERY` iterations, and so on."""
 ROUNDING = 1e-12
 """Errors below which their size is no scale."""
 
@@ -71,6 +73,7 @@ class Fitting(Descent):
         self.weights = np.array(aim.weights, float)
         self.extra: Any = None
         self._size: Any = None
+        self._power, self._round = POWERS[0], 0
         share = 1.0 if aim.turns else 0.5
         self.count = int(BETWEEN * share)
 
@@ -90,6 +93,8 @@ class Fitting(Descent):
         if state is not None:
             self.places, self.extra = state.places, state.extra
         self._placed()
+        if self.aim.minimax:
+            self._power, self._round = POWERS[min(self._round, len(POWERS) - 1)], self._round + 1
         found = self._errors(self.places, self.extra)
         # errors of high powers are measured by the largest one
         largest = np.nan_to_num(np.abs(found.errors)).max(axis=1)
@@ -105,7 +110,7 @@ class Fitting(Descent):
     def _at(self, places: Any, extra: Any, found: ErrorsAt) -> _Fit:
         root = np.sqrt(self.weights)
         errors, rates = found.errors, found.slopes
-        if self.aim.power > 2:
+        if self._power > 2:
             errors, rates = self._raised(errors, rates)
         errors, rates = root * errors, root[:, None] * rates
         merit, excess, slopes = self._judged(places, found.turn, (np.abs(errors) ** 2).sum(axis=1))
@@ -116,7 +121,7 @@ class Fitting(Descent):
 
     def _raised(self, errors: Any, rates: Any) -> tuple[Any, Any]:
         """Return errors to half the power, in units of the largest one, of which squares count."""
-        half = self.aim.power / 2
+        half = self._power / 2
         size = self._size[:, None]
         far = np.abs(errors)
         share = (far / size) ** (half - 1)

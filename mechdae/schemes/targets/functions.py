@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.schemes.aims import ANGLE, MINIMAX, Aim
+from mechdae.schemes.aims import ANGLE, Aim
 from mechdae.schemes.closure import SchemeTurn, turned
 from mechdae.schemes.scheme import FIXED, SWING, Scheme
 from mechdae.schemes.targets.fitting import ErrorsAt, Fitting
@@ -136,7 +136,7 @@ def function_errors(scheme: Scheme, places: Any, aim: Aim) -> tuple[Any, Any]:
 
 def measured_gaps(gaps: Any, aim: Aim) -> tuple[Any, Any]:
     """Return the measure (b,) of gaps (b, k) up to an offset, and the offset (b,)."""
-    if aim.power == MINIMAX:
+    if aim.minimax:
         low, high = gaps.min(axis=1), gaps.max(axis=1)
         return (high - low) / 2, (high + low) / 2
     weights = np.array(aim.weights)

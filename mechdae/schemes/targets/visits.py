@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.schemes.aims import MINIMAX, Aim
+from mechdae.schemes.aims import Aim
 from mechdae.schemes.closure import turned
 from mechdae.schemes.scheme import Scheme
 from mechdae.schemes.targets.fitting import ErrorsAt, Fitting
@@ -137,7 +137,7 @@ def in_order(angles: Any) -> Any:
 
 
 @dataclass
-class Visited:
+class TargetsMet:
     """How sets meet their targets.
 
     Attributes
@@ -156,7 +156,7 @@ class Visited:
     error: Any
 
 
-def visited(scheme: Scheme, places: Any, aim: Aim) -> Visited:
+def visited(scheme: Scheme, places: Any, aim: Aim) -> TargetsMet:
     """Return how sets of places (b, n) that lie by the targets meet them."""
     target, weights = np.array(aim.targets), np.array(aim.weights)
     if aim.angles:
@@ -171,13 +171,13 @@ def visited(scheme: Scheme, places: Any, aim: Aim) -> Visited:
         factor = product / np.abs(product)
     shift = middle - factor * mean
     error = errors_of(factor[:, None] * found + shift[:, None] - target, aim)
-    return Visited(angles, factor, shift, error)
+    return TargetsMet(angles, factor, shift, error)
 
 
 def errors_of(gaps: Any, aim: Aim) -> Any:
     """Return the measure (b,) of gaps (b, k)."""
     far = np.abs(gaps)
-    if aim.power == MINIMAX:
+    if aim.minimax:
         return far.max(axis=1)
     return np.sqrt((np.array(aim.weights) * far**2).sum(axis=1))
 
