@@ -85,7 +85,7 @@ class Timed:
                 self.over = True
                 size = read(piece.scheme).size
                 none = np.zeros(0)
-                found.append(FoundSets(np.zeros((0, size), complex), none, none, none))
+                found.append(FoundSets(np.zeros((0, size), complex), none, none, none, none))
                 continue
             began = time.process_time()
             own = computed(piece)

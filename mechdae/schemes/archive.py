@@ -27,10 +27,13 @@ class SizedScheme:
     error: float
     material: float
     least: float
+    loss: float = 0.0
 
     def near(self, other: SizedScheme) -> bool:
         """Return whether another set of the scheme measures the same."""
-        pairs = ((self.error, other.error), (self.material, other.material))
+        pairs = (
+            (self.error, other.error), (self.material, other.material), (self.loss, other.loss)
+        )  # fmt: skip
         return all(abs(a - b) <= SAME * (abs(b) + SAME) for a, b in pairs)
 
     def value(self, objective: str, aim: Aim) -> float:
@@ -38,7 +41,7 @@ class SizedScheme:
         return {
             "error": self.error * aim.unit, "material": self.material * aim.radius,
             "joints": float(self.scheme.joints), "points": float(self.scheme.size),
-            "transmission_angle": float(np.arcsin(min(self.least, 1.0))),
+            "transmission_angle": float(np.arcsin(min(self.least, 1.0))), "loss": self.loss,
         }[objective]  # fmt: skip
 
 
@@ -57,11 +60,11 @@ class Archive:
         for k in range(len(found.error)):
             entry = SizedScheme(
                 scheme, found.places[k], float(found.error[k]), float(found.material[k]),
-                float(found.least[k]),
+                float(found.least[k]), float(found.loss[k]),
             )  # fmt: skip
             if not any(entry.near(other) for other in own):
                 own.append(entry)
-        values = np.array([[e.error, e.material, -min(e.least, STEEP)] for e in own])
+        values = np.array([[e.error, e.material, -min(e.least, STEEP), e.loss] for e in own])
         kept = np.flatnonzero(undominated(values)).tolist() if own else []
         order = sorted(kept, key=lambda k: own[k].error)
         if len(order) > MOST:

@@ -51,8 +51,9 @@ class SchemeTurn:
 
 
 def turned(
-    scheme: Scheme, places: Any, angles: Any, derivatives: bool = False, by_angle: bool = False
-) -> SchemeTurn:
+    scheme: Scheme, places: Any, angles: Any, derivatives: bool = False, by_angle: bool = False,
+    dimensions: bool = True,
+) -> SchemeTurn:  # fmt: skip
     """Return a batch at crank angles, counted from the pose that the places are those of.
 
     Parameters
@@ -63,6 +64,8 @@ def turned(
         (t,), or (b, t) where each set has its own [rad].
     by_angle
         Derivatives by the crank's angle are the last ones.
+    dimensions
+        Derivatives by places are there.
     """
     start = np.ascontiguousarray(np.asarray(places, complex).T)[:, :, None]
     n, count = scheme.size, start.shape[1]
@@ -83,7 +86,7 @@ def turned(
                 x[k], sines[k] = slid(scheme, Moved(start, x), k)
         turn = SchemeTurn(x, sines)
         if derivatives:
-            _differentiate(scheme, start, turn, by_angle)
+            _differentiate(scheme, start, turn, by_angle, dimensions)
     return turn
 
 
@@ -98,14 +101,16 @@ def _dyad(one: Any, other: Any, first: Any, second: Any) -> tuple[Any, Any]:
     return one + gap * (along + 1j * side * across), across * far / np.sqrt(a * b)
 
 
-def _differentiate(scheme: Scheme, start: Any, turn: SchemeTurn, by_angle: bool) -> None:
+def _differentiate(
+    scheme: Scheme, start: Any, turn: SchemeTurn, by_angle: bool, dimensions: bool
+) -> None:
     """Add derivatives by implicit differentiation of the lengths of bars."""
-    x, size = turn.x, 2 * (scheme.size - 1) + by_angle
+    x, size = turn.x, 2 * (scheme.size - 1) * dimensions + by_angle
     count, steps = x.shape[1:]
     found: list[Any] = []
     turn.slopes = {}
     own = np.zeros((scheme.size, size), complex)
-    for k in range(1, scheme.size):
+    for k in range(1, scheme.size if dimensions else 1):
         own[k, 2 * k - 2], own[k, 2 * k - 1] = 1.0, 1j
     for k, (kind, i, j) in enumerate(scheme.points):
         if kind == FIXED:

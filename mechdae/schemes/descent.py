@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.schemes.aims import Aim
 from mechdae.schemes.closure import SchemeTurn, material, shortest
+from mechdae.schemes.losses import Rubbing, loss_slopes, losses
 from mechdae.schemes.scheme import MIDDLES, Scheme
 
 ROOM = 1.6
@@ -43,7 +45,13 @@ class Descent(ABC):
         self.scheme = scheme
         self.limits, self.least = np.asarray(limits, float), np.asarray(least, float)
         self.places = np.array(places, complex)
+        self._rubbing: tuple[Aim, Rubbing, Any] | None = None
         self.middles = [k for k, (kind, *_) in enumerate(scheme.points) if kind in MIDDLES]
+
+    def lose(self, aim: Aim, rubbing: Rubbing, limits: Any) -> None:
+        """Keep each set within its limit of loss (b,) [W]; inf: any."""
+        if np.isfinite(limits).any():
+            self._rubbing = aim, rubbing, np.asarray(limits, float)
 
     def run(self, iterations: int) -> Any:
         """Return the places (b, n) after so many iterations."""
@@ -115,7 +123,23 @@ class Descent(ABC):
         excess.append(PRESS * over)
         share = np.where(over > 0, PRESS / limits, 0.0)
         slopes.append(share[:, None] * slope)
+        if self._rubbing is not None:
+            over, slope = self._lost(places)
+            excess.append(over)
+            slopes.append(slope)
         return np.nan_to_num(np.stack(excess, axis=1)), np.nan_to_num(np.stack(slopes, axis=1))
+
+    def _lost(self, places: Any) -> tuple[Any, Any]:
+        """Return by how much limits of loss are exceeded, weighted, and derivatives."""
+        assert self._rubbing is not None
+        aim, rubbing, limits = self._rubbing
+        limits = TIGHT * limits
+        found = losses(self.scheme, places, aim, rubbing)
+        with np.errstate(invalid="ignore"):
+            over = np.maximum(found / limits - 1, 0.0)
+        slope = loss_slopes(self.scheme, places, aim, rubbing)
+        share = np.where(over > 0, PRESS / limits, 0.0)
+        return PRESS * over, share[:, None] * slope
 
 
 def moved_by(places: Any, step: Any) -> Any:

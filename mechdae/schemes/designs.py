@@ -11,14 +11,17 @@ from mechdae.composition.mechanisms import letters
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.joints import Joint, Prismatic, Revolute
+from mechdae.describe.loads import Force, Load, Resistance
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Sweep, Task
+from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
 from mechdae.errors import MechdaeError
 from mechdae.records import dataclass
 from mechdae.results import FINE
-from mechdae.schemes.aims import ANGLE, Aim
+from mechdae.schemes.aims import ANGLE, CURVE, Aim
+from mechdae.schemes.aims import PATH as PATH_AIM
 from mechdae.schemes.laid import Laid, output_link
+from mechdae.schemes.losses import Rubbing
 from mechdae.schemes.scheme import SLIDER, Scheme
 from mechdae.solver.solve import solve
 
@@ -26,6 +29,8 @@ PATH = "path"
 """Task of a design's problem that moves it."""
 TARGETS = "targets"
 """Task of its problem that is at the targets."""
+LOSS, LOAD = "loss", "load"
+"""Task with friction, and what loads the mechanism there."""
 POSES = 721
 """Poses of the certified sweep over a turn."""
 TURN = 2 * np.pi
@@ -59,7 +64,9 @@ def crank_angle(scheme: Scheme, place: Laid) -> float:
     return float(place.angles.get(1, np.angle(spots[1] - spots[0])))
 
 
-def mechanism_of_scheme(scheme: Scheme, place: Laid) -> Mechanism:
+def mechanism_of_scheme(
+    scheme: Scheme, place: Laid, rubbing: Rubbing | None = None, aim: Aim | None = None
+) -> Mechanism:
     """Return the mechanism that stands with its points at their places [m].
 
     A link has its first point as its origin and the second one on its x axis, where no angle is
@@ -82,20 +89,34 @@ def mechanism_of_scheme(scheme: Scheme, place: Laid) -> Mechanism:
         bodies[link] = Body(link, table, number=number)
         sketch[link] = angle
     joints: dict[str, Joint] = {}
+    guides: dict[str, Any] = {} if rubbing is None else {"friction": rubbing.friction}
+    pins = guides if rubbing is None else {**guides, "pin_radius": rubbing.pin_radius}
     for k, name in enumerate(names):
         at_pin = scheme.links_at(k)
         for turn, other in enumerate(at_pin[1:], start=1):
             joint = name if turn == 1 else f"{name}{turn}"
             ends = (f"{links[at_pin[0]]}.{name}", f"{links[other]}.{name}")
-            joints[joint] = Revolute(joint, *ends)
+            joints[joint] = Revolute(joint, *ends, **pins)
     for k, guide, block in scheme.slides:
         kind, _, j = scheme.points[k]
         base, end = (j, k) if kind == SLIDER else (k, j)
         axis = float(np.angle(spots[end] - spots[base])) - turns[guide]
         name = f"{names[k]}_slide"
         pair = (f"{links[guide]}.{names[base]}", f"{links[block]}.{names[end]}")
-        joints[name] = Prismatic(name, *pair, axis=axis)
-    return Mechanism(ground=frame, bodies=Table(bodies), joints=Table(joints), sketch=Table(sketch))
+        joints[name] = Prismatic(name, *pair, axis=axis, **guides)
+    loads = {} if rubbing is None or aim is None else _loads(scheme, rubbing, aim)
+    return Mechanism(
+        ground=frame, bodies=Table(bodies), joints=Table(joints), sketch=Table(sketch),
+        loads=Table(loads),
+    )  # fmt: skip
+
+
+def _loads(scheme: Scheme, rubbing: Rubbing, aim: Aim) -> dict[str, Load]:
+    """Return the load of a task: a force on the tracing point, or what resists the output."""
+    if aim.what in (CURVE, PATH_AIM):
+        return {LOAD: Force(LOAD, tracer(scheme), rubbing.load)}
+    size = rubbing.load[0]
+    return {LOAD: Resistance(LOAD, output(scheme, aim), negative=size, positive=size)}
 
 
 def _turns(scheme: Scheme, place: Laid) -> list[float]:
@@ -122,12 +143,16 @@ def _points(
     return Table(found)
 
 
-def problem_of_scheme(scheme: Scheme, place: Laid, name: str, title: str) -> Problem:
+def problem_of_scheme(
+    scheme: Scheme, place: Laid, name: str, title: str, rubbing: Rubbing | None = None,
+    aim: Aim | None = None,
+) -> Problem:  # fmt: skip
     """Return the problem of a design: a turn of its crank from the pose it stands in, or less.
 
-    Where there are targets a second task is at them.
+    Where there are targets a second task is at them, where there is friction a third one has the
+    loss.
     """
-    mechanism = mechanism_of_scheme(scheme, place)
+    mechanism = mechanism_of_scheme(scheme, place, rubbing, aim)
     start = crank_angle(scheme, place)
     low, high = place.span
     driver = Driver("crank.angle", from_=start + low, to=start + high)
@@ -135,6 +160,8 @@ def problem_of_scheme(scheme: Scheme, place: Laid, name: str, title: str) -> Pro
     if place.at is not None:
         at = Driver("crank.angle", at=tuple((start + place.at).tolist()))
         tasks[TARGETS] = Sweep(at)
+    if rubbing is not None:
+        tasks[LOSS] = Reactions(driver, poses=361, cycle=True)
     return Problem(mechanism, Table(tasks), name=name, title=title)
 
 
@@ -200,6 +227,17 @@ def at_targets(problem: Problem, coordinate: str) -> Any:
     if what == "angle":
         return found.bodies[owner].angle
     return found.points[coordinate].position
+
+
+def loss_of(problem: Problem) -> float | None:
+    """Return the mean loss [W] of a design, with friction that acts on reactions; None: no motion.
+
+    The crank turns by one radian per second.
+    """
+    found = solve(problem, LOSS)
+    if any(str(word) not in FINE for word in found.status):
+        return None
+    return float(found.summary["loss"])
 
 
 def text_of_design(problem: Problem) -> str:

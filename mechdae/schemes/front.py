@@ -19,6 +19,7 @@ from mechdae.schemes.designs import (
     certified,
     crank_angle,
     dimensions,
+    loss_of,
     output,
     point_names,
     problem_of_scheme,
@@ -26,6 +27,7 @@ from mechdae.schemes.designs import (
     tracer,
 )
 from mechdae.schemes.laid import Laid, laid, ways_of
+from mechdae.schemes.losses import rubbing_of
 from mechdae.schemes.scheme import Scheme
 from mechdae.schemes.shape import Wanted, distances
 from mechdae.schemes.targets.visits import errors_of
@@ -147,7 +149,8 @@ def design_of(
     place = laid(entry, aim, asked)
     spots = place.places
     words = f"{title or name}: {len(scheme.links)} links, {scheme.joints} joints"
-    problem = problem_of_scheme(scheme, place, name, words)
+    rubbing = rubbing_of(asked)
+    problem = problem_of_scheme(scheme, place, name, words, rubbing, aim)
     point = tracer(scheme)
     found = certified(problem, point)
     if found.reasons:
@@ -155,8 +158,11 @@ def design_of(
     error, values_at = _error(problem, scheme, place, aim, found.curve)
     if error is None:
         return {"reasons": ["a target is not on the path that is certified"]}
+    loss = None if rubbing is None else loss_of(problem)
+    if rubbing is not None and loss is None:
+        return {"reasons": ["with friction the crank does not turn it through"]}
     measured = {
-        "error": error, "material": entry.material * aim.radius,
+        "loss": loss or 0.0, "error": error, "material": entry.material * aim.radius,
         "joints": scheme.joints, "points": scheme.size,
         "transmission_angle": found.transmission,
     }  # fmt: skip
@@ -174,7 +180,7 @@ def design_of(
         "places": {n: [float(z.real), float(z.imag)] for n, z in zip(names, spots, strict=True)},
         "link_points": [[names[k] for k in own] for own in scheme.links],
         "path": [[float(z.real), float(z.imag)] for z in found.curve[::DRAWN]],
-        **values_at, **_guides(scheme, place),
+        **({} if loss is None else {"loss": loss}), **values_at, **_guides(scheme, place),
         "parameters": dict(dimensions(problem.mechanism)), "problem": text_of_design(problem),
     }  # fmt: skip
 

@@ -12,10 +12,10 @@ from mechdae.records import dataclass
 from mechdae.schemes.aims import ANGLE, CURVE, PATH, Aim
 from mechdae.schemes.archive import SizedScheme
 from mechdae.schemes.closure import turned
-from mechdae.schemes.scheme import DYAD, SLIDER, Scheme
+from mechdae.schemes.scheme import SLIDER, Scheme, output_points, pivot_of
 from mechdae.schemes.shape import POINTS, Wanted, centred, fitted, resampled
 from mechdae.schemes.slides import Moved, turning
-from mechdae.schemes.targets.functions import function_errors, pivot_of
+from mechdae.schemes.targets.functions import function_errors
 from mechdae.schemes.targets.visits import visited
 
 ANGLES = 720
@@ -62,11 +62,8 @@ def laid(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid:
 
 def output_link(scheme: Scheme) -> int:
     """Return the link whose angle is the output of a function."""
-    kind, i, _ = scheme.points[scheme.trace]
-    pivot = pivot_of(scheme) if kind == DYAD else i
-    return next(
-        k for k, own in enumerate(scheme.links) if own[:2] == (pivot, scheme.trace)
-    )  # fmt: skip
+    pair = output_points(scheme)
+    return next(k for k, own in enumerate(scheme.links) if own[:2] == pair)
 
 
 def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:

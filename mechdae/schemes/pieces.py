@@ -16,6 +16,7 @@ from mechdae.schemes import refine, screening
 from mechdae.schemes.aims import CURVE, PATH, Aim
 from mechdae.schemes.closure import SchemeTurn, material, shortest, turned
 from mechdae.schemes.descent import SHORT, Descent
+from mechdae.schemes.losses import Rubbing, losses
 from mechdae.schemes.scheme import Scheme, read
 from mechdae.schemes.shape import Wanted, distances
 from mechdae.schemes.targets.functions import FunctionFitting, based, function_errors
@@ -53,6 +54,8 @@ class SchemePiece:
     places: Any = None
     limits: Any = None
     least: Any = None
+    rubbing: Rubbing | None = None
+    losses: Any = None
 
     @property
     def digest(self) -> str:
@@ -64,7 +67,9 @@ class SchemePiece:
         else:
             wanted = None
             found.update(repr(self.aim).encode())
-        for array in (wanted, self.places, self.limits, self.least):
+        if self.rubbing is not None:
+            found.update(repr(self.rubbing).encode())
+        for array in (wanted, self.losses, self.places, self.limits, self.least):
             if array is not None:
                 own = np.ascontiguousarray(array)
                 found.update(f"{own.dtype.kind}{own.shape}".encode() + own.tobytes())
@@ -83,12 +88,15 @@ class FoundSets:
         (k,) the measure of `shape`; of what was screened the root mean square distance.
     material, least
         (k,) in radii; the least sine of the dyads.
+    loss
+        (k,) [W]; zero where none is asked for.
     """
 
     places: Any
     error: Any
     material: Any
     least: Any
+    loss: Any
 
 
 def computed(piece: SchemePiece) -> FoundSets | Failure:
@@ -107,13 +115,15 @@ def _screened(piece: SchemePiece) -> FoundSets:
         places, error = screened_sets(
             scheme, aim, piece.count, list(piece.seed), piece.keep, limits
         )  # fmt: skip
-        return FoundSets(places, error, _material(scheme, aim, places), np.ones(len(places)))
+        amount = _material(scheme, aim, places)
+        return FoundSets(places, error, amount, np.ones(len(places)), np.zeros(len(places)))
     target = _wanted(aim.corners).points(screening.POINTS)
     places, residual = screening.screened(
         scheme, target - target.mean(), piece.count, list(piece.seed), piece.keep, limits
     )  # fmt: skip
     amount = _material(scheme, aim, places)
-    return FoundSets(places, np.sqrt(residual), amount, np.ones(len(places)))
+    none = np.zeros(len(places))
+    return FoundSets(places, np.sqrt(residual), amount, np.ones(len(places)), none)
 
 
 def _material(scheme: Scheme, aim: Aim, places: Any) -> Any:
@@ -133,7 +143,9 @@ def _refined(piece: SchemePiece) -> FoundSets:
         run = VisitFitting(scheme, piece.places, aim, limits, least)
     else:
         run = FunctionFitting(scheme, piece.places, aim, limits, least)
-    return measured(piece.scheme, run.run(piece.count), aim)
+    if piece.rubbing is not None:
+        run.lose(aim, piece.rubbing, piece.losses)
+    return measured(piece.scheme, run.run(piece.count), aim, piece.rubbing)
 
 
 def _nodes(aim: Aim) -> Any:
@@ -143,7 +155,7 @@ def _nodes(aim: Aim) -> Any:
     return aim.nodes(ANGLES if aim.turns else ANGLES // 2 + 1)
 
 
-def measured(scheme: str, places: Any, aim: Aim) -> FoundSets:
+def measured(scheme: str, places: Any, aim: Aim, rubbing: Rubbing | None = None) -> FoundSets:
     """Return sets with their measures; those with bars too short, or that do not
     assemble at some angle, are left out.
     """
@@ -154,7 +166,7 @@ def measured(scheme: str, places: Any, aim: Aim) -> FoundSets:
     kept = np.flatnonzero(whole & (shortest(own, places) >= SHORT))
     places = places[kept] - places[kept, :1] if aim.what == CURVE else places[kept]
     if not len(kept):
-        return FoundSets(places, np.zeros(0), np.zeros(0), np.zeros(0))
+        return FoundSets(places, *(np.zeros(0) for _ in range(4)))
     if aim.what == CURVE:
         error = distances(turn.x[own.trace][kept], _wanted(aim.corners))
     elif aim.what == PATH:
@@ -163,7 +175,11 @@ def measured(scheme: str, places: Any, aim: Aim) -> FoundSets:
         places = based(own, places, aim)
         error = function_errors(own, places, aim)[0]
     turn = SchemeTurn(turn.x[:, kept], {})
-    return FoundSets(places, error, material(own, places, turn=turn), least[kept])
+    amount = material(own, places, turn=turn)
+    loss = np.zeros(len(places))
+    if rubbing is not None:
+        loss = losses(own, places, aim, rubbing, ANGLES)
+    return FoundSets(places, error, amount, least[kept], loss)
 
 
 @lru_cache(maxsize=8)

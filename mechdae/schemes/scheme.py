@@ -160,3 +160,16 @@ def read(text: str) -> Scheme:
         i, j = map(int, word[1:].split(".")) if len(word) > 1 else (0, 0)
         points.append((word[0], i, j))
     return Scheme(tuple(points), int(last[1:]))
+
+
+def pivot_of(scheme: Scheme) -> int:
+    """Return the fixed point of the output: its pivot, or the one that its guide passes."""
+    _, i, j = scheme.points[scheme.trace]
+    return i if scheme.points[i][0] == FIXED else j
+
+
+def output_points(scheme: Scheme) -> tuple[int, int]:
+    """Return two points of the link whose angle is the output of a function."""
+    kind, i, _ = scheme.points[scheme.trace]
+    # a block that turns on the frame has the angle of its rod
+    return (i if kind == SWING else pivot_of(scheme)), scheme.trace

@@ -17,6 +17,7 @@ from mechdae.describe.tasks.composition import LARGEST, LEAST, CompositionDemand
 from mechdae.schemes.aims import aim_of
 from mechdae.schemes.archive import Archive, SizedScheme
 from mechdae.schemes.growth import Change, grown, merged
+from mechdae.schemes.losses import rubbing_of
 from mechdae.schemes.pieces import REFINE, SCREEN, FoundSets, SchemePiece
 from mechdae.schemes.scheme import Scheme, read
 from mechdae.schemes.types import chain_names, named, schemes_of
@@ -59,6 +60,7 @@ class SchemeSearch:
         self.asked, self.run = asked, run
         self.aim = aim_of(asked)
         self.radius = self.aim.radius
+        self.rubbing = rubbing_of(asked)
         self.archive = Archive()
         self.tried: set[str] = set()
         self.rounds: list[dict[str, Any]] = []
@@ -117,6 +119,9 @@ class SchemeSearch:
                 self._fill(f"levels, last {number + 1}")
         if "transmission_angle" in self.asked.objectives:
             self._transmit()
+        if self.rubbing is not None:
+            for number in range(LAST):
+                self._lose(f"losses {number + 1}")
         return self.archive
 
     def _screen(self, schemes: Sequence[Scheme]) -> None:
@@ -265,11 +270,34 @@ class SchemeSearch:
         for _ in range(2):
             self._refine("transmission", jobs, LONG, floors)
 
+    def _lose(self, name: str) -> None:
+        """Refine towards levels of loss from the best sets around each."""
+        every = [own for own in self.archive.every if np.isfinite(own.loss)]
+        counted = [own for own in every if own.error <= self.worst] or every
+        if not counted:
+            return
+        low, high = (f(own.loss for own in counted) for f in (min, max))
+        high = min(high, 4 * low)
+        levels = [share * low for share in BELOW] + np.linspace(low, high, LEVELS).tolist()
+        jobs, losses = [], []
+        for level in levels:
+            around: dict[int, SizedScheme] = {}
+            for share in (1.0, 1.1, 1.6):
+                near = sorted(
+                    (own for own in counted if own.loss <= share * level), key=lambda e: e.error
+                )  # fmt: skip
+                around |= {id(entry): entry for entry in near[:3]}
+            lightest = sorted(counted, key=lambda e: e.loss)[:2]
+            for entry in list(around.values()) or lightest:
+                jobs.append((entry.scheme.text, entry.places, self.cap))
+                losses.append(level)
+        self._refine(name, jobs, LONG, losses=losses)
+
     # -- pieces ----------------------------------------------------------------------------------
 
     def _refine(
         self, name: str, jobs: Sequence[tuple[str, Any, float]], iterations: int,
-        floors: Sequence[float] | None = None,
+        floors: Sequence[float] | None = None, losses: Sequence[float] | None = None,
     ) -> None:  # fmt: skip
         """Refine sets, those of one scheme together, and enter what comes of them."""
         groups: dict[str, list[int]] = {}
@@ -284,10 +312,13 @@ class SchemeSearch:
                 least = np.full(len(part), self.least)
                 if floors is not None:
                     least = np.maximum(least, [floors[k] for k in part])
+                most = None
+                if self.rubbing is not None:
+                    most = np.array([np.inf if losses is None else losses[k] for k in part])
                 pieces.append(
                     SchemePiece(
                         __version__, REFINE, text, self.aim, iterations, places=places,
-                        limits=limits, least=least,
+                        limits=limits, least=least, rubbing=self.rubbing, losses=most,
                     )
                 )  # fmt: skip
         for piece, found in zip(pieces, self._done(name, pieces), strict=True):

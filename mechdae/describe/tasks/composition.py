@@ -20,7 +20,7 @@ from mechdae.records import dataclass
 
 OBJECTIVES: Mapping[str, tuple[str, int]] = {
     "error": ("1", 1), "material": ("m", 1), "joints": ("1", 1), "points": ("1", 1),
-    "transmission_angle": ("rad", -1),
+    "transmission_angle": ("rad", -1), "loss": ("W", 1),
 }  # fmt: skip
 """Name -> unit, and 1 where less is better, -1 where more is."""
 USUAL = ("error", "material", "joints")
@@ -78,6 +78,8 @@ class CompositionDemand:
         Whether a dyad may have a sliding pair.
     within
         Limits on objectives by name.
+    rubbing
+        Coefficient of friction, radius of pins [m], load [N or N m]; None: no loss is asked for.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -89,6 +91,7 @@ class CompositionDemand:
     chains: tuple[str, ...] | None
     slides: bool
     within: Mapping[str, float]
+    rubbing: tuple[float, float, tuple[float, ...]] | None
     points: int
     samples: int
     starts: int
@@ -143,9 +146,45 @@ def asked_of(task: Any, parameters: Mapping[str, float]) -> CompositionDemand:
     links = _links(task, points, less)
     return CompositionDemand(
         corners, visits, function, objectives, reference, links, task.chains, slides, within,
+        _rubbing(task, parameters, "loss" in (*objectives, *within), function is not None),
         points, task.samples or SAMPLES, task.starts or STARTS,
         GROW if task.grow is None else task.grow, task.seed or 0, task.keep or KEEP,
     )  # fmt: skip
+
+
+def _rubbing(
+    task: Any, parameters: Mapping[str, float], asked: bool, function: bool
+) -> tuple[float, float, tuple[float, ...]] | None:
+    """Return friction, radius of pins, and load, where a loss is asked for."""
+    words = ("friction", "pin_radius", "load")
+    given = [word for word in words if getattr(task, word) is not None]
+    if not asked:
+        if given:
+            raise InputError(
+                f"'{given[0]}' changes nothing where no loss is asked for", where=given[0],
+                hint='"loss" among the objectives, or within = { loss = ... }',
+            )  # fmt: skip
+        return None
+    missing = [word for word in words if word not in given]
+    if missing:
+        raise InputError(
+            f"a loss needs friction, pin_radius and load; '{missing[0]}' is missing",
+            where=missing[0],
+        )
+    from mechdae.describe.values import evaluated
+
+    friction, radius = (float(evaluated(getattr(task, word), parameters)) for word in words[:2])
+    for word, value in (("friction", friction), ("pin_radius", radius)):
+        if not value > 0:
+            raise InputError("a positive number is needed", where=word)
+    load = tuple(float(own) for own in evaluated(task.load, parameters))
+    count, what = (1, "one number: what resists the output") if function else (2, "[x, y], a force")
+    if len(load) != count:
+        raise InputError(f"{what} is needed, here are {len(load)} numbers", where="load")
+    if not any(load) or (function and load[0] < 0):
+        words_for = "positive" if function else "not zero"
+        raise InputError(f"a load is {words_for}", where="load")
+    return friction, radius, load
 
 
 def _slides(task: Any) -> bool:

@@ -273,7 +273,9 @@ class Composition(Task):
 
     goal: CurveGoal | PathGoal | FunctionTargets | None = key("scheme_goal", None)
     objectives: tuple[str, ...] | None = key(
-        "names", None, doc="of the front: error, material, joints, points, transmission_angle"
+        "names",
+        None,
+        doc="of the front: error, material, joints, points, transmission_angle, loss",
     )
     reference: tuple[Number, ...] | None = key(
         "numbers", None, doc="worst value of each objective that a front is measured from"
@@ -285,6 +287,13 @@ class Composition(Task):
     pairs: tuple[str, ...] | None = key("names", None, doc='kinds of joints: ["R"], ["R", "P"]')
     within: Mapping[str, Number] | None = key(
         "coordinates", None, doc="limits on objectives: name -> most, of transmission_angle least"
+    )
+    friction: Number | None = key("number", None, doc="of all joints, for the loss", unit="1")
+    pin_radius: Number | None = key("number", None, doc="of all pins, for the loss", unit="m")
+    load: tuple[Number, ...] | None = key(
+        "numbers",
+        None,
+        doc="for the loss: [x, y] of the force on the tracing point, or [what resists the output]",
     )
     points: int | None = key("whole", None, doc="most pins, with the tracing point; 12")
     samples: int | None = key("whole", None, doc="sets of dimensions drawn of each scheme")

@@ -12,24 +12,11 @@ import numpy as np
 
 from mechdae.schemes.aims import ANGLE, Aim
 from mechdae.schemes.closure import SchemeTurn, turned
-from mechdae.schemes.scheme import FIXED, SWING, Scheme
+from mechdae.schemes.scheme import Scheme, output_points, pivot_of
 from mechdae.schemes.targets.fitting import ErrorsAt, Fitting
 
 FINE = 181
 """Crank angles beside the targets at which a set is measured."""
-
-
-def pivot_of(scheme: Scheme) -> int:
-    """Return the fixed point of the output: its pivot, or the one that its guide passes."""
-    _, i, j = scheme.points[scheme.trace]
-    return i if scheme.points[i][0] == FIXED else j
-
-
-def _link(scheme: Scheme) -> tuple[int, int]:
-    """Return two points of the link whose angle is the output."""
-    kind, i, _ = scheme.points[scheme.trace]
-    # a block that turns on the frame has the angle of its rod
-    return (i if kind == SWING else pivot_of(scheme)), scheme.trace
 
 
 def outputs(scheme: Scheme, turn: SchemeTurn, places: Any, aim: Aim, angles: Any) -> Any:
@@ -45,7 +32,7 @@ def outputs(scheme: Scheme, turn: SchemeTurn, places: Any, aim: Aim, angles: Any
         k, g = scheme.trace, pivot_of(scheme)
         way = start[:, k] - start[:, g]
         return ((turn.x[k] - turn.x[g]) * np.conj(way / np.abs(way))[:, None]).real
-    i, k = _link(scheme)
+    i, k = output_points(scheme)
     spin = (turn.x[k] - turn.x[i]) / (start[:, k] - start[:, i])[:, None]
     order = np.argsort(angles, kind="stable")
     found = np.empty(spin.shape)
@@ -71,7 +58,7 @@ def _rates(scheme: Scheme, turn: SchemeTurn, places: Any, aim: Aim) -> Any:
         way = start[:, k] - start[:, g]
         way = np.conj(way / np.abs(way))[:, None, None]
         return (way * (turn.every[k] - own(g))).real
-    i, k = _link(scheme)
+    i, k = output_points(scheme)
     gap, first = turn.x[k] - turn.x[i], start[:, k] - start[:, i]
     # sets that do not assemble are lost anyway
     with np.errstate(invalid="ignore", divide="ignore"):

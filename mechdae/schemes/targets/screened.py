@@ -13,8 +13,8 @@ import numpy as np
 from mechdae.schemes.aims import ANGLE, PATH, Aim
 from mechdae.schemes.closure import SchemeTurn
 from mechdae.schemes.drawing import amount_of, drawn
-from mechdae.schemes.scheme import RIGID, Scheme
-from mechdae.schemes.targets.functions import based, measured_gaps, outputs, pivot_of
+from mechdae.schemes.scheme import RIGID, Scheme, pivot_of
+from mechdae.schemes.targets.functions import based, measured_gaps, outputs
 
 BETWEEN = 48
 """Crank angles beside those of the targets."""
