@@ -24,6 +24,8 @@ TIGHT = 0.994
 """Material is pressed below this share of its limit, because a penalty leaves a little above."""
 SHORT = 0.05
 """Least length of crank and bars of dyads, in radii of what is wanted."""
+FAR = 1e6
+"""By how much a loss exceeds its limit at most: it grows beyond bounds where a dyad locks."""
 EVERY = 6
 """Iterations after which what is not a dimension is found anew."""
 
@@ -136,7 +138,7 @@ class Descent(ABC):
         limits = TIGHT * limits
         found = losses(self.scheme, places, aim, rubbing)
         with np.errstate(invalid="ignore"):
-            over = np.maximum(found / limits - 1, 0.0)
+            over = np.clip(found / limits - 1, 0.0, FAR)
         slope = loss_slopes(self.scheme, places, aim, rubbing)
         share = np.where(over > 0, PRESS / limits, 0.0)
         return PRESS * over, share[:, None] * slope

@@ -37,8 +37,8 @@ ANGLES = 360
 TURN = 2 * np.pi
 MOST = 120
 """Points of a front out of which those are chosen that are certified."""
-DRAWN = 5
-"""Of the poses of a certificate every so many are kept of the path, to be drawn."""
+DRAWN, FINELY = 5, 2
+"""Of the poses of a certificate every so many are kept of the path, to be drawn; with targets."""
 SAME = 1e-6
 """Share of an objective's range below which two designs are one."""
 
@@ -171,6 +171,7 @@ def design_of(
         if sign * measured[own] > sign * limit * (1 + 1e-9 * sign):
             return {"reasons": [f"{own} is {measured[own]:.6g} over the whole turn"]}
     values = [float(measured[own]) for own in asked.objectives]
+    drawn = DRAWN if aim.what == CURVE else FINELY
     return {
         "objective": values[0], "objectives": values, "error": error,
         "material": measured["material"], "joints": scheme.joints, "points": scheme.size,
@@ -179,7 +180,7 @@ def design_of(
         "transmission_angle_min": found.transmission,
         "places": {n: [float(z.real), float(z.imag)] for n, z in zip(names, spots, strict=True)},
         "link_points": [[names[k] for k in own] for own in scheme.links],
-        "path": [[float(z.real), float(z.imag)] for z in found.curve[::DRAWN]],
+        "path": [[float(z.real), float(z.imag)] for z in found.curve[::drawn]],
         **({} if loss is None else {"loss": loss}), **values_at, **_guides(scheme, place),
         "parameters": dict(dimensions(problem.mechanism)), "problem": text_of_design(problem),
     }  # fmt: skip

@@ -16,10 +16,15 @@ from mechdae.describe.file.load import from_dict
 from mechdae.errors import MechdaeError
 from mechdae.schemes.aims import Aim
 from mechdae.schemes.closure import material, turned
+from mechdae.schemes.designs import loss_of, problem_of_scheme
+from mechdae.schemes.drawing import drawn
+from mechdae.schemes.laid import Laid
+from mechdae.schemes.losses import Rubbing, loss_slopes, losses
 from mechdae.schemes.scheme import read
 from mechdae.schemes.targets.functions import FunctionFitting
 from mechdae.schemes.targets.visits import VisitFitting, assigned
 from mechdae.schemes.types import schemes_of
+from tests.shared.paths import DOCS
 from tests.shared.scheme_goals import (
     CLOSED,
     ELLIPSE,
@@ -57,12 +62,20 @@ def checked_file(design):
     return closure, q, data
 
 
+def on_page(name, number, digits, unit) -> None:
+    """Compare a number of the table of the page."""
+    rows = (DOCS / "schemes.md").read_text(encoding="utf-8").splitlines()
+    row = next(line for line in rows if line.startswith(f"| {name}"))
+    assert f"{number:.{digits}g}{unit}" in row.split("|")[3]
+
+
 def test_timed_targets_with_turning_and_sliding_pairs() -> None:
     """The four-bar is that of the literature and the best known one; a slider-crank is lighter."""
     goal = {"kind": "path", "closed": True, "steps_deg": STEPS, "targets": CLOSED}
     found = designs(goal, pairs=BOTH)
     # f = sum of squares 9.0298e-3 m2 is the bar of shared/reference/synthesis.md for this case
     assert found[0]["error"] <= np.sqrt(9.0298e-3 / 18)
+    on_page("eighteen places", found[0]["error"], 5, " m")
     assert any(" S" in own["scheme"] or " T" in own["scheme"] for own in found)
     for own in found:
         closure, q, _ = checked_file(own)
@@ -76,6 +89,7 @@ def test_targets_in_order() -> None:
     weights = [2.0, *[1.0] * 8]
     # f = 4.0204e-4 m2 with weight 2 on the first of ten, from the same reference
     assert found[0]["error"] <= np.sqrt(4.0204e-4 / 10)
+    on_page("nine places", found[0]["error"], 5, " m")
     for own in found:
         closure, q, _ = checked_file(own)
         gaps = place_of(closure, q, own["traced"]) - np.array(ELLIPSE[:-1])
@@ -94,6 +108,7 @@ def test_a_function_of_an_angle() -> None:
     }  # fmt: skip
     found = designs(goal, keep=2)
     assert found[0]["error"] <= np.radians(0.193182) * 1.001
+    on_page("sine", np.degrees(found[0]["error"]), 5, "°")
     x = np.linspace(0, np.pi / 2, 41)
     for own in found:
         closure, q, data = checked_file(own)
@@ -254,9 +269,66 @@ def test_schemes_with_slides_of_four_links_by_hand() -> None:
     angle = {own.text for own in schemes_of(4, 1, "angle", True)}
     assert angle == {"F C F D1.2 *3", "F C F T1.2 *3", "F C F T2.1 *3"}
     assert {own.text for own in schemes_of(4, 1, "slide", True)} == {"F C F S1.2 *3"}
-    for own in schemes_of(6, 2, "path", True):
+    six = [own for place in (1, 2) for own in schemes_of(6, place, "path", True)]
+    assert len(six) == 101  # said on the page
+    for own in six:
         assert len(own.links) == 6
         assert own.joints == 7
+
+
+RUB = Rubbing(1e-4, 0.02, (30.0, -50.0))
+RESIST = Rubbing(1e-4, 0.02, (30.0,))
+LOADED = [
+    ("F C F D1.2 R1.3 *4", Aim("curve"), RUB), ("F C F S1.2 R1.3 *4", Aim("curve"), RUB),
+    ("F C F T1.2 R1.3 *4", Aim("curve"), RUB),
+    ("F C F D1.2 R1.3 R1.3 R1.3 F D4.7 S8.6 *9", Aim("curve"), RUB),
+    ("F C F D1.2 *3", Aim("angle"), RESIST),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "aim", "rubbing"), LOADED)
+def test_losses_are_those_of_the_ordinary_model_to_first_order(text, aim, rubbing) -> None:
+    scheme, generator = read(text), np.random.default_rng(1)
+    x = drawn(scheme, 1, TURN * np.arange(64) / 64, generator)
+    places = x[:, :, 0].T.copy()
+    kind, i, j = scheme.points[scheme.trace]
+    if kind == "R":
+        share = 0.5 + 0.3j
+        places[:, scheme.trace] = places[:, i] + share * (places[:, j] - places[:, i])
+    own = losses(scheme, places, aim, rubbing, 360)
+    problem = problem_of_scheme(scheme, Laid(places[0], {}, {}), "x", "", rubbing, aim)
+    assert own[0] == pytest.approx(loss_of(problem), rel=3e-4)
+    slopes, h = loss_slopes(scheme, places, aim, rubbing), 3e-5
+    for column in range(slopes.shape[1]):
+        ends = []
+        for sign in (1, -1):
+            moved_places = places.copy()
+            moved_places[0, 1 + column // 2] += sign * h * (1j if column % 2 else 1.0)
+            ends.append(losses(scheme, moved_places, aim, rubbing)[0])
+        assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(
+            slopes[0, column], rel=1e-3, abs=1e-3 * np.abs(slopes).max()
+        )
+
+
+def test_a_front_of_error_and_loss() -> None:
+    """Less loss for more error; each loss is that of the file, solved with friction."""
+    goal = {"kind": "path", "closed": True, "steps_deg": STEPS, "targets": CLOSED}
+    found = designs(
+        goal, objectives=["error", "loss"], reference=[0.2, 1.0], friction=0.1, pin_radius=0.01,
+        load=[0, -50], keep=5,
+    )  # fmt: skip
+    values = np.array([own["objectives"] for own in found])
+    assert len(found) >= 4
+    assert (np.diff(values[:, 1]) < 0).all()
+    # the same curve has cognates, one of which loses less
+    assert values[0, 0] <= np.sqrt(9.0298e-3 / 18)
+    assert values[-1, 1] < 0.8 * values[0, 1]
+    for own in found[::2]:
+        problem = from_dict(tomllib.loads(own["problem"]), "design")
+        solved = md.solve(problem, "loss")
+        assert own["loss"] == pytest.approx(solved.summary["loss"], rel=1e-12)
+        # a constant force does no work over a turn: all that goes in is lost
+        assert solved.summary["input"] == pytest.approx(own["loss"], rel=1e-3)
 
 
 SHORT = {"samples": 60, "starts": 2, "grow": 1, "points": 7, "keep": 3}
@@ -304,6 +376,20 @@ WRONG = [
     (FUNCTION, {"points": 3}, "points", "4 points"),
     (FUNCTION, {"within": {"points": 3}}, "within.points", "four-bar"),
     (FUNCTION, {"pairs": []}, "pairs", "turns"),
+    (FUNCTION, {"friction": 0.1}, "friction", "no loss"),
+    (FUNCTION, {"objectives": ["error", "loss"]}, "friction", "missing"),
+    (
+        FUNCTION,
+        {"objectives": ["error", "loss"], "friction": 0.1, "pin_radius": 0.01, "load": [1, 2]},
+        "load",
+        "one number",
+    ),
+    (
+        FUNCTION,
+        {"objectives": ["error", "loss"], "friction": 0.0, "pin_radius": 0.01, "load": [1]},
+        "friction",
+        "positive",
+    ),
 ]
 
 
