@@ -405,11 +405,18 @@ class Search:
 
     @property
     def exact_facts(self) -> dict[str, Any]:
-        """How many solutions an exact goal has, and how certain that is; {} where none count."""
+        """How many solutions an exact goal has, and how certain that is; {} where none count.
+
+        Of a goal that leaves numbers free: how many, and that its solutions are a family.
+        """
         lead = self.lead
-        if not isinstance(lead, VisitsGoal) or lead.within is None:
+        if not isinstance(lead, VisitsGoal):
             return {}
-        return lead.within.facts
+        if lead.within is not None:
+            return lead.within.facts
+        if not lead.freedoms:
+            return {}
+        return {"verdict": "found", "basis": "infinite family", "freedoms": lead.freedoms}
 
     def followed_by(self, follow: Follow) -> None:
         """Have the paths of exact goals followed in another place."""

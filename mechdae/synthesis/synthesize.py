@@ -118,7 +118,8 @@ def _verdict(search: Search) -> dict[str, Any]:
     facts = search.exact_facts
     if not facts:
         return {}
-    return {"solutions": search.all_solutions, "verdict": facts["verdict"], "exact": facts}
+    found = {"verdict": facts["verdict"], "exact": facts}
+    return found if "freedoms" in facts else {"solutions": search.all_solutions, **found}
 
 
 def _none_is_faultless(search: Search) -> str:

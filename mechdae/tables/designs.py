@@ -77,6 +77,9 @@ def _exact(facts: Mapping[str, Any], width: int) -> list[str]:
     """Return how many solutions an exact goal has, and how certain that is."""
     if not facts:
         return []
+    if "freedoms" in facts:
+        family = f"the four-bars are an infinite family of {facts['freedoms']} parameters"
+        return fact("verdict", f"{facts['verdict']}: {family}, some of it is reported", width)
     within = f"{facts['within']} four-bars of them within the bounds"
     if facts["within"]:
         within += f", {facts['faultless']} without fault at the targets"

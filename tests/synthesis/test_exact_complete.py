@@ -28,6 +28,7 @@ from mechdae.synthesis.fourbar.exact import exact_path
 from mechdae.synthesis.fourbar.linkage import joints
 from mechdae.synthesis.job.log import Log, fingerprint
 from mechdae.synthesis.job.run import Job
+from mechdae.tables import table
 from tests.reference import closure_fourbar as closure
 from tests.shared.command import run
 from tests.shared.paths import ROOT
@@ -396,6 +397,19 @@ def test_infinitely_many_are_no_verdict() -> None:
     assert len(found.every.z) < 36
     for design in found.designs:
         np.testing.assert_allclose(design.points(), points @ [1, 1j], atol=1e-6)
+
+
+@pytest.mark.parametrize(("poses", "freedoms"), [(4, 2), (3, 4)])
+def test_fewer_poses_leave_a_family(poses, freedoms) -> None:
+    """Each of the two guiding links has a pin and a pivot, and a length kept at further poses."""
+    problem = md.load("burmester5-public")
+    task = problem.tasks["design"]
+    goal = replace(task.goal, poses=task.goal.poses[:poses])
+    result = md.synthesize(problem.with_task("design", replace(task, goal=goal)), starts=2)
+    assert result.summary["verdict"] == "found"
+    assert result.summary["exact"]["basis"] == "infinite family"
+    assert result.summary["exact"]["freedoms"] == freedoms == 2 * (4 - (poses - 1))
+    assert f"an infinite family of {freedoms} parameters" in table(result)
 
 
 def test_a_point_met_twice_is_told_with_its_place(capsys, tmp_path) -> None:

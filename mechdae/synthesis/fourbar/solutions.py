@@ -62,6 +62,20 @@ def solutions(
         raise error.inside("goal") from None
 
 
+def freedoms_left(starts: FourBarStarts, asked: Visits) -> int:
+    """Return how many numbers an exact goal leaves free: its four-bars are as large a family.
+
+    Zero where there are as many equations as unknowns, or more, or where angles are given.
+    """
+    if asked.measure != "exact" or asked.timing not in ("free", "any"):
+        return 0
+    count, given = len(asked.targets), len(starts.given())
+    if asked.is_motion:
+        # of each of the two guiding links a pin and a pivot, less a length for each further pose
+        return max(2 * (POSES - count) - given, 0)
+    return max(DIMENSIONS - count - given, 0)
+
+
 def _solutions(
     starts: FourBarStarts, asked: Visits, seed: int, follow: Follow
 ) -> WithinBounds | None:

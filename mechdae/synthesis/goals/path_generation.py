@@ -17,7 +17,7 @@ from mechdae.describe.tasks.goals import Visits as Asked
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.model import Model
 from mechdae.synthesis.exact.complete import Follow, here
-from mechdae.synthesis.fourbar.solutions import WithinBounds, solutions
+from mechdae.synthesis.fourbar.solutions import WithinBounds, freedoms_left, solutions
 from mechdae.synthesis.fourbar.starts import FourBarStarts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.goals.visited import visited
@@ -73,6 +73,7 @@ class VisitsGoal(Goal):
         self.minimax = asked.measure == "minimax"
         self.follow: Follow = here
         self.within: WithinBounds | None = None
+        self.freedoms = 0
         self.sound = 0
         self.defective: list[tuple[Drawn, tuple[str, ...]]] | None = None
         self.unit = self.size if self.minimax else self.size**2
@@ -194,6 +195,7 @@ class VisitsGoal(Goal):
                 if self.within is None:
                     seed = int(generator.integers(2**31))
                     self.within = solutions(starts, self.asked, seed, self.follow)
+                    self.freedoms = freedoms_left(starts, self.asked)
                 if self.within is not None:
                     yield from self._solutions(self.within.each, starts)
                     return
