@@ -110,14 +110,19 @@ class Fitting(Descent):
     def _at(self, places: Any, extra: Any, found: ErrorsAt) -> _Fit:
         root = np.sqrt(self.weights)
         errors, rates = found.errors, found.slopes
-        if self._power > 2:
-            errors, rates = self._raised(errors, rates)
-        errors, rates = root * errors, root[:, None] * rates
-        merit, excess, slopes = self._judged(places, found.turn, (np.abs(errors) ** 2).sum(axis=1))
+        # a step that is too long is not taken, however large its errors are
+        with np.errstate(over="ignore", invalid="ignore"):
+            if self._power > 2:
+                errors, rates = self._raised(errors, rates)
+            errors, rates = root * errors, root[:, None] * rates
+            merit = (np.abs(errors) ** 2).sum(axis=1)
+        merit, excess, slopes = self._judged(places, found.turn, merit)
+        rates = np.where(np.isfinite(rates), rates, 0.0)
+        errors = np.where(np.isfinite(merit)[:, None], errors, 0.0)
         merit = np.where(self._allowed(extra), merit, np.inf)
         more = np.zeros((*slopes.shape[:2], extra.shape[1]))
         slopes = np.concatenate([slopes, more], axis=2)
-        return _Fit(places, extra, merit, errors, np.nan_to_num(rates), excess, slopes)
+        return _Fit(places, extra, merit, errors, rates, excess, slopes)
 
     def _raised(self, errors: Any, rates: Any) -> tuple[Any, Any]:
         """Return errors to half the power, in units of the largest one, of which squares count."""
@@ -139,7 +144,7 @@ class Fitting(Descent):
         for part, error in (*parts, (state.slopes, state.excess)):
             rows = np.ascontiguousarray(part)
             hessian = hessian + np.matmul(rows.transpose(0, 2, 1), rows)
-            slope = slope + np.einsum("bmp,bm->bp", rows, np.nan_to_num(error))
+            slope = slope + np.einsum("bmp,bm->bp", rows, error)
         return hessian, slope
 
     def _chosen(self, taken: Any, one: _Fit, other: _Fit) -> _Fit:
