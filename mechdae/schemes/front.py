@@ -89,7 +89,8 @@ def front_of(
             own = judged[k] = design_of(entries[k], aim, name, title, asked)
             if own.get("reasons"):
                 left[k] = False
-                rejected.append({"objective": entries[k].error, "reasons": own["reasons"]})
+                error = entries[k].error * aim.unit
+                rejected.append({"objective": error, "reasons": own["reasons"]})
     designs = [judged[k] for k in chosen]
     kept = best_of(designs, signs, SAME)
     nearest = {

@@ -198,7 +198,7 @@ class PieceJob:
             found[k] = self._known[known[k]] = own
             self._done += 1
             if pieces[k].do == "refine" and len(own.error):
-                least = float(own.error.min())
+                least = float(own.error.min()) * pieces[k].aim.unit
                 self._best = least if self._best is None else min(self._best, least)
             if self._progress is not None:
                 self._progress(self._done, self._total, self._best)

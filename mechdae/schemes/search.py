@@ -327,7 +327,8 @@ class SchemeSearch:
     def _done(self, name: str, pieces: Sequence[SchemePiece]) -> list[FoundSets]:
         found = self.run(pieces)
         sets = sum(piece.count if piece.do == SCREEN else len(piece.places) for piece in pieces)
-        best = min((entry.error for entry in self.archive.every), default=None)
+        every = (entry.error * self.aim.unit for entry in self.archive.every)
+        best = min(every, default=None)
         self.rounds.append({"round": name, "pieces": len(pieces), "sets": sets, "before": best})
         return found
 

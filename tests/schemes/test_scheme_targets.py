@@ -100,6 +100,22 @@ def test_targets_in_order() -> None:
         assert abs(own["input"][-1] - own["input"][0]) < TURN
 
 
+NINE = [
+    [0.25, 0], [0.52, 0.1], [0.8, 0.7], [1.2, 1], [1.4, 1.3], [1.1, 1.48], [0.7, 1.4], [0.2, 1],
+    [0.02, 0.4],
+]  # fmt: skip
+"""Problem 3 of Wampler, Morgan and Sommese (1992): one of its four-bars moves without fault."""
+
+
+def test_nine_points_lead_to_the_one_four_bar_that_moves_well() -> None:
+    goal = {"kind": "path", "closed": True, "targets": NINE}
+    changes = {"objectives": ["error", "joints"], "samples": 3000, "starts": 24, "seed": 1}
+    (best,) = designs(goal, **changes)
+    assert best["error"] < 1e-12
+    # its least transmission angle: 12.06 degrees, shared/reference/synthesis.md
+    assert np.degrees(best["transmission_angle_min"]) == pytest.approx(12.06, abs=0.005)
+
+
 def test_a_function_of_an_angle() -> None:
     """Least largest error of a sine over 90 degrees: 0.193182 degrees, same reference."""
     goal = {
@@ -271,7 +287,9 @@ def test_schemes_with_slides_of_four_links_by_hand() -> None:
     assert angle == {"F C F D1.2 *3", "F C F T1.2 *3", "F C F T2.1 *3"}
     assert {own.text for own in schemes_of(4, 1, "slide", True)} == {"F C F S1.2 *3"}
     six = [own for place in (1, 2) for own in schemes_of(6, place, "path", True)]
-    assert len(six) == 101  # said on the page
+    eight = [own for place in range(1, 17) for own in schemes_of(8, place, "path", True)]
+    page = (DOCS / "schemes.md").read_text(encoding="utf-8")
+    assert f"of six {len(six)}, of eight {len(eight)}, in place of 1, 11 and 124" in page
     for own in six:
         assert len(own.links) == 6
         assert own.joints == 7
