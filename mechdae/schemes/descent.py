@@ -13,7 +13,7 @@ import numpy as np
 
 from mechdae.schemes.aims import Aim
 from mechdae.schemes.closure import SchemeTurn, material, shortest
-from mechdae.schemes.losses import Rubbing, loss_slopes, losses
+from mechdae.schemes.losses import LossAsked, loss_slopes, losses
 from mechdae.schemes.scheme import MIDDLES, Scheme
 
 ROOM = 1.6
@@ -47,10 +47,10 @@ class Descent(ABC):
         self.scheme = scheme
         self.limits, self.least = np.asarray(limits, float), np.asarray(least, float)
         self.places = np.array(places, complex)
-        self._rubbing: tuple[Aim, Rubbing, Any] | None = None
+        self._rubbing: tuple[Aim, LossAsked, Any] | None = None
         self.middles = [k for k, (kind, *_) in enumerate(scheme.points) if kind in MIDDLES]
 
-    def lose(self, aim: Aim, rubbing: Rubbing, limits: Any) -> None:
+    def lose(self, aim: Aim, rubbing: LossAsked, limits: Any) -> None:
         """Keep each set within its limit of loss (b,) [W]; inf: any."""
         if np.isfinite(limits).any():
             self._rubbing = aim, rubbing, np.asarray(limits, float)

@@ -21,7 +21,7 @@ from mechdae.results import FINE
 from mechdae.schemes.aims import ANGLE, CURVE, Aim
 from mechdae.schemes.aims import PATH as PATH_AIM
 from mechdae.schemes.laid import Laid, output_link
-from mechdae.schemes.losses import Rubbing
+from mechdae.schemes.losses import LossAsked
 from mechdae.schemes.scheme import SLIDER, Scheme
 from mechdae.solver.solve import solve
 
@@ -65,7 +65,7 @@ def crank_angle(scheme: Scheme, place: Laid) -> float:
 
 
 def mechanism_of_scheme(
-    scheme: Scheme, place: Laid, rubbing: Rubbing | None = None, aim: Aim | None = None
+    scheme: Scheme, place: Laid, rubbing: LossAsked | None = None, aim: Aim | None = None
 ) -> Mechanism:
     """Return the mechanism that stands with its points at their places [m].
 
@@ -111,7 +111,7 @@ def mechanism_of_scheme(
     )  # fmt: skip
 
 
-def _loads(scheme: Scheme, rubbing: Rubbing, aim: Aim) -> dict[str, Load]:
+def _loads(scheme: Scheme, rubbing: LossAsked, aim: Aim) -> dict[str, Load]:
     """Return the load of a task: a force on the tracing point, or what resists the output."""
     if aim.what in (CURVE, PATH_AIM):
         return {LOAD: Force(LOAD, tracer(scheme), rubbing.load)}
@@ -144,7 +144,7 @@ def _points(
 
 
 def problem_of_scheme(
-    scheme: Scheme, place: Laid, name: str, title: str, rubbing: Rubbing | None = None,
+    scheme: Scheme, place: Laid, name: str, title: str, rubbing: LossAsked | None = None,
     aim: Aim | None = None,
 ) -> Problem:  # fmt: skip
     """Return the problem of a design: a turn of its crank from the pose it stands in, or less.

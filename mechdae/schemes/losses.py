@@ -25,7 +25,7 @@ STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class Rubbing:
+class LossAsked:
     """Friction and load of a task.
 
     Attributes
@@ -48,9 +48,9 @@ class Rubbing:
         return float(self.pin_radius * np.sin(np.arctan(self.friction)))
 
 
-def rubbing_of(asked: CompositionDemand) -> Rubbing | None:
+def rubbing_of(asked: CompositionDemand) -> LossAsked | None:
     """Return friction and load of a task, None where no loss is asked for."""
-    return None if asked.rubbing is None else Rubbing(*asked.rubbing)
+    return None if asked.rubbing is None else LossAsked(*asked.rubbing)
 
 
 def cross(a: Any, b: Any) -> Any:
@@ -67,7 +67,7 @@ class _Statics:
         (n, b, t) places and velocities of the points.
     """
 
-    def __init__(self, scheme: Scheme, x: Any, v: Any, aim: Aim, rubbing: Rubbing) -> None:
+    def __init__(self, scheme: Scheme, x: Any, v: Any, aim: Aim, rubbing: LossAsked) -> None:
         self.scheme, self.x, self.v = scheme, x, v
         self.aim, self.rubbing = aim, rubbing
         shape = (len(scheme.links), *x.shape[1:])
@@ -177,7 +177,7 @@ class _Statics:
         self._hold(link, -self.force[link] - pressed, i)
 
 
-def losses(scheme: Scheme, places: Any, aim: Aim, rubbing: Rubbing, count: int = ANGLES) -> Any:
+def losses(scheme: Scheme, places: Any, aim: Aim, rubbing: LossAsked, count: int = ANGLES) -> Any:
     """Return the mean losses (b,) [W] of sets of places (b, n) at one radian per second."""
     angles = aim.nodes(count if aim.turns else count // 2 + 1)
     if not aim.turns:
@@ -194,7 +194,7 @@ def losses(scheme: Scheme, places: Any, aim: Aim, rubbing: Rubbing, count: int =
     return np.nan_to_num(lost[:, first:].mean(axis=1), nan=np.inf)
 
 
-def loss_slopes(scheme: Scheme, places: Any, aim: Aim, rubbing: Rubbing) -> Any:
+def loss_slopes(scheme: Scheme, places: Any, aim: Aim, rubbing: LossAsked) -> Any:
     """Return derivatives (b, p) of losses by central differences of their closed form."""
     count, size = len(places), 2 * (scheme.size - 1)
     moved = np.repeat(np.asarray(places, complex)[:, None], 2 * size, axis=1)

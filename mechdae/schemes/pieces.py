@@ -16,7 +16,7 @@ from mechdae.schemes import refine, screening
 from mechdae.schemes.aims import CURVE, PATH, Aim
 from mechdae.schemes.closure import SchemeTurn, material, shortest, turned
 from mechdae.schemes.descent import SHORT, Descent
-from mechdae.schemes.losses import Rubbing, losses
+from mechdae.schemes.losses import LossAsked, losses
 from mechdae.schemes.scheme import Scheme, read
 from mechdae.schemes.shape import Wanted, distances
 from mechdae.schemes.targets.functions import FunctionFitting, based, function_errors
@@ -54,7 +54,7 @@ class SchemePiece:
     places: Any = None
     limits: Any = None
     least: Any = None
-    rubbing: Rubbing | None = None
+    rubbing: LossAsked | None = None
     losses: Any = None
 
     @property
@@ -155,7 +155,7 @@ def _nodes(aim: Aim) -> Any:
     return aim.nodes(ANGLES if aim.turns else ANGLES // 2 + 1)
 
 
-def measured(scheme: str, places: Any, aim: Aim, rubbing: Rubbing | None = None) -> FoundSets:
+def measured(scheme: str, places: Any, aim: Aim, rubbing: LossAsked | None = None) -> FoundSets:
     """Return sets with their measures; those with bars too short, or that do not
     assemble at some angle, are left out.
     """

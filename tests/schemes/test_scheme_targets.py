@@ -19,7 +19,7 @@ from mechdae.schemes.closure import material, turned
 from mechdae.schemes.designs import loss_of, problem_of_scheme
 from mechdae.schemes.drawing import drawn
 from mechdae.schemes.laid import Laid
-from mechdae.schemes.losses import Rubbing, loss_slopes, losses
+from mechdae.schemes.losses import LossAsked, loss_slopes, losses
 from mechdae.schemes.scheme import read
 from mechdae.schemes.targets.functions import FunctionFitting
 from mechdae.schemes.targets.visits import VisitFitting, assigned
@@ -295,8 +295,8 @@ def test_schemes_with_slides_of_four_links_by_hand() -> None:
         assert own.joints == 7
 
 
-RUB = Rubbing(1e-4, 0.02, (30.0, -50.0))
-RESIST = Rubbing(1e-4, 0.02, (30.0,))
+RUB = LossAsked(1e-4, 0.02, (30.0, -50.0))
+RESIST = LossAsked(1e-4, 0.02, (30.0,))
 LOADED = [
     ("F C F D1.2 R1.3 *4", Aim("curve"), RUB), ("F C F S1.2 R1.3 *4", Aim("curve"), RUB),
     ("F C F T1.2 R1.3 *4", Aim("curve"), RUB),

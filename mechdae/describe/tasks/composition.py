@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import Nested, nest
@@ -13,10 +13,12 @@ from mechdae.describe.joints import Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import FunctionTargets, PathGoal, Visits
-from mechdae.describe.tasks.scheme_goals import FunctionNodes, asked_function, asked_path
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.describe.tasks.scheme_goals import FunctionNodes
 
 OBJECTIVES: Mapping[str, tuple[str, int]] = {
     "error": ("1", 1), "material": ("m", 1), "joints": ("1", 1), "points": ("1", 1),
@@ -54,7 +56,21 @@ class CurveGoal(Value):
     kind: ClassVar[str] = "curve"
 
 
-SCHEME_GOALS = {own.kind: own for own in (CurveGoal, PathGoal, FunctionTargets)}
+@dataclass(frozen=True, kw_only=True)
+class SchemePath(PathGoal):
+    """The path of a synthesis, whose point the composition chooses."""
+
+    point: Any = key("text", None, doc="left out: the composition chooses it")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SchemeFunction(FunctionTargets):
+    """The function of a synthesis, whose output is a link or a block on the frame."""
+
+    output: Any = key("text", None, choices=("angle", "slide"), doc="angle without it")
+
+
+SCHEME_GOALS = {own.kind: own for own in (CurveGoal, SchemePath, SchemeFunction)}
 nest("scheme_goal", Nested("goal", SCHEME_GOALS))
 PAIRS = ("R", "P")
 """Kinds of joints: turning and sliding pairs."""
@@ -207,6 +223,8 @@ def _asked_goal(
     task: Any, parameters: Mapping[str, float], slides: bool
 ) -> tuple[tuple[tuple[float, float], ...], Visits | None, FunctionNodes | None]:
     """Return the curve, the targets, or the function that is wanted."""
+    from mechdae.describe.tasks.scheme_goals import asked_function, asked_path
+
     try:
         goal = task.goal.evaluated(parameters)
         if isinstance(goal, PathGoal):

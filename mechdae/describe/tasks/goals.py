@@ -142,7 +142,7 @@ class _Visiting(GoalDescription):
 class PathGoal(_Visiting):
     """A point visits targets."""
 
-    point: Any = key("text", None, doc="body.point; a composition chooses it")
+    point: str = key("text", doc="body.point")
     targets: tuple[tuple[Number, ...], ...] = key(
         "places", doc="[[x, y], ...], in space [[x, y, z], ...]", unit="m"
     )
@@ -150,8 +150,6 @@ class PathGoal(_Visiting):
     kind: ClassVar[str] = "path"
 
     def checked(self, within: Within) -> Visits:
-        if self.point is None:
-            raise InputError("the key 'point' is missing", where="point")
         known_point(within.mechanism, self.point, "point")
         return self.visits(self.point, "targets", within.mechanism.dimension)
 
@@ -190,7 +188,7 @@ class FunctionTargets(GoalDescription):
     """
 
     input: str | None = key("text", None, doc="the driver's coordinate")
-    output: Any = key("text", None, doc='a coordinate; of a composition "angle" or "slide"')
+    output: str = key("text", doc="a coordinate")
     function: str | None = key("text", None, doc="an expression of x")
     range: Any = key("pair", None, doc="of x")
     input_range: Any = key("number", None)
@@ -224,8 +222,6 @@ class FunctionTargets(GoalDescription):
         return evaluate(str(self.function), {"x": x})
 
     def checked(self, within: Within) -> FunctionTargets:
-        if self.output is None:
-            raise InputError("the key 'output' is missing", where="output")
         known(self.input or within.driver, [within.driver], "coordinate", "input")
         try:
             output = coordinate(within.mechanism, self.output).text

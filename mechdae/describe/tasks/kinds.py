@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
 from mechdae.describe.loads import TimeTable
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.composition import CurveGoal
+from mechdae.describe.tasks.composition import CurveGoal, SchemeFunction, SchemePath
 from mechdae.describe.tasks.constraints import Constraint, Turned
-from mechdae.describe.tasks.goals import FunctionTargets, GoalDescription, PathGoal
+from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -271,7 +271,7 @@ class Composition(Task):
     crank (``function``).
     """
 
-    goal: CurveGoal | PathGoal | FunctionTargets | None = key("scheme_goal", None)
+    goal: CurveGoal | SchemePath | SchemeFunction | None = key("scheme_goal", None)
     objectives: tuple[str, ...] | None = key(
         "names",
         None,
