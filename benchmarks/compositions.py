@@ -30,6 +30,7 @@ import mechdae as md
 from mechdae import __version__
 from mechdae.describe.tasks.composition import asked_of
 from mechdae.numerics.dominance import hypervolume, undominated
+from mechdae.schemes.aims import Aim
 from mechdae.schemes.archive import SizedScheme
 from mechdae.schemes.closure import material, shortest, turned
 from mechdae.schemes.descent import SHORT
@@ -51,6 +52,8 @@ CURVES = {
     "foot": ("1.5*cos(s)", "0.42*sin(s) + 0.2*sin(s)**2 + 0.12*cos(2*s)*sin(s)"),
 }
 """Egg r = 1 + k cos phi + m cos 2 phi, hourglass, bean, kidney, letter (an 8), path of a foot."""
+UNIT = Aim("curve")
+"""Curves of radius 1: errors and lengths are in its units."""
 REFERENCES = {"material": (0.75, 10.0), "points": (1.5, 16.0)}
 LEAST = 0.06
 ANGLES = 120
@@ -215,7 +218,7 @@ def certified_front(entries: list[SizedScheme], corners: Any, other: str) -> dic
     """Return the front of entries that hold over the whole turn, and how many do not."""
     wanted = Wanted(corners)
     reference = np.array(REFERENCES[other])
-    values = np.array([[e.error, e.value(other, 1.0)] for e in entries]).reshape(-1, 2)
+    values = np.array([[e.error, e.value(other, UNIT)] for e in entries]).reshape(-1, 2)
     left = (values < reference).all(axis=1)
     points, failed, files, known = [], 0, [], {}
     while True:
