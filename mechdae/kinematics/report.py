@@ -9,7 +9,6 @@ import numpy as np
 from mechdae.assembly import start
 from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.crossings.across_change_point import PASS, Zone
-from mechdae.continuation.crossings.near_change_point import zone_of
 from mechdae.continuation.evaluate import Poses
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
@@ -166,7 +165,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     ]
     summary["mode"] = _mode(setting, run)
     summary["not_in_scene"] = setting.scene.not_in_scene
-    near = bool(run.path.zones) and (zone_of(run.path.zones, poses.places) >= 0).any()
+    near = bool(run.path.zones) and run.evaluator.zones.estimated(run.path, poses.s, poses.places)
     summary["bound"] = "estimated" if near or run.path.constants.estimated else "proved"
     if setting.scene.redundant:
         summary["superfluous"] = setting.assembler.superfluous(*_start(run))

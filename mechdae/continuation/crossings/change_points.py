@@ -329,9 +329,9 @@ class CrossingFinder:
         `at` are its block, s, and y with the derivative of the system of the crossing there.
         """
         (result, form, w), (b, here, y, slope) = found, at
-        g, unit, earlier = self.graphs, self.unit, self.graphs.ancestors(b)[:-1]
+        unit, earlier = self.unit, self.graphs.ancestors(b)[:-1]
         residual, missed = None, None
-        if g.single and not any(k in known for k in earlier):
+        if not any(k in known for k in earlier):
             u, u1, u2, _ = self.drivers(here)
             driven = (z[1] * unit, z[2] * unit**2, u, u1 * unit, u2 * unit**2)
             own_system = (y, self._system(b).function, slope, driven, scaling)
@@ -369,7 +369,7 @@ class CrossingFinder:
             return None
         there = np.array(whole, float)
         there[self.graphs.blocks[b].own] = x
-        if not abs(residual) > self.residuals.doubt(b, s, there, earlier, w, scaling):
+        if not self.residuals.decides(residual, b, s, there, earlier, w, scaling):
             return None
         return Missed(form.A, form.B, form.C, residual, form.tangent, form.v, self.unit)
 

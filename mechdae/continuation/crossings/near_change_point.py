@@ -1,20 +1,24 @@
 """Poses near change points: a block's own equations lose all digits there.
 
-The unknowns of the crossing blocks come from the branch's expansion through the crossing,
-all others are solved for as usual.
+The unknowns of the crossing blocks come from the branch's expansion through the crossing; where
+branches are known to pass each other they are solved for in 50 digits, from there. All others are
+solved for as usual.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.continuation.any_path import AnyPath
-from mechdae.continuation.crossings.across_change_point import Zone
+from mechdae.continuation.crossings.across_change_point import PASS, Zone
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
+
+if TYPE_CHECKING:
+    from mechdae.continuation.crossings.exact_poses import ExactPose
 
 Rates = tuple[Any, ...]
 PASSES = 2
@@ -36,6 +40,19 @@ class ZonePoses:
 
     def __init__(self, graphs: Graphs) -> None:
         self.graphs = graphs
+        self._exact: dict[tuple[Zone, float], ExactPose | None] = {}
+
+    def estimated(self, path: AnyPath, s: Any, places: Any) -> bool:
+        """Return whether a bound of the poses at `s`, which the path passes at `places`, is none.
+
+        Those of branches that pass each other are proved where the pose was solved in 50 digits.
+        """
+        index = zone_of(path.zones, places)
+        return any(
+            path.zones[k].action != PASS or self._exact.get((path.zones[k], at)) is None
+            for k, at in zip(index.tolist(), s.tolist(), strict=True)
+            if k >= 0
+        )
 
     def _function(self, blocks: frozenset[int]) -> Batch:
         def make() -> Batch:
@@ -86,6 +103,8 @@ class ZonePoses:
             columns = [i for b in sorted(zone.blocks) for i in self.graphs.blocks[b].own]
             x[here], v[here], a[here] = zone.carried(places[rows[here]], columns)
             error[here] = 2 * inherited + zone.remainder
+            if zone.action == PASS:
+                self._sharpen(path, zone, s[rows[here]], here, (x, v, a, error))
         kinds = [path.zones[k].blocks for k in own]
         for blocks in dict.fromkeys(kinds):
             here = np.array([i for i, kind in enumerate(kinds) if kind == blocks])
@@ -95,6 +114,33 @@ class ZonePoses:
             found = self._solved(blocks, path, s[some], guess[some], moving, expanded)
             for whole, new in zip(results, found, strict=True):
                 whole[some] = new
+
+    def _sharpen(
+        self, path: AnyPath, zone: Zone, s: Any, rows: Any, parts: tuple[Any, ...]
+    ) -> None:
+        """Solve for the crossing block in 50 digits in `rows` of x, x', x'' and error, in place.
+
+        The drivers have their values at `s`. What is not proved stays as it is.
+        """
+        from mechdae.continuation.crossings.exact_poses import ExactPoses
+
+        (crossing,) = zone.crossings
+        g, b = self.graphs, crossing.block
+        own, n = g.blocks[b].own, g.nx
+        _, J, _ = g.blocks[b].value_at(
+            zone.nodes[1][0], path.drivers(np.array([zone.low]))[0], path.constants.p
+        )
+        sign, solver = float(np.sign(np.linalg.det(J))), ExactPoses(g, path.constants)
+        for row, at in zip(rows.tolist(), s.tolist(), strict=True):
+            key = (zone, at)
+            if key not in self._exact:
+                whole = [parts[0][row], parts[1][row], parts[2][row], np.zeros(n)]
+                self._exact[key] = solver.at(b, path.motion(at), whole, sign)
+            found = self._exact[key]
+            if found is not None:
+                values = (found.x, found.v, found.a, found.error)
+                for whole, value in zip(parts, values, strict=True):
+                    whole[row, own] = value
 
     def _solved(
         self, blocks: frozenset[int], path: AnyPath, s: Any, guess: Any, rates: Any, expanded: Any

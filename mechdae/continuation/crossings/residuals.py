@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from decimal import Decimal
+from decimal import Context, Decimal, localcontext
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
+from mechdae.kernels.run.high_precision import (
+    DIGITS,
+    LONG,
+    NoDecimals,
+    decimals,
+    evaluate,
+    exactly,
+)
 from mechdae.numerics.least_squares import solve
 
 REFINEMENTS = 4
@@ -18,9 +25,14 @@ EXACT = 2.0**-90
 """Residual in 50 digits up to which the branches cross, in lengths of the mechanism."""
 LESS_EXACT = 64 * float(np.spacing(LONG(1)))
 """The same in 80-bit floats, where 50 digits are not to be had."""
-KNOWN, COMPUTED = 1.5, 4.0
-"""Units in the last place to which a number is known that is no short binary fraction, and one
-that an expression computes."""
+KNOWN, COMPUTED = 1.125, 4.0
+"""Units in the last place to which a number is known that is neither a short binary fraction nor a
+decimal of a few digits, and one that an expression computes. A length that two sums make of the
+others, rounded each time, is off by at most one unit of each of them."""
+FIGURES = 15
+"""Digits up to which a decimal says what was meant: different ones are different doubles."""
+MEETING = 1e-6
+"""Share of what rounding to double does to a residual, below which decimals are meant to meet."""
 
 
 class Residuals:
@@ -78,6 +90,20 @@ class Residuals:
         Unknowns of earlier blocks are refined first, and then y itself: `driven` are z', z'' and
         u, u', u'' of the `system` of the crossing, `slope` its derivative.
         """
+        with localcontext(Context(prec=DIGITS)):
+            return self._refined(b, whole, earlier, y, system, slope, driven, scaling)
+
+    def _refined(
+        self,
+        b: int,
+        whole: Any,
+        earlier: list[int],
+        y: Any,
+        system: Any,
+        slope: Any,
+        driven: tuple[Any, ...],
+        scaling: Any,
+    ) -> float | None:
         g = self.graphs
         wide, u = [exactly(value) for value in whole], driven[2]
         n = g.blocks[b].size
@@ -103,46 +129,83 @@ class Residuals:
         found = float(sum(w * F for w, F in zip(refined[n + 1 :], values[:n], strict=True)))
         return found if abs(found) > EXACT else 0.0
 
-    def doubt(self, b: int, s: float, x: Any, earlier: list[int], w: Any, scaling: Any) -> float:
-        """Return by how much w . F may move within the last place of the numbers given.
+    def decides(
+        self,
+        residual: float,
+        b: int,
+        s: float,
+        x: Any,
+        earlier: list[int],
+        w: Any,
+        scaling: Any,
+    ) -> bool:
+        """Return whether the numbers given, as far as they are known, decide the sign of w . F.
 
         `x` (nx,) are all unknowns there. Whole numbers and short binary fractions are taken to be
-        what they say, others known to a unit in the last place, computed ones to some.
+        what they say, and so are decimals of up to `FIGURES` digits, of which the doubles are
+        roundings; others are known to a unit in the last place, computed ones to some.
         """
+        slope, by_u = self._slopes(b, s, x, earlier, w, scaling)
+        grain, meant = self._grain
+        doubt = float(np.abs(slope) @ grain)
+        if not self.graphs.single:
+            doubt += float(np.abs(by_u) @ self._driven(s))
+        written = residual + float(slope @ meant)
+        least = doubt + MEETING * float(np.abs(slope) @ np.abs(meant))
+        return abs(residual) > doubt and abs(written) > least and residual * written > 0
+
+    def _slopes(
+        self, b: int, s: float, x: Any, earlier: list[int], w: Any, scaling: Any
+    ) -> tuple[Any, Any]:
+        """Return the derivatives of w . F by the parameters (np,) and the drivers' values (nd,)."""
         g, u = self.graphs, self.u(s)
-        slope, load = np.zeros(len(self.p)), np.zeros(g.nx)
+        slope, load, by_u = np.zeros(len(self.p)), np.zeros(g.nx), np.zeros(g.nu)
         weight = w / scaling.rows
         for k in (b, *reversed(earlier)):
             graph = g.blocks[k]
             _, J, Fz = graph.value_at(x, u, self.p)
             if k != b:  # unknowns of earlier blocks follow the numbers
                 weight = -solve(J.T, load[graph.own])
-            slope[graph.params] += weight @ self._by_numbers(k, x, u)
+            by_numbers, by_drivers = self._by_numbers(k, x, u)
+            slope[graph.params] += weight @ by_numbers
+            by_u += weight @ by_drivers
             if graph.uses:
                 load[graph.uses] += Fz.T @ weight
-        return float(np.abs(slope) @ self._grain)
+        return slope, by_u
 
-    def _by_numbers(self, b: int, x: Any, u: Any) -> Any:
-        """Return the derivative of a block's equations by its parameters."""
+    def _by_numbers(self, b: int, x: Any, u: Any) -> tuple[Any, Any]:
+        """Return the derivatives of a block's equations by its parameters and by the drivers."""
         g, graph = self.graphs, self.graphs.blocks[b]
 
         def make() -> Any:
             symbols = graph.function.sx_in()
             value = graph.function(*symbols)
-            return ca.Function("by_numbers", symbols, [ca.densify(ca.jacobian(value, symbols[3]))])
+            parts = [ca.densify(ca.jacobian(value, symbols[k])) for k in (3, 2)]
+            return ca.Function("by_numbers", symbols, parts)
 
         function = g.kept(("by numbers", b), make)
-        return np.array(function(x[graph.own], x[graph.uses], u, self.p[graph.params]))
+        first, second = function(x[graph.own], x[graph.uses], u, self.p[graph.params])
+        return np.array(first), np.array(second)
+
+    def _driven(self, s: float) -> Any:
+        """Return by how much each driver's value may differ from what was meant (nd,)."""
+        course, u = self.graphs.course, self.u(s)
+        several = course is not None and np.count_nonzero(course.jet(s)[1]) > 1
+        return (COMPUTED if several else KNOWN) * np.spacing(np.abs(u))
 
     @property
-    def _grain(self) -> Any:
-        """By how much each parameter may differ from what was meant (np,)."""
+    def _grain(self) -> tuple[Any, Any]:
+        """By how much each parameter may differ from what was meant, and decimals from doubles."""
         model = self.graphs.scene.model
         given = dict(model.mechanism.parameters)
         computed = np.array([isinstance(given.get(name), str) for name in model.p_names], bool)
-        short = np.array([Decimal(repr(float(value))) == Decimal(float(value)) for value in self.p])
+        meant = [Decimal(repr(float(value))) for value in self.p]
+        few = np.array([len(own.normalize().as_tuple().digits) <= FIGURES for own in meant], bool)
+        rounded = [own - Decimal(float(v)) for own, v in zip(meant, self.p, strict=True)]
+        short = np.array([gap == 0 for gap in rounded], bool) | few
         units = np.where(computed, COMPUTED, np.where(short, 0.0, KNOWN))
-        return units * np.spacing(np.abs(self.p))
+        shift = np.where(few & ~computed, floats(rounded), 0.0)
+        return units * np.spacing(np.abs(self.p)), shift
 
 
 def floats(values: list[Any]) -> Any:
