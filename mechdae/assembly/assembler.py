@@ -123,6 +123,8 @@ class Assembler:
         self._looked_for: dict[Any, Any] = {}
         self.searched: dict[int, list[BlockSolutions]] = {}
         """What searches from many starts found, by group."""
+        self.looked_at: dict[int, list[int]] = {}
+        """Boxes after which it is known that they have missed none; 0: it is not."""
         self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}
         for b, graph in enumerate(graphs.blocks):
             self._blocks_of[graph.block.group].append(b)
@@ -209,8 +211,8 @@ class Assembler:
                 if result is None or (nearby and result.infinite):
                     most = 1 if result is not None else None
                     self._check_freedom(group, b, start, u)
-                    solutions, sure, gap = self._search(b, start, u, most), False, 0.0
-                    infinite = False
+                    solutions, gap, infinite = self._search(b, start, u, most), 0.0, False
+                    sure = proven and most is None and self._no_others(group, b, start, u)
                 else:
                     solutions, sure = result.x, result.proven
                     gap, infinite, at = result.gap, result.infinite, result.gap_at
@@ -427,6 +429,18 @@ class Assembler:
             self.free += [group for group in self.scene.groups if group.index == graph.block.group]
         return found.x[~free]
 
+    def _no_others(self, group: Group, b: int, x: Any, u: Any) -> bool:
+        """Return whether the last search of a block has missed no solution; only for all modes."""
+        from mechdae.assembly.no_others import no_others
+
+        found = self.searched[group.index][-1]
+        if not self.by_paths or group.index in self.counted or group in self.free:
+            return False
+        z = x[self.graphs.blocks[b].uses] if self.graphs.blocks[b].uses else np.zeros(0)
+        boxes = no_others(self._searches[b], found.x, z, u)
+        self.looked_at.setdefault(group.index, []).append(boxes)
+        return boxes > 0
+
     def searches(self) -> list[dict[str, Any]]:
         """Return what was searched for: group, starts, solutions, fewest starts that led to one."""
         names = {group.index: group.name for group in self.scene.groups}
@@ -447,7 +461,10 @@ class Assembler:
         for index, runs in self.counted.items():
             texts = dict.fromkeys(run.basis or run.partly for run in runs)
             lines += [f"{names[index]}: {text}" for text in texts]
-        lines += [f"{names[index]}: search from many starts" for index in self.searched]
+        for index in self.searched:
+            boxes = self.looked_at.get(index, [0])
+            text = f", no others in {sum(boxes)} boxes" if all(boxes) else ""
+            lines.append(f"{names[index]}: search from many starts{text}")
         return "; ".join(lines) or "elimination"
 
     @property

@@ -21,7 +21,7 @@ from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage, instance
 from mechdae.homotopy.linkage_poses import linkage_poses
 from mechdae.homotopy.sliding_count import sliding_count
 from tests.reference.dixon import all_poses
-from tests.scripts.all_modes import angles, compared, driven, missed
+from tests.scripts.all_modes import angles, compared, driven, missed, written
 from tests.shared.paths import DATA
 
 TRUSSES = {
@@ -325,7 +325,7 @@ def test_groups_with_slides_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(monodromy.generic_instance(own, seed=2)[1]) == count
     monkeypatch.setattr(assembler, "WAYS", ())
     other = md.solve(mechanism, task)
-    assert not other.summary["proven"]
+    assert "search from many starts" in other.summary["basis"]  # proven box by box, or not
     assert missed(angles(found), angles(other)) == 0
     assert found.summary["count"] == other.summary["count"]
 
@@ -334,7 +334,7 @@ def test_groups_with_slides_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_larger_groups_have_all_their_modes_proven(group: str) -> None:
     data = json.loads((DATA / "planar_groups.json").read_text(encoding="utf-8"))
     case = data["groups"][group][0]
-    mechanism = read(case)
+    mechanism = written(case)
     driver = md.Driver("crank.angle", at=[float(case["crank_angle"])])
     result = md.solve(mechanism, md.Modes(driver))
     summary = result.summary
@@ -347,19 +347,6 @@ def test_larger_groups_have_all_their_modes_proven(group: str) -> None:
     for solution in case["solutions"]:
         wanted = np.exp(1j * np.array([float(solution[name]) for name in bodies]))
         assert np.abs(ours - wanted).max(axis=1).min() < 1e-11
-
-
-def read(case: dict[str, Any]) -> md.Mechanism:
-    """Return a group of the reference data."""
-
-    def points(own: dict[str, Any]) -> dict[str, tuple[float, ...]]:
-        return {name: tuple(float(x) for x in place) for name, place in own.items()}
-
-    return md.Mechanism(
-        ground=md.Ground(points(case["ground"])),
-        bodies=[md.Body(name, points(own)) for name, own in case["bodies"].items()],
-        joints=[md.Revolute(f"J{k}", *pair) for k, pair in enumerate(case["revolutes"])],
-    )
 
 
 def prism(first: float = 1.5) -> md.Mechanism:

@@ -23,6 +23,7 @@ from mechdae.composition.chains import KinematicChain, chains
 from mechdae.composition.mechanisms import mechanism_of
 from mechdae.homotopy.platforms import platform_poses
 from tests.reference.dixon import all_poses
+from tests.shared.paths import DATA
 
 
 def driven(chain: KinematicChain, places: Any) -> md.Mechanism:
@@ -196,6 +197,69 @@ def of_sliding(sets: int) -> Iterator[dict[str, Any]]:
         }
 
 
+def of_named() -> list[dict[str, Any]]:
+    """Return how groups of the literature fare, whose real poses are known to 26 digits."""
+    known = json.loads((DATA / "planar_groups.json").read_text(encoding="utf-8"))["groups"]
+    rows = []
+    for name, cases in known.items():
+        for case in cases:
+            mechanism = written(case)
+            task = md.Modes(md.Driver("crank.angle", at=[float(case["crank_angle"])]))
+            began = time.process_time()
+            found = md.solve(mechanism, task)
+            seconds = time.process_time() - began
+            bodies = [body for body in found.bodies if body != "crank"]
+            theirs = [[float(own[body]) for body in bodies] for own in case["solutions"]]
+            row = {
+                "group": name,
+                "proven": found.summary["proven"],
+                "complex": complex_poses(found),
+                "real": found.summary["count"],
+                "known": len(theirs),
+                "missed": missed(angles(found)[:, 1:], np.exp(1j * np.array(theirs))),
+                "seconds": round(seconds, 3),
+            }
+            rows.append(row)
+    return rows
+
+
+def written(case: dict[str, Any]) -> md.Mechanism:
+    """Return a group of the reference data."""
+
+    def points(own: dict[str, Any]) -> dict[str, tuple[float, ...]]:
+        return {name: tuple(float(x) for x in place) for name, place in own.items()}
+
+    return md.Mechanism(
+        ground=md.Ground(points(case["ground"])),
+        bodies=[md.Body(name, points(own)) for name, own in case["bodies"].items()],
+        joints=[md.Revolute(f"J{k}", *pair) for k, pair in enumerate(case["revolutes"])],
+    )
+
+
+def of_triads(sets: int) -> dict[str, Any]:
+    """Return how the truss of five links fares beside Dixon's determinant, closed form here."""
+    rng, every = np.random.default_rng(5), [c for t in chains(5, 0) for c in t.inversions()]
+    rows = []
+    for k in range(sets * len(every)):
+        chain = every[k % len(every)]
+        places = rng.normal(size=(len(chain.joints), 2))
+        found = md.solve(driven(chain, places), md.Modes(md.Driver("crank.angle", at=[0.0])))
+        w = by_eigenvalues(chain, places)[:, 1:]
+        real = w[(np.abs(np.abs(w) - 1) < 1e-6).all(axis=1)]
+        ours = angles(found)[:, 1:]
+        rows.append((found.summary["proven"], len(w), len(ours), missed(ours, real), len(real)))
+    proven, whole, own, lost, theirs = (list(part) for part in zip(*rows, strict=True))
+    return {
+        "groups": len(every),
+        "sets": len(rows),
+        "proven": int(sum(proven)),
+        "complex": sorted(set(whole)),
+        "real": [min(own), max(own)],
+        "as_many_real": int(sum(a == b for a, b in zip(own, theirs, strict=True))),
+        "missed": int(sum(lost)),
+    }
+
+
 def of_platforms(count: int) -> Iterator[dict[str, Any]]:
     """Yield counts over random platforms on six legs, each built round a pose, every 20."""
     rng = np.random.default_rng(40)
@@ -232,7 +296,7 @@ def table(known: dict[str, Any]) -> str:
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for own in known.values():
-        if "groups" not in own:
+        if "links" not in own:
             continue
         low, high = own["real"]
         lines.append(
@@ -250,6 +314,26 @@ def table(known: dict[str, Any]) -> str:
             f"{low} … {high} real modes, {own['search_only']} that only the search finds, "
             f"{own['search_missed']} sets in which the search missed one; median "
             f"{own['median_seconds']:.2f} s with the count and monodromy of a new structure.",
+        ]
+    if own := known.get("groups of 4 links"):
+        low, high = own["real"]
+        lines += [
+            "",
+            f"{own['groups']} groups of 4 links (closed form), {own['sets']} sets: {own['proven']} "
+            f"proven, {low} … {high} real modes, as many as eigenvalues give in "
+            f"{own['as_many_real']}, {own['missed']} that only these find.",
+        ]
+    if rows := known.get("known groups"):
+        names = [
+            f"{row['group'].replace('_', ' ')} {row['real']} real of {row['complex']}"
+            for row in rows
+        ]
+        lines += [
+            "",
+            f"Groups of the literature with real poses known to 26 digits: {', '.join(names)}; "
+            f"{sum(row['proven'] for row in rows)} of {len(rows)} proven, "
+            f"{sum(row['missed'] for row in rows)} poses missed, largest "
+            f"{max(row['seconds'] for row in rows):.2f} s.",
         ]
     if own := known.get("platforms"):
         low, high = own["real"]
@@ -277,6 +361,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="groups of which one is searched too")
     parser.add_argument("--sample", type=int, default=1, help="every so many groups only")
     parser.add_argument("--sliding", type=int, default=0, help="sets of groups with slides")
+    parser.add_argument("--named", action="store_true", help="triads, groups of the literature")
     parser.add_argument("--platforms", type=int, default=0)
     parser.add_argument("--rows", type=Path, help="what is found set by set; taken up again")
     parser.add_argument("--out", type=Path)
@@ -297,6 +382,10 @@ def main() -> None:
             known[f"groups of {links - 1} links"] = counted(links, found)
             save()
         print(json.dumps(known.get(f"groups of {links - 1} links")), flush=True)
+    if options.named:
+        known["groups of 4 links"] = of_triads(options.sets)
+        known["known groups"] = of_named()
+        save()
     for found in of_sliding(options.sliding):
         known["six links with slides"] = found
         save()
