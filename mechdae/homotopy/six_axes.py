@@ -26,11 +26,15 @@ from mechdae.records import dataclass
 
 STORE = Path(__file__).resolve().parent / "six_axes.json"
 MOST, UNKNOWNS, NUMBERS = 16, 12, 23
-ROUTES, BENT = 6, 0.5
+ROUTES, IDLE, BENT = 8, 3, 0.5
 PARALLEL = 1e-9
 """Sine of the twist between two axes below which they are parallel."""
 SIMPLE, SAME, FAR = 1e-9, 1e-6, 1e6
-GRAIN, LARGEST, SOUND = 1e-13, 0.25, 0.01
+GRAIN, FINE, LARGEST, SOUND = 1e-13, 2e-15, 0.25, 0.01
+"""Rounding counts as `GRAIN` of each term, as `FINE` where sums are formed in 80 bits: that of the
+numbers given is left then."""
+REFINED = 3
+"""Newton steps with such sums."""
 _CROSS = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _CROSS[_i, _j, _k], _CROSS[_i, _k, _j] = 1.0, -1.0
@@ -101,6 +105,9 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Any) -> ArmPoses:
     target = np.concatenate([first, last, np.cos(alpha[:5]), k, d[1:5] / size, p])
     X = _followed(target)
     simple, real, other, sure = _certified(target, X)
+    if not simple.all():  # far off, where terms are large and their sums small
+        X = _refined(target, X)
+        simple, real, other, sure = _certified(target, X, FINE)
     whole = len(X) == MOST and bool((simple & (real | other)).all()) and sure
     angles = _angles(X[simple & real].real.reshape(-1, 4, 3), first, last, R[:, 0], sines[:5])
     return ArmPoses(_in_order(angles), int(simple.sum()), "theorem" if whole else "homotopy")
@@ -177,11 +184,32 @@ def along(start: Any, end: Any, bend: Any = None) -> Any:
     return system
 
 
-def _certified(p: Any, X: Any) -> tuple[Any, Any, Any, bool]:
+def _sums(p: Any, X: Any) -> Any:
+    """Return F (n, 12) of complex doubles, its sums formed in 80 bits."""
+    C, L, T = (own.astype(np.clongdouble) for own in quadrics(p))
+    x = X.astype(np.clongdouble)
+    half = (T * x[:, None, None, :]).sum(axis=3) / 2
+    return (C + ((half + L) * x[:, None, :]).sum(axis=2)).astype(complex)
+
+
+def _refined(p: Any, X: Any) -> Any:
+    """Return solutions after steps of Newton's method with residuals of 80 bits."""
+    _, L, T = quadrics(p)
+    for _ in range(REFINED):
+        J = L + np.einsum("rab,nb->nra", T, X)
+        try:
+            X = X - np.linalg.solve(J, _sums(p, X)[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:
+            return X
+    return X
+
+
+def _certified(p: Any, X: Any, grain: float = GRAIN) -> tuple[Any, Any, Any, bool]:
     """Return which solutions are certified, real, not real, and whether all are different.
 
     Newton and Kantorovich: with eta = |J^-1 F|, K = |J^-1 T| and K eta <= 1/4 there is one solution
-    within 2 eta and no other within 1/K.
+    within 2 eta and no other within 1/K. Rounding counts as `grain` of each term; below `GRAIN`
+    residuals are formed in 80 bits.
     """
     C, L, T = quadrics(p)
     n = len(X)
@@ -190,7 +218,8 @@ def _certified(p: Any, X: Any) -> tuple[Any, Any, Any, bool]:
         F, J = C + np.einsum("nra,na->nr", L + half / 2, X), L + half
         size = np.abs(X)
         large = np.abs(L) + np.einsum("rab,nb->nra", np.abs(T), size)
-        noise = GRAIN * (np.abs(C) + np.einsum("nra,na->nr", large, size))
+        F = F if grain == GRAIN else _sums(p, X)
+        noise = grain * (np.abs(C) + np.einsum("nra,na->nr", large, size))
         try:
             Y = np.linalg.inv(J)
         except np.linalg.LinAlgError:
@@ -229,15 +258,17 @@ def drawn(rng: Any) -> Any:
 
 
 def _followed(target: Any) -> Any:
-    """Return the simple solutions (n, 12) that routes lead to, until one brings nothing new."""
+    """Return the simple solutions (n, 12) that routes lead to, until some bring nothing new."""
     start, first = generic()
     rng = np.random.default_rng(6)
-    best = np.zeros((0, UNKNOWNS), complex)
+    best, idle = np.zeros((0, UNKNOWNS), complex), 0
     for route in range(ROUTES):
         bend = BENT * drawn(rng) if route else None
         ends = track(along(start, target, bend), first, FAR)
-        every = np.concatenate([best, ends.x[ends.followed & (ends.step < SIMPLE)]])
+        size = np.maximum(np.abs(ends.x).max(axis=1), 1.0)
+        every = np.concatenate([best, ends.x[ends.followed & (ends.step < SIMPLE * size)]])
         known, best = len(best), every[distinct(every, SAME)]
-        if len(best) == MOST or (route and len(best) == known):
+        idle = idle + 1 if len(best) == known else 0
+        if len(best) == MOST or idle == IDLE:
             break
     return best
