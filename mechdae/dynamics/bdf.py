@@ -1,8 +1,9 @@
-"""Integration by CVODES, backward differentiation formulas of order 1 to 5.
+"""Integration of stiff motions: CVODES' formulas of order 1 to 5, and Radau IIA of order 5.
 
-The same right-hand side in natural sizes, so that one absolute tolerance holds for all; windows of
-equally spaced states, each of which is projected to the constraints, and the next window starts
-from the last one. States between these, and those of events, are integrated from the one before.
+The same right-hand side in natural sizes, so that one absolute tolerance holds for all. CVODES
+integrates windows of equally spaced states, each of which is projected to the constraints, and the
+next window starts from the last one; of Radau's method each step is. States between these, and
+those of events, are integrated from the one before.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import LEAST, Integrator, Nodes
 from mechdae.kernels.graphs.stepper import CLOSED, ROUNDING, SLOW
 from mechdae.kernels.run.quiet import quiet
+from mechdae.numerics import radau
 
 NAME = "bdf, CVODES"
 
@@ -32,6 +34,8 @@ SHORTER = 4.0
 PROJECTIONS = 6
 ROUNDED = 2e-14
 """Relative tolerance: what rounding leaves of large coordinates."""
+CHUNK = 32
+"""Steps of Radau's method that are looked at together."""
 STRICT = 0.25
 """Share of the tolerance that a step may have."""
 
@@ -139,18 +143,25 @@ class Bdf(Integrator):
         count = len(y)
         times = float(t) + span * np.arange(1, count + 1) / count
         x, v = y[:, :n] * sizes, y[:, n:] * sizes * omega
+        works = w + energy * np.array(found["qf"]).T if lay.works else None
+        return self._states(state, times, x, v, works, signs)
+
+    def _states(self, state: Any, times: Any, x: Any, v: Any, works: Any, signs: Any) -> Any:
+        """Return states (n, .) with what belongs to them, on the constraints; None off them."""
+        lay, sizes = self.layout, self.kernel.sizes
         if self.kernel.m or self.kernel.slips:
             x, v, closed = self._closed(times[:, None], x, v, signs)
             if not closed:
                 return None
         a, inner = self.rates(times[:, None], x, v, signs)
-        self.rhs += count
-        states = np.tile(state, (count, 1))
+        self.rhs += len(times)
+        states = np.tile(state, (len(times), 1))
         m = inner[:, inner.shape[1] - self.kernel.rubs :]
         for name, value in (("t", times[:, None]), ("x", x), ("v", v), ("a", a), ("m", m)):
             states[:, lay[name]] = value
-        if lay.works:
-            states[:, lay["w"]] = w + energy * np.array(found["qf"]).T
+        if works is not None:
+            states[:, lay["w"]] = works
+        top = float(lay.of(state, "omega"))
         highest = np.maximum(np.abs(v / sizes), np.sqrt(np.abs(a / sizes))).max(axis=1, initial=0.0)
         states[:, lay["omega"]] = np.maximum.accumulate(np.maximum(highest, top))[:, None]
         return states if np.isfinite(states).all() else None
@@ -256,3 +267,111 @@ class Bdf(Integrator):
         if found is None:
             return np.full_like(state, np.nan)
         return found[0]
+
+
+class Radau(Bdf):
+    """Integrates a motion by Radau IIA of order 5: each accepted step is a state."""
+
+    @property
+    def name(self) -> str:
+        return "Radau IIA 5"
+
+    @cached_property
+    def _slopes(self) -> Any:
+        """(t, x, v, signs) -> derivatives of x'' by x and v, (n, 2 n), by columns."""
+        k = self.kernel
+
+        def made() -> Any:
+            a = k.rhs(*k.inputs)[0]
+            found = ca.jacobian(a, ca.vertcat(k.x, k.v))
+            return k.function("slopes", [ca.vec(ca.densify(found))])
+
+        return k.call("slopes of rates", made)
+
+    @cached_property
+    def _powers(self) -> Any:
+        """(t, x, v, signs) -> powers (works,) for many states."""
+        k, stepper = self.kernel, self.stepper
+
+        def made() -> Any:
+            a, inner = k.rhs(*k.inputs)
+            power = stepper.power(*k.inputs[:4], a, stepper._sizes(inner), k.c)
+            return ca.Function("powers", k.inputs, [ca.densify(power)])
+
+        return k.batch("powers", made)
+
+    def _along(self, state: Any, end: float, signs: Any, first: float, limit: float) -> Any:
+        """Yield the states behind each step up to a time.
+
+        Raises
+        ------
+        ArithmeticError
+            There is no further step.
+        """
+        lay, n, sizes = self.layout, self.layout.n, self.kernel.sizes
+        t, x, v, w = (np.array(lay.of(state, name)) for name in ("t", "x", "v", "w"))
+        omega = max(self._frequency(v, lay.of(state, "a")), SLOW * float(lay.of(state, "omega")))
+
+        def placed(y: Any) -> tuple[Any, Any]:
+            return y[..., :n] * sizes, y[..., n:] * sizes * omega
+
+        def natural(x: Any, v: Any) -> Any:
+            return np.concatenate([x / sizes, v / (sizes * omega)], axis=-1)
+
+        def rates(times: Any, y: Any) -> Any:
+            x, v = placed(y)
+            a = self.rates(times[:, None], x, v, signs)[0]
+            return np.concatenate([v / sizes, a / (sizes * omega)], axis=1)
+
+        def slopes(t: float, y: Any) -> Any:
+            found = np.reshape(self._slopes(t, *placed(y), signs)[0], (n, 2 * n), order="F")
+            found = found * np.concatenate([sizes, sizes * omega]) / (sizes * omega)[:, None]
+            return np.vstack([np.hstack([np.zeros((n, n)), omega * np.eye(n)]), found])
+
+        def settled(t: float, y: Any) -> Any:
+            x, v, closed = self._closed(np.array([[t]]), *placed(y[None]), signs)
+            if not closed:
+                raise ArithmeticError("the state leaves the constraints")
+            return natural(x, v)[0]
+
+        held = self.kernel.m or self.kernel.slips
+        given = (float(t), natural(x, v), end, STRICT * self.setup.tolerance, first, limit)
+        for step in radau.steps(rates, slopes, *given, settled if held else None):
+            self.accepted += 1
+            self.rejected += step.rejected
+            self.rhs += step.calls
+            if lay.works:
+                powers = self._powers(step.times[:, None], *placed(step.stages), signs)[0]
+                w = w + step.length * (radau.WEIGHTS @ powers)
+            found = self._states(state, np.array([step.t]), *placed(step.y[None]), w[None], signs)
+            if found is None:
+                raise ArithmeticError("the state leaves the constraints")
+            state = found[0]
+            state[lay["h"]] = step.next_length
+            yield state
+
+    def _windows(self, state: Any, signs: Any, end: float, limit: float) -> Iterator[Nodes]:
+        lay, found = self.layout, [state]
+        try:
+            for behind in self._along(state, end, signs, float(lay.of(state, "h")), limit):
+                found.append(behind)
+                if len(found) > CHUNK:
+                    yield Nodes(np.array(found), signs)
+                    found = [behind]
+        except ArithmeticError:
+            yield Nodes(np.array(found), signs, True)
+            return
+        if len(found) > 1:
+            yield Nodes(np.array(found), signs)
+
+    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+        """Return the state a time later; its steps do not count."""
+        counts, last = (self.accepted, self.rejected), state
+        end = float(self.layout.of(state, "t")) + h
+        try:
+            for last in self._along(state, end, signs, h, np.inf):  # noqa: B007
+                pass
+        except ArithmeticError:
+            return np.full_like(state, np.nan)
+        self.accepted, self.rejected = counts
+        return last

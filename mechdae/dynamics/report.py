@@ -215,9 +215,10 @@ def _faults(run: MotionRun, checks: dict[str, float]) -> list[str]:
             "the accelerations are wrong"
         )
     if run.passages.found and run.integrator.implicit:
+        method = "radau" if run.setup.task.method == "radau" else "bdf"
         faults.append(
             f"the motion passes a singular pose at t = {run.passages.found[0][0]:.9g} s, behind "
-            'which method = "bdf" may be on another branch: try method = "explicit"'
+            f'which method = "{method}" may be on another branch: try method = "explicit"'
         )
     if balance > BALANCED and run.ends is None:
         faults.append(

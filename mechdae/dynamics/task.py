@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Motion
 from mechdae.describe.tasks.motion import start_values
-from mechdae.dynamics.bdf import Bdf
+from mechdae.dynamics.bdf import Bdf, Radau
 from mechdae.dynamics.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import check_dead_start, feasible
@@ -28,6 +29,13 @@ from mechdae.model.forces.meshes import Mesh
 from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
+
+INTEGRATORS: dict[str, Callable[[Setup], Integrator]] = {
+    "explicit": Integrator,
+    "bdf": Bdf,
+    "radau": Radau,
+    "auto": lambda whole: Bdf(whole, active=False),
+}
 
 
 def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any]:
@@ -80,7 +88,7 @@ def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Any, Any]:
     """
     whole, begin, x, v = motion_start(problem, task)
     method = task.method or ("bdf" if whole.smooth else "explicit")
-    integrator = Integrator(whole) if method == "explicit" else Bdf(whole, method == "bdf")
+    integrator = INTEGRATORS[method](whole)
     run = MotionRun(whole, begin, integrator)
     check_rest(whole, x, v)
     return run, x, v

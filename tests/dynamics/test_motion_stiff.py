@@ -1,4 +1,4 @@
-"""Stiff forces in motion: CVODES against closed forms and an own Radau method of order 5."""
+"""Stiff forces in motion: both methods against closed forms and a Radau method of the tests."""
 
 from __future__ import annotations
 
@@ -17,25 +17,31 @@ from tests.shared.pendulums import bobs, pendulum
 # -- an own integration ------------------------------------------------------------------------
 
 
+NAMES = {"bdf": "bdf, CVODES", "radau": "Radau IIA 5"}
+BOTH = pytest.mark.parametrize("method", list(NAMES))
+
+
+@BOTH
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
-def test_a_stiff_hinge(tolerance: float) -> None:
+def test_a_stiff_hinge(tolerance: float, method: str) -> None:
     """Relative rates of 4e4 1/s: the explicit method takes 6000 steps a second."""
     wanted = radau(1e4, 0.0, 1.0, 600)
-    result = md.solve(from_dict(pendulum(1e4, method="bdf", tolerance=tolerance)), "m")
+    result = md.solve(from_dict(pendulum(1e4, method=method, tolerance=tolerance)), "m")
     found = [result.bodies[name].angle[-1] for name in ("upper", "lower")]
     assert np.max(np.abs(found - wanted[:2])) <= 50 * tolerance
     speeds = [result.bodies[name].angular_velocity[-1] for name in ("upper", "lower")]
     assert np.max(np.abs(speeds - wanted[2:])) <= 500 * tolerance
     assert result.summary["steps"] <= 400
-    assert result.summary["method"] == "bdf, CVODES"
+    assert result.summary["method"] == NAMES[method]
     assert result.fault is None
     assert result.checks["energy"] <= 1e2 * tolerance
 
 
-def test_a_stiff_damper_whose_direction_turns_and_closed_constraints() -> None:
+@BOTH
+def test_a_stiff_damper_whose_direction_turns_and_closed_constraints(method: str) -> None:
     wanted = radau(0.0, 1e4, 1.0, 600)
     times = [0.1, 0.25, 0.7, 1.0]  # not at equal intervals
-    result = md.solve(from_dict(bobs(1e4, method="bdf", tolerance=1e-10, at=times)), "m")
+    result = md.solve(from_dict(bobs(1e4, method=method, tolerance=1e-10, at=times)), "m")
     assert (result.summary["coordinates"], result.summary["constraints"]) == (4, 2)
     assert np.max(result.scalars.drift) <= 1e-14
     assert result.summary["drift_of_speeds"] <= 1e-12
@@ -48,7 +54,8 @@ def test_a_stiff_damper_whose_direction_turns_and_closed_constraints() -> None:
     assert result.points["a.P"].position[1][0] == pytest.approx(math.sin(middle[0]), abs=1e-8)
 
 
-def test_a_heavily_damped_spring() -> None:
+@BOTH
+def test_a_heavily_damped_spring(method: str) -> None:
     """x'' = -c x' - k x: exponentials with rates of 1e6 and 1e-1 1/s."""
     c, k = 1e6, 1e5
     data = pendulum(0.0)
@@ -58,7 +65,7 @@ def test_a_heavily_damped_spring() -> None:
                            "stiffness": k, "damping": c}}  # fmt: skip
     data.pop("sketch")
     data["gravity"] = [0, 0]
-    data["tasks"]["m"] |= {"start": {"guide": {"slide": 1.0}}, "method": "bdf", "at": [20.0]}
+    data["tasks"]["m"] |= {"start": {"guide": {"slide": 1.0}}, "method": method, "at": [20.0]}
     result = md.solve(from_dict(data), "m")
     slow, fast = k / (c / 2 + math.sqrt(c * c / 4 - k)), c / 2 + math.sqrt(c * c / 4 - k)
     wanted = (fast * math.exp(-slow * 20) - slow * math.exp(-fast * 20)) / (fast - slow)
@@ -121,21 +128,23 @@ def test_auto_turns_to_the_stiff_method_where_it_is_stiff() -> None:
 
 def changed(name: str, **keys: Any) -> md.Result:
     problem = md.load(name)
-    task = dataclasses.replace(problem.tasks["motion"], method="bdf", **keys)
+    task = dataclasses.replace(problem.tasks["motion"], **keys)
     return md.solve(problem.with_task("m", task), "m")
 
 
-def test_crossings_are_located() -> None:
+@BOTH
+def test_crossings_are_located(method: str) -> None:
     problem = md.load("pendulum")
-    task = dataclasses.replace(problem.tasks["curves"], method="bdf", tolerance=1e-10)
+    task = dataclasses.replace(problem.tasks["curves"], method=method, tolerance=1e-10)
     result = md.solve(problem.with_task("m", task), "m")
     period = 2.36784194757623744930
     times = np.array([event["at"] for event in result.events])
     assert times == pytest.approx([(0.25 + k / 2) * period for k in range(4)], abs=2e-8)
 
 
-def test_dry_friction_sticks_with_bdf() -> None:
-    result = changed("incline-block", until=1e4)
+@BOTH
+def test_dry_friction_sticks(method: str) -> None:
+    result = changed("incline-block", until=1e4, method=method)
     slope = math.radians(20)
     down = G * (math.sin(slope) + 0.5 * math.cos(slope))
     assert result.summary["rests_from"] == pytest.approx(2.0 / down, rel=1e-9)
@@ -143,23 +152,26 @@ def test_dry_friction_sticks_with_bdf() -> None:
     assert np.ptp(result.joints["guide"].slide[1:]) == 0.0
 
 
-def test_coasting_slider_crank_with_bdf() -> None:
-    result = changed("coasting-slider-crank", tolerance=1e-8)
+@BOTH
+def test_coasting_slider_crank(method: str) -> None:
+    result = changed("coasting-slider-crank", tolerance=1e-8, method=method)
     assert result.outputs["turned"].value[-1] == pytest.approx(12.121009647567854, abs=1e-6)
     assert result.fault is None
 
 
-def test_a_singular_pose_is_a_fault_with_bdf() -> None:
-    """CVODES does not stay on the motion behind it; the answer is never without a word."""
+@BOTH
+def test_a_singular_pose_is_a_fault(method: str) -> None:
+    """The method does not stay on the motion behind it; the answer is never without a word."""
     problem = md.load("n-four-bar")
-    task = dataclasses.replace(problem.tasks["motion"], method="bdf", tolerance=1e-9)
+    task = dataclasses.replace(problem.tasks["motion"], method=method, tolerance=1e-9)
     result = md.solve(problem.with_task("m", task).with_values({"t_end": 1.0}), "m")
     assert any(event["kind"] == "singular" for event in result.events)
     assert 'try method = "explicit"' in (result.fault or "")
 
 
-def test_states_are_kept_where_forces_end() -> None:
-    data = pendulum(0.0, method="bdf", until=1.0)
+@BOTH
+def test_states_are_kept_where_forces_end(method: str) -> None:
+    data = pendulum(0.0, method=method, until=1.0)
     data["tasks"]["m"].pop("at")
     data["loads"] = {"motor": {"kind": "torque", "body": "upper", "value": "sqrt(0.5 - t)"}}
     result = md.solve(from_dict(data), "m")
@@ -169,9 +181,10 @@ def test_states_are_kept_where_forces_end() -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e3])
-def test_lengths_change_nothing(scale: float) -> None:
-    plain = md.solve(from_dict(bobs(100.0, method="bdf")), "m")
-    data = bobs(100.0, method="bdf")
+@BOTH
+def test_lengths_change_nothing(scale: float, method: str) -> None:
+    plain = md.solve(from_dict(bobs(100.0, method=method)), "m")
+    data = bobs(100.0, method=method)
     data["gravity"] = [0, -G * scale]
     for joint in data["joints"].values():
         joint["length"] = scale

@@ -76,6 +76,18 @@ def test_the_flyball_governor_has_nine_digits_after_ten_seconds() -> None:
     assert np.abs(momentum / whole - 1).max() < 1e-12
 
 
+def test_six_digits_of_the_governor_take_less_than_600_implicit_steps() -> None:
+    last = next(own for own in states("iftomm_a05_flyball") if own["t"] == "10")
+    task = md.load("flyball-governor-springs").tasks["motion"]
+    keys = {"start": task.start, "start_speed": task.start_speed, "until": 10.0}
+    problem = "flyball-governor-springs"
+    result = md.solve(problem, md.Motion(**keys, tolerance=1e-6, method="radau"))
+    found = [result.outputs[name].value[-1] for name in ("psi", "alpha1", "alpha2", "s")]
+    assert np.abs(np.array(found) - [float(value) for value in last["q"]]).max() < 2e-7
+    assert result.summary["steps"] <= 600
+    assert result.checks["energy"] < 1e-6
+
+
 def test_a_stiff_motion_by_the_implicit_method() -> None:
     (last,) = [own for own in states("iftomm_a05_flyball") if own["t"] == "1"]
     task = md.load("flyball-governor-springs").tasks["motion"]

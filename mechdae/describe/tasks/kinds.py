@@ -184,7 +184,7 @@ class Motion(Task):
     motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
     ``friction`` "event" (the default) slides and sticks, "smooth" creeps: friction grows like
     tanh(speed / v_s), omega_s for turning pairs; "none" leaves friction in joints out. ``method``
-    "bdf" is for stiff forces, "auto" turns to it where they are.
+    "bdf" and "radau" are for stiff forces, "auto" turns to "bdf" where they are.
     """
 
     start: Table[Number] | None = key("start", None, doc="coordinate -> value")
@@ -195,7 +195,7 @@ class Motion(Task):
     poses: int | None = key("whole", None, doc="outputs at equal intervals")
     tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
     max_step: Number | None = key("number", None, doc="longest step [s]")
-    method: str | None = key("text", None, choices=("explicit", "bdf", "auto"))
+    method: str | None = key("text", None, choices=("explicit", "bdf", "radau", "auto"))
     friction: str | None = key("text", None, choices=("event", "smooth", "none"))
     v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
     omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
