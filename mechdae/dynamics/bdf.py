@@ -321,7 +321,7 @@ class Radau(Bdf):
         def rates(times: Any, y: Any) -> Any:
             x, v = placed(y)
             a = self.rates(times[:, None], x, v, signs)[0]
-            return np.concatenate([v / sizes, a / (sizes * omega)], axis=1)
+            return np.concatenate([v / sizes, a / sizes / omega], axis=1)
 
         def slopes(t: float, y: Any) -> Any:
             found = np.reshape(self._slopes(t, *placed(y), signs)[0], (n, 2 * n), order="F")

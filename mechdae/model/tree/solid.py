@@ -85,7 +85,8 @@ class Solid(Space):
         for edge in kinetics.path[body]:
             if edge.joint:
                 joint = model.mechanism.joints[edge.joint]
-                whole = moment + ca.cross(place - model.point(joint.second), force)
+                here = model.point(joint.second)
+                whole = moment + ca.cross(place - here, force)
                 whole = SX.zeros(3) if joint.pointer else whole  # points pass on forces alone
                 sign = -1.0 if edge.forward else 1.0
                 plus(found, entries((edge.joint,), sign * force, sign * whole))
