@@ -9,6 +9,7 @@ import pytest
 
 import mechdae as md
 from mechdae.homotopy import six_axes, wrists
+from tests.shared.space import ring_of_seven
 
 H = np.pi / 2
 SIXTEEN = [(0.3, H, 0), (1, 1, 0), (0, H, 0.2), (1.5, 1, 0), (0, H, 0), (0, 0, 0)]
@@ -150,3 +151,14 @@ def test_what_is_refused() -> None:
         md.arm_poses(SIXTEEN, 2 * np.eye(4))
     with pytest.raises(md.InputError, match="six rows"):
         md.arm_poses(SIXTEEN[:5], np.eye(4))
+
+
+def test_solutions_far_off_are_certified() -> None:
+    """A ring whose complex solutions reach 78 times its size: there rounding hides residuals."""
+    rng = np.random.default_rng(7)
+    for _ in range(77):
+        mechanism, first, world = ring_of_seven(rng)
+    found = md.solve(mechanism, md.Modes(md.Driver("J0.angle", at=(first,))))
+    assert found.summary["proven"]
+    places = np.stack([found.points[f"b{k}.P{k}"].position for k in range(1, 7)], axis=1)
+    assert np.abs(places - world).max(axis=(1, 2)).min() < 1e-9
