@@ -175,6 +175,12 @@ def test_the_long_run_found_nothing():
     assert figures["unsure"] == figures["missing"] == 0
     assert max(figures["worst_limit"], figures["worst_gap"]) < 1e-9
     assert f"of which {len(figures['untrusted'])} do not trust themselves" in text
+    later = figures["further"]
+    assert later["faults"] == []
+    assert later["unsure"] == 0
+    assert max(later["worst_limit"], later["worst_gap"]) < 1e-9
+    assert f"{later['sets']} sets and {later['set_poses']} poses, none refuted" in text
+    assert f"{later['missing']} pose that Python has was missing" in text
 
 
 def test_drivers_moved_at_random_are_those_of_python():
