@@ -68,6 +68,7 @@ def check_certificate(path: str | Path, problem: Problem | str | None = None) ->
     """
     checker = _checker()
     try:
+        checker = _checker(_name(checker.read(str(path))))
         proved: str = checker.check(str(path))
     except checker.FalseClaim as refused:
         place, _, why = str(refused).partition(": ")
@@ -88,9 +89,18 @@ def _loaded(problem: Problem | str) -> Problem:
     return load(problem) if isinstance(problem, str | Path) else problem
 
 
-def _checker() -> ModuleType:
+def _name(content: Any) -> str:
+    """Return the module that checks a certificate, by what it says that it is."""
+    content = content if isinstance(content, dict) else {}
+    mechanism = content.get("mechanism")
+    if not isinstance(mechanism, dict) or mechanism.get("dimension") != 3:
+        return "check"
+    return "check_space_modes" if content.get("kind") == "modes" else "check_space"
+
+
+def _checker(name: str = "check") -> ModuleType:
     try:
-        return importlib.import_module("mechdae.certificates.check")
+        return importlib.import_module(f"mechdae.certificates.{name}")
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise

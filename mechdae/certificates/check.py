@@ -115,8 +115,7 @@ class Placing:
         return self.c * a + self.s * (b * -1), self.s * a + self.c * b
 
     def along(self, axis: arb, x: Any, y: Any) -> Any:
-        a, b = self.turned(axis.cos(), axis.sin())
-        return a * x + b * y
+        return (a := self.turned(axis.cos(), axis.sin()))[0] * x + a[1] * y
 
     def point(self, place: list[arb]) -> tuple[Any, Any]:
         x, y = self.turned(*place)
@@ -135,9 +134,11 @@ class Checked:
         joints = part(data, "joints", dict, at)
         self.joints = {own: self._joint(joints[own], f"{at}/joints/{own}") for own in joints}
         self.drivers, self.n = part(data, "drivers", dict, at), 3 * len(self.bodies)
-        lengths = [v for own in self.points.values() for place in own.values() for v in place]
-        self.size = max([abs(float(v.mid())) for v in lengths] or [0]) or 1.0
+        self.size = max([abs(float(v.mid())) for own in self.points.values() for place in
+                         own.values() for v in place] or [0]) or 1.0
         self.unit = 1.0 if ".angle" in str(self.drivers) else self.size
+        self.scale = [*[self.size, self.size, 1.0] * len(self.bodies), 1.0]
+        self.names = [(body, word) for body in self.bodies for word in ("x", "y", "angle")]
         if len(self.bodies) > MOST_BODIES or len(self.rows([ZERO] * (self.n + 1))) != self.n:
             raise FalseClaim(at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
 
@@ -168,8 +169,7 @@ class Checked:
             else:
                 rolled = first * joint["radius"] + joint["phase"]
                 rows.append(two.along(joint["axis"], dx, dy) + rolled * -ONE)
-            if "turn" in joint:
-                rows.append(second + first * -ONE + joint["turn"] * -1)
+            rows += [second + first * -ONE + joint["turn"] * -1] if "turn" in joint else []
         return [*rows, *(self.coordinate(name, frames) + formula(law, z[LAST], name[:90]) * -ONE
                          for name, law in self.drivers.items())]
 
@@ -178,11 +178,10 @@ class Checked:
         return {"ground": Placing(ZERO, ZERO, ZERO)} | {
             body: Placing(*z[3 * k : 3 * k + 3]) for k, body in enumerate(self.bodies)}
 
-    def gap(self, joint: Any, frames: Any) -> tuple[Placing, Placing, Any, Any]:
+    def gap(self, joint: Any, frames: Any) -> Any:
         """Return the frames of a joint's bodies, and second point less first point."""
         (x1, y1), (x2, y2) = (frames[b].point(self.points[b][p]) for b, p in joint["ends"])
-        one, two = (frames[body] for body, _ in joint["ends"])
-        return one, two, x2 + x1 * -ONE, y2 + y1 * -ONE
+        return *(frames[b] for b, _ in joint["ends"]), x2 + x1 * -ONE, y2 + y1 * -ONE
 
     def coordinate(self, name: str, frames: Any) -> Any:
         """Return BODY.angle, BODY.POINT.x or .y, JOINT.angle or JOINT.slide."""
@@ -233,14 +232,15 @@ class Tube:
             g = [a + b * T + c[2] * T * T for a, b, c in zip(g, slopes, line)]
         Y = self.matrix([[x.mid() for x in row] for row in self.inverse(z)[0].tolist()])
         miss = [x.abs_upper() for x in (Y * self.matrix(m.n, 1, g)).entries()]
-        self.r = [x * 2 + arb(2) ** ((16 if half == 0 else 24) - PRECISION) for x in miss]
-        for _ in range(4):
+        least = arb(2) ** ((16 if half == 0 else 24) - PRECISION)
+        self.r = [x * 2 + least for x in miss]
+        for _ in range(6):
             A = (Y * self.matrix(self.dense(m.slopes(self.box())[1]))).tolist()
             loss = [[(A[i][j] - int(i == j)).abs_upper() for j in range(m.n)] for i in range(m.n)]
             after = [own + sum(map(arb.__mul__, row, self.r), ZERO) for own, row in zip(miss, loss)]
             if all(bool(a < r) for a, r in zip(after, self.r)):
                 return
-            self.r = [arb((a * 2).upper()) for a in after]
+            self.r = [arb((a * 2 + least).upper()) for a in after]
         raise ArithmeticError("Krawczyk's test fails")
 
     def box(self) -> list[Any]:
@@ -322,7 +322,7 @@ def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool) -> A
 def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> list[arb]:
     """Return balls with the limit position behind the pose z: there the driver turns back."""
     v = solution(m, z).rates(z)
-    q = max(range(m.n), key=lambda k: abs(float(v[k].mid())) / (1 if k % 3 == 2 else m.size))
+    q = max(range(m.n), key=lambda k: abs(float(v[k].mid())) / m.scale[k])
 
     def good(tube: Tube) -> bool:  # one place at most where the driver stands still
         v = tube.rates(tube.box())
@@ -378,8 +378,8 @@ def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
 def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:
     """Compare a pose in balls with the place to look at that is written down for it."""
     for k, (own, other) in enumerate(zip(z, m.claimed(claim, z[LAST], at))):
-        if not abs(own - other) <= within * (1 if k % 3 == 2 else m.size):
-            raise FalseClaim(f"{at}/bodies/{m.bodies[k // 3]}", f"more than {within} off the pose")
+        if not abs(own - other) <= within * m.scale[k]:
+            raise FalseClaim(f"{at}/bodies/{m.names[k][0]}", f"more than {within} off the pose")
     return z
 
 

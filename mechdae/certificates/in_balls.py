@@ -5,58 +5,109 @@ from __future__ import annotations
 import random
 from typing import Any
 
+import numpy as np
 from flint import acb, ctx
 
-from mechdae.certificates import check
+from mechdae.certificates import check, check_space, check_space_modes
 from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
 
+LAST_KEPT = 1e-3
+"""Weight of the equations of crosses: theorems count poses of those that keep all others."""
 STARTS, MOST_STARTS = 200, 1000
 """Starts for each pose that is sought, and in all."""
 
 
+def checker_of(mechanism: dict[str, Any]) -> Any:
+    """Return the checker of a mechanism's certificate, of the plane or of space."""
+    return check_space if mechanism.get("dimension") == 3 else check
+
+
+def left_out(mechanism: dict[str, Any], bodies: dict[str, Any], at: str) -> list[str]:
+    """Return as many equations as there are superfluous ones, those that others tell at a pose.
+
+    Of all equations those that change most with what the others before leave free are kept.
+    """
+    m = _checked(mechanism, square=False)
+    z = m.claimed({"bodies": bodies}, check.exact(at, "at"), "at")
+    own = checker_of(mechanism)
+    rows = m.equations([own.Dual(x, {k: own.ONE}) for k, x in enumerate(z)])[0]
+    J = np.array([[float(row.d.get(k, own.ZERO)) for k in range(m.n)] for row in rows])
+    J *= np.array(m.scale[: m.n])
+    J /= np.linalg.norm(J, axis=1, keepdims=True)
+    J *= np.array(
+        [
+            LAST_KEPT if kind == "universal" else 1.0
+            for kind in (*m.kinds, *[""] * (len(J) - len(m.kinds)))
+        ]
+    )[:, None]
+    kept = list[int]()
+    while len(kept) < m.n:
+        k = int(np.argmax(np.linalg.norm(J, axis=1)))
+        kept.append(k)
+        unit = J[k] / np.linalg.norm(J[k])
+        J = J - np.outer(J @ unit, unit)
+        J[kept] = 0.0
+    return [str(k) for k in range(len(rows)) if k not in kept]
+
+
+def names_of(mechanism: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the coordinates that a checker has: owner and word of each."""
+    return list(_checked(mechanism, square=False).names)
+
+
 def refined_path(mechanism: dict[str, Any], path: dict[str, Any]) -> dict[str, Any]:
     """Return a path with its poses to the last bit; those that balls do not prove as they were."""
-    m = _checked(mechanism)
+    own, m = checker_of(mechanism), _checked(mechanism)
     places = [path, *path["steps"]]
-    for place, at in zip(
-        places, [path["at"], *(step["to"] for step in path["steps"])], strict=True
-    ):
-        place["bodies"] = _refined(m, place, at) or place["bodies"]
+    corners = any(isinstance(law, list) and own is check_space for law in m.drivers.values())
+    z: list[Any] | None = None
+    for place in places:
+        to = own.exact(place.get("to", path["at"]), "at")
+        try:
+            if z is None or not corners:
+                z = own.solution(m, m.claimed(place, to, "at")).box()
+            else:  # whole legs: signs of quaternions are those that the way leads to
+                *_, (_, z) = own.follow(m, z, m.n, to)
+            place["bodies"] = _bodies(m, z)
+        except ArithmeticError:
+            pass  # the check says what is wrong
     for word, sense, near in (("low", -1, path), ("high", 1, places[-1])):
         if word in path:
             at = near["at"] if near is path else near["to"]
             try:
-                z = check.solution(m, m.claimed(near, check.exact(at, word), word)).box()
-                claim = m.claimed(path[word], check.exact(path[word]["at"], word), word)
-                path[word]["bodies"] = _bodies(m, check.turning(m, z, claim, sense, word))
-            except (ArithmeticError, check.FalseClaim):
+                z = own.solution(m, m.claimed(near, own.exact(at, word), word)).box()
+                claim = m.claimed(path[word], own.exact(path[word]["at"], word), word)
+                path[word]["bodies"] = _bodies(m, own.turning(m, z, claim, sense, word))
+            except (ArithmeticError, own.FalseClaim):
                 pass  # the check says what is wrong
     return path
 
 
 def refined_mode(mechanism: dict[str, Any], mode: dict[str, Any], at: str) -> dict[str, Any]:
     """Return a mode with its pose to the last bit."""
-    return mode | {"bodies": _refined(_checked(mechanism), mode, at) or mode["bodies"]}
+    own, m = checker_of(mechanism), _checked(mechanism)
+    return mode | {"bodies": _refined(own, m, mode, at) or mode["bodies"]}
 
 
-def _checked(mechanism: dict[str, Any]) -> check.Checked:
+def _checked(mechanism: dict[str, Any], **options: Any) -> Any:
     ctx.prec, ctx.cap = check.PRECISION, 3
-    return check.Checked(mechanism)
+    return checker_of(mechanism).Checked(mechanism, **options)
 
 
-def _refined(m: check.Checked, claim: dict[str, Any], at: str) -> dict[str, list[str]] | None:
+def _refined(own: Any, m: Any, claim: dict[str, Any], at: str) -> dict[str, list[str]] | None:
     """Return the pose near a claim, None where balls do not prove one."""
     try:
-        return _bodies(m, check.solution(m, m.claimed(claim, check.exact(at, "at"), "at")).z)
+        return _bodies(m, own.solution(m, m.claimed(claim, own.exact(at, "at"), "at")).z)
     except ArithmeticError:
         return None
 
 
-def _bodies(m: check.Checked, z: list[Any]) -> dict[str, list[str]]:
-    return {
-        body: [as_text(v.mid()) for v in z[3 * k : 3 * k + 3]] for k, body in enumerate(m.bodies)
-    }
+def _bodies(m: Any, z: list[Any]) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for (owner, _), v in zip(m.names, z, strict=False):
+        found.setdefault(owner, []).append(as_text(v.mid()))
+    return found
 
 
 def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[list[list[str]]]:
@@ -67,62 +118,97 @@ def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[l
     UnavailableError
         No theorem tells how many poses a group has, or random starts do not lead to all of them.
     """
-    ctx.prec, ctx.cap = check.PRECISION, 3
-    m = check.Checked(content["mechanism"])
-    u = check.exact(content["at"], "at")
-    count, known = 1, {"ground"}
-    for group in content["groups"]:
-        try:
-            count *= check.most(m, group, known)
-        except check.FalseClaim:
-            raise UnavailableError(
-                "no certificate is written of modes of groups other than the driven link, dyads "
-                f"and platforms on three legs: {', '.join(group)}"
-            ) from None
-        known |= set(group)
-    starts = [[acb(v) for v in m.claimed(mode, u, "modes")] for mode in real]
-    found = _found(m, u, content["groups"], starts, count)
-    if len(found) < count:
+    search = PoseSearch(content)
+    starts = [[acb(v) for v in search.m.claimed(mode, search.u, "modes")] for mode in real]
+    found = search.found(starts)
+    if len(found) < search.count:
         raise UnavailableError(
-            f"{len(found)} complex poses of {count} are found: others are singular or at infinity, "
-            "so no certificate is written"
+            f"{len(found)} complex poses of {search.count} are found: others are singular or at "
+            "infinity, so no certificate is written"
         )
     return [[[as_text(x.real.mid()), as_text(x.imag.mid())] for x in pose[:-1]] for pose in found]
 
 
-def _found(
-    m: check.Checked, u: Any, groups: list[list[str]], starts: list[Any], count: int
-) -> list[list[Any]]:
-    """Return up to `count` different poses in balls, from the starts and from random ones.
+def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> None:
+    """Raise where no theorem of the checker tells how many poses one of the groups has.
 
-    A random start keeps the first groups of a pose that is found, and draws the others.
+    Raises
+    ------
+    UnavailableError
+        The first such group.
     """
-    rng, found = random.Random(7), list[list[Any]]()
-    for k in range(len(starts) + min(STARTS * count, MOST_STARTS)):
-        if len(found) == count:
-            break
-        z = starts[k] if k < len(starts) else _start(m, u, groups, found, rng)
+    if mechanism.get("dimension") == 3:
+        counted(check_space_modes, check_space_modes.Checked(mechanism, square=False), groups)
+    else:
+        counted(check, check.Checked(mechanism), groups)
+
+
+def counted(own: Any, m: Any, groups: list[list[str]]) -> int:
+    """Return how many poses groups have together, by the theorems of a checker."""
+    count, known = 1, {"ground"}
+    for group in groups:
         try:
-            pose = check.solution(m, z).box()
-        except ArithmeticError:
-            continue
-        mirrored = [acb(x.real, -x.imag) for x in pose]
-        for own in (pose, mirrored):  # the mirror image of a pose is one
-            if not any(check.alike(own, other) for other in found):
-                found.append(own)
-    return found
+            count *= own.most(m, group, known)
+        except own.FalseClaim:
+            raise UnavailableError(
+                "no certificate is written of modes of a group whose poses no theorem of the "
+                f"checker counts: {', '.join(group)}",
+                hint="docs/certificates.md lists the groups that are counted",
+            ) from None
+        known |= set(group)
+    return count
 
 
-def _start(
-    m: check.Checked, u: Any, groups: list[list[str]], found: list[Any], rng: random.Random
-) -> list[Any]:
-    """Return a random complex place to begin from."""
-    kept = {body for group in groups[: rng.randrange(len(groups))] for body in group}
-    base, z = rng.choice(found) if found else None, []
-    for k, body in enumerate(m.bodies):
-        if base is not None and body in kept:
-            z += base[3 * k : 3 * k + 3]
-            continue
-        z += [acb(rng.gauss(0, m.size), rng.gauss(0, m.size)) for _ in range(2)]
-        z.append(acb(rng.uniform(-3.2, 3.2), rng.gauss(0, 0.7)))
-    return [*z, acb(u)]
+class PoseSearch:
+    """The search for all complex poses of the groups in a certificate's `content`."""
+
+    def __init__(self, content: dict[str, Any]) -> None:
+        self.spatial = content["mechanism"].get("dimension") == 3
+        self.own: Any = check_space_modes if self.spatial else check
+        ctx.prec, ctx.cap = self.own.PRECISION, 3
+        self.m: Any = self.own.Checked(content["mechanism"])
+        self.u, self.groups = self.own.exact(content["at"], "at"), content["groups"]
+        self.count = counted(self.own, self.m, self.groups)
+        self.rng = random.Random(7)
+
+    def found(self, starts: list[Any]) -> list[list[Any]]:
+        """Return up to `count` different poses in balls, from the starts and from random ones.
+
+        A random start keeps the first groups of a pose that is found, and draws the others.
+        """
+        found = list[list[Any]]()
+        for k in range(len(starts) + min(STARTS * self.count, MOST_STARTS)):
+            if len(found) == self.count:
+                break
+            z = starts[k] if k < len(starts) else self._start(found)
+            try:
+                pose = self.own.solution(self.m, z).box()
+            except ArithmeticError:
+                continue
+            mirrored = [acb(x.real, -x.imag) for x in pose]
+            for own in (pose, mirrored):  # the mirror image of a pose is one
+                if not any(self._alike(own, other) for other in found) and self._proper(own):
+                    found.append(own)
+        return found
+
+    def _alike(self, one: list[Any], other: list[Any]) -> bool:
+        alike: bool = self.own.alike(*((self.m,) if self.spatial else ()), one, other)
+        return alike
+
+    def _proper(self, pose: list[Any]) -> bool:
+        """Whether axes have the senses that joints need."""
+        return not self.spatial or all(v.real > 0 for v in self.m.equations(pose)[1])
+
+    def _start(self, found: list[list[Any]]) -> list[Any]:
+        """Return a random complex place to begin from."""
+        rng = self.rng
+        kept = {body for group in self.groups[: rng.randrange(len(self.groups))] for body in group}
+        base, z = rng.choice(found) if found else None, []
+        for k, (owner, _) in enumerate(self.m.names):
+            if base is not None and owner in kept:
+                z.append(base[k])
+            elif self.m.scale[k] == self.m.size:
+                z.append(acb(rng.gauss(0, self.m.size), rng.gauss(0, self.m.size)))
+            else:
+                z.append(acb(rng.uniform(-3.2, 3.2), rng.gauss(0, 0.7)))
+        return [*z, acb(self.u)]

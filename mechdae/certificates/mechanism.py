@@ -65,17 +65,15 @@ def as_text(value: Any) -> str:
     return str(Fraction(value) if isinstance(value, Fraction) else Fraction(float(value)))
 
 
-def mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
+def planar_mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
     """Return bodies, joints and drivers of a scene; of each driver its law.
 
     Raises
     ------
     UnavailableError
-        A spatial mechanism, curves, superfluous equations.
+        Curves, superfluous equations.
     """
     mechanism = scene.model.mechanism
-    if mechanism.dimension != 2:
-        raise UnavailableError("no certificate is written of a spatial mechanism")
     if scene.redundant:
         over = ", ".join(group.name for group in scene.redundant)
         raise UnavailableError(f"no certificate is written of superfluous equations: {over}")

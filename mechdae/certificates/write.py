@@ -10,8 +10,23 @@ import casadi as ca
 import numpy as np
 
 import mechdae
-from mechdae.certificates.in_balls import complex_poses, refined_mode, refined_path
-from mechdae.certificates.mechanism import Formula, Frames, as_text, formulas, mechanism_of
+from mechdae.certificates.in_balls import (
+    check_count,
+    complex_poses,
+    left_out,
+    names_of,
+    refined_mode,
+    refined_path,
+)
+from mechdae.certificates.mechanism import (
+    Formula,
+    Frames,
+    as_text,
+    formulas,
+    planar_mechanism_of,
+)
+from mechdae.certificates.space import SpatialFrames, spatial_mechanism_of
+from mechdae.continuation.legs import Legs
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.describe.file.problem import Problem
@@ -21,12 +36,13 @@ from mechdae.kinematics.modes_task import modes
 from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
+from mechdae.model.reduction import Scene
 from mechdae.results import Result, Status
 from mechdae.setup.drivers import plan
 
 BEFORE = 1e-3
 """Share of the largest step before a limit position from which on the way into it begins."""
-MOST_STEPS = 5000
+MOST_STEPS = 20000
 """Steps of a path whose check takes a minute or so."""
 
 
@@ -56,6 +72,12 @@ def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
     )
 
 
+def _groups(groups: Any, bodies: Any) -> list[list[str]]:
+    """Return the bodies of each group that has any: links that turn freely have no place."""
+    found = [[body for body in group.bodies if body in bodies] for group in groups]
+    return [own for own in found if own]
+
+
 def mechanism_of_task(problem: Problem, name: str) -> dict[str, Any]:
     """Return the mechanism of a task as its certificate has it."""
     task = problem.task(name)
@@ -67,6 +89,18 @@ def mechanism_of_task(problem: Problem, name: str) -> dict[str, Any]:
     return mechanism_of(setting.scene, _values(setting, u))
 
 
+def mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
+    """Return bodies, joints and drivers of a scene; of each driver its law."""
+    spatial = scene.model.mechanism.dimension == 3
+    return (spatial_mechanism_of if spatial else planar_mechanism_of)(scene, laws)
+
+
+def _frames(scene: Scene, mechanism: dict[str, Any]) -> Frames | SpatialFrames:
+    if "dimension" in mechanism:
+        return SpatialFrames(scene, names_of(mechanism))
+    return Frames(scene, mechanism["bodies"])
+
+
 def _laws(setting: Setting, path: Any) -> dict[str, Formula]:
     """Return the law of each driver along a path."""
     names = [driver.text for driver in setting.scene.drivers]
@@ -75,8 +109,11 @@ def _laws(setting: Setting, path: Any) -> dict[str, Formula]:
         if course.switches.numel():
             raise UnavailableError("no certificate is written of laws with corners")
         own = formulas(ca.Function("law", [course.s], [ca.densify(course.smooth)]))
-    elif not isinstance(path, Path):
-        raise UnavailableError("no certificate is written of poses by name")
+    elif isinstance(path, Legs):
+        if setting.scene.model.mechanism.dimension == 2:
+            raise UnavailableError("no certificate is written of poses by name")
+        corners = path.corners.T if len(path.corners) > 1 else np.tile(path.corners.T, 2)
+        own = [[as_text(value) for value in row] for row in corners]
     else:
         pairs = zip(path.u0, path.d, strict=True)
         own = ["s" if (u, d) == (0, 1) else _line(u, d) for u, d in pairs]
@@ -100,22 +137,31 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
     mechanism_of(setting.scene, {})  # what is refused is refused before the poses are computed
     done = run(setting, task)
     mechanism = mechanism_of(setting.scene, _laws(setting, done.path))
-    assert isinstance(done.path, Path)
     if done.path.zones:
         raise UnavailableError(
             "no certificate is written of a motion across change points", where=where
         )
-    arc = arc_of(done.path)
-    path = _path(done.path, arc, Frames(setting.scene, mechanism["bodies"]), done.places)
+    arc, frames = arc_of(done.path), _frames(setting.scene, mechanism)
+    if isinstance(done.path, Path):
+        path = _path(done.path, arc, frames, done.places)
+    else:
+        assert isinstance(done.path, Legs)
+        path = _corners(done.path, arc, frames)
+    if setting.scene.redundant:
+        middle = [path, *path["steps"]][len(path["steps"]) // 2]
+        at = middle["to"] if "to" in middle else middle["at"]
+        mechanism["superfluous"] = left_out(mechanism, middle["bodies"], at)
     return {
         "kind": "sweep",
         "mechanism": mechanism,
         "path": refined_path(mechanism, path),
-        "poses": _poses(report(problem, name, task, setting, done), done, arc, path),
+        "poses": _poses(
+            report(problem, name, task, setting, done), done, arc, path, mechanism["bodies"]
+        ),
     }
 
 
-def _path(path: Path, arc: Arc, frames: Frames, places: Any) -> dict[str, Any]:
+def _path(path: Path, arc: Arc, frames: Frames | SpatialFrames, places: Any) -> dict[str, Any]:
     """Return the nodes of a path inside its arc, and the limit positions that end it.
 
     Where all is linear in the drivers' values there are none: the ends of the poses' `places`.
@@ -161,6 +207,17 @@ def _path(path: Path, arc: Arc, frames: Frames, places: Any) -> dict[str, Any]:
     return found
 
 
+def _corners(path: Legs, arc: Arc, frames: Frames | SpatialFrames) -> dict[str, Any]:
+    """Return the corners of a path of legs that it comes to."""
+    nodes = [
+        {"at": str(k), "bodies": frames.at(x, path.corners[k])}
+        for k, x in enumerate(path.nodes)
+        if arc.holds(k)
+    ]
+    steps = [{"from": a["at"], "to": b["at"], "bodies": b["bodies"]} for a, b in pairwise(nodes)]
+    return nodes[0] | {"steps": steps}
+
+
 def _steps(path: Path, known: list[tuple[float, Any]]) -> int:
     """Return about how many steps around tangents lead along the nodes of a path.
 
@@ -175,7 +232,9 @@ def _steps(path: Path, known: list[tuple[float, Any]]) -> int:
     return count
 
 
-def _poses(result: Result, done: Run, arc: Arc, path: dict[str, Any]) -> list[dict[str, Any]]:
+def _poses(
+    result: Result, done: Run, arc: Arc, path: dict[str, Any], bodies: Any
+) -> list[dict[str, Any]]:
     """Return what is claimed of each pose: its place, points, angles, and their bounds.
 
     Of poses that are reached whole turns of the driver away, and of those between the last step
@@ -190,12 +249,12 @@ def _poses(result: Result, done: Run, arc: Arc, path: dict[str, Any]) -> list[di
         on_path = first <= Fraction(float(value)) <= last
         claim: dict[str, Any] = {"pose": k, "at": as_text(value), "status": status}
         if status == Status.LIMIT.value and met:
-            found.append(claim | {"end": ends[met]} | reported(result, k))
+            found.append(claim | {"end": ends[met]} | reported(result, k, bodies))
         elif status == Status.OK.value and on_path:
-            if len(names) > 1 or done.values[k, 0] != value:
+            if isinstance(done.path, Path) and (len(names) > 1 or done.values[k, 0] != value):
                 told = dict(zip(names, map(as_text, done.values[k]), strict=True))
                 claim["drivers"] = told
-            found.append(claim | reported(result, k))
+            found.append(claim | reported(result, k, bodies))
         elif status == Status.UNASSEMBLED.value and _beyond(arc, value):
             found.append(claim)
     return found
@@ -207,14 +266,25 @@ def _beyond(arc: Arc, value: float) -> bool:
     return (low and value < arc.first) or (high and value > arc.last)
 
 
-def reported(result: Result, k: int) -> dict[str, Any]:
-    """Return points, angles and bounds of a pose as they are reported."""
+def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
+    """Return points of these bodies, angles or orientations and bounds of a pose as reported."""
     points = {
-        name: [as_text(v) for v in series.position[k]] for name, series in result.points.items()
+        name: [as_text(v) for v in series.position[k]]
+        for name, series in result.points.items()
+        if name.split(".")[0] in bodies
     }
+    bounds = {word: result.bound[word][k] for word in result.bound}
+    if not np.isfinite([*bounds.values()]).all():
+        raise UnavailableError(
+            "no certificate is written of a mode that is next to a singular pose"
+        )
+    bound = {word: as_text(value) for word, value in bounds.items()}
+    told: dict[str, Any] = {"points": points, "bound": bound}
+    if result.mechanism.dimension == 3:
+        turns = {name: [as_text(v) for v in s.orientation[k]] for name, s in result.bodies.items()}
+        return told | {"orientations": turns}
     angles = {name: as_text(series.angle[k]) for name, series in result.bodies.items()}
-    bound = {word: as_text(result.bound[word][k]) for word in result.bound}
-    return {"points": points, "angles": angles, "bound": bound}
+    return told | {"angles": angles}
 
 
 def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
@@ -233,24 +303,30 @@ def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
 def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     """Return all modes at one pose, and all complex poses, which prove that there are no others."""
     setting, u = _at_pose(problem, task)
-    result = modes(problem, name, task)
     mechanism = mechanism_of(setting.scene, _values(setting, u))
-    frames = Frames(setting.scene, mechanism["bodies"])
+    groups = _groups(setting.scene.groups, mechanism["bodies"])
+    check_count(mechanism, groups)  # what is refused is refused before modes are looked for
+    result = modes(problem, name, task)
+    frames = _frames(setting.scene, mechanism)
     every, _, _ = setting.assembler.modes(u, by_paths=True)
+    if setting.scene.redundant and every:
+        first = frames.at(every[0].x, u)
+        mechanism["superfluous"] = left_out(mechanism, first, as_text(u[0]))
     if len(result.status) < len(every):
         raise UnavailableError("no certificate is written of some modes only", where="limit")
-    groups = setting.scene.groups
-    labelled = [setting.assembler.labelled(group) for group in groups]
+    labelled = [setting.assembler.labelled(group) for group in setting.scene.groups]
     found = []
     for k, mode in enumerate(every):
         labels = iter(mode.labels)
         signs = [str(int(next(labels)[0] + "1")) if own else "1" for own in labelled]
-        claim = {"label": mode.label, "signs": signs, "bodies": frames.at(mode.x, u)}
-        found.append(refined_mode(mechanism, claim, as_text(u[0])) | reported(result, k))
+        claim = {"label": mode.label, "bodies": frames.at(mode.x, u)}
+        claim |= {} if "dimension" in mechanism else {"signs": signs}
+        claim = refined_mode(mechanism, claim, as_text(u[0]))
+        found.append(claim | reported(result, k, mechanism["bodies"]))
     content = {
         "kind": "modes",
         "at": as_text(u[0]),
         "mechanism": mechanism,
-        "groups": [list(group.bodies) for group in groups],
+        "groups": groups,
     }
     return content | {"modes": found, "complex": complex_poses(content, found)}

@@ -18,6 +18,16 @@ ILL = 2.0**34
 of bounds (`mechdae.kernels.graphs.bounds`) covers."""
 WORST = 2.0**44
 """The same from which on no bound holds: a pose is not certified."""
+TURN = 21**0.5
+"""What an error of all entries of a matrix makes of the angle of the quaternion q told for it.
+
+With the largest component q_k the four numbers 4 q_k q, at least 2 in length, are one sum of four
+entries and three of two (`mechdae.setup.turning`). Twice the error of their direction is an angle.
+"""
+TURNED = 3 / 2**0.5
+"""The same for the difference of two rotations, whose norm is sqrt(2) times the angle between."""
+QUATERNION = 2.0**-49
+"""What rounding adds to it: at most 8.7 half units in the last place in sums, 2 in quotients."""
 Row = tuple[tuple[int, ...], tuple[float, ...]]
 """The columns and values of a sparse row."""
 
@@ -47,11 +57,10 @@ class OutputBounds:
         self._rows = _rows(rows, columns, values, graphs.ny, graphs.nx)
         self.words = {word: self.of(own) for word, own in outputs.bounded.items()}
         if outputs.matrices:
-            # the norm of the difference of two rotations is sqrt(2) times the angle between them
             rows, rounding = self.of(outputs.matrices)
-            share = 3 / np.sqrt(2)
+            share = turned(graphs)
             wider = [(columns, tuple(share * v for v in values)) for columns, values in rows]
-            self.words["angle"] = wider, share * rounding
+            self.words["angle"] = wider, TURN * rounding + QUATERNION
 
     def of(self, columns: Sequence[int]) -> tuple[list[Row], float]:
         """Return rows and rounding of which the largest bound of some columns is made."""
@@ -71,6 +80,15 @@ class OutputBounds:
         """Return the largest bound of some columns at each pose, (n,); `error` is (n, nx)."""
         known = np.nan_to_num(error, nan=0.0).T
         return _worst(known, *self.of(columns), np.empty(len(error)))
+
+
+def turned(graphs: Graphs) -> float:
+    """Return what an error of unknowns, by entries of rotations, makes of an angle.
+
+    Quaternions that are unknown make rotations only where they have the length 1.
+    """
+    balls = any(word == "e0" for _, word in graphs.scene.x_names)
+    return TURN if balls else TURNED
 
 
 def spread(graphs: Graphs, constants: Any, det: Any, beta: Any) -> Any:

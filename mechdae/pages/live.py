@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.legs import Legs
+from mechdae.continuation.output_bounds import turned
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import TURNING
 from mechdae.describe.mechanism import GROUND, Body, Ground
@@ -20,6 +21,7 @@ from mechdae.kernels.run.javascript import HELPERS, Printed, printed
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
+from mechdae.model.tree.choice import is_tree
 from mechdae.pages import ways
 from mechdae.records import dataclass
 from mechdae.setup.outputs import RATES, Outputs, ReportedQuantity
@@ -100,7 +102,9 @@ def kernels(
         name: {"in": part.inputs, "out": part.outputs, "size": part.size}
         for name, part in parts.items()
     }
-    return PrintedKernels(text, layout | {"slopes_at": [rows, columns], "looks_at": at})
+    share = turned(graphs) if is_tree(graphs.scene.model) else 0
+    others = {"slopes_at": [rows, columns], "looks_at": at, "turned": share}
+    return PrintedKernels(text, layout | others)
 
 
 def looks_of(model: Model) -> tuple[list[list[str]], Any]:

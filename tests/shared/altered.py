@@ -72,7 +72,7 @@ def alter(content: dict[str, Any], kind: str, rng: random.Random) -> tuple[dict[
                 moved = Fraction(own["path"][word]["at"]) + rng.choice((-1, 1)) * MOVED
                 own["path"][word]["at"] = str(moved)
                 return own, f"path/{word}"
-    if kind == "label" and len(modes) > 1:
+    if kind == "label" and len(modes) > 1 and "signs" in modes[0]:
         k = rng.randrange(len(modes))
         signs = list(zip(*(mode["signs"] for mode in modes), strict=True))
         turned = [g for g, own_signs in enumerate(signs) if len(set(own_signs)) > 1]

@@ -569,14 +569,15 @@ export class Motion {
   /** Bounds of the outputs' errors from those of the unknowns, the largest of their coordinates. */
   bound({ error }) {
     if (!error) return null;
-    const [rows, columns] = this.data.kernels.slopes_at;
+    const { slopes_at: [rows, columns], turned } = this.data.kernels;
     const slopes = this.outputSlopes();
     const sums = new Float64Array(this.rounding.length);
     for (let k = 0; k < rows.length; k += 1) sums[rows[k]] += slopes[k] * error[columns[k]];
     const { lengths, angles, matrices } = this.data.bounded;
-    const largest = (own, share) => share * (Math.max(0, ...own.map((k) => sums[k])) + Math.max(0, ...own.map((k) => this.rounding[k])));
-    // the norm of the difference of two rotations is sqrt(2) times the angle between them
-    return { length: largest(lengths, 1), angle: matrices.length ? largest(matrices, 3 / Math.SQRT2) : largest(angles, 1) };
+    const largest = (own, share, wider, more) => share * Math.max(0, ...own.map((k) => sums[k])) + wider * Math.max(0, ...own.map((k) => this.rounding[k])) + more;
+    // of rotations told as quaternions, as in mechdae/continuation/output_bounds.py
+    const angle = matrices.length ? largest(matrices, turned, Math.sqrt(21), 2 ** -49) : largest(angles, 1, 1, 0);
+    return { length: largest(lengths, 1, 1, 0), angle };
   }
 
   /**

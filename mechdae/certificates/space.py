@@ -1,0 +1,152 @@
+"""A spatial mechanism as a certificate has it: exact numbers, places and quaternions of bodies."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.certificates.mechanism import as_text
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
+from mechdae.model.reduction import Scene
+from mechdae.model.tree.meshes import bearings
+from mechdae.model.tree.pointers import WORDS
+from mechdae.setup.turning import quaternions
+
+SIDES = (("axis", "zero"), ("axis2", "zero2"))
+
+
+def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
+    """Return bodies, joints and drivers of a scene; of each driver its law.
+
+    A link that turns freely between two balls is the distance of its neighbours' points, wheels
+    and racks are sums of coordinates of the joints that they turn or slide in.
+    """
+    model: Any = scene.model
+    mechanism, numbers = model.mechanism, model.mechanism.values()
+    idle = model.idle
+    bodies = [body for group in scene.groups for body in group.bodies if body not in idle]
+    names = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
+    points: dict[str, dict[str, list[str]]] = {body: {} for body in (GROUND, *bodies)}
+
+    def add(reference: str) -> None:
+        body, _, point = reference.partition(".")
+        if body in points:
+            points[body][point] = [as_text(numbers[f"{reference}.{axis}"]) for axis in AXES]
+
+    counted = [driver.text for driver in scene.drivers]
+    spun = {name for link in idle.values() for name in (link.joint, *link.others)}
+    joints, sums = dict[str, Any](), dict[str, Any]()
+    for name in names:
+        joint = mechanism.joints[name]
+        if joint.meshes:
+            sums[name] = _sum(mechanism, joint, numbers)
+            counted += sums[name]
+    for link in idle.values():
+        if link.name in {body for group in scene.groups for body in group.bodies}:
+            first, second = ([Fraction(numbers[f"{own}.{a}"]) for a in AXES] for own in link.own)
+            square = sum((x - y) ** 2 for x, y in zip(first, second, strict=True))
+            first_end, second_end = link.ends
+            own = {"kind": "distance", "first": first_end, "second": second_end}
+            joints[link.joint] = own | {"square": str(square)}
+    for name in names:
+        if name not in sums and name not in spun:
+            joints[name] = _joint(mechanism.joints[name], numbers, counted)
+    for joint in joints.values():
+        add(joint["first"])
+        add(joint["second"])
+    for reference in scene.selection.points:
+        add(reference)
+    for driver in scene.drivers:
+        if driver.text.count(".") == 2:
+            add(driver.text.rpartition(".")[0])
+    told = {"bodies": points, "joints": joints, "drivers": laws}
+    return {"dimension": 3} | told | ({"sums": sums} if sums else {})
+
+
+def _sum(mechanism: Mechanism, mesh: Joint, numbers: Any) -> dict[str, str]:
+    """Return factors of coordinates, and what is added to their sum: together they vanish."""
+    one, other = bearings(mechanism, mesh)
+    ratio = Fraction(numbers[f"{mesh.name}.{'ratio' if mesh.wheels > 1 else 'radius'}"])
+    factors = (Fraction(-1), ratio) if mesh.wheels > 1 else (ratio, Fraction(-1))
+    return {
+        **{
+            f"{own.joint}.{own.word}": as_text(factor * Fraction(own.sense))
+            for own, factor in zip((one, other), factors, strict=True)
+        },
+        "": as_text(numbers.get(f"{mesh.name}.phase", 0.0)),
+    }
+
+
+def _joint(joint: Joint, numbers: Any, counted: list[str]) -> dict[str, Any]:
+    """Return a joint; of its turns those are unknowns that count for drivers, wheels or a screw."""
+    kind = "vector" if joint.pointer else joint.kind
+    own: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
+    if joint.pointer:
+        lengths = {word: f"{joint.name}.{word}" for word in WORDS}
+        return own | {w: as_text(numbers[key]) for w, key in lengths.items() if key in numbers}
+    if joint.bar:
+        return own | {"square": as_text(Fraction(numbers[f"{joint.name}.length"]) ** 2)}
+    if kind == "screw":
+        own["pitch"] = as_text(numbers[f"{joint.name}.pitch"])
+    if isinstance(joint, SpatialJoint) and dict(joint.directions()):
+        for second, keys in enumerate(SIDES):
+            for key, vector in zip(keys, _side_of(joint, bool(second), numbers), strict=True):
+                own[key] = [as_text(v) for v in vector]
+        turns = [word for word in joint.coordinates if word.startswith("angle")]
+        own["unknown"] = [
+            word for word in turns if kind == "screw" or f"{joint.name}.{word}" in counted
+        ]
+    return own
+
+
+def _side_of(joint: SpatialJoint, second: bool, values: Any) -> tuple[Any, Any]:
+    """Return axis and zero of a side; absent ones are what they stand for."""
+    axis, zero = joint.side(second)
+    along = [values[f"{joint.name}.{axis}.{letter}"] for letter in AXES]
+    if zero is not None:
+        return along, [values[f"{joint.name}.{zero}.{letter}"] for letter in AXES]
+    after = (largest(tuple(along)) + 1) % 3
+    return along, [float(k == after) for k in range(3)]
+
+
+class SpatialFrames:
+    """Places and quaternions of all bodies of a scene, and coordinates of joints among them."""
+
+    def __init__(self, scene: Scene, names: list[tuple[str, str]]) -> None:
+        self.names, self.p = names, scene.model.p_values
+        model: Any = scene.model
+        self.bodies = list(dict.fromkeys(owner for owner, word in names if word == "x"))
+        self.turns = list(dict.fromkeys(owner for owner, word in names if word == "0"))
+        joints = [(owner, word) for owner, word in names if word not in "xyz0123"]
+        rows = [model.origin(body) for body in self.bodies]
+        rows += [ca.vec(model.frame(body).R) for body in self.turns]
+        rows += [model.relative(*key) for key in joints]
+        self.joints = joints
+        expression = ca.densify(scene.expression(ca.vertcat(*rows)))
+        self._function = ca.Function("frames", [scene.x, scene.u, model.p], [expression])
+        self._last: dict[str, Any] = {}
+
+    def at(self, x: Any, u: Any) -> dict[str, list[str]]:
+        """Return the numbers of each body and joint, at unknowns `x` and drivers `u`.
+
+        Signs of quaternions follow those of the call before.
+        """
+        values = np.array(self._function(x, u, self.p)).ravel()
+        count = 3 * len(self.bodies)
+        found = {b: list(values[3 * k : 3 * k + 3]) for k, b in enumerate(self.bodies)}
+        matrices = values[count : count + 9 * len(self.turns)].reshape(-1, 3, 3)
+        for body, R in zip(self.turns, matrices, strict=True):
+            q = quaternions(R.T[None])[0]
+            q = -q if q @ self._last.get(body, q) < 0 else q
+            self._last[body] = q
+            found[body] += list(q)
+        for (owner, _), value in zip(
+            self.joints, values[count + 9 * len(self.turns) :], strict=True
+        ):
+            found.setdefault(owner, []).append(value)
+        return {owner: [as_text(v) for v in own] for owner, own in found.items()}
