@@ -267,6 +267,15 @@ def test_page_tells_what_was_measured() -> None:
         assert text in page
 
 
+def test_page_tells_what_was_measured_in_space() -> None:
+    found = json.loads((ROOT / "docs" / "data" / "certificates-in-space.json").read_text())
+    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    assert found["refused"] == []
+    assert found["written"] == sum("proved" in row for row in found["rows"])
+    assert f"{found['written']} of {found['tasks']} tasks have a certificate" in page
+    assert f"{found['seconds_checked']:.1f} s to check" in page
+
+
 @pytest.mark.parametrize(
     "law",
     [
