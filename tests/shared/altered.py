@@ -16,8 +16,8 @@ KINDS = (
 """One number by 1e-6, a step left out, signs of a mode turned, a mode or a complex pose left out, a
 limit moved by 1e-10, two steps exchanged, a pose that is said to be reached or not, a joint or a
 body left out, the bounds of a pose smaller than any error, the law of a driver moved by 1e-6."""
-WEAKER = ("bound",)
-"""Claims that are still true when a number grows."""
+WEAKER = ("bound", "axis", "zero", "axis2", "zero2")
+"""Claims that are still true when a number grows; directions, whose length does not count."""
 NUMBER = re.compile("-?[0-9]+(/[0-9]+)?")
 SMALL = 1e-9
 MOVED = Fraction(1, 10**10)
@@ -86,6 +86,8 @@ def alter(content: dict[str, Any], kind: str, rng: random.Random) -> tuple[dict[
         return own, f"{kind} {k}"
     if kind == "bound":
         claims = modes or [pose for pose in poses if pose["status"] == "ok"]
+        if not any(claim["points"] for claim in claims):
+            return own, ""  # of vectors in space no place is told that a bound is of
         k = rng.randrange(len(claims))
         claims[k]["bound"] = dict.fromkeys(claims[k]["bound"], "0")
         return own, f"bound {k}"
