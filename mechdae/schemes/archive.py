@@ -14,6 +14,8 @@ from mechdae.schemes.scheme import Scheme, read
 
 MOST = 24
 """Sets that are kept of one scheme."""
+ROUNDED = 1e-13
+"""Errors below are rounding, in units of the aim: none of them is better than another."""
 SAME = 1e-4
 """Relative difference of measures below which two sets are one."""
 
@@ -39,7 +41,7 @@ class SizedScheme:
     def value(self, objective: str, aim: Aim) -> float:
         """Return an objective in SI units, before it is certified."""
         return {
-            "error": self.error * aim.unit, "material": self.material * aim.radius,
+            "error": max(self.error, ROUNDED) * aim.unit, "material": self.material * aim.radius,
             "joints": float(self.scheme.joints), "points": float(self.scheme.size),
             "transmission_angle": float(np.arcsin(min(self.least, 1.0))), "loss": self.loss,
         }[objective]  # fmt: skip

@@ -12,7 +12,7 @@ from mechdae.describe.tasks.composition import OBJECTIVES, CompositionDemand
 from mechdae.numerics.dominance import best_of, hypervolume, undominated
 from mechdae.records import dataclass
 from mechdae.schemes.aims import ANGLE, CURVE, PATH, Aim
-from mechdae.schemes.archive import Archive, SizedScheme
+from mechdae.schemes.archive import ROUNDED, Archive, SizedScheme
 from mechdae.schemes.closure import turned
 from mechdae.schemes.designs import (
     at_targets,
@@ -171,7 +171,8 @@ def design_of(
         sign = OBJECTIVES[own][1]
         if sign * measured[own] > sign * limit * (1 + 1e-9 * sign):
             return {"reasons": [f"{own} is {measured[own]:.6g} over the whole turn"]}
-    values = [float(measured[own]) for own in asked.objectives]
+    compared = measured | {"error": max(error, ROUNDED * aim.unit)}
+    values = [float(compared[own]) for own in asked.objectives]
     drawn = DRAWN if aim.what == CURVE else FINELY
     return {
         "objective": values[0], "objectives": values, "error": error,
@@ -230,6 +231,10 @@ def _described(
     values = np.array([own["objectives"] for own in kept])
     worst = (values * signs).max(axis=0) * signs
     reference = np.array(asked.reference if asked.reference is not None else worst, float)
+    varied = np.flatnonzero((np.ptp(values, axis=0) > 0) | (asked.reference is not None))
+    room = 0.0  # an objective that all have alike bounds nothing
+    if len(varied) > 1:
+        room = hypervolume((values * signs)[:, varied], (reference * signs)[varied])
     return {
         "objectives": [
             {"name": own.replace("_", " "), "unit": asked.unit(own),
@@ -238,5 +243,5 @@ def _described(
         ],
         "points": values.tolist(),
         "reference": reference.tolist(),
-        "hypervolume": hypervolume(values * signs, reference * signs),
+        "hypervolume": room,
     }  # fmt: skip

@@ -51,6 +51,10 @@ def _rows(result: Result, designs: Sequence[Mapping[str, Any]]) -> list[str]:
             [f"{own['transmission_angle_min'] * angle.factor:.3f}" for own in designs],
         ),
     ]
+    if all("loss" in own for own in designs):
+        power = result.units.of("W")
+        losses = [f"{own['loss'] * power.factor:.5g}" for own in designs]
+        columns.insert(3, (f"loss [{power.name}]", losses))
     sizes = [max(len(title), *map(len, own)) + 2 for title, own in columns]
     rows = [[title for title, _ in columns]]
     rows += [[own[k] for _, own in columns] for k in range(len(designs))]
