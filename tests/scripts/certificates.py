@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import random
+import signal
 import sys
 import tempfile
 import time
@@ -42,6 +43,8 @@ SPATIAL = (
     ("vector-modules-spatial", "l_a_b"),
     ("cardan-joint", "poses"),
 )
+LONGEST = 150
+"""Seconds of processor time after which writing and checking a certificate is given up."""
 
 
 def main() -> int:
@@ -49,6 +52,7 @@ def main() -> int:
     parser.add_argument("--alterations", type=int, default=200)
     parser.add_argument("--out")
     options = parser.parse_args()
+    signal.signal(signal.SIGVTALRM, _late)
     kept = Path(f"{options.out}.part") if options.out else None
     known = json.loads(kept.read_text()) if kept and kept.exists() else {}
     with tempfile.TemporaryDirectory() as folder:
@@ -90,21 +94,36 @@ def rows(name: str, path: Path) -> list[dict[str, Any]]:
         start = time.process_time()
         md.solve(problem, task)
         row["solve"] = round(time.process_time() - start, 3)
-        start = time.process_time()
+        signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
         try:
-            path.write_text(as_json(certificate_of(problem, task)), encoding="utf-8")
-        except MechdaeError as error:
-            found.append(row | {"not_written": error.what})
-            continue
-        row |= {"write": round(time.process_time() - start, 3), "bytes": path.stat().st_size}
-        start = time.process_time()
-        try:
-            row["proved"] = check_certificate(path)
-        except SolveError as refused:
-            row["refused"] = str(refused)
-        found.append(row | {"check": round(time.process_time() - start, 3)})
-        print(found[-1], file=sys.stderr, flush=True)
+            row |= certified(problem, task, path)
+        except TimeoutError:
+            row["not_written"] = f"not finished after {LONGEST} s"
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        found.append(row)
+        print(row, file=sys.stderr, flush=True)
     return found
+
+
+def certified(problem: md.Problem, task: str, path: Path) -> dict[str, Any]:
+    """Return what became of the certificate of a task, with processor times."""
+    start = time.process_time()
+    try:
+        path.write_text(as_json(certificate_of(problem, task)), encoding="utf-8")
+    except MechdaeError as error:
+        return {"not_written": error.what}
+    row = {"write": round(time.process_time() - start, 3), "bytes": path.stat().st_size}
+    start = time.process_time()
+    try:
+        row["proved"] = check_certificate(path)
+    except SolveError as refused:
+        row["refused"] = str(refused)
+    return row | {"check": round(time.process_time() - start, 3)}
+
+
+def _late(*_: Any) -> None:
+    raise TimeoutError
 
 
 def alterations(count: int, path: Path, which: tuple[tuple[str, str], ...]) -> list[str]:
