@@ -10,7 +10,7 @@ from mechdae.errors import UnavailableError
 from mechdae.exchange.motion_of import ExportedMotion
 from mechdae.exchange.programs.kernel_functions import KernelSource, kernel_source, told
 from mechdae.kernels.run.javascript import NotPrintable
-from mechdae.pages import link, live
+from mechdae.pages import link, live, ways
 
 TAIL = Path(__file__).with_name("mechanism.js")
 """What is put behind kernels and path: the class that is exported."""
@@ -61,6 +61,9 @@ def _data(source: KernelSource, layout: dict[str, Any]) -> dict[str, Any]:
     ]
     return {
         "driver": {"name": driver, "unit": unit},
+        "way": ways.way_of(source.setting, source.run),
+        "whole": False,
+        "speed": 1.0,
         "range": [source.low, source.high],
         "sliders": [{"name": n, "unit": u, "value": v} for n, u, v in source.inputs],
         "entries": entries,

@@ -107,7 +107,8 @@ def kernel_source(motion: ExportedMotion) -> KernelSource:
         A motion that has to be followed by more than steps of its path.
     """
     setting, run = motion.single("a kernel")
-    reason = live.why_recorded(setting, run, motion.problem.task(motion.task))
+    reason = "curves" if setting.graphs.contacts else ""
+    reason = reason or live.why_recorded(setting, run, motion.problem.task(motion.task))
     if reason:
         raise UnavailableError(
             f"no kernel of this task: {WHY.get(reason, reason)}",
