@@ -219,7 +219,10 @@ class Sketched:
 
     def _choose(self, part: list[int], found: list[Any], result: Nearest, u: Any) -> None:
         """Take the nearest of modes that the sketch tells apart by whole turns at most."""
-        near = [x for _, x in found]
+        near: list[Any] = []
+        for _, x in found:  # a group may give one pose twice
+            if not any(np.array_equal(x, other) for other in near):
+                near.append(x)
         if len(near) > 1:  # the same but for whole turns, which a gear tells apart
             whole = [self._unwound(part, x, u) for x in near]
             least = min(whole)

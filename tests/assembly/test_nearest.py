@@ -322,3 +322,19 @@ def test_sets_on_the_mode_of_the_first_are_seen(monkeypatch):
     right = StartingModes.__call__
     monkeypatch.setattr(StartingModes, "__call__", first)
     assert study_rows.compared(2, most=12)[2]
+
+
+def test_a_pose_that_a_group_gives_twice_is_one(monkeypatch):
+    from mechdae.assembly.assembler import Assembler
+
+    task = md.Sweep(md.Driver("A.angle", at=[0.3]))
+    once = md.solve(md.load("rssr").mechanism, task)
+    right = Assembler.candidates
+
+    def twice(self, *given, **keys):
+        poses, *rest = right(self, *given, **keys)
+        return [pose.copy() for pose in poses for _ in range(2)], *rest
+
+    monkeypatch.setattr(Assembler, "candidates", twice)
+    again = md.solve(md.load("rssr").mechanism, task)
+    assert np.array_equal(again.bodies["rocker"].orientation, once.bodies["rocker"].orientation)
