@@ -182,3 +182,26 @@ def moved(problem: md.Problem, random: np.random.Generator) -> md.Problem:
         sketch=sketch,
     )
     return replace(problem, mechanism=new)
+
+
+def doubled(problem: md.Problem, body: str) -> md.Problem:
+    """Return the problem with a second body on the pins of `body`: it changes no motion."""
+    mechanism = problem.mechanism
+    twin = f"{body}_twin"
+
+    def side(reference: str) -> str:
+        name, point = reference.split(".")
+        return f"{twin}.{point}" if name == body else reference
+
+    joints = dict(mechanism.joints)
+    for name, joint in mechanism.joints.items():
+        if body in joint.bodies:
+            new = {"first": side(joint.first), "second": side(joint.second)}
+            joints[f"{name}_twin"] = replace(joint, name=f"{name}_twin", **new)
+    sketch = dict(mechanism.sketch)
+    if body in sketch:
+        sketch[twin] = sketch[body]
+    copy = replace(mechanism.bodies[body], name=twin, number=None)
+    bodies = {**mechanism.bodies, twin: copy}
+    new_mechanism = replace(mechanism, bodies=bodies, joints=joints, sketch=sketch)
+    return replace(problem, mechanism=new_mechanism)
