@@ -59,7 +59,7 @@ def teeth_along(
                 for wrench in (mesh.column, mesh.apart)
             ]
             others = [ca.horzcat(mesh.bends, mesh.rolling_helix)]
-            flat = ca.densify(ca.horzcat(*works, *others))
+            flat = ca.vec(ca.densify(ca.horzcat(*works, *others)))
             return Batch(ca.Function("works", [model.q[columns], model.p], [flat]), [1])
 
         batch = kept(("works of teeth", name, own), make)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import mechdae as md
 from tests.attack.spatial_honesty import case
@@ -102,6 +101,7 @@ def bearing(t: float, y: Any) -> Any:
 
 
 def test_a_pendulum_about_a_skew_axis_turns_back_where_free_bodies_say() -> None:
+    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     task = md.Motion(
         start={"O.angle": 1.0}, start_speed={"O.angle": 3.0}, until=20, tolerance=1e-12
     )
@@ -250,6 +250,7 @@ def coasting_rssr() -> md.Mechanism:
 
 
 def test_an_rssr_coasts_to_rest_as_its_free_bodies_do() -> None:
+    pytest.importorskip("scipy.integrate")
     task = md.Motion(start={"A.angle": 3.0}, start_speed={"A.angle": 2.5}, until=1, tolerance=1e-12)
     result = md.solve(coasting_rssr(), task)
     assert result.fault is None

@@ -157,3 +157,10 @@ def test_trigonometry_can_be_given() -> None:
     assert np.array_equal(ours, np.array(F(x, p)[0]).ravel())
     other = np.array(function(x, np.sin(x) + 1, np.cos(x), p)).ravel()
     assert other[0] == pytest.approx(ours[0] + p[0])
+
+
+def test_a_batch_takes_columns_alone() -> None:
+    """The compiled machine would take a row too, other back ends would not."""
+    x = ca.SX.sym("x", 2)
+    with pytest.raises(ValueError, match="outputs are columns: y"):
+        Batch(ca.Function("f", [x], [x.T], ["x"], ["y"]))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from tests.reference.spatial_bodies import Contact, Pose, bar, rigid, wrenches
 
@@ -122,6 +121,7 @@ class Coasting:
 
     def stop(self, theta: float, w: float, longest: float) -> tuple[float, float]:
         """Return when the crank stops for the first time, and where."""
+        from scipy.integrate import solve_ivp
 
         def speed(t: float, y: Any) -> float:
             return float(y[1])

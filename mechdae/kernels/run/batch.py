@@ -49,6 +49,9 @@ class Batch:
         straight: Callable[[], NumpyFunction | None] | None = None,
         many: int = MANY,
     ) -> None:
+        wide = [function.name_out(i) for i in range(function.n_out()) if function.size2_out(i) > 1]
+        if wide:  # the compiled machine alone would take them
+            raise ValueError(f"{function.name()}: outputs are columns: {', '.join(wide)}")
         self.function = function
         self.shared = set(shared)
         self.rows_in = [function.size1_in(i) for i in range(function.n_in())]
