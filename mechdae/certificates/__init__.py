@@ -93,8 +93,10 @@ def _name(content: Any) -> str:
     """Return the module that checks a certificate, by what it says that it is."""
     content = content if isinstance(content, dict) else {}
     mechanism = content.get("mechanism")
-    if not isinstance(mechanism, dict) or mechanism.get("dimension") != 3:
+    if not isinstance(mechanism, dict):
         return "check"
+    if mechanism.get("dimension") != 3:
+        return "check_superfluous" if "superfluous" in mechanism else "check"
     return "check_space_modes" if content.get("kind") == "modes" else "check_space"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from flint import acb, ctx
 
-from mechdae.certificates import check, check_space, check_space_modes
+from mechdae.certificates import check, check_space, check_space_modes, check_superfluous
 from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
 
@@ -20,7 +20,9 @@ STARTS, MOST_STARTS = 200, 1000
 
 def checker_of(mechanism: dict[str, Any]) -> Any:
     """Return the checker of a mechanism's certificate, of the plane or of space."""
-    return check_space if mechanism.get("dimension") == 3 else check
+    if mechanism.get("dimension") == 3:
+        return check_space
+    return check_superfluous if "superfluous" in mechanism else check
 
 
 def left_out(mechanism: dict[str, Any], bodies: dict[str, Any], at: str) -> list[str]:
@@ -92,7 +94,8 @@ def refined_mode(mechanism: dict[str, Any], mode: dict[str, Any], at: str) -> di
 
 def _checked(mechanism: dict[str, Any], **options: Any) -> Any:
     ctx.prec, ctx.cap = check.PRECISION, 3
-    return checker_of(mechanism).Checked(mechanism, **options)
+    own = checker_of(mechanism)
+    return (own.Wide if own is check_superfluous else own.Checked)(mechanism, **options)
 
 
 def _refined(own: Any, m: Any, claim: dict[str, Any], at: str) -> dict[str, list[str]] | None:
@@ -145,7 +148,8 @@ def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> None:
 
 def counted(own: Any, m: Any, groups: list[list[str]]) -> int:
     """Return how many poses groups have together, by the theorems of a checker."""
-    count, known = 1, {"ground"}
+    count, known, joints = 1, {"ground"}, m.joints
+    m.joints = getattr(m, "rest", joints)  # without superfluous equations
     for group in groups:
         try:
             count *= own.most(m, group, known)
@@ -156,6 +160,7 @@ def counted(own: Any, m: Any, groups: list[list[str]]) -> int:
                 hint="docs/certificates.md lists the groups that are counted",
             ) from None
         known |= set(group)
+    m.joints = joints
     return count
 
 
@@ -164,9 +169,12 @@ class PoseSearch:
 
     def __init__(self, content: dict[str, Any]) -> None:
         self.spatial = content["mechanism"].get("dimension") == 3
-        self.own: Any = check_space_modes if self.spatial else check
+        self.own: Any = check_space_modes if self.spatial else checker_of(content["mechanism"])
         ctx.prec, ctx.cap = self.own.PRECISION, 3
-        self.m: Any = self.own.Checked(content["mechanism"])
+        if self.spatial:
+            self.m: Any = self.own.Checked(content["mechanism"])
+        else:
+            self.m = _checked(content["mechanism"])
         self.u, self.groups = self.own.exact(content["at"], "at"), content["groups"]
         self.count = counted(self.own, self.m, self.groups)
         self.rng = random.Random(7)

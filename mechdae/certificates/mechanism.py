@@ -71,12 +71,9 @@ def planar_mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any
     Raises
     ------
     UnavailableError
-        Curves, superfluous equations.
+        Curves.
     """
     mechanism = scene.model.mechanism
-    if scene.redundant:
-        over = ", ".join(group.name for group in scene.redundant)
-        raise UnavailableError(f"no certificate is written of superfluous equations: {over}")
     values = mechanism.values()
     bodies = [body for group in scene.groups for body in group.bodies]
     names = list(dict.fromkeys(name for group in scene.groups for name in group.joints))

@@ -26,6 +26,7 @@ from mechdae.certificates.mechanism import (
     planar_mechanism_of,
 )
 from mechdae.certificates.space import SpatialFrames, spatial_mechanism_of
+from mechdae.certificates.superfluous import steps_of, with_motion
 from mechdae.continuation.legs import Legs
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import Arc, arc_of
@@ -137,6 +138,8 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
     mechanism_of(setting.scene, {})  # what is refused is refused before the poses are computed
     done = run(setting, task)
     mechanism = mechanism_of(setting.scene, _laws(setting, done.path))
+    if setting.scene.redundant and "dimension" not in mechanism:
+        return _closed_sweep(problem, name, task, (setting, done, mechanism))
     if done.path.zones:
         raise UnavailableError(
             "no certificate is written of a motion across change points", where=where
@@ -159,6 +162,28 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
             report(problem, name, task, setting, done), done, arc, path, mechanism["bodies"]
         ),
     }
+
+
+def _closed_sweep(
+    problem: Problem, name: str, task: Sweep, ran: tuple[Setting, Run, dict[str, Any]]
+) -> dict[str, Any]:
+    """Return motion in closed form and poses of a planar sweep with superfluous equations."""
+    setting, done, mechanism = ran
+    path, arc = done.path, arc_of(done.path)
+    if not isinstance(path, Path) or any(end is not None for end in (arc.low, arc.high)):
+        raise UnavailableError(
+            "no certificate is written of superfluous equations along a path that ends, or legs"
+        )
+    k = len(path.s) // 2
+    at, frames = np.array([path.s[k]]), _frames(setting.scene, mechanism)
+    bodies = frames.at(path.state[k][: path.graphs.nx], path.drivers(at)[0])
+    groups = _groups(setting.scene.groups, mechanism["bodies"])
+    mechanism, _ = with_motion(mechanism, groups, bodies, as_text(at[0]))
+    told = report(problem, name, task, setting, done)
+    crossings = [zone.s for zone in path.zones]
+    way = steps_of(float(min(done.places)), float(max(done.places)), crossings)
+    poses = _poses(told, done, arc, way, mechanism["bodies"])
+    return {"kind": "sweep", "mechanism": mechanism, "path": way, "poses": poses}
 
 
 def _path(path: Path, arc: Arc, frames: Frames | SpatialFrames, places: Any) -> dict[str, Any]:
@@ -305,11 +330,15 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     setting, u = _at_pose(problem, task)
     mechanism = mechanism_of(setting.scene, _values(setting, u))
     groups = _groups(setting.scene.groups, mechanism["bodies"])
-    check_count(mechanism, groups)  # what is refused is refused before modes are looked for
+    wide = bool(setting.scene.redundant) and "dimension" not in mechanism
+    if not wide:
+        check_count(mechanism, groups)  # what is refused is refused before modes are looked for
     result = modes(problem, name, task)
     frames = _frames(setting.scene, mechanism)
     every, _, _ = setting.assembler.modes(u, by_paths=True)
-    if setting.scene.redundant and every:
+    if wide and every:
+        mechanism, groups = with_motion(mechanism, groups, frames.at(every[0].x, u), as_text(u[0]))
+    elif setting.scene.redundant and every:
         first = frames.at(every[0].x, u)
         mechanism["superfluous"] = left_out(mechanism, first, as_text(u[0]))
     if len(result.status) < len(every):
@@ -329,4 +358,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         "mechanism": mechanism,
         "groups": groups,
     }
-    return content | {"modes": found, "complex": complex_poses(content, found)}
+    every_pose = complex_poses(content, found)
+    if wide:  # where the motion is, and what no determinant has
+        found = [{key: mode[key] for key in mode.keys() - {"bodies", "signs"}} for mode in found]
+    return content | {"modes": found, "complex": every_pose}

@@ -172,7 +172,6 @@ def test_from_the_command_line(capsys: Any, tmp_path: Path) -> None:
     ("name", "task", "says"),
     [
         ("cam-roller-follower", "turn", "curve"),
-        ("parallelogram-three-cranks", "turn", "superfluous"),
         ("change-point-parallelogram", "turn", "change points"),
         ("delta-robot", "modes", "no theorem of the checker counts: platform"),
         ("slider-crank-friction", "cycle", "reactions"),
@@ -184,7 +183,7 @@ def test_what_has_no_certificate_is_refused_by_name(name: str, task: str, says: 
     assert issubclass(UnavailableError, InputError)
 
 
-CHECKERS = ("check", "check_space", "check_space_modes")
+CHECKERS = ("check", "check_space", "check_space_modes", "check_superfluous")
 
 
 def source(name: str) -> str:
@@ -221,13 +220,17 @@ def test_what_checkers_have_in_common_is_one_text() -> None:
             if isinstance(node, ast.FunctionDef | ast.ClassDef):
                 found[node.name] = str(ast.get_source_segment(text, node))
         parts.append(found)
-    plane, space, counted = parts
+    plane, space, counted, *others = parts
     of_space = {"formula", "Checked", "compare", "check"}
     shared = (plane.keys() & space.keys()) - of_space
     assert {"read", "exact", "Dual", "Tube", "solution", "follow", "turning", "sweep"} <= shared
     assert all(plane[key] == space[key] for key in shared)
     assert all(space[key] == counted[key] for key in (space.keys() & counted.keys()) - {"check"})
     assert {"Checked", "compare", "Tube", "solution", "read"} <= counted.keys()
+    for other in others:
+        same = (plane.keys() & other.keys()) - {"sweep", "modes", "check"}
+        assert {"Checked", "Tube", "solution", "read"} <= same
+        assert all(plane[key] == other[key] for key in same)
 
 
 def test_poses_next_to_a_limit_position_make_no_certificate_fail(written: Any) -> None:

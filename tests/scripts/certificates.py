@@ -3,8 +3,8 @@
     python -m tests.scripts.certificates --alterations 200 --out docs/data/certificates.json
 
 Times are those of the processor. What was done is kept in OUT.part after each problem, and a run
-that was stopped goes on from there. The exit code is 1 where a certificate that was written is
-refused, or an altered one is not.
+that was stopped goes on from there. With names of problems only their rows in OUT are made anew.
+The exit code is 1 where a certificate that was written is refused, or an altered one is not.
 """
 
 from __future__ import annotations
@@ -51,10 +51,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--alterations", type=int, default=200)
     parser.add_argument("--out")
+    parser.add_argument("names", nargs="*")
     options = parser.parse_args()
     signal.signal(signal.SIGVTALRM, _late)
     kept = Path(f"{options.out}.part") if options.out else None
     known = json.loads(kept.read_text()) if kept and kept.exists() else {}
+    if options.names:
+        return anew(options.names, Path(options.out))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "certificate.json"
         for name in library.names():
@@ -64,15 +67,7 @@ def main() -> int:
         tasks = [row for name in library.names() for row in known[name]]
         passed = [what for what in alterations(options.alterations, path, ALTERED) if what]
         spatial = [what for what in alterations(options.alterations, path, SPATIAL) if what]
-    written = [row for row in tasks if "proved" in row]
-    refused = [row for row in tasks if "refused" in row]
-    found: dict[str, Any] = {
-        "tasks": len(tasks),
-        "written": len(written),
-        "refused": refused,
-        "seconds_sweeps": round(sum(row["solve"] for row in written), 2),
-        "seconds_written": round(sum(row["write"] for row in written), 2),
-        "seconds_checked": round(sum(row["check"] for row in written), 2),
+    found = sums(tasks) | {
         "alterations": {"count": options.alterations, "passed": passed},
         "alterations_in_space": {"count": options.alterations, "passed": spatial},
         "rows": tasks,
@@ -81,7 +76,35 @@ def main() -> int:
         kept.unlink()
         Path(options.out).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print({key: value for key, value in found.items() if key != "rows"})
-    return 1 if refused or passed or spatial else 0
+    return 1 if found["refused"] or passed or spatial else 0
+
+
+def anew(names: list[str], out: Path) -> int:
+    """Make the rows of some problems anew, and what follows from all rows."""
+    found = json.loads(out.read_text(encoding="utf-8"))
+    by_name = {
+        name: [row for row in found["rows"] if row["problem"] == name] for name in library.names()
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            by_name[name] = rows(name, Path(folder) / "certificate.json")
+    tasks = [row for name in library.names() for row in by_name[name]]
+    found |= sums(tasks) | {"rows": tasks}
+    out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    return 1 if found["refused"] else 0
+
+
+def sums(tasks: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return counts and processor times of all rows."""
+    written = [row for row in tasks if "proved" in row]
+    return {
+        "tasks": len(tasks),
+        "written": len(written),
+        "refused": [row for row in tasks if "refused" in row],
+        "seconds_sweeps": round(sum(row["solve"] for row in written), 2),
+        "seconds_written": round(sum(row["write"] for row in written), 2),
+        "seconds_checked": round(sum(row["check"] for row in written), 2),
+    }
 
 
 def rows(name: str, path: Path) -> list[dict[str, Any]]:
