@@ -11,9 +11,9 @@ import numpy as np
 from mechdae.certificates.mechanism import as_text
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.meshes import bearings
 from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
 from mechdae.model.reduction import Scene
-from mechdae.model.tree.meshes import bearings
 from mechdae.model.tree.pointers import WORDS
 from mechdae.setup.turning import quaternions
 

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.joints import Joint
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.meshes import bearings
 from mechdae.describe.spatial_joints import AXES, SpatialJoint
 from mechdae.draw.space.anchors import anchor
 from mechdae.draw.space.pose_choice import choose
-from mechdae.draw.space.spatial_scene import read_spatial
+from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.results import Result
 
 
@@ -21,17 +22,65 @@ def joint_in_space(mechanism: Mechanism, joint: Joint) -> dict[str, Any]:
     ``axis`` is its direction in the first body and ``axis2`` the one in the second, ``sliding``
     tells that its symbol is at the second point.
     """
-    values = mechanism.values()
-
-    def vector(name: str) -> list[float]:
-        given = np.array([values[f"{joint.name}.{name}.{axis}"] for axis in AXES])
-        size = float(np.linalg.norm(given))
-        return [float(part) / size for part in given]
-
     entry: dict[str, Any] = {"sliding": joint.straight, "pointer": joint.pointer}
     if isinstance(joint, SpatialJoint) and dict(joint.directions()):
-        entry |= {"axis": vector(joint.side(False)[0]), "axis2": vector(joint.side(True)[0])}
+        sides = [_axis(mechanism, joint, second) for second in (False, True)]
+        entry |= {"axis": sides[0], "axis2": sides[1]}
+    if joint.wheels:
+        entry["mesh"] = _mesh(mechanism, joint)
     return entry
+
+
+def _axis(mechanism: Mechanism, joint: SpatialJoint, second: bool) -> list[float]:
+    """Return the unit axis of a side of a joint, in the body of that side."""
+    values = mechanism.values()
+    given = np.array([values[f"{joint.name}.{joint.side(second)[0]}.{axis}"] for axis in AXES])
+    size = float(np.linalg.norm(given))
+    return [float(part) / size for part in given]
+
+
+def _mesh(mechanism: Mechanism, mesh: Joint) -> dict[str, Any]:
+    """Return what tells where the wheels, or wheel and rack, of a mesh are.
+
+    ``members``: the body, its ``bearing`` on the ``carrier``, the axis there, the points of that
+    joint on the carrier (``at``) and on the body (``end``), the body's ``own`` point of the mesh.
+    """
+    values, carrier = mechanism.values(), getattr(mesh, "carrier", None) or GROUND
+    members = []
+    for k, own in enumerate(bearings(mechanism, mesh)):
+        joint = mechanism.joints[own.joint]
+        second = joint.second_body == carrier
+        at, end = (joint.second, joint.first) if second else (joint.first, joint.second)
+        if not isinstance(joint, SpatialJoint):
+            raise TypeError(f"{joint.name} has no axis in space")
+        members.append(
+            {
+                "body": mesh.bodies[k],
+                "bearing": joint.name,
+                "carrier": carrier,
+                "axis": _axis(mechanism, joint, second),
+                "at": at,
+                "end": end,
+                "own": mesh.second if k else mesh.first,
+            }
+        )
+    keys = [key for key in ("ratio", "radius") if f"{mesh.name}.{key}" in values]
+    numbers = {key: values[f"{mesh.name}.{key}"] for key in keys}
+    return {
+        "members": members,
+        "rack": mesh.wheels == 1,
+        "point": getattr(mesh, "point", None),
+        **numbers,
+    }
+
+
+def _reach(scene: SpatialScene, mesh: Joint) -> list[float]:
+    """Return between which places a rack slides on its carrier [m]."""
+    own = bearings(scene.mechanism, mesh)[1]
+    joint = scene.mechanism.joints[own.joint]
+    ways = [own.sense * scene.along(joint, pose) for pose in scene.assembled()]
+    ways = [way for way in ways if np.isfinite(way)]
+    return [min(ways), max(ways)] if ways else [0.0, 0.0]
 
 
 def space_of(result: Result) -> dict[str, Any]:
@@ -49,4 +98,9 @@ def space_of(result: Result) -> dict[str, Any]:
         "up": list(view.upward),
         "moved": moved,
         "anchors": anchors,
+        "reaches": {
+            joint.name: _reach(scene, joint)
+            for joint in scene.mechanism.joints.values()
+            if joint.wheels == 1
+        },
     }

@@ -86,7 +86,7 @@ def test_places_in_the_picture_are_those_of_the_points():
 def test_shafts_of_a_cardan_joint_lie_on_their_axes_apart():
     result = solved("cardan-joint")
     scene = read_spatial(result)
-    moved = offsets(scene, 0)
+    moved = offsets(scene, 0, {})
     assert set(moved) == {"I", "E"}
     first, second = moved["I"] * np.array([1.0, 0, 0]), moved["E"] * np.array([0.8, 0, 0.6])
     assert first @ second < 0

@@ -33,11 +33,12 @@ def movable(joint: Joint) -> bool:
     return joint.coincide and joint.freedoms == 1
 
 
-def offsets(scene: SpatialScene, pose: int) -> dict[str, float]:
+def offsets(scene: SpatialScene, pose: int, sides: Mapping[str, float]) -> dict[str, float]:
     """Return how far along their axes [m] the symbols of turning pairs are moved, by joint.
 
     Those that share their place with other joints are, so that all of them can be seen: where
-    they are farthest from each other and from the bars that end there.
+    they are farthest from each other and from the bars that end there; of wheels on the side
+    where the wheel is, which `sides` tells.
     """
     size, found = size_of(scene, pose), dict[str, float]()
     for cluster in _clusters(scene, pose, 1e-6 * size):
@@ -48,7 +49,7 @@ def offsets(scene: SpatialScene, pose: int) -> dict[str, float]:
             staying = between[len(between) // 2 :][:1] or moving[:1]
         moving = [joint for joint in moving if joint not in staying][:MOST]
         if moving:
-            found |= _apart(scene, pose, moving, staying[0], size)
+            found |= _apart(scene, pose, moving, staying[0], size, sides)
     return found
 
 
@@ -68,7 +69,12 @@ def _clusters(scene: SpatialScene, pose: int, near: float) -> list[list[Joint]]:
 
 
 def _apart(
-    scene: SpatialScene, pose: int, moving: Sequence[Joint], staying: Joint, size: float
+    scene: SpatialScene,
+    pose: int,
+    moving: Sequence[Joint],
+    staying: Joint,
+    size: float,
+    sides: Mapping[str, float],
 ) -> dict[str, float]:
     middle, step = scene.place(staying.first, pose), AWAY * size
     kept = [np.zeros(3)]
@@ -87,7 +93,8 @@ def _apart(
         i, j = np.triu_indices(len(places), 1)
         free = j >= len(kept)
         least = float(np.linalg.norm(places[i[free]] - places[j[free]], axis=1).min())
-        worth = round(least / step - 0.3 * sum(abs(s) for s in choice), 9)
+        beside = sum(s * sides.get(j.name, 0.0) > 0 for s, j in zip(choice, moving, strict=True))
+        worth = round(least / step - 0.3 * sum(abs(s) for s in choice) + beside, 9)
         if worth > best:
             best, signs = worth, choice
     return {

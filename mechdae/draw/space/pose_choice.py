@@ -10,6 +10,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.scene import SHORT, longest_run, named_pose
 from mechdae.draw.space.anchors import anchor, offsets, size_of
 from mechdae.draw.space.spatial_scene import SpatialScene
+from mechdae.draw.space.spatial_wheels import sides
 from mechdae.draw.space.view_choice import Wireframe, best_view, candidates, clutter
 from mechdae.draw.space.viewpoint import Array, Viewpoint, upward_of, viewpoint
 
@@ -42,7 +43,8 @@ def choose(
         run = longest_run(known)
         share = np.linspace(0.1, 0.9, TRIED) * (len(run) - 1)
         tried = [run[k] for k in dict.fromkeys(share.round().astype(int).tolist())]
-    moved = offsets(scene, tried[len(tried) // 2])
+    middle_pose = tried[len(tried) // 2]
+    moved = offsets(scene, middle_pose, sides(scene, middle_pose))
     frames = [wireframe(scene, index, moved) for index in tried]
     chosen = asked or best_view(frames, up)
     if len(tried) == 1:

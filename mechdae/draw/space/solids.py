@@ -75,23 +75,6 @@ def disc(center: Array, axis: Array, radius: float, gid: str, color: str, fill: 
     )
 
 
-def frustum(
-    ends: tuple[Array, Array], axis: Array, radii: tuple[float, float], gid: str, color: str
-) -> Item:
-    """Return a cone cut off between two circles about one axis: of wheels the pitch surface."""
-    circles = [ring(end, axis, radius) for end, radius in zip(ends, radii, strict=True)]
-    both = np.vstack(circles)
-    near = circles[1] if (ends[1] - ends[0])[2] >= 0 else circles[0]
-    return solid(
-        [
-            Facet(outline_of(both)[:, :2], edge=color, width=style.LINE),
-            Facet(near[:, :2], fill=SHADED, edge=color, width=style.LINE),
-        ],
-        both,
-        gid,
-    )
-
-
 def box(center: Array, frame: Array, halves: Array, gid: str, color: str = style.INK) -> Item:
     """Return a block: the faces that are seen; rows of ``frame`` are its directions."""
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)

@@ -23,6 +23,7 @@ from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.pose_choice import wireframe
 from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
+from mechdae.draw.space.spatial_wheels import sides
 from mechdae.draw.space.view_choice import best_view
 from mechdae.draw.space.viewpoint import Viewpoint, upward_of, viewpoint
 from mechdae.draw.words import Words
@@ -52,7 +53,7 @@ class SpatialAnimation(Animation):
     def drawn(self, poses: Sequence[int]) -> Iterator[Axes]:
         """Yield the drawing of each pose, all to one scale."""
         scene = self._scene
-        moved = offsets(scene, poses[0])
+        moved = offsets(scene, poses[0], sides(scene, poses[0]))
         step = max(len(poses) // LOOKED_AT, 1)
         frames = [wireframe(scene, pose, moved) for pose in poses[::step]]
         eye = self.viewpoint or best_view(frames, upward_of(scene.mechanism))

@@ -31,6 +31,7 @@ from mechdae.draw.space.depth import draw_items
 from mechdae.draw.space.spatial_pose import SpatialPose, ghost_lines
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_symbols import SYMBOLS
+from mechdae.draw.space.spatial_wheels import surfaces
 from mechdae.draw.space.triad import draw_triad
 from mechdae.draw.space.vector_arrows import vector_items, vector_names
 from mechdae.draw.space.viewpoint import Array, Viewpoint
@@ -104,6 +105,9 @@ def extent(
             if axis is not None:
                 ways = [scene.along(joint, own) for own in scene.assembled()] or [0.0]
                 places += [places[-2] + way * axis for way in (min(ways), max(ways), 0.0)]
+            if joint.wheels:
+                for part in surfaces(scene, joint, pose, moved):
+                    places += list(part.outline())
     near = np.array([place for place in places if np.isfinite(place).all()] or [np.zeros(3)])
     flat = view.flat(near)
     low, high = flat.min(axis=0), flat.max(axis=0)
@@ -158,9 +162,11 @@ def draw_spatial_pose(
         lacking = [
             joint.name
             for joint in scene.joints(index)
-            if SYMBOLS.get(joint.kind) is None and not joint.pointer
+            if SYMBOLS.get(joint.kind) is None
+            and not joint.pointer
+            and not surfaces(scene, joint, index, shown.moved)
         ]
-        if lacking:  # gears have no symbol in space yet
+        if lacking:  # wheels about one line
             note += f"; {words('undrawn')}: {', '.join(lacking)}"
         draw_frame(sheet, scene, result, index, words, f"{note}; {extra}" if extra else note)
     if shown.labels:

@@ -22,6 +22,13 @@ from mechdae.draw.space.spatial_drivers import arrow_of
 from mechdae.draw.space.spatial_links import SpatialLink, link_items
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_symbols import SYMBOLS, DrawnSymbol, JointPlace, JointSide
+from mechdae.draw.space.spatial_wheels import (
+    PitchPlane,
+    PitchSurface,
+    rack_items,
+    surfaces,
+    wheel_items,
+)
 from mechdae.draw.space.viewpoint import Viewpoint
 from mechdae.records import dataclass
 
@@ -114,7 +121,40 @@ class SpatialPose:
         for reference in free_points(self.scene, self.pose):
             spot = self.at(self.scene.place(reference, self.pose))
             items.append(solids.ball(spot, style.DOT, f"point-{reference}"))
-        return items, attached
+        return items + self._wheels(), attached
+
+    def _wheels(self) -> list[Item]:
+        """Return gears and racks; a wheel of several meshes is drawn once if it is of one size."""
+        items, seen = list[Item](), set[tuple[str, tuple[float, ...]]]()
+        for joint in self.scene.joints(self.pose):
+            if not joint.wheels:
+                continue
+            gid = f"joint-{joint.name}-{joint.kind}"
+            for part in surfaces(self.scene, joint, self.pose, self.moved):
+                color = self.colors.get(part.body, style.WHEEL)
+                if isinstance(part, PitchPlane):
+                    items += rack_items(part, self.at, gid, self.color(part.body))
+                    continue
+                key = part.body, tuple((self.at(part.middle).round(1) + 0.0).tolist())
+                if key not in seen:
+                    seen.add(key)
+                    mark = self._mark(part)
+                    items += wheel_items(part, self.at, mark, gid, (color, self.color(part.body)))
+        return items
+
+    def _mark(self, wheel: PitchSurface) -> Array:
+        """Return a direction (3,) of a wheel across its axis: to a point of it if it has one."""
+        turns, axis = self.scene.turns.get(wheel.body), wheel.axis
+        arms = [self.scene.place(ref, self.pose) for ref in self.scene.points(wheel.body)]
+        ways = [arm - wheel.middle for arm in arms]
+        if turns is not None and np.isfinite(turns[self.pose]).all():
+            turn = turns[self.pose]
+            ways.append(turn @ solids.across(turn.T @ axis)[0])
+        flat = [way - axis * (way @ axis) for way in [*ways, solids.across(axis)[0]]]
+        sizes = [float(np.linalg.norm(way)) for way in flat]
+        long = next(k for k, size in enumerate(sizes) if size > 1e-6 * max(sizes))
+        mark: Array = flat[long] / sizes[long]
+        return mark
 
     def _two(self, joint: Joint) -> tuple[str, str]:
         return joint.first_body, joint.second_body

@@ -24,8 +24,8 @@ import casadi as ca
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
+from mechdae.describe.meshes import bearings
 from mechdae.model.forces.generalised import Wrench, add, couples, pair, times
-from mechdae.model.tree.meshes import bearings
 from mechdae.model.tree.solid import entries
 from mechdae.model.tree.teeth import AxesOfMesh
 

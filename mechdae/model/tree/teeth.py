@@ -12,8 +12,8 @@ import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.meshes import Bearing, bearings
 from mechdae.errors import MechanismError, UnavailableError
-from mechdae.model.tree.meshes import Bearing, bearings
 from mechdae.records import dataclass
 
 SAME = 1e-9

@@ -1,6 +1,8 @@
 /** The kinematic diagram as SVG. */
 import { Letters } from "./letters.js";
 
+/** Names of joints that are longer give way to shorter ones at one place. */
+const BRIEF = 3;
 const SPACE = "http://www.w3.org/2000/svg";
 
 /** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
@@ -236,11 +238,13 @@ export class Diagram {
     element("path", { d: path, class: "ground" }, this.layers.ground);
   }
 
-  /** Letters of joints on one pin are merged. */
+  /** Names of joints at one place are merged: of several the short ones, if there are any. */
   letter(text, [x, y], taken) {
     const same = taken.find((other) => Math.hypot(other.x - x, other.y - y) < 3);
-    if (same) same.text += `, ${text}`;
-    else taken.push({ x, y, text });
+    const names = [...(same ? same.names : []), text], short = names.filter((own) => own.length <= BRIEF);
+    const one = { x, y, names, text: (short.length ? short : names).join(", ") };
+    if (same) Object.assign(same, one);
+    else taken.push(one);
   }
 
   /** Write the letters of a pose, each where it covers nothing. */
@@ -262,8 +266,11 @@ export class Diagram {
     this.disc([x, y], body.number);
   }
 
-  /** The number of a body. */
-  disc([x, y], number) {
+  /** The number of a body, beside those that are there. */
+  disc(place, number) {
+    const free = ([u, v]) => this.shunned.discs.every(([a, b, r]) => Math.hypot(a - u, b - v) > r + 8.5);
+    const around = Array.from({ length: 16 }, (_, k) => [place[0] + (k < 8 ? 18 : 30) * Math.cos(k * Math.PI / 4), place[1] + (k < 8 ? 18 : 30) * Math.sin(k * Math.PI / 4)]);
+    const [x, y] = [place, ...around].find(free) ?? place;
     element("circle", { cx: x, cy: y, r: 7.5, class: "disc" }, this.layers.letters);
     element("text", { x, y, class: "number" }, this.layers.letters).textContent = String(number);
     this.shunned.discs.push([x, y, 8.5]);

@@ -494,9 +494,12 @@ class App {
     } else {
       for (let k = 0; k < this.recorded.count; k += 1) places.push(...Object.values(this.recorded.places(k)));
     }
-    for (const joint of this.data.scene.joints) places.push(...this.diagram.extent(joint, places.length ? this.now() : {}));
+    for (const joint of this.data.scene.joints) places.push(...(places.length ? this.diagram.extent(joint, this.now(), this.turned()) : []));
     this.diagram.fit(places);
   }
+
+  /** Angles of the bodies in the pose shown, in space rotations. */
+  turned() { return this.session ? this.session.angles_of(this.session.pose) : this.recorded.turns(this.shown); }
 
   /** Places of the points in the pose shown. */
   now() { return this.session ? this.session.places_of(this.session.pose) : this.recorded.places(this.shown); }

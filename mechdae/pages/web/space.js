@@ -1,18 +1,9 @@
 /** The diagram of a spatial mechanism: parallel projection that can be turned, near parts over far ones. */
 import { Diagram, element, hull } from "./diagram.js";
+import { across3, along3, outer, plus, ringOf, sizeOf, times, unit3 } from "./vectors.js";
+import { pitchSurfaces } from "./wheels.js";
 
 const RADIUS = 5.5, HALF = 9.5, SLEEVE = [12, 6.5], CROSS = 13, BALL = 4.6, SOCKET = 7.6, GAP = 3.5, PIECE = 9;
-const along3 = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const plus = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
-const times = (a, k) => [a[0] * k, a[1] * k, a[2] * k];
-const outer = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const sizeOf = (a) => Math.hypot(...a);
-const unit3 = (a) => { const size = sizeOf(a); return size > 0 ? times(a, 1 / size) : a; };
-const across3 = (axis) => {
-  const k = axis.reduce((best, v, i) => (Math.abs(v) < Math.abs(axis[best]) ? i : best), 0);
-  const first = unit3(outer(axis, [0, 1, 2].map((i) => (i === k ? 1 : 0))));
-  return [first, outer(axis, first)];
-};
 
 /** Right, up and towards the eye, for an azimuth and an elevation in degrees about an upward direction. */
 export function basisOf({ azimuth, elevation, up }) {
@@ -68,7 +59,11 @@ export class SpaceDiagram extends Diagram {
     return [x, -y, z];
   }
 
-  extent() { return []; }
+  extent(joint, places, turns = {}) {
+    if (!joint.mesh) return [];
+    const surfaces = pitchSurfaces(joint.mesh, places, (body, vector) => this.inSpace(body, vector, turns), this.size(places), this.scene.space.reaches[joint.name]);
+    return surfaces.flatMap(({ corners, ends, radii, axis }) => corners || ends.flatMap((end, k) => ringOf(end, axis, radii[k], 12)));
+  }
 
   fit(places) { super.fit([...places, ...this.scene.space.anchors].map((place) => this.flat(place))); }
 
@@ -128,9 +123,10 @@ export class SpaceDiagram extends Diagram {
         const side = unit3([first[1] - second[1], second[0] - first[0], 0]);
         this.letter(joint.name, [(first[0] + second[0]) / 2 + 6 * side[0], (first[1] + second[1]) / 2 + 6 * side[1]], taken);
       }
-      else this.letter(joint.name, here, taken);
+      else if (!joint.mesh) this.letter(joint.name, here, taken);
     }
     for (const body of this.scene.bodies) this.link(body, ends.get(body.name), moving.includes(body.name));
+    this.wheels(places, turns, anchors, moving);
     this.write(taken);
     this.parts.sort((a, b) => a.depth - b.depth);
     this.depths.append(...this.parts.map((part) => part.made));
@@ -184,16 +180,8 @@ export class SpaceDiagram extends Diagram {
     this.disc(plus(middle, side, 13), body.number);
   }
 
-  ring(center, axis, radius, count = 28) {
-    const [u, v] = across3(axis);
-    return Array.from({ length: count }, (_, k) => {
-      const t = (2 * Math.PI * k) / count;
-      return plus(plus(center, u, radius * Math.cos(t)), v, radius * Math.sin(t));
-    });
-  }
-
   barrel(center, axis, half, radius, kind) {
-    const ends = [-1, 1].map((side) => this.ring(plus(center, axis, side * half), axis, radius));
+    const ends = [-1, 1].map((side) => ringOf(plus(center, axis, side * half), axis, radius));
     this.area(hull(ends.flat()), center[2], kind);
     this.area(ends[axis[2] >= 0 ? 1 : 0], center[2] + 0.01, `${kind} cap`);
   }
@@ -277,6 +265,69 @@ export class SpaceDiagram extends Diagram {
       this.part(first[2] + 0.5, "circle", { cx: first[0], cy: first[1], r: 3.5, class: "pin" });
       if (fixed >= 0) this.stand(first, [1, 0, 0], 13);
     }
+  }
+
+  /** Gears and racks as wire: what carries them is seen through them. */
+  wheels(places, turns, anchors, moving) {
+    const seen = new Set();
+    for (const joint of this.scene.joints) {
+      const surfaces = joint.mesh ? pitchSurfaces(joint.mesh, places, (body, vector) => this.inSpace(body, vector, turns), this.size(places), this.scene.space.reaches[joint.name]) : [];
+      for (const { body, corners, ends, radii, axis, bearing } of surfaces) {
+        const kind = moving.includes(body) ? "wheel driven" : "wheel";
+        if (corners) this.rack(corners.map((place) => this.spot(place)));
+        else {
+          const spots = ends.map((place) => this.spot(place));
+          const key = `${body} ${spots.map((own) => own.map((v) => v.toFixed(0)))}`;
+          if (seen.has(key)) continue;
+          seen.add(key);
+          this.wheel(spots, radii.map((r) => r * this.scale), this.way(axis), kind);
+          this.spoke(body, ends, radii, axis, turns, kind);
+          const found = [...anchors].find(([own]) => own.name === bearing);
+          if (found) this.line(found[1].first, spots[radii[0] >= radii[1] ? 0 : 1], "body", false);
+        }
+      }
+    }
+  }
+
+  wheel(ends, radii, axis, kind) {
+    const rims = ends.map((end, k) => ringOf(end, axis, radii[k], 48));
+    const outline = hull(rims.flat());
+    const near = ends[0][2] >= ends[1][2] ? 0 : 1;
+    const path = (points) => `M${points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`;
+    this.part(ends[near][2], "path", { d: path(outline), class: kind });
+    this.part(ends[near][2], "path", { d: path(rims[near]), class: `${kind} rim` });
+    if (radii[0] !== radii[1]) this.part(ends[near][2], "path", { d: path(rims[1 - near]), class: `${kind} rim` });
+    this.shun([...outline, outline[0]]);
+  }
+
+  /** A thin radius with a dot turns with the wheel. */
+  spoke(body, ends, radii, axis, turns, kind) {
+    const t = turns[body];
+    if (body !== "ground" && !t) return;
+    const own = t ? [0, 1, 2].map((i) => t[3 * i] * axis[0] + t[3 * i + 1] * axis[1] + t[3 * i + 2] * axis[2]) : axis;
+    const mark = this.inSpace(body, across3(own)[0], turns);
+    const wide = radii[0] >= radii[1] ? 0 : 1;
+    const [a, b] = [ends[wide], plus(ends[wide], mark, radii[wide])].map((place) => this.spot(place));
+    this.part(b[2], "path", { d: `M${a[0].toFixed(2)} ${a[1].toFixed(2)}L${b[0].toFixed(2)} ${b[1].toFixed(2)}`, class: `${kind} rim` });
+    this.part(b[2] + 0.5, "circle", { cx: b[0], cy: b[1], r: 2.2, class: "point" });
+  }
+
+  rack(corners) {
+    const along = plus(corners[1], corners[0], -1), across = plus(corners[3], corners[0], -1);
+    const count = Math.max(2, Math.floor(sizeOf(along) / 5));
+    let path = `M${corners.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`;
+    for (let k = 0; k < count; k += 1) {
+      const [x, y] = plus(corners[0], along, (k + 0.5) / count);
+      path += `M${x.toFixed(2)} ${y.toFixed(2)}l${across[0].toFixed(2)} ${across[1].toFixed(2)}`;
+    }
+    this.part(corners[0][2], "path", { d: path, class: "wheel rim" });
+    this.shun([...corners, corners[0]]);
+  }
+
+  /** Largest extent of the points. */
+  size(places) {
+    const all = Object.values(places).filter((place) => place && place.length === 3);
+    return Math.max(...[0, 1, 2].map((k) => Math.max(...all.map((p) => p[k])) - Math.min(...all.map((p) => p[k]))), 0) || 1;
   }
 
   block(center, axis) {
