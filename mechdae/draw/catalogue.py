@@ -271,7 +271,7 @@ OPTIONS: Mapping[str, Option] = {
 
 IN_SPACE = tuple(kind for kind, own in PICTURES.items() if own.in_space)
 """Kinds of pictures of spatial mechanisms."""
-IN_ONE = {"view": 3, "loads": 2, "shape": 2}
+IN_ONE = {"view": 3, "shape": 2}
 """Options of pictures of mechanisms of one dimension only."""
 
 

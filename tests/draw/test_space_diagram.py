@@ -149,7 +149,6 @@ def test_animation_has_one_scale_and_goes_round():
         ({"view": "left"}, "no direction to look from"),
         ({"view": (10.0, 95.0)}, "from -90 to 90"),
         ({"view": "1,2,3"}, "no direction"),
-        ({"loads": False}, "no option 'loads'"),
         ({"pose": 99}, "no pose 99"),
     ],
 )

@@ -2,45 +2,44 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.sheet import Array
 from mechdae.errors import MechdaeError
+
+
+class KnownScene(Protocol):
+    """What is asked of a scene, in the plane or in space, to know loads."""
+
+    @property
+    def mechanism(self) -> Mechanism: ...
+    @property
+    def numbers(self) -> Mapping[str, float]: ...
+
+    def series(self, entry: NamedCoordinate) -> Array:
+        """Return a coordinate in all poses, (n,); nan where it is not known."""
+        ...
+
 
 STILL = 1e-9
 """A coordinate that changes less than this share of its range in a step stands still."""
 
 
-def series(scene: DrawnScene, entry: NamedCoordinate) -> Array:
-    """Return a coordinate in all poses, (n,); nan where it is not known."""
-    unknown = np.full(len(scene.status), np.nan)
-    if entry.kind == "body angle":
-        return scene.angles.get(entry.part, unknown)
-    if entry.kind == "point":
-        known = entry.part in scene.origins
-        return scene.track(f"{entry.part}.{entry.point}")[:, entry.axis] if known else unknown
-    joint = scene.mechanism.joints[entry.part]
-    if entry.on_curve or not {joint.first_body, joint.second_body} <= set(scene.origins):
-        return unknown
-    if entry.kind == "joint angle":
-        difference: Array = scene.angles[joint.second_body] - scene.angles[joint.first_body]
-        return difference
-    return scene.slide(joint)
-
-
-def sense(scene: DrawnScene, result: Any, entry: NamedCoordinate, pose: int) -> float:
+def sense(scene: KnownScene, result: Any, entry: NamedCoordinate, pose: int) -> float:
     """Return +1 or -1 as the coordinate grows or falls at a pose, 0 where that is not known.
 
     The change from pose to pose is turned into one with time by that of the driver.
     """
     drivers = list((getattr(result, "drivers", None) or {}).values())
-    values = series(scene, entry)
+    values = scene.series(entry)
     if len(values) < 2 or len(drivers) != 1:
         return 0.0
     low, high = max(pose - 1, 0), min(pose + 1, len(values) - 1)
@@ -60,17 +59,19 @@ def result_in_time(result: Any) -> bool:
     return getattr(result, "time", None) is not None
 
 
-def load_values(scene: DrawnScene, result: Any, load: Any, pose: int) -> tuple[float, ...] | None:
+def load_values(scene: KnownScene, result: Any, load: Any, pose: int) -> tuple[float, ...] | None:
     """Return the values of a load in one pose, None where the description does not give them.
 
-    A force has two, in the axes of its frame; a resistance has that which acts against the
-    motion of its coordinate, the others one.
+    A force has two, in space three, in the axes of its frame, and so has a torque in space; a
+    resistance has that which acts against the motion of its coordinate, the others one.
     """
     names = _Known(scene, result, pose)
     try:
         if isinstance(load, Force):
-            return tuple(names.value(load, "value", k) for k in (0, 1))
+            return tuple(names.value(load, "value", k) for k in range(len(load.value)))
         if isinstance(load, Torque):
+            if isinstance(load.value, tuple):
+                return tuple(names.value(load, "value", k) for k in range(len(load.value)))
             return (names.value(load, "value"),)
         if isinstance(load, Resistance):
             way = sense(scene, result, coordinate(scene.mechanism, load.coordinate), pose)
@@ -93,7 +94,7 @@ def acts(load: Spring, name: str) -> bool:
 class _Known:
     """Names of the description with their values in a pose."""
 
-    def __init__(self, scene: DrawnScene, result: Any, pose: int) -> None:
+    def __init__(self, scene: KnownScene, result: Any, pose: int) -> None:
         self.scene, self.result, self.pose = scene, result, pose
 
     def value(self, load: Any, name: str, axis: int | None = None) -> float:
@@ -109,7 +110,7 @@ class _Known:
             return self.scene.numbers[name]
         if name == TIME and result_in_time(self.result):
             return float(self.result.time[self.pose])
-        value = float(series(self.scene, coordinate(self.scene.mechanism, name))[self.pose])
+        value = float(self.scene.series(coordinate(self.scene.mechanism, name))[self.pose])
         if not np.isfinite(value):
             raise LookupError(name)
         return value

@@ -93,7 +93,7 @@ def draw_loads(
         if size == 0.0:
             continue
         share = 1.0 if size is None else size / largest
-        text = _text(load.name, size, "N", words)
+        text = text_of(load.name, size, "N", words)
         mark = _draw_force(sheet, load.name, text, sheet.at(point), direction, share, gap)
         if load.name in either:
             symbols.arrow(sheet, np.array(mark.lines[0])[::-1], f"load-{load.name}", style.LOAD)
@@ -147,7 +147,7 @@ def _coordinate(scene: DrawnScene, load: Load) -> NamedCoordinate:
     return coordinate(scene.mechanism, text or str(along))
 
 
-def _text(name: str, size: float | None, unit: str, words: Words) -> str:
+def text_of(name: str, size: float | None, unit: str, words: Words) -> str:
     """Return what is written at a load: its name and, if it is known, its size."""
     return name if size is None else f"{name} = {words.amount(abs(size), unit)}"
 
@@ -209,7 +209,7 @@ def _draw_torque(
     symbols.arrow(sheet, points, f"load-{load.name}", style.LOAD)
     if both:
         symbols.arrow(sheet, points[::-1], f"load-{load.name}", style.LOAD)
-    text = _text(load.name, size, "N m", words)
+    text = text_of(load.name, size, "N m", words)
     pieces = tuple(zip(points[0:-6:6], points[6::6], strict=True))
     return [Mark(load.name, text, pieces)]
 
@@ -326,7 +326,17 @@ def _draw_masses(sheet: Sheet, scene: DrawnScene, pose: int) -> list[Mark]:
         symbols.mass_center(sheet, sheet.at(center), f"mass-{name}")
     if not heavy or not pull.any():
         return []
-    step, edge = 26.0 * unit(pull), 18.0
+    return gravity_mark(sheet, unit(pull))
+
+
+def gravity_mark(sheet: Sheet, way: Array) -> list[Mark]:
+    """Draw the arrow of gravity in a corner that is free; `way` is shorter than 1 in perspective.
+
+    None where it is seen end-on.
+    """
+    if float(np.hypot(*way)) < 0.3:
+        return []
+    step, edge = 26.0 * way, 18.0
     low, high = np.minimum(step, 0.0), np.maximum(step, 0.0)
     floor = np.array([edge, edge + style.STRIP])
     starts = [

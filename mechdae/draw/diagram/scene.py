@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import InputError, UnavailableError
@@ -165,6 +166,22 @@ class DrawnScene:
                 result[key] = np.full((len(self.status), 2), np.nan)
                 result[key][known] = every[k]
         return result
+
+    def series(self, entry: NamedCoordinate) -> Array:
+        """Return a coordinate in all poses, (n,); nan where it is not known."""
+        unknown = np.full(len(self.status), np.nan)
+        if entry.kind == "body angle":
+            return self.angles.get(entry.part, unknown)
+        if entry.kind == "point":
+            known = entry.part in self.origins
+            return self.track(f"{entry.part}.{entry.point}")[:, entry.axis] if known else unknown
+        joint = self.mechanism.joints[entry.part]
+        if entry.on_curve or not {joint.first_body, joint.second_body} <= set(self.origins):
+            return unknown
+        if entry.kind == "joint angle":
+            difference: Array = self.angles[joint.second_body] - self.angles[joint.first_body]
+            return difference
+        return self.slide(joint)
 
     def slide(self, joint: Joint) -> Array:
         """Return how far the second point is along the joint's axis in each pose, (n,)."""

@@ -22,6 +22,7 @@ from mechdae.draw.figure import new_axes
 from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.pose_choice import wireframe
 from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
+from mechdae.draw.space.spatial_loads import peak_in_space
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.draw.space.spatial_wheels import sides
 from mechdae.draw.space.view_choice import best_view
@@ -59,7 +60,8 @@ class SpatialAnimation(Animation):
         eye = self.viewpoint or best_view(frames, upward_of(scene.mechanism))
         traces = self.traces and has_paths(self.result, scene)
         bounds = extent(scene, poses, eye, moved, traces)
-        view = SpatialView(eye, moved, bounds, traces, 0, self.labels, {})
+        peak = peak_in_space(scene, self.result, poses) if self.loads else None
+        view = SpatialView(eye, moved, bounds, traces, 0, self.labels, self.loads, peak, {})
         theme = style.DARK if self.dark else style.LIGHT
         for pose in poses:
             axes = new_axes(theme)
@@ -76,6 +78,7 @@ def draw(
     dpi: int = style.DPI,
     traces: bool = True,
     labels: bool = True,
+    loads: bool = True,
     dark: bool = False,
     lang: str = "en",
     view: Any = None,
@@ -98,7 +101,7 @@ def draw(
     chosen, whole = frames_of(scene.assembled(), lambda run: returns(scene, run), most)
     duration = frame_time(seconds, len(chosen))
     return SpatialAnimation(
-        result, chosen, whole, duration, dpi, traces, labels, False, dark, lang,
+        result, chosen, whole, duration, dpi, traces, labels, loads, dark, lang,
         viewpoint=eye,
     )  # fmt: skip
 

@@ -24,6 +24,7 @@ def draw(
     traces: bool = True,
     ghosts: int | Sequence[int] = 0,
     labels: bool = True,
+    loads: bool = True,
     dark: bool = False,
     lang: str = "en",
     scale: float | Callable[[float], float] | None = None,
@@ -41,7 +42,7 @@ def draw(
     pose
         Index of the pose, negative from the end; by default one near the middle of a sweep that
         is easy to read, the first of a few.
-    traces, ghosts, labels, dark, lang, scale, label
+    traces, ghosts, labels, loads, dark, lang, scale, label
         As in the plane, see `mechdae.draw.diagram.diagram.draw`. ``scale`` is that of lengths in
         the plane of the picture.
     view
@@ -67,10 +68,12 @@ def draw(
     index, chosen, moved = choose(scene, getattr(result, "kind", ""), pose, None if three else view)
     if three:
         own = SpatialView(chosen, moved, extent(scene, [index], chosen, moved, traces), traces,
-                          ghosts, labels, None, scale, label)  # fmt: skip
+                          ghosts, labels, loads, scale=scale, label=label)  # fmt: skip
         return draw_three(result, scene, index, own, theme, words, ax)
     bounds = extent(scene, [index], chosen, moved, traces)
     axes = new_axes(theme) if ax is None else ax
-    shown = SpatialView(chosen, moved, bounds, traces, ghosts, labels, None, scale, label)
+    shown = SpatialView(
+        chosen, moved, bounds, traces, ghosts, labels, loads, None, None, scale, label
+    )
     draw_spatial_pose(axes, scene, result, index, shown, theme, words)
     return axes

@@ -24,10 +24,11 @@ from mechdae.draw.diagram.driver import (
     value_text,
 )
 from mechdae.draw.diagram.scene import SHORT
-from mechdae.draw.labels.labels import link_numbers, write_all
+from mechdae.draw.labels.labels import link_numbers, load_names, write_all
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.anchors import anchor, size_of
 from mechdae.draw.space.depth import draw_items
+from mechdae.draw.space.spatial_loads import SpatialLoads
 from mechdae.draw.space.spatial_pose import SpatialPose, ghost_lines
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_symbols import SYMBOLS
@@ -60,6 +61,8 @@ class SpatialView:
         Without titles, scale bar and note.
     subtitle
         In place of the drivers' values.
+    loads, peak
+        See `mechdae.draw.space.spatial_loads.SpatialLoads`.
     overlay
         Draws more behind the links, and returns what is to be noted below.
     """
@@ -70,6 +73,8 @@ class SpatialView:
     traces: bool = True
     ghosts: int | Sequence[int] = 0
     labels: bool = True
+    loads: bool = True
+    peak: float | None = None
     memory: dict[str, Array] | None = None
     scale: float | Callable[[float], float] | None = None
     label: str = ""
@@ -155,7 +160,11 @@ def draw_spatial_pose(
     items += vector_items(pose, moving)
     for entry in moving:
         items += pose.arrow(entry, sense_of(result, entry.text))
+    loads = SpatialLoads(pose, result, words, shown.peak) if shown.loads else None
+    if loads is not None:
+        items += loads.arrows()
     draw_items(sheet, items)
+    marks = loads.flat() if loads is not None else []
     draw_triad(sheet, view)
     if not shown.bare:
         note = words("seen from", words.number(view.azimuth, 4), words.number(view.elevation, 4))
@@ -172,7 +181,7 @@ def draw_spatial_pose(
     if shown.labels:
         names = vector_names(pose)
         letters = [] if names else [*pose.letters(links), *link_numbers(scene, index, links)]
-        write_all(sheet, [*letters, *names], links)
+        write_all(sheet, [*letters, *names, *load_names(marks)], links)
     if not shown.bare:
         titles(sheet, result, scene, index, shown, words)
     return sheet

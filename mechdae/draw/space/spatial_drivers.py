@@ -22,7 +22,12 @@ LENGTH = 34.0
 
 
 def turning(
-    center: Array, axis: Array, sense: float, gid: str, radius: float = ARROW
+    center: Array,
+    axis: Array,
+    sense: float,
+    gid: str,
+    radius: float = ARROW,
+    color: str = style.ARROW,
 ) -> list[Item]:
     """Return an arrow around an axis, counter-clockwise about it for a positive sense.
 
@@ -33,15 +38,16 @@ def turning(
     back = float(np.arctan2(away @ second, away @ first)) if abs(axis[2]) < 0.999 else np.pi / 2
     gap = (2 * np.pi - SPAN) / 2
     turn = back + sense * np.linspace(gap, gap + SPAN, 10 * QUARTERS + 1)
-    return _with_head(solids.ring(center, axis, radius, turn), gid)
+    return with_head(solids.ring(center, axis, radius, turn), gid, color)
 
 
 def straight(center: Array, way: Array, gid: str) -> list[Item]:
     """Return an arrow of a usual length through a place, along a direction."""
-    return _with_head(center + np.linspace(-0.5, 0.5, 11)[:, None] * LENGTH * way, gid)
+    return with_head(center + np.linspace(-0.5, 0.5, 11)[:, None] * LENGTH * way, gid)
 
 
-def _with_head(points: Array, gid: str) -> list[Item]:
+def with_head(points: Array, gid: str, color: str = style.ARROW) -> list[Item]:
+    """Return a line (m, 3) with an arrow head at its end."""
     tip, behind = points[-1], points[-6] if len(points) > 11 else points[0]
     along = unit((tip - behind)[:2])
     if not along.any():
@@ -50,7 +56,7 @@ def _with_head(points: Array, gid: str) -> list[Item]:
     corners = np.array([tip[:2], back + 3.2 * normal(along), back - 3.2 * normal(along)])
     head = Item(
         np.column_stack([corners, np.full(3, tip[2])]), closed=True, solid=True, gid=gid,
-        facets=[Facet(corners, fill=style.ARROW, edge=style.ARROW, width=0.3)],
+        facets=[Facet(corners, fill=color, edge=color, width=0.3)],
     )  # fmt: skip
     keep = np.hypot(*(points[:, :2] - tip[:2]).T) > 6.0
     last = int(np.flatnonzero(keep)[-1]) + 1 if keep.any() else 1
@@ -58,7 +64,7 @@ def _with_head(points: Array, gid: str) -> list[Item]:
     for part in np.array_split(np.arange(max(len(shaft) - 1, 0)), QUARTERS):
         if len(part):
             piece = shaft[part[0] : part[-1] + 2]
-            items.append(solids.polyline(piece, gid, style.ARROW, 1.3 * style.LINE, bridges=False))
+            items.append(solids.polyline(piece, gid, color, 1.3 * style.LINE, bridges=False))
     return items
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
@@ -38,6 +39,8 @@ class SpatialScene:
         By ``body.point``: positions (n, 3) m, nan where not known.
     status
         (n,) text.
+    coordinates
+        By name: values (n,) of the joint coordinates that are known.
     """
 
     mechanism: Mechanism
@@ -45,6 +48,7 @@ class SpatialScene:
     turns: Mapping[str, Array]
     tracks: Mapping[str, Array]
     status: tuple[str, ...]
+    coordinates: Mapping[str, Array] = field(default_factory=dict)
     open: frozenset[str] = field(default_factory=frozenset)
 
     @cached_property
@@ -130,6 +134,13 @@ class SpatialScene:
                 return last
         return None
 
+    def series(self, entry: NamedCoordinate) -> Array:
+        """Return a coordinate in all poses, (n,); nan where it is not known."""
+        track = self.tracks.get(f"{entry.part}.{entry.point}") if entry.kind == "point" else None
+        if track is not None:
+            return track[:, entry.axis]
+        return self.coordinates.get(entry.text, np.full(len(self.status), np.nan))
+
     def along(self, joint: Joint, pose: int) -> float:
         """Return how far the second point is along the joint's axis [m]."""
         axis = self.axis(joint, pose)
@@ -191,7 +202,7 @@ def read_spatial(result: Any) -> SpatialScene:
         for ref, own in result.points.items()
         if "position" in own
     }
-    scene = SpatialScene(mechanism, values, turns, tracks, status)
+    scene = SpatialScene(mechanism, values, turns, tracks, status, _coordinates(result))
     for name in mechanism.ground.points:
         ref = f"{GROUND}.{name}"
         tracks[ref] = np.broadcast_to(scene.local(ref), (count, 3))
@@ -199,6 +210,18 @@ def read_spatial(result: Any) -> SpatialScene:
     while _complete(scene, tracks, ways):
         pass
     return scene
+
+
+def _coordinates(result: Any) -> dict[str, Array]:
+    """Return the joint coordinates that a result holds, (n,) each, by name."""
+    found = {
+        f"{name}.{word}": np.asarray(own[word], dtype=float)
+        for name, own in result.joints.items()
+        for word in result.mechanism.joints[name].coordinates
+        if word in own
+    }
+    driven = {name: np.asarray(own.position, dtype=float) for name, own in result.drivers.items()}
+    return found | driven
 
 
 def _vectors(result: Any, values: Mapping[str, float]) -> dict[str, Array]:

@@ -1,0 +1,337 @@
+"""Loads in space: arrows of forces and torques, springs, dampers, centres of mass, gravity.
+
+Arrows have their length in space, so those that point towards the eye look short, and end-on a dot
+in a ring is an arrow towards the eye, a cross one away from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.joints import Joint
+from mechdae.describe.loads import Force, Load, Resistance, Spring, Torque
+from mechdae.draw import style
+from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.amounts import acts, load_values, sense
+from mechdae.draw.diagram.driver import blocked
+from mechdae.draw.diagram.loads import MANY, Mark, gravity_mark, text_of
+from mechdae.draw.sheet import Array, normal, unit
+from mechdae.draw.space.depth import Item
+from mechdae.draw.space.spatial_drivers import turning, with_head
+from mechdae.draw.space.spatial_pose import SpatialPose
+from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT
+from mechdae.draw.words import Words
+
+END_ON = 9.0
+"""Arrows that look shorter than this are drawn as rings."""
+ASIDE = 7.0
+"""Radius of a torque's arrow beyond that of a driver, and of each further one beyond the last."""
+SHORTEST = 34.0
+"""A spring on a slide is drawn at least so long."""
+ALONG = 1e-6
+"""Sine below which a torque has the direction of an axis."""
+
+
+class SpatialLoads:
+    """The loads of one pose.
+
+    Parameters
+    ----------
+    pose
+        The pose on its sheet.
+    result
+        Of which task.
+    peak
+        The force [N] whose arrow has full length; without it the largest in this pose.
+    """
+
+    def __init__(self, pose: SpatialPose, result: Any, words: Words, peak: float | None = None):
+        self.pose, self.result, self.words, self.peak = pose, result, words, peak
+        self.scene, self.sheet = pose.scene, pose.sheet
+        self.marks: list[Mark] = []
+        self._around: dict[tuple[float, ...], int] = {}
+        known = [load for load in self.scene.mechanism.loads.values() if self._shown(load)]
+        self.springs = [load for load in known if isinstance(load, Spring)]
+        self.others = [load for load in known if not isinstance(load, Spring)]
+
+    def _shown(self, load: Load) -> bool:
+        return all(self.scene.shown(body, self.pose.pose) for body in self._bodies(load))
+
+    def _bodies(self, load: Load) -> set[str]:
+        if isinstance(load, Force):
+            return {load.point.split(".")[0]}
+        if isinstance(load, Torque):
+            return {load.body}
+        if isinstance(load, Spring) and load.between is not None:
+            return {entry.split(".")[0] for entry in load.between}
+        entry = self._coordinate(load)
+        joint = self.scene.mechanism.joints.get(entry.part)
+        return {entry.part} if joint is None else set(joint.bodies)
+
+    def _coordinate(self, load: Load) -> NamedCoordinate:
+        along = getattr(load, "along", None) or getattr(load, "coordinate", None)
+        return coordinate(self.scene.mechanism, str(along))
+
+    # -- arrows ----------------------------------------------------------------------------
+
+    def arrows(self) -> list[Item]:
+        """Return the arrows of forces and torques, between what is near and far."""
+        items, straight = list[Item](), list[tuple[Load, Array, Array | None, float | None]]()
+        either = set[str]()
+        for load in self.others:
+            values = load_values(self.scene, self.result, load, self.pose.pose)
+            if isinstance(load, (Force, Torque)):
+                vector = None if values is None else self._in_space(load, np.array(values))
+                if isinstance(load, Force):
+                    place = self.scene.place(load.point, self.pose.pose)
+                    size = None if vector is None else float(np.linalg.norm(vector))
+                    way = None if vector is None or not size else vector / size
+                    straight.append((load, place, way, size))
+                else:
+                    items += self._torque(load, vector)
+                continue
+            entry = self._coordinate(load)
+            against = -sense(self.scene, self.result, entry, self.pose.pose)
+            sign = against if isinstance(load, Resistance) else 1.0
+            size = None if values is None else values[0]
+            found = self._axis(entry)
+            if found is None:
+                continue
+            place, axis = found
+            if entry.is_angle:
+                both = sign == 0.0 or (size is None and not isinstance(load, Resistance))
+                if size != 0.0:
+                    turn = (sign or 1.0) * (1.0 if size is None else float(np.sign(size)))
+                    items += self._turning(load, place, turn * axis, size, both)
+            else:
+                turn = (sign or 1.0) * (1.0 if size is None else float(np.sign(size)))
+                straight.append((load, place, turn * axis, None if size is None else abs(size)))
+                either |= {load.name} if sign == 0.0 else set()
+        largest = self.peak or max((row[3] for row in straight if row[3]), default=1.0)
+        for load, place, direction, size in straight:
+            if size != 0.0:
+                items += self._straight(load, place, direction, size, largest, load.name in either)
+        return items
+
+    def _in_space(self, load: Force | Torque, value: Array) -> Array | None:
+        """Return components of a frame in the fixed frame."""
+        if load.frame == "world":
+            return value
+        turns = self.scene.turns.get(load.frame)
+        if turns is None or not np.isfinite(turns[self.pose.pose]).all():
+            return None
+        turned: Array = turns[self.pose.pose] @ value
+        return turned
+
+    def _axis(self, entry: NamedCoordinate) -> tuple[Array, Array] | None:
+        """Return a place [m] and the direction of a coordinate in the fixed frame."""
+        pose = self.pose.pose
+        joint = self.scene.mechanism.joints.get(entry.part)
+        if joint is None:
+            place = self.scene.place(f"{entry.part}.{entry.point}", pose)
+            return place, np.eye(3)[entry.axis]
+        frame = self.scene.frame(joint, pose)
+        axis = self.scene.axis(joint, pose, second=entry.word == "angle2")
+        if axis is None:
+            return None
+        if entry.word in ("x", "y") and frame is not None:
+            axis = frame["xy".index(entry.word)]
+        return self.scene.place(joint.second, pose), axis
+
+    def _straight(
+        self,
+        load: Load,
+        place: Array,
+        way: Array | None,
+        size: float | None,
+        largest: float,
+        both: bool,
+    ) -> list[Item]:
+        """Return the arrow of a force, with two heads where its sense is not known."""
+        gid, center = f"load-{load.name}", self.pose.at(place)
+        text = text_of(load.name, size, "N", self.words)
+        if way is None:  # the description does not tell the direction
+            radius = 2.0 * style.PIN
+            self.sheet.circle(center[:2], radius, edge=style.LOAD, dash=style.DASHED, gid=gid)
+            self.marks.append(Mark(load.name, text, ((center[:2], center[:2] + 1e-3),)))
+            return []
+        length = max(style.PULL[0], style.PULL[1] * (1.0 if size is None else size / largest))
+        seen = self.pose.view.seen(way)
+        if length * float(np.hypot(*seen[:2])) < END_ON:
+            self.marks.append(self._end_on(load.name, text, center, float(seen[2])))
+            return []
+        gap = style.PIN + 2.0
+        lines = [
+            np.array([center + start * seen, center + (start + length) * seen])
+            for start in (gap, -gap - length)
+        ]
+        cost = [self._cost(np.linspace(a[:2], b[:2], 9)) for a, b in lines]
+        line = lines[int(np.argmin(np.round(cost, 6)))]
+        self.marks.append(Mark(load.name, text, ((line[0, :2], line[1, :2]),)))
+        self.sheet.keep(line[:, :2])
+        points = np.linspace(line[0], line[1], 11)
+        items = with_head(points, gid, style.LOAD)
+        return items + with_head(points[::-1], gid, style.LOAD) if both else items
+
+    def _cost(self, points: Array) -> float:
+        out = (points < 3.0).any() or (points > self.sheet.size - 3.0).any()
+        return blocked(self.sheet, points) + 100.0 * bool(out)
+
+    def _end_on(self, name: str, text: str, center: Array, towards: float) -> Mark:
+        """Draw an arrow that is seen end-on: a ring with a dot, or with a cross."""
+        gid, radius, spot = f"load-{name}", 1.7 * style.PIN, center[:2]
+        self.sheet.circle(spot, radius, edge=style.LOAD, width=style.LINE, gid=gid)
+        if towards > 0:
+            symbols.dot(self.sheet, spot, gid, style.LOAD)
+        else:
+            half = radius * np.sqrt(0.5) * np.array([(1.0, 1.0), (1.0, -1.0)])
+            self.sheet.strokes(spot - half, spot + half, color=style.LOAD, gid=gid)
+        edge = spot + np.array([radius, 0.0])
+        return Mark(name, text, ((spot, edge),))
+
+    def _torque(self, load: Torque, vector: Array | None) -> list[Item]:
+        size = 0.0 if vector is None else float(np.linalg.norm(vector))
+        if vector is None or not size:
+            return []
+        axis = vector / size
+        return self._turning(load, self._seat(load.body, axis), axis, size, False)
+
+    def _seat(self, body: str, axis: Array) -> Array:
+        """Return where [m] a torque of a body is drawn: at a joint that turns about its axis."""
+        joints = [own for own in self.scene.joints(self.pose.pose) if body in own.bodies]
+        for joint in joints:
+            own = self.scene.axis(joint, self.pose.pose) if joint.turns else None
+            if own is not None and float(np.linalg.norm(np.cross(own, axis))) < ALONG:
+                return self._drawn(joint)
+        places = [self.scene.place(ref, self.pose.pose) for ref in self.scene.points(body)]
+        middle: Array = np.mean(places, axis=0)
+        return middle
+
+    def _drawn(self, joint: Joint) -> Array:
+        """Return where [m] the symbol of a joint is."""
+        place = self.scene.place(joint.first, self.pose.pose)
+        axis = self.scene.axis(joint, self.pose.pose)
+        return place if axis is None else place + self.pose.moved.get(joint.name, 0.0) * axis
+
+    def _turning(
+        self, load: Load, place: Array, axis: Array, size: float | None, both: bool
+    ) -> list[Item]:
+        """Return an arrow around an axis, two of them where the sense is not known."""
+        gid, seen = f"load-{load.name}", self.pose.view.seen(axis)
+        joint = self.scene.mechanism.joints.get(
+            self._coordinate(load).part if not isinstance(load, Torque) else ""
+        )
+        center = self.pose.at(place if joint is None else self._drawn(joint))
+        key = tuple(np.round(center[:2], 0).tolist())
+        count = self._around[key] = self._around.get(key, 0) + 1
+        out = (HALF + 0.4 * SHAFT) * (1.0 if seen[2] >= 0 else -1.0)
+        radius, center = ARROW + ASIDE * count, center + out * seen
+        items = turning(center, seen, 1.0, gid, radius, style.LOAD)
+        if both:
+            items += turning(center, seen, -1.0, gid, radius, style.LOAD)
+        text = text_of(load.name, size, "N m", self.words)
+        points = np.vstack([item.points[:, :2] for item in items if not item.closed])
+        pieces = tuple(zip(points[:-1:3], points[1::3], strict=False))
+        self.marks.append(Mark(load.name, text, pieces))
+        return items
+
+    # -- springs, masses -------------------------------------------------------------------
+
+    def flat(self) -> list[Mark]:
+        """Draw springs, dampers, centres of mass and gravity; return all marks of loads."""
+        for load in self.springs:
+            self._spring(load)
+        marks = self.marks
+        if len(marks) > MANY:
+            marks = [replace(mark, text=mark.name) for mark in marks]
+        heavy = [
+            name for name, body in self.scene.mechanism.bodies.items() if body.mass is not None
+        ]
+        for name in heavy:
+            self._mass(name)
+        pull = np.array([self.scene.numbers.get(f"gravity.{axis}", 0.0) for axis in "xyz"])
+        seen = self.pose.view.seen(pull)
+        if not heavy or not pull.any():
+            return marks
+        size = float(np.linalg.norm(seen))
+        return [*marks, *gravity_mark(self.sheet, seen[:2] / size)]
+
+    def _spring(self, load: Spring) -> None:
+        elastic = acts(load, "stiffness") or acts(load, "preload") or not acts(load, "damping")
+        damped, gid = acts(load, "damping"), f"load-{load.name}"
+        if load.between is None:
+            entry = self._coordinate(load)
+            joint = self.scene.mechanism.joints.get(entry.part)
+            if entry.is_angle and joint is not None:
+                center = self.pose.at(self._drawn(joint))[:2]
+                if elastic:
+                    symbols.spiral(self.sheet, center, gid)
+                if damped:
+                    symbols.brake(self.sheet, center, np.deg2rad(135.0), gid)
+                reach = 4.2 * style.PIN * np.array([1.0, 0.0])
+                self.marks.append(Mark(load.name, load.name, ((center - reach, center + reach),)))
+                return
+            found = self._axis(entry)
+            if found is None:
+                return
+            ends = self._beside(*found)
+        else:
+            a, b = (
+                self.pose.at(self.scene.place(entry, self.pose.pose))[:2] for entry in load.between
+            )
+            along = unit(b - a)
+            gap = min(style.PIN, 0.2 * float(np.hypot(*(b - a))))
+            ends = a + gap * along, b - gap * along
+        if float(np.hypot(*(ends[1] - ends[0]))) < END_ON:
+            return
+        shift = (
+            style.SPREAD * normal(unit(ends[1] - ends[0])) if elastic and damped else np.zeros(2)
+        )
+        if elastic:
+            symbols.spring(self.sheet, ends[0] + shift, ends[1] + shift, gid)
+        if damped:
+            symbols.damper(self.sheet, ends[0] - shift, ends[1] - shift, gid)
+        if shift.any():
+            for end in ends:
+                tie = [end + 1.6 * shift, end - 1.6 * shift]
+                self.sheet.line(tie, color=style.LOAD, z=style.Z_MARK)
+        self.marks.append(Mark(load.name, load.name, ((ends[0] + 2 * shift, ends[1] + 2 * shift),)))
+
+    def _beside(self, place: Array, axis: Array) -> tuple[Array, Array]:
+        """Return the ends of a spring on a slide, on the free side of what slides."""
+        center, seen = self.pose.at(place), self.pose.view.seen(axis)
+        rows = (
+            [(center + sign * (style.BLOCK[0] + SHORTEST) * seen)[:2] for sign in (1.0, -1.0)],
+            [(center + sign * style.BLOCK[0] * seen)[:2] for sign in (1.0, -1.0)],
+        )
+        cost = [self._cost(np.linspace(a, b, 9)) for a, b in zip(*rows, strict=True)]
+        k = int(np.argmin(np.round(cost, 6)))
+        return rows[0][k], rows[1][k]
+
+    def _mass(self, name: str) -> None:
+        body = self.scene.mechanism.bodies[name]
+        if body.center is None or name not in self.scene.turns or not self.scene.points(name):
+            return
+        local = np.array([self.scene.numbers[f"{name}.center.{axis}"] for axis in "xyz"])
+        own = [self.scene.local(f"{name}.{point}") for point in body.points]
+        if any(float(np.linalg.norm(place - local)) <= 1e-12 for place in own):
+            return
+        turn, pose = self.scene.turns[name][self.pose.pose], self.pose.pose
+        place = self.scene.origin(name)[pose] + turn @ local
+        if np.isfinite(place).all():
+            symbols.mass_center(self.sheet, self.pose.at(place)[:2], f"mass-{name}")
+
+
+def peak_in_space(scene: Any, result: Any, poses: Sequence[int]) -> float | None:
+    """Return the largest of the forces with a straight arrow that are known, in some poses."""
+    sizes = []
+    for load in scene.mechanism.loads.values():
+        if isinstance(load, Force):
+            rows = [load_values(scene, result, load, pose) for pose in poses]
+            sizes += [float(np.linalg.norm(row)) for row in rows if row is not None]
+    return max(sizes, default=0.0) or None
