@@ -401,6 +401,25 @@ def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12)
     return z
 
 
+def together(m: Checked, own: dict[str, Any], new: set[str], known: set[str]) -> int:
+    """Return how many complex poses two or five bodies have at most, 0 where no theorem tells."""
+    at = {b: [m.points[b][p] for j in own.values() for e, p in j["ends"] if e == b] for b in new}
+    meet = {b for b, spots in at.items() if spots[1:] == spots[:-1]}  # its joints, in one point
+    told = sorted((joint["kind"], k, {*joint["bodies"]}) for k, joint in enumerate(own.values()))
+    kinds, sides = [kind for kind, *_ in told], [side for *_, side in told]
+    first = {b for side in sides if side & known for b in side}
+    if kinds == ["revolute"] * 6 and len(new) == 5:  # axes of three at one end may meet in a point
+        return 8 if any(side <= meet and side & first for side in sides) else 16
+    inner = {bool(side & known) for side in sides[-2:]} == {True, False}
+    if kinds in (["distance", k, "spherical", "spherical"] for k in ("prismatic", "revolute")):
+        hub = new - sides[1]
+        return 4 if len(hub) == 1 and hub <= sides[0] & sides[2] & sides[3] and inner else 0
+    if kinds == ["cylindrical", "universal", "universal"] and len(new) == 2 and inner:
+        shaft = new & sides[0]
+        return 8 if len(shaft) == 1 and shaft <= meet and not shaft <= sides[1] & sides[2] else 0
+    return 0
+
+
 def most(m: Checked, group: list[str], known: set[str]) -> int:
     """Return how many complex poses a group has at most, by the theorems of the field."""
     own = {name: joint for name, joint in m.joints.items() if {*joint["bodies"]} & {*group}
@@ -417,6 +436,8 @@ def most(m: Checked, group: list[str], known: set[str]) -> int:
     level = sum(word in ("a", "la") for word in free)
     for count, holds in (
         (1, kinds in (["revolute"], ["prismatic"], ["screw"]) and len(held) == 1),
+        (1, kinds == ["prismatic", "screw"] and not held and left <= {"screw"}),  # to a whole turn
+        (40, kinds == ["distance"] * 6 and not held and not left & {*kinds}),
         (1, kinds == ["weld"] or (kinds == ["revolute"] and not held and geared)),
         (2, kinds in (["distance", "prismatic"], ["distance", "revolute"]) and not held),
         (2, kinds == ["revolute", "universal"] and not held and left <= {"universal"}),
@@ -425,6 +446,8 @@ def most(m: Checked, group: list[str], known: set[str]) -> int:
          {*kinds} == {"vector"} and len(own) == len(new) + 1 and len("".join(free)) == 3)):
         if holds and ({*kinds} == {"vector"} or len(new) == 1):
             return count
+    if not held and not left & {*kinds} and (count := together(m, own, new, known)):
+        return count
     raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
 
 
@@ -440,10 +463,23 @@ def alike(m: Checked, one: list[Any], other: list[Any]) -> bool:
     return True
 
 
+def senses(m: Checked, groups: list[Any], z: list[arb]) -> Any:
+    """Yield the sign of each group's determinant at a pose in balls."""
+    rows, seen, known = m.slopes(z)[1], {m.n}, {"ground"}
+    for group in groups:
+        known |= {*group}
+        columns = [k for (owner, word), k in m.at.items() if k not in seen and {
+            *([owner] if word in "xyz0123" else m.joints[owner]["bodies"])} <= known]
+        seen |= {*columns}
+        own, rows = [r for r in rows if r.keys() <= seen], [r for r in rows if not r.keys() <= seen]
+        det = arb_mat([[row.get(k, ZERO) for k in columns] for row in own]).det()
+        yield bool(det > 0) - bool(det < 0)
+
+
 def modes(m: Checked, data: Any) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
     u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
-    found, real, count, known = list[Any](), list[Any](), 1, {"ground"}
+    found, real, told, count, known = list[Any](), list[Any](), dict[int, arb](), 1, {"ground"}
     for group in groups:
         count, known = count * most(m, group, known), known | set(group)
     for k, own in enumerate(part(data, "complex", list, "certificate")):
@@ -467,10 +503,14 @@ def modes(m: Checked, data: Any) -> str:
         left = [own for own in real if not alike(m, own, [acb(x) for x in z])]
         if len(left) != len(real) - 1:
             raise FalseClaim(f"modes/{k}", "stands there twice, or is none of the poses found")
-        real = left
+        real, labels = left, exacts(part(mode, "signs", list, f"modes/{k}"), len(groups), "signs")
+        for g, (sign, label) in enumerate(zip(() if m.left_out else senses(m, groups, z), labels)):
+            if sign == 0 or label * sign != told.setdefault(g, label * sign):
+                raise FalseClaim(f"modes/{k}/signs/{g}", "does not fit those of the other modes")
     if real:
         raise FalseClaim("modes", f"{len(real)} poses are left out")
-    return f"{len(data['modes'])} modes, {count} complex poses"
+    aside = any(j["kind"] == "screw" and f"{k}.angle" not in m.drivers for k, j in m.joints.items())
+    return f"{len(data['modes'])} modes, {count} complex poses{', turns of screws aside' * aside}"
 
 
 def check(path: str) -> str:

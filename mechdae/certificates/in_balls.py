@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from flint import acb, ctx
 
+from mechdae.assembly.linkage.rigid_parts import GroupPoses
 from mechdae.certificates import check, check_space, check_space_modes, check_superfluous
+from mechdae.certificates.complex_starts import poses_of_group
 from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
 
 LAST_KEPT = 1e-3
-"""Weight of the equations of crosses: theorems count poses of those that keep all others."""
+"""Weight of the equations of crosses and screws: theorems count poses of those that keep others."""
 STARTS, MOST_STARTS = 200, 1000
 """Starts for each pose that is sought, and in all."""
 
@@ -39,7 +42,7 @@ def left_out(mechanism: dict[str, Any], bodies: dict[str, Any], at: str) -> list
     J /= np.linalg.norm(J, axis=1, keepdims=True)
     J *= np.array(
         [
-            LAST_KEPT if kind == "universal" else 1.0
+            LAST_KEPT if kind in ("universal", "screw") else 1.0
             for kind in (*m.kinds, *[""] * (len(J) - len(m.kinds)))
         ]
     )[:, None]
@@ -113,8 +116,14 @@ def _bodies(m: Any, z: list[Any]) -> dict[str, list[str]]:
     return found
 
 
-def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[list[list[str]]]:
+def complex_poses(
+    content: dict[str, Any],
+    real: list[dict[str, Any]],
+    solved: Sequence[GroupPoses] = (),
+) -> list[list[list[str]]]:
     """Return places to look at for all complex poses, the real ones first: (re, im) of each number.
+
+    Poses of groups that were `solved` by paths are tried before random ones.
 
     Raises
     ------
@@ -123,7 +132,10 @@ def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[l
     """
     search = PoseSearch(content)
     starts = [[acb(v) for v in search.m.claimed(mode, search.u, "modes")] for mode in real]
-    found = search.found(starts)
+    for group in solved if search.spatial and starts else ():
+        starts += poses_of_group(search.m, starts[0], group)
+    lost = any(group.singular for group in solved)  # random starts do not lead there either
+    found = search.found(starts, 0 if lost else STARTS)
     if len(found) < search.count:
         raise UnavailableError(
             f"{len(found)} complex poses of {search.count} are found: others are singular or at "
@@ -179,13 +191,14 @@ class PoseSearch:
         self.count = counted(self.own, self.m, self.groups)
         self.rng = random.Random(7)
 
-    def found(self, starts: list[Any]) -> list[list[Any]]:
+    def found(self, starts: list[Any], drawn: int = STARTS) -> list[list[Any]]:
         """Return up to `count` different poses in balls, from the starts and from random ones.
 
-        A random start keeps the first groups of a pose that is found, and draws the others.
+        As many random ones are `drawn` for each pose: they keep the first groups of a pose that is
+        found, and draw the others.
         """
         found = list[list[Any]]()
-        for k in range(len(starts) + min(STARTS * self.count, MOST_STARTS)):
+        for k in range(len(starts) + min(drawn * self.count, MOST_STARTS)):
             if len(found) == self.count:
                 break
             z = starts[k] if k < len(starts) else self._start(found)

@@ -38,7 +38,7 @@ from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from mechdae.model.reduction import Scene
-from mechdae.results import Result, Status
+from mechdae.results import ModesResult, Result, Status
 from mechdae.setup.drivers import plan
 
 BEFORE = 1e-3
@@ -292,7 +292,10 @@ def _beyond(arc: Arc, value: float) -> bool:
 
 
 def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
-    """Return points of these bodies, angles or orientations and bounds of a pose as reported."""
+    """Return points of these bodies, angles or orientations and bounds of a pose as reported.
+
+    Of spatial modes that are reported without bounds none of these are told.
+    """
     points = {
         name: [as_text(v) for v in series.position[k]]
         for name, series in result.points.items()
@@ -300,6 +303,8 @@ def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
     }
     bounds = {word: result.bound[word][k] for word in result.bound}
     if not np.isfinite([*bounds.values()]).all():
+        if result.mechanism.dimension == 3 and isinstance(result, ModesResult):
+            return {"points": {}, "bound": {}, "orientations": {}}
         raise UnavailableError(
             "no certificate is written of a mode that is next to a singular pose"
         )
@@ -343,13 +348,16 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         mechanism["superfluous"] = left_out(mechanism, first, as_text(u[0]))
     if len(result.status) < len(every):
         raise UnavailableError("no certificate is written of some modes only", where="limit")
-    labelled = [setting.assembler.labelled(group) for group in setting.scene.groups]
+    labelled = [
+        (setting.assembler.labelled(group), bool(_groups([group], mechanism["bodies"])))
+        for group in setting.scene.groups
+    ]
     found = []
     for k, mode in enumerate(every):
         labels = iter(mode.labels)
-        signs = [str(int(next(labels)[0] + "1")) if own else "1" for own in labelled]
-        claim = {"label": mode.label, "bodies": frames.at(mode.x, u)}
-        claim |= {} if "dimension" in mechanism else {"signs": signs}
+        told = [(next(labels)[0] + "1" if own else "1", there) for own, there in labelled]
+        signs = [str(int(sign)) for sign, there in told if there]
+        claim = {"label": mode.label, "bodies": frames.at(mode.x, u), "signs": signs}
         claim = refined_mode(mechanism, claim, as_text(u[0]))
         found.append(claim | reported(result, k, mechanism["bodies"]))
     content = {
@@ -358,7 +366,8 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         "mechanism": mechanism,
         "groups": groups,
     }
-    every_pose = complex_poses(content, found)
+    solved = [group for runs in setting.assembler.counted.values() for group in runs]
+    every_pose = complex_poses(content, found, solved)
     if wide:  # where the motion is, and what no determinant has
         found = [{key: mode[key] for key in mode.keys() - {"bodies", "signs"}} for mode in found]
     return content | {"modes": found, "complex": every_pose}

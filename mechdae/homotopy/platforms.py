@@ -11,7 +11,7 @@ import numpy as np
 
 from mechdae.errors import InputError
 from mechdae.homotopy.certify import apart, certify
-from mechdae.homotopy.study import MOST, along, displacement, quadrics, route
+from mechdae.homotopy.study import MOST, along, conjugate, displacement, product, quadrics, route
 from mechdae.homotopy.tracker import distinct, track
 from mechdae.records import dataclass
 
@@ -29,9 +29,10 @@ class PlatformPoses:
     """Real poses: ``position`` (n, 3) and ``quaternion`` (n, 4), real part first.
 
     The largest entry of a quaternion is positive; ``error`` (n,) bounds that of (e, g) by its size.
-    ``regular`` counts the simple complex solutions, ``singular`` paths that end in others or far
-    off; ``basis`` is "theorem" where all 40 are certified and different (the real ones are all
-    there are: ``proven``), "homotopy" where fewer are regular.
+    ``regular`` counts the simple complex solutions ``every`` (m, 8), (e, g) in units of ``size``,
+    ``singular`` paths that end in others or far off; ``basis`` is "theorem" where all 40 are
+    certified and different (the real ones are all there are: ``proven``), "homotopy" where fewer
+    are regular.
     """
 
     position: Any
@@ -40,10 +41,19 @@ class PlatformPoses:
     regular: int
     singular: int
     basis: str
+    every: Any
+    size: float
 
     @property
     def proven(self) -> bool:
         return self.basis == "theorem"
+
+    def complex_places(self, point: Any) -> tuple[Any, Any]:
+        """Return the places (m, 3) of a point (3,) of the platform, and the unit quaternions."""
+        e = self.every[:, :4]
+        e = e / np.sqrt((e * e).sum(axis=1))[:, None]
+        turned = product(product(e, np.concatenate([[0], point])[None]), conjugate(e))[:, 1:]
+        return self.size * displacement(self.every) + turned, e
 
 
 @cache
@@ -98,6 +108,8 @@ def platform_poses(base: Any, platform: Any, legs: Any) -> PlatformPoses:
         every,
         MOST - every,
         "theorem" if whole else "homotopy",
+        found.x[regular],
+        size,
     )
 
 

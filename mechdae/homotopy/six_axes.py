@@ -46,13 +46,15 @@ class ArmPoses:
 
     ``regular`` counts the certified complex poses of the ``most`` there can be, ``basis`` is
     "theorem" where all of these are certified and different: then the real ones are all there are
-    (``proven``), else "homotopy".
+    (``proven``), else "homotopy". ``axes`` (m, 6, 3) are the directions of the axes in all complex
+    poses that are certified, where no three axes meet.
     """
 
     angles: Any
     regular: int
     basis: str
     most: int = MOST
+    axes: Any = None
 
     @property
     def singular(self) -> int:
@@ -110,7 +112,11 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Any) -> ArmPoses:
         simple, real, other, sure = _certified(target, X, FINE)
     whole = len(X) == MOST and bool((simple & (real | other)).all()) and sure
     angles = _angles(X[simple & real].real.reshape(-1, 4, 3), first, last, R[:, 0], sines[:5])
-    return ArmPoses(_in_order(angles), int(simple.sum()), "theorem" if whole else "homotopy")
+    inner = X[simple].reshape(-1, 4, 3)
+    ends = [np.broadcast_to(own, (len(inner), 1, 3)) for own in (first, last)]
+    axes = np.concatenate([ends[0], inner, ends[1]], axis=1)
+    basis = "theorem" if whole else "homotopy"
+    return ArmPoses(_in_order(angles), int(simple.sum()), basis, axes=axes)
 
 
 def _in_order(angles: Any) -> Any:

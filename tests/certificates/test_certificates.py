@@ -173,7 +173,7 @@ def test_from_the_command_line(capsys: Any, tmp_path: Path) -> None:
     [
         ("cam-roller-follower", "turn", "curve"),
         ("change-point-parallelogram", "turn", "change points"),
-        ("delta-robot", "modes", "no theorem of the checker counts: platform"),
+        ("bennett", "modes", "no theorem of the checker counts: link2, link3"),
         ("slider-crank-friction", "cycle", "reactions"),
     ],
 )

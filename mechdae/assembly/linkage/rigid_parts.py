@@ -45,7 +45,8 @@ class GroupPoses:
     complex solutions that end in singular ones or at infinity of the ``generic`` ones, ``bounded``
     tells that there are no more single ones than these. ``proven`` tells that there are no
     others, ``gap`` by how much the group stays open when there is none, ``free`` that it moves by
-    itself.
+    itself. In all complex poses (m, ...) that paths led to ``axes`` (m, 6, 3) are directions of a
+    ``row`` of hinges, ``placed`` a point of a body, its places (m, 3) and the quaternions (m, 4).
     """
 
     poses: list[dict[tuple[str, str], float]]
@@ -56,6 +57,9 @@ class GroupPoses:
     generic: int = 0
     singular: int = 0
     bounded: bool = False
+    row: tuple[tuple[str, bool], ...] = ()
+    axes: Any = None
+    placed: tuple[str, Any, Any] | None = None
 
     @property
     def partly(self) -> str:

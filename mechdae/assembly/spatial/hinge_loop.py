@@ -107,7 +107,14 @@ class HingeLoop:
         ]
         basis = (WRIST if wrist else BASIS).format(found.most) if found.proven else ""
         return GroupPoses(
-            poses, found.proven, basis, generic=found.most, singular=found.singular, bounded=True
+            poses,
+            found.proven,
+            basis,
+            generic=found.most,
+            singular=found.singular,
+            bounded=True,
+            row=tuple(self.row),
+            axes=None if found.axes is None else found.axes @ base.T,
         )
 
 

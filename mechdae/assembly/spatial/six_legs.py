@@ -50,6 +50,7 @@ class SixLegs:
                 raise OtherShape
             places |= {f"base {k}": outside[0], f"platform {k}": inside[0]}
         lengths = {f"length {k}": value for k, (_, _, value) in enumerate(ends)}
+        self._point = places["platform 0"]
         self.sides = KnownSides(scene, group, p, places, {}, lengths)
 
     @property
@@ -79,7 +80,13 @@ class SixLegs:
         ]
         basis = BASIS if found.proven else ""
         return GroupPoses(
-            poses, found.proven, basis, generic=MOST, singular=found.singular, bounded=True
+            poses,
+            found.proven,
+            basis,
+            generic=MOST,
+            singular=found.singular,
+            bounded=True,
+            placed=(self._point, *found.complex_places(platform[0])),
         )
 
     def _coordinates(self, place: Any, e: Any) -> dict[tuple[str, str], float]:

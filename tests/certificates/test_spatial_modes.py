@@ -1,0 +1,120 @@
+"""Certificates of spatial assembly modes: counts of the field's theorems, alterations refused."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mechdae as md
+from mechdae.errors import SolveError, UnavailableError
+from tests.shared.altered import KINDS, alter
+from tests.shared.paths import ROOT
+
+pytest.importorskip("flint", reason="python-flint is not installed")
+COUNTED = {
+    "double-wishbone": (4, 4),
+    "double-cardan": (8, 8),
+    "screw-press": (1, 1),
+    "six-axis-arm": (8, 8),
+    "seven-r": (6, 16),
+    "stewart-gough": (40, 40),
+}
+"""Real and complex poses: a ball on a circle and one on a sphere 2 x 2; three pairs of signs;
+linear; an arm whose wrist axes meet 4 x 2 (Pieper 1968); a ring of seven hinges 16 (Primrose 1986);
+Dietmaier's platform, whose 40 poses are all real (1998)."""
+
+SLOW = ("seven-r", "stewart-gough")
+
+
+@pytest.fixture(scope="module")
+def written() -> dict[str, dict[str, Any]]:
+    return {name: md.certify(name, "modes") for name in COUNTED}
+
+
+def test_as_many_poses_as_theorems_tell(written: Any) -> None:
+    for name, counts in COUNTED.items():
+        own = written[name]
+        assert (len(own["modes"]), len(own["complex"])) == counts, name
+
+
+def test_altered_certificates_are_refused_with_their_place(written: Any, tmp_path: Path) -> None:
+    """Each kind of alteration, and numbers by a millionth."""
+    rng, path, refused = random.Random(3), tmp_path / "c.json", 0
+    for name, content in written.items():
+        few = name in SLOW
+        for kind in ("number", "label", "mode", "complex") if few else (*KINDS, "number"):
+            if kind == "label" and len({str(mode["signs"]) for mode in content["modes"]}) < 2:
+                continue
+            other, what = alter(content, kind, rng)
+            if what and not (kind == "bound" and not content["modes"][0]["points"]):
+                path.write_text(json.dumps(other), encoding="utf-8")
+                with pytest.raises(SolveError, match="refused") as caught:
+                    print(name, kind, what, md.check_certificate(path))
+                assert caught.value.where, (name, kind, what)
+                refused += 1
+    assert refused > 5 * len(written)
+
+
+def test_modes_without_bounds_tell_no_places(written: Any) -> None:
+    """Five of Dietmaier's 40 modes are not certified in float64: that they are there is."""
+    silent = [mode for mode in written["stewart-gough"]["modes"] if not mode["bound"]]
+    assert len(silent) == sum(md.solve("stewart-gough", "modes").status != "ok") > 0
+    assert not any(mode["points"] or mode["orientations"] for mode in silent)
+
+
+def test_platforms_with_fewer_real_modes(tmp_path: Path) -> None:
+    """40 complex poses whatever the lengths; with this one 6 are real."""
+    text = (ROOT / "problems" / "stewart-gough.toml").read_text(encoding="utf-8")
+    text = re.sub(r"\[\[expected\]\].*", "", text, flags=re.DOTALL)
+    other = text.replace('"platform.P1"], length = 1 }', '"platform.P1"], length = 1.2 }')
+    assert other != text
+    (tmp_path / "platform.toml").write_text(other, encoding="utf-8")
+    own = md.load(str(tmp_path / "platform.toml"))
+    found = md.certify(own, "modes")
+    assert len(found["complex"]) == 40
+    assert len(found["modes"]) == len(md.solve(own, "modes").status) == 6
+
+
+def test_theorems_ask_for_what_they_say() -> None:
+    """Groups that are like those of a theorem have another count, or none."""
+    from mechdae.certificates import check_space_modes
+
+    def counted(name: str, change: Any) -> int:
+        content = json.loads(json.dumps(md_written[name]))
+        change(content["mechanism"])
+        m = check_space_modes.Checked(content["mechanism"], square=False)
+        known, count = {"ground"}, 1
+        for group in content["groups"]:
+            count *= check_space_modes.most(m, group, known)
+            known |= set(group)
+        return count
+
+    from mechdae.certificates.write import certificate_of
+
+    md_written = {
+        name: certificate_of(md.load(name), "modes") for name in ("six-axis-arm", "double-cardan")
+    }
+
+    def apart(mechanism: Any) -> None:  # the axes do not meet in a point
+        mechanism["bodies"]["roll"]["V"] = ["1/100", "0", "0"]
+        mechanism["joints"]["J5"]["first"] = "roll.V"
+
+    def beside(mechanism: Any) -> None:  # the cross is not on the shaft's axis
+        mechanism["bodies"]["output"]["Q"] = ["1/100", "0", "0"]
+        mechanism["joints"]["V"]["second"] = "output.Q"
+
+    assert counted("six-axis-arm", lambda mechanism: None) == 8
+    assert counted("six-axis-arm", apart) == 16
+    assert counted("double-cardan", lambda mechanism: None) == 8
+    with pytest.raises(check_space_modes.FalseClaim, match="no theorem"):
+        counted("double-cardan", beside)
+
+
+def test_fewer_poses_than_a_theorem_allows_prove_nothing() -> None:
+    with pytest.raises(UnavailableError, match="28 complex poses of 40"):
+        md.certify("delta-robot", "modes")
