@@ -320,14 +320,25 @@ def count_mobility(mechanism: Mechanism) -> dict[str, Any]:
 
 def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
     """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
+    from mechdae.model.tree.pointers import points_of
+
     joints = list(mechanism.joints.values())
     n = len(mechanism.bodies) - sum(j.rigid for j in joints)
-    if any(j.pointer for j in joints):  # points at the ends of vectors: they do not turn
-        open_ = sum(3 - j.freedoms for j in joints)
-        return {"n": n, "p": open_, "W": 3 * n - open_}
-    taken = [6 - j.freedoms if j.spatial else 1 for j in joints if not j.rigid]
+    points = points_of(mechanism)  # at the ends of vectors: they do not turn
+    taken = [
+        3 - j.freedoms if j.pointer else 6 - j.freedoms if j.spatial else 1
+        for j in joints
+        if not j.rigid
+    ]
+    if points and len(points) == n:
+        return {"n": n, "p": sum(taken), "W": 3 * n - sum(taken)}
     pairs = {f"p{k}": taken.count(k) for k in (5, 4, 3, 2, 1)}
-    return {"n": n, **pairs, "W": 6 * n - sum(taken), "idle": list(idle_links(mechanism))}
+    idle = list(idle_links(mechanism))
+    if not points:
+        return {"n": n, **pairs, "W": 6 * n - sum(taken), "idle": idle}
+    bodies = n - len(points)
+    W = 6 * bodies + 3 * len(points) - sum(taken)
+    return {"n": bodies, "points": len(points), **pairs, "W": W, "idle": idle}
 
 
 def _check_missing(
@@ -359,7 +370,8 @@ def _check_missing(
     elif "p" in count:
         formula = f"3*{count['n']} - {count['p']}"
     else:
-        formula = " - ".join([f"6*{count['n']}", *terms])
+        moved = f"6*{count['n']}" + (f" + 3*{count['points']}" if "points" in count else "")
+        formula = " - ".join([moved, *terms])
     hint = (
         f"{formula} = {count['W']} freedom(s), "
         f"{_plural(drivers, 'driver')}; add a driver or a joint"

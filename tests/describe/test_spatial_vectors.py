@@ -147,7 +147,7 @@ BAD = {
     "key of the plane": ('rod    = { length = 0.3 }', 'rod = { length = 0.3, angle = 1 }',
                          "vectors.rod.angle: 'angle' is a key of vectors in the plane"),
     "bodies beside": ("[loops]", "[bodies.a]\npoints = { A = [0, 0, 0] }\n[loops]",
-                      "bodies.a: bodies beside vector loops are not computed in space"),
+                      "bodies.a: no chain of joints connects a to the ground"),
     "loose loop": ("[loops]", "a = { length = 1 }\nb = { length = 1 }\n[loops]\n"
                    'other = ["a", "b"]', "loops.other: the loop shares no vector"),
     "twice": ('"-offset"]', '"-offset", "rod"]', "'rod' is in the loop twice"),

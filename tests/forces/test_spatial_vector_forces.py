@@ -175,7 +175,7 @@ def test_a_slide_of_vectors_comes_to_rest() -> None:
         ("loads.push.body", {"loads": {"push": {
             "kind": "torque", "body": "B", "value": [1, 0, 0]}}}, "does not turn"),
         ("bodies.B.inertia", {"bodies": {"B": {"mass": 1, "inertia": [1, 1, 1]}}}, "a point"),
-        ("bodies.link", {"bodies": {"link": {"mass": 1}}}, "bodies beside vector loops"),
+        ("bodies.link.points", {"bodies": {"link": {"mass": 1}}}, "has no point"),
     ],
 )  # fmt: skip
 def test_what_points_cannot_have_is_refused(where: str, keys: Any, message: str) -> None:

@@ -147,7 +147,8 @@ def test_commands_shown_print_what_is_shown(page, block, tmp_path, monkeypatch, 
     monkeypatch.chdir(tmp_path)
     examples = [text for of, text in problems() if of == "docs/problem-file.md"]
     (tmp_path / "mine.toml").write_text(examples[0].replace('"prismatic"', '"prismatc"'))
-    (tmp_path / "lift.toml").write_text(examples[2].replace("b{k-1}.Q", "b{k-1}.R"))
+    (lift,) = (text for text in examples if "b{k-1}.Q" in text)
+    (tmp_path / "lift.toml").write_text(lift.replace("b{k-1}.Q", "b{k-1}.R"))
     code = None
     for entry in re.split(r"^\$ ", block, flags=re.M)[1:]:
         command, *shown = entry.rstrip("\n").split("\n")

@@ -82,7 +82,8 @@ def _counted(count: dict[str, Any]) -> str:
     if "p1" not in count:
         return f"3*{count['n']} - 2*{count['p5']} - {count['p4']}"
     terms = [f"{k}*{count[f'p{k}']}" for k in (5, 4, 3, 2, 1) if count[f"p{k}"]]
-    return " - ".join([f"6*{count['n']}", *terms])
+    points = f" + 3*{count['points']}" if "points" in count else ""
+    return " - ".join([f"6*{count['n']}{points}", *terms])
 
 
 def _group(group: dict[str, Any]) -> str:

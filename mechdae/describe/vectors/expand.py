@@ -26,7 +26,7 @@ from mechdae.describe.vectors.nodes import (
 )
 from mechdae.describe.vectors.numbers import add, less
 from mechdae.describe.vectors.values import Node
-from mechdae.errors import InputError, MechdaeError
+from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.records import dataclass
 
 FRICTION = ("friction", "friction_static")
@@ -81,14 +81,20 @@ def from_loops(
     except MechdaeError as problem:
         raise (problem if problem.where else problem.inside("parameters")) from None
     if rest.get("dimension", 2) == 3:
+        if rest.get("frames") is not None:
+            raise UnavailableError(
+                f"frames = '{rest['frames']}' is not computed beside vector loops by this version",
+                where="frames",
+                hint="points of bodies in frames of their own",
+            )
         points = PointLoops(closure, known)
         return Mechanism(
             ground=points.ground,
             bodies=points.bodies,
-            joints=points.joints,  # type: ignore[arg-type]
+            joints=points.joints,
             parameters=parameters or Table(),  # type: ignore[arg-type]
             sketch=sketch or Table(),  # type: ignore[arg-type]
-            closure=closure,
+            closure=replace(closure, joints=points.typed),
             **rest,
         )
     made = _Expansion(closure, known)

@@ -1,10 +1,11 @@
-"""Vector loops in space: nodes become points, vectors pairs of points."""
+"""Vector loops in space: nodes become points, vectors pairs of points, beside bodies and joints."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from mechdae.describe.expression import evaluate
+from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
@@ -20,11 +21,12 @@ from mechdae.describe.vectors.nodes import (
     reached,
 )
 from mechdae.describe.vectors.numbers import add, components, less
+from mechdae.describe.vectors.on_bodies import points_on_bodies, referred, ties
 from mechdae.describe.vectors.pointers import WORDS, Pointer
 from mechdae.describe.vectors.values import Vector
 from mechdae.errors import InputError, UnavailableError
 
-PLANAR = ("angle", "along", "offset", "from_", "to", "contact_length", "pin_radius", "one_sided")
+PLANAR = ("angle", "along", "offset", "contact_length", "pin_radius", "one_sided")
 FRICTION = ("friction", "friction_static")
 GAP = 1e-9
 Place = tuple[Number, ...]
@@ -41,7 +43,10 @@ def span(vector: Vector) -> Place:
 
 
 class PointLoops:
-    """The points and pairs of spatial loops.
+    """The points and pairs of spatial loops, among bodies and joints that are described as such.
+
+    A node is a point of a body where a vector with ``from`` and ``to`` ends there, a point of the
+    ground where given vectors lead to it, else a body of its own that does not turn.
 
     Raises
     ------
@@ -54,36 +59,112 @@ class PointLoops:
         self._check()
         check_loops(closure.vectors, closure.loops)
         self.merged = nodes_of(closure.vectors, closure.loops)
+        self.on_bodies = points_on_bodies(closure, self.merged)
         self.order = in_order(closure.loops)
         self.ends = {
             name: tuple(self.merged.first(f"{name}.{end}") for end in (TAIL, HEAD))
             for name in self.order
         }
         self.places = self._fixed()
-        self._check_connected()
         self._names = self._called()
-        points = {self._names[node]: place for node, place in self.places.items()}
-        self.ground = Ground(points=Table({**closure.ground.points, **points}))
         nodes = dict.fromkeys(node for pair in self.ends.values() for node in pair)
-        moving = [self._names[node] for node in nodes if node not in self.places]
-        masses = self._masses(moving)
-        self.bodies: Table[Body] = Table({
-            name: Body(name, Table({name: (0.0, 0.0, 0.0)}), mass=masses.get(name))
-            for name in moving
+        self._at = {node: self._point(node) for node in nodes}
+        self.typed: Table[Joint] = Table({
+            name: referred(joint, closure, self.merged, self._at)
+            for name, joint in closure.joints.items()
         })  # fmt: skip
-        self.joints: Table[Pointer] = Table({
-            name: self._pointer(name)
-            for name in closure.vectors
-            if not set(self.ends[name]) <= set(self.places) or self._given(name) != WORDS
-        })  # fmt: skip
+        self._check_connected()
+        self.ground, self.bodies = self._ground(), self._bodies()
+        self.joints = self._joints()
+
+    def _point(self, node: str) -> str:
+        """Return the point of the mechanism that a node is."""
+        name, bound = self._names[node], self.on_bodies.get(node, [])
+        if node in self.places:
+            own = next((text for text in bound if text.startswith(f"{GROUND}.")), None)
+            return own or f"{GROUND}.{name}"
+        return bound[0] if bound else f"{name}.{name}"
+
+    def _ground(self) -> Ground:
+        points = dict(self.closure.ground.points)
+        for node, place in self.places.items():
+            name = self._at[node].split(".")[1]
+            if name in points and self._at[node] not in self.on_bodies.get(node, ()):
+                raise InputError(
+                    f"the vectors give the point '{name}' already",
+                    where=f"ground.points.{name}",
+                    hint="rename it, or name it by a vector: "
+                    f'v = {{ from = "{GROUND}.{name}", to = ... }}',
+                )
+            points.setdefault(name, place)
+        return Ground(points=Table(points))
+
+    def _bodies(self) -> Table[Body]:
+        typed = self.closure.bodies
+        moving = [
+            self._names[node]
+            for node, at in self._at.items()
+            if at.split(".")[0] == self._names[node]
+        ]
+        found: dict[str, Body] = {}
+        for name in moving:
+            own = typed.get(name)
+            for word in ("center", "inertia", "points"):
+                if own is not None and getattr(own, word):
+                    raise InputError(
+                        f"'{name}' is a point: it has a mass and no {word}",
+                        where=f"bodies.{name}.{word}",
+                    )
+            place: Table[Place] = Table({name: (0.0, 0.0, 0.0)})
+            found[name] = Body(name, place, mass=own.mass if own is not None else None)
+        for name, own in typed.items():
+            if name not in found and not own.points:
+                raise InputError(
+                    f"'{name}' has no point that a joint could hold",
+                    where=f"bodies.{name}.points",
+                    hint=f"nodes that move and may have a mass: {', '.join(moving)}",
+                )
+        return Table({**{name: own for name, own in typed.items() if name not in found}, **found})
+
+    def _joints(self) -> Table[Joint]:
+        closure, found = self.closure, dict(self.typed)
+        bound = {
+            node: [self._at[node], *(text for text in points if text != self._at[node])]
+            for node, points in self.on_bodies.items()
+        }
+        found |= {joint.name: joint for joint in ties(bound, found, self._names)}
+        for name, vector in closure.vectors.items():
+            if vector.from_ is not None:
+                continue
+            if not set(self.ends[name]) <= set(self.places) or self._given(name) != WORDS:
+                found[name] = self._pointer(name)
+        return Table(found)
 
     def _check(self) -> None:
         closure = self.closure
-        if closure.joints or closure.ground.points:
-            raise UnavailableError(
-                "joints and points beside vector loops are not computed in space by this version",
-                where="joints" if closure.joints else "ground",
-            )
+        for name in closure.vectors:
+            for taken, word in (
+                (closure.joints, "joint"),
+                (closure.bodies, "body"),
+                ([GROUND], "fixed link"),
+            ):
+                if name in taken:
+                    raise InputError(
+                        f"a {word} is called '{name}' too",
+                        where=f"vectors.{name}",
+                        hint="rename one of them"
+                        + (
+                            '; a vector of a body is v = { from = "body.A", to = "body.B" }'
+                            if word == "body"
+                            else ""
+                        ),
+                    )
+        for name in closure.nodes:
+            if name in closure.joints:
+                raise InputError(
+                    f"a joint is called '{name}' too", where=f"nodes.{name}",
+                    hint="rename one of them",
+                )  # fmt: skip
         for name, vector in closure.vectors.items():
             for word in PLANAR:
                 if getattr(vector, word) is not None:
@@ -106,27 +187,31 @@ class PointLoops:
                         "nodes in space are points without friction", where=f"nodes.{name}.{word}"
                     )
 
-    def _masses(self, moving: list[str]) -> dict[str, Number | None]:
-        """Return the masses of nodes: a point has nothing else."""
-        for name, body in self.closure.bodies.items():
-            if name not in moving:
-                raise UnavailableError(
-                    "bodies beside vector loops are not computed in space by this version: a node "
-                    "that moves may have a mass",
-                    where=f"bodies.{name}",
-                    hint=f"nodes that move: {', '.join(moving)}",
-                )
-            for word in ("center", "inertia", "points"):
-                if getattr(body, word):
-                    raise InputError(
-                        f"'{name}' is a point: it has a mass and no {word}",
-                        where=f"bodies.{name}.{word}",
-                    )
-        return {name: body.mass for name, body in self.closure.bodies.items()}
-
     def _given(self, name: str) -> tuple[str, ...]:
         vector = self.closure.vectors[name]
         return tuple(word for word in WORDS if getattr(vector, word) is not None)
+
+    def _of_ground(self) -> dict[str, Place]:
+        """Return the places of nodes at points of the ground."""
+        places: dict[str, Place] = {}
+        for node, points in self.on_bodies.items():
+            own = [text for text in points if text.startswith(f"{GROUND}.")]
+            for text in own:
+                place = self.closure.ground.points[text.split(".")[1]]
+                if node not in places:
+                    places[node] = place
+                    continue
+                gaps = [
+                    evaluate(a, self.known) - evaluate(b, self.known)
+                    for a, b in zip(places[node], place, strict=True)
+                ]
+                if any(gaps):
+                    raise InputError(
+                        f"{own[0]} and {text} are two places, the loops say one",
+                        where="loops",
+                        hint="correct a loop, or the points",
+                    )
+        return places
 
     def _fixed(self) -> dict[str, Place]:
         """Return the places of the nodes that given vectors join to the origin."""
@@ -136,7 +221,9 @@ class PointLoops:
         pairs = [self.ends[name] for name in still]
         if still and start not in reached([pairs[0][0]], pairs):  # type: ignore[arg-type]
             start = pairs[0][0]
-        places: dict[str, Place] = {start: (0.0, 0.0, 0.0)}
+        places = self._of_ground()
+        if not places and not self.on_bodies:
+            places = {start: (0.0, 0.0, 0.0)}
         left = list(still)
         while True:
             name = next((n for n in left if set(self.ends[n]) & set(places)), None)
@@ -165,7 +252,14 @@ class PointLoops:
             )
 
     def _check_connected(self) -> None:
-        tied = reached(self.places, self.ends.values())  # type: ignore[arg-type]
+        bodies = [
+            (node, "@" + text.split(".")[0])
+            for node, points in self.on_bodies.items()
+            for text in points
+        ]
+        bodies += [(node, "@" + text.split(".")[0]) for node, text in self._at.items()]
+        joints = [(f"@{j.first_body}", f"@{j.second_body}") for j in self.typed.values()]
+        tied = reached([f"@{GROUND}"], [*self.ends.values(), *bodies, *joints])  # type: ignore[list-item]
         check_tied(self.closure.loops, {name: own[0] for name, own in self.ends.items()}, tied)
 
     def _called(self) -> dict[str, str]:
@@ -175,6 +269,8 @@ class PointLoops:
             check_node(name, node, self.closure.vectors)
             if name in self.closure.vectors or name == GROUND:
                 raise InputError(f"a vector is called '{name}' too", where=f"nodes.{name}")
+            if self.merged.first(node.at) in self.on_bodies and name in self.closure.bodies:
+                raise InputError(f"a body is called '{name}' too", where=f"nodes.{name}")
             own = self.merged.first(node.at)
             if own in names:
                 raise InputError(f"'{names[own]}' is the same place", where=f"nodes.{name}.at")
@@ -186,15 +282,15 @@ class PointLoops:
 
     def _pointer(self, name: str) -> Pointer:
         vector = self.closure.vectors[name]
-        tail, head = (
-            f"{GROUND if node in self.places else self._names[node]}.{self._names[node]}"
-            for node in self.ends[name]
-        )
-        if tail.startswith(f"{GROUND}.") and head.startswith(f"{GROUND}."):
+        tail, head = (self._at[node] for node in self.ends[name])
+        one, other = (text.split(".")[0] for text in (tail, head))
+        if one == other:
+            fixed = one == GROUND
             raise InputError(
-                f"both ends of '{name}' are fixed by given vectors",
+                f"both ends of '{name}' are "
+                + ("fixed by given vectors" if fixed else f"points of {one}"),
                 where=f"vectors.{name}",
-                hint="leave it out of the loops",
+                hint="leave it out of the loops" if fixed else f'from = "{tail}", to = "{head}"',
             )
         return Pointer(
             name, tail, head,

@@ -66,7 +66,7 @@ class Vector(Value):
             raise InputError("'from' and 'to' are points of one body", where="to")
         if tail == head:
             raise InputError("'from' and 'to' are the same point", where="to")
-        for word in ("length", "angle", "along"):
+        for word in ("length", "angle", "along", "elevation", "azimuth"):
             if getattr(self, word) is not None:
                 raise InputError(f"'{word}' contradicts 'from' and 'to', which give it", where=word)
 

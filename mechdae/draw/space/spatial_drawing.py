@@ -180,7 +180,10 @@ def draw_spatial_pose(
         draw_frame(sheet, scene, result, index, words, f"{note}; {extra}" if extra else note)
     if shown.labels:
         names = vector_names(pose)
-        letters = [] if names else [*pose.letters(links), *link_numbers(scene, index, links)]
+        turning = any(name in scene.turns for name in scene.mechanism.bodies)
+        letters = []
+        if turning or not names:  # nodes of vectors alone go without
+            letters = [*pose.letters(links), *link_numbers(scene, index, links)]
         write_all(sheet, [*letters, *names, *load_names(marks)], links)
     if not shown.bare:
         titles(sheet, result, scene, index, shown, words)

@@ -96,7 +96,7 @@ class SpatialPose:
             for body, place in zip(self._two(joint), places[joint.name], strict=True):
                 if body in links:
                     links[body].add(place)
-        for reference in free_points(self.scene, self.pose):
+        for reference in [*free_points(self.scene, self.pose), *self._vector_ends()]:
             links[reference.split(".")[0]].add(self.at(self.scene.place(reference, self.pose)))
         items: list[Item] = []
         for joint in joints:
@@ -155,6 +155,17 @@ class SpatialPose:
         long = next(k for k, size in enumerate(sizes) if size > 1e-6 * max(sizes))
         mark: Array = flat[long] / sizes[long]
         return mark
+
+    def _vector_ends(self) -> list[str]:
+        """Return the points of bodies that turn at which vectors end."""
+        return [
+            end
+            for joint in self.scene.joints(self.pose)
+            for end in (joint.first, joint.second)
+            if joint.pointer
+            and end.split(".")[0] in self.scene.turns
+            and not end.startswith(GROUND)
+        ]
 
     def _two(self, joint: Joint) -> tuple[str, str]:
         return joint.first_body, joint.second_body

@@ -167,8 +167,9 @@ class Balance:
             for j, entry in self.column[i].items():
                 if j in place:
                     balance[place[j]] += entry * symbol
-        solved = solution(balance, lam)
-        held = [s for s in ca.symvar(ca.vertcat(*balance)) if not among(s, [*lam, push])]
+        solved = solution(balance, lam) if rows else SX(0, 1)  # points that others carry have none
+        symbols = ca.symvar(SX(ca.vertcat(*balance)))
+        held = [s for s in symbols if not among(s, [*lam, push])]
         at = ca.vertcat(*held) if held else SX(0, 1)
         function = ca.Function("solve", [at, push], [solved])
         return Share(group, rows, columns, lambda value: function(at, value), own, forms)

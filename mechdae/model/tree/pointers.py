@@ -14,9 +14,26 @@ WORDS = ("length", "elevation", "azimuth")
 
 
 def points_of(mechanism: Mechanism) -> set[str]:
-    """Return the bodies that are points at the ends of vectors: they do not turn."""
+    """Return the bodies that are points at the ends of vectors: they do not turn.
+
+    Such a body has one point and no inertia, and what is joined to it holds that point alone.
+    """
     joints = mechanism.joints.values()
-    return {body for joint in joints if joint.pointer for body in joint.bodies}
+    ends = {body for joint in joints if joint.pointer for body in joint.bodies}
+    held = {
+        body
+        for joint in joints
+        if not (joint.pointer or joint.ball or joint.bar)
+        for body in joint.bodies
+    }
+    return {
+        name
+        for name in ends - held
+        if name in mechanism.bodies
+        and len(mechanism.bodies[name].points) == 1
+        and mechanism.bodies[name].inertia is None
+        and not mechanism.bodies[name].center
+    }
 
 
 def span(joint: Joint, numbers: Mapping[str, Any], own: Mapping[str, Any]) -> Any:
@@ -24,6 +41,30 @@ def span(joint: Joint, numbers: Mapping[str, Any], own: Mapping[str, Any]) -> An
     length, e, a = (own.get(w, numbers.get(f"{joint.name}.{w}")) for w in WORDS)
     level = length * ca.cos(e)
     return ca.vertcat(level * ca.cos(a), length * ca.sin(e), level * ca.sin(a))
+
+
+def told(joint: Joint, numbers: Mapping[str, Any], way: Any) -> dict[str, Any]:
+    """Return the coordinates of a vector that is `way` (3,), the usual one of equal triples."""
+    length, e, a = (numbers.get(f"{joint.name}.{w}") for w in WORDS)
+    x, y, z = ca.vertsplit(way)
+    size = ca.norm_2(way)
+    if length is None and e is not None:
+        if a is not None:
+            along = ca.vertcat(ca.cos(e) * ca.cos(a), ca.sin(e), ca.cos(e) * ca.sin(a))
+            length = ca.dot(way, along)
+        else:
+            length = ca.if_else(y * ca.sin(e) < 0, -size, size)
+    length = size if length is None else length
+    sense = ca.if_else(length < 0, -1, 1)
+    found: dict[str, Any] = {"length": length}
+    if e is None:
+        level = ca.sqrt(x**2 + z**2) if a is None else sense * (x * ca.cos(a) + z * ca.sin(a))
+        found["elevation"] = ca.atan2(sense * y, level)
+        e = 0
+    if a is None:
+        sense = sense * ca.if_else(ca.cos(e) < 0, -1, 1)
+        found["azimuth"] = ca.atan2(sense * z, sense * x)
+    return {word: value for word, value in found.items() if word in joint.coordinates}
 
 
 def structure_rows(joint: Joint, gap: Any) -> list[tuple[str, Any, str]]:

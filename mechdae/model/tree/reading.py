@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
+from mechdae.model.tree.pointers import told
 from mechdae.model.tree.spatial_frames import QUATERNION, TreeFrame
 from mechdae.model.tree.tree_model import TreeModel
 
@@ -64,6 +65,9 @@ def _of_owner(
         return dict(zip("xyz", ca.vertsplit(place), strict=True)), frame.R
     joint = model.mechanism.joints[owner]
     first, second = (frames[body] for body in joint.bodies[:2])
+    if joint.pointer:
+        ends = [f.point(_own(model, p)) for f, p in ((first, joint.first), (second, joint.second))]
+        return told(joint, model.numbers, ends[1] - ends[0]), SX.eye(3)
     A1, A2 = (f.side(model._side(owner, bool(k))) for k, f in enumerate((first, second)))
     gap = second.point(_own(model, joint.second)) - first.point(_own(model, joint.first))
     Q, t = A1.T @ A2, A1.T @ gap

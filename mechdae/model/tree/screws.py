@@ -82,19 +82,37 @@ class Kinetics:
         for edge in model.edges:
             own, twist = self._of(edge)
             self.path[edge.child] = (*self.path[edge.parent], edge)
-            self.screws[edge.child] = (*self.screws[edge.parent], *own)
+            self.screws[edge.child] = (*self._carried(edge), *own)
             self.twists[edge.child] = twist
+
+    def _carried(self, edge: Edge) -> tuple[CoordinateScrew, ...]:
+        """Return the screws of the parent; a point moves with the place it hangs on, unturned."""
+        screws, model = self.screws[edge.parent], self.model
+        if edge.child not in model.points:
+            return screws
+        place = model.point(self._near(edge))
+        return tuple(CoordinateScrew(s.place, SX(3, 1), s.velocity(place), place) for s in screws)
+
+    def _near(self, edge: Edge) -> str:
+        """Return the point of the parent at the joint of an edge."""
+        joint = self.model.mechanism.joints[edge.joint]
+        return joint.first if edge.forward else joint.second  # type: ignore[no-any-return]
 
     def _of(self, edge: Edge) -> tuple[list[CoordinateScrew], Twist]:
         if not edge.joint:
             return self._alone(edge)
-        pointer = self.model.mechanism.joints[edge.joint].pointer
-        return self._pointed(edge) if pointer else self._along(edge)
+        return self._pointed(edge) if edge.child in self.model.points else self._along(edge)
 
     def _pointed(self, edge: Edge) -> tuple[list[CoordinateScrew], Twist]:
         """Return the screws of a vector's coordinates and the twist of the point at its end."""
-        model, above, own = self.model, self.twists[edge.parent], []
-        v, a = SX.zeros(3), SX.zeros(3)
+        model, above, near = self.model, self.twists[edge.parent], self._near(edge)
+        own: list[CoordinateScrew] = []
+        arm = SX(3, 1)
+        if edge.parent in model.mechanism.bodies:
+            arm = model.frame(edge.parent).direction(model.local(near))
+        v, a, zero = above.velocity_at(arm), above.acceleration_at(arm), SX.zeros(3)
+        if not model.mechanism.joints[edge.joint].pointer:
+            return own, Twist(zero, zero, v, a)
         centre, slopes = model.frame(edge.child).r, model.slopes_of(edge.joint)
         places = [model.places[edge.joint, word] for word in slopes]
         q, rates = model.q[places], model.velocity[places]
@@ -103,8 +121,7 @@ class Kinetics:
             own.append(CoordinateScrew(j, SX(3, 1), way, centre))
             v += way * model.velocity[j]
             a += way * model.acceleration[j] + ca.jtimes(way, q, rates) * model.velocity[j]
-        zero = SX.zeros(3)
-        return own, Twist(zero, zero, above.velocity + v, above.acceleration + a)
+        return own, Twist(zero, zero, v, a)
 
     def _place(self, owner: str, name: str) -> int | None:
         return self.model.places.get((owner, name))  # type: ignore[no-any-return]

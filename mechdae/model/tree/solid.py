@@ -74,24 +74,38 @@ class Solid(Space):
         return self.acting(model, body, model.frame(body).r, SX.zeros(3), moment)
 
     def acting(self, model: Any, body: str, place: Any, force: Any, moment: Any) -> Wrench:
-        """Return what a force at a place and a moment on a body of the tree do."""
+        """Return what a force at a place and a moment on a body of the tree do.
+
+        A point takes no moment: it passes on the force alone, a vector to where it begins.
+        """
         if body not in model.mechanism.bodies:
             return {}
         kinetics, found = self.kinetics(model), Wrench()
+        moment = SX.zeros(3) if body in model.points else moment
         for screw in kinetics.screws[body]:
             work = ca.dot(force, screw.velocity(place)) + ca.dot(moment, screw.turn)
             if not work.is_zero():
                 found[screw.place] = work
-        for edge in kinetics.path[body]:
+        at, turning = place, moment
+        for edge in reversed(kinetics.path[body]):
             if edge.joint:
                 joint = model.mechanism.joints[edge.joint]
-                here = model.point(joint.second)
-                whole = moment + ca.cross(place - here, force)
-                whole = SX.zeros(3) if joint.pointer else whole  # points pass on forces alone
+                whole = turning + ca.cross(at - model.point(joint.second), force)
+                if joint.pointer or edge.parent in model.points:
+                    near = joint.first if edge.forward else joint.second
+                    at, turning = model.point(near), SX.zeros(3)
+                    whole = SX.zeros(3) if joint.pointer else whole
                 sign = -1.0 if edge.forward else 1.0
                 plus(found, entries((edge.joint,), sign * force, sign * whole))
+        return plus(found, self._on_body(model, body, place, force, moment))
+
+    def _on_body(self, model: Any, body: str, place: Any, force: Any, moment: Any) -> Wrench:
+        """Return a force at a place and a moment as what acts on a body itself."""
+        if body not in model.mechanism.bodies:
+            return {}
         whole = moment + ca.cross(place - model.frame(body).r, force)
-        return plus(found, entries(("on", body), force, whole))
+        whole = SX.zeros(3) if body in model.points else whole
+        return entries(("on", body), force, whole)
 
     def between(self, model: Any, joint: str, force: Any, moment: Any) -> Wrench:
         """Return what a force at a joint's second point and a moment do, that act on the second
@@ -160,11 +174,9 @@ class Solid(Space):
         if joint in model.tree or ends.pointer:
             plus(found, entries((joint,), -force, -moment))
         place = model.point(ends.second)
-        for body, sign in ((ends.second_body, 1.0), (ends.first_body, -1.0)):
-            if body in model.mechanism.bodies:
-                whole = moment + ca.cross(place - model.frame(body).r, force)
-                whole = SX.zeros(3) if ends.pointer else whole
-                plus(found, entries(("on", body), sign * force, sign * whole))
+        back = model.point(ends.first) if ends.pointer else place
+        for body, at, sign in ((ends.second_body, place, 1.0), (ends.first_body, back, -1.0)):
+            plus(found, self._on_body(model, body, at, sign * force, sign * moment))
         return found
 
     def conjugate(self, model: Any, joint: str, word: str) -> tuple[Any, Any]:
@@ -197,9 +209,13 @@ class Solid(Space):
         for name, own in reactions.items():
             joint = model.mechanism.joints[name]
             place = model.point(joint.second)
-            for body, sign in ((joint.second_body, 1.0), (joint.first_body, -1.0)):
+            back = model.point(joint.first) if joint.pointer else place
+            for body, at, sign in (
+                (joint.second_body, place, 1.0), (joint.first_body, back, -1.0),
+            ):  # fmt: skip
                 if body in model.mechanism.bodies:
-                    arm = SX.zeros(3) if joint.pointer else place - self._anchor(model, body)
+                    arm = at - self._anchor(model, body)
+                    arm = SX.zeros(3) if body in model.points else arm
                     arms.append(ca.norm_1(arm) * ca.norm_1(own[:3]))
                     whole = own[3:] + ca.cross(arm, own[:3])
                     shares.append(entries(("on", body), sign * own[:3], sign * whole))

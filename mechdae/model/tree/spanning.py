@@ -27,13 +27,15 @@ def edges(
     groups: Sequence[Collection[str]],
     first: Collection[str] = (),
     then: Collection[str] = (),
+    points: Collection[str] = (),
 ) -> list[Edge]:
     """Return the edges in the order in which they place the bodies.
 
     In each group of bodies a tree of the largest weight grows from what is placed already (Prim's
     algorithm): the weight of a joint are the equations that it would have if it were cut. Of equal
     ones the nearest to the root is taken: the tree is balanced. Joints of `first` come before all
-    others, those of `then` next.
+    others, those of `then` next. A vector places nothing but one of the `points`, which a ball
+    joint holds wholly.
     """
     usable = [j for j in joints if j.spatial]
     found: list[Edge] = []
@@ -50,7 +52,11 @@ def edges(
                 ):
                     if parent not in depth or child not in left:
                         continue
-                    key = (-_weight(joint, first, then), depth[parent])
+                    if joint.pointer and child not in points:
+                        continue
+                    held = joint.ball and child in points
+                    weight = FREEDOMS if held else _weight(joint, first, then)
+                    key = (-weight, depth[parent])
                     if best is None or key < best[0]:
                         best = key, Edge(joint.name, parent, child, forward)
             edge = best[1] if best is not None else Edge("", GROUND, left[0])

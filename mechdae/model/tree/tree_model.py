@@ -74,6 +74,8 @@ class TreeModel(TreeForces):
         Links that spin freely between two ball joints, by name.
     tree : set of str
         Joints that are edges.
+    points : set of str
+        Bodies that are points at the ends of vectors.
     senses : list of (joint, expression)
         What must be positive at a pose: equations of cut joints hold for opposite axes too.
     """
@@ -96,7 +98,8 @@ class TreeModel(TreeForces):
         every = [name for name in mechanism.bodies if name not in self.idle]
         parts = [list(group.bodies) for group in self._groups] or [every]
         joints = [j for name, j in mechanism.joints.items() if name not in self._spun]
-        self.edges = edges(joints, parts, self._first(), self._then())
+        self.points = points_of(mechanism)
+        self.edges = edges(joints, parts, self._first(), self._then(), self.points)
         self._anchors, self._frames = {}, {}
         self._of: dict[tuple[str, str], Coordinate] = {}
         self._placed: dict[str, str] = {}
@@ -166,7 +169,7 @@ class TreeModel(TreeForces):
             place, way = ca.vertcat(*[at[name] for name in "xyz"]), Play(at).way((), True)
             return TreeFrame(place, by_quaternion(e), SX.eye(3), way)
         joint = self.mechanism.joints[edge.joint]
-        if joint.pointer:
+        if edge.child in self.points:
             return self._pointed(edge)
         names = QUATERNION if joint.ball else joint.coordinates
         lead = self._lead(edge.joint)
@@ -184,12 +187,15 @@ class TreeModel(TreeForces):
         return backward(known, self.local(there), C1, C2, play)
 
     def _pointed(self, edge: Edge) -> TreeFrame:
-        """Return the frame of the point at the other end of a vector."""
+        """Return the frame of a point: at the other end of a vector, or where a ball joint is."""
         joint = self.mechanism.joints[edge.joint]
-        way = span(joint, self.numbers, self._own(edge.joint, joint.coordinates, edge.child))
         here, there = (joint.first, joint.second) if edge.forward else (joint.second, joint.first)
         self._anchors[edge.child] = there.split(".")[1]
-        place = self.point(here) + (way if edge.forward else -way)
+        place = self.point(here)
+        if joint.pointer:
+            own = self._own(edge.joint, joint.coordinates, edge.child)
+            way = span(joint, self.numbers, own)
+            place = place + (way if edge.forward else -way)
         return TreeFrame(place, SX.eye(3), SX.eye(3))
 
     def slopes_of(self, name: str) -> dict[str, Any]:
@@ -394,7 +400,7 @@ class TreeModel(TreeForces):
 
     def reported(self, chosen: Selection, listed: bool) -> Selection:
         """Return what of a selection has a value: not what turns with a link that spins freely."""
-        still = {*self.idle, *points_of(self.mechanism)}
+        still = {*self.idle, *self.points}
         bodies = tuple(name for name in chosen.bodies if name not in still)
         lost = [
             point
