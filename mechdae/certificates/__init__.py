@@ -96,6 +96,10 @@ def _name(content: Any) -> str:
     if not isinstance(mechanism, dict):
         return "check"
     if mechanism.get("dimension") != 3:
+        path = content.get("path")
+        steps = path.get("steps") if isinstance(path, dict) else None
+        if any("through" in step for step in steps or () if isinstance(step, dict)):
+            return "check_crossings"
         return "check_superfluous" if "superfluous" in mechanism else "check"
     return "check_space_modes" if content.get("kind") == "modes" else "check_space"
 

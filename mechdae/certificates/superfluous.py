@@ -179,22 +179,33 @@ def _motion(
         if not abs(rate - round(rate)) + abs(turn - round(turn)) < LOOSE:
             raise _refused("its motion is no sum of whole harmonics")
         turns[body] = round(rate), round(turn)
-    origins: dict[str, tuple[Waves, Waves]] = {"ground": ({}, {})}
+    places = origins(mechanism, turns)
+    if len(places) <= len(m.bodies):
+        raise _refused("not all bodies are linked by pins")
+    return {
+        body: [*(_texts(own) for own in places[body]), [str(v) for v in turns[body]]]
+        for body in m.bodies
+    }
+
+
+def origins(
+    mechanism: dict[str, Any], turns: dict[str, tuple[int, int]]
+) -> dict[str, tuple[Waves, Waves]]:
+    """Return x, y of the origins of all bodies that pins and welds link to the ground.
+
+    `turns` are the rate and the right angles of each body's angle.
+    """
+    found: dict[str, tuple[Waves, Waves]] = {"ground": ({}, {})}
     joints = [joint for joint in mechanism["joints"].values() if joint["kind"] in CLOSES]
-    for _ in m.bodies:
+    for _ in turns:
         for joint in joints:
             ends = [joint[key].split(".") for key in ("first", "second")]
             for (known, p), (body, q) in (ends, ends[::-1]):
-                if known in origins and body not in origins:
-                    place = _point(origins[known], turns[known], mechanism["bodies"][known][p])
+                if known in found and body not in found:
+                    place = _point(found[known], turns[known], mechanism["bodies"][known][p])
                     minus = [str(-Fraction(v)) for v in mechanism["bodies"][body][q]]
-                    origins[body] = _point(place, turns[body], minus)
-    if len(origins) <= len(m.bodies):
-        raise _refused("not all bodies are linked by pins")
-    return {
-        body: [*(_texts(own) for own in origins[body]), [str(v) for v in turns[body]]]
-        for body in m.bodies
-    }
+                    found[body] = _point(place, turns[body], minus)
+    return found
 
 
 def _point(

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 import mechdae
+from mechdae.certificates.crossings import meeting
 from mechdae.certificates.in_balls import (
     check_count,
     complex_poses,
@@ -140,13 +141,21 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
     mechanism = mechanism_of(setting.scene, _laws(setting, done.path))
     if setting.scene.redundant and "dimension" not in mechanism:
         return _closed_sweep(problem, name, task, (setting, done, mechanism))
-    if done.path.zones:
-        raise UnavailableError(
-            "no certificate is written of a motion across change points", where=where
-        )
     arc, frames = arc_of(done.path), _frames(setting.scene, mechanism)
+    limits = any(end is not None and end.kind == "limit" for end in arc.limits)
+    zones = done.path.zones
+    if zones and ("dimension" in mechanism or limits or isinstance(done.path, Legs)):
+        raise UnavailableError(
+            "no certificate is written of a motion across change points in space, along legs, or "
+            "to limit positions",
+            where=where,
+        )
+    if any(zone.action == "switch" for zone in zones):
+        raise UnavailableError(
+            "no certificate is written of a motion that turns off at a change point", where=where
+        )
     if isinstance(done.path, Path):
-        path = _path(done.path, arc, frames, done.places)
+        path = _path(done.path, arc, frames, done.places, mechanism)
     else:
         assert isinstance(done.path, Legs)
         path = _corners(done.path, arc, frames)
@@ -186,7 +195,13 @@ def _closed_sweep(
     return {"kind": "sweep", "mechanism": mechanism, "path": way, "poses": poses}
 
 
-def _path(path: Path, arc: Arc, frames: Frames | SpatialFrames, places: Any) -> dict[str, Any]:
+def _path(
+    path: Path,
+    arc: Arc,
+    frames: Frames | SpatialFrames,
+    places: Any,
+    mechanism: dict[str, Any],
+) -> dict[str, Any]:
     """Return the nodes of a path inside its arc, and the limit positions that end it.
 
     Where all is linear in the drivers' values there are none: the ends of the poses' `places`.
@@ -205,6 +220,8 @@ def _path(path: Path, arc: Arc, frames: Frames | SpatialFrames, places: Any) -> 
         known = [
             row for row in known if (not low or row[0] >= first) and (not high or row[0] <= last)
         ]
+    zones = {zone.low: zone for zone in path.zones}
+    known = [row for row in known if not any(z.low < row[0] < z.high for z in path.zones)]
     if not nx:
         reached = {*path.s, float(np.min(places)), float(np.max(places))}
         known = [(s, np.zeros(0)) for s in sorted(reached)]
@@ -214,15 +231,19 @@ def _path(path: Path, arc: Arc, frames: Frames | SpatialFrames, places: Any) -> 
     ]
     if not nodes:
         raise UnavailableError("no certificate is written of a pose at a limit position alone")
-    steps = _steps(path, known) if nx else 1
+    steps = _steps(path, known, zones) if nx else 1
     if steps > MOST_STEPS:
         raise UnavailableError(
             f"no certificate is written of a path that takes about {steps} steps to check: it "
             "leads to a singular pose"
         )
     found: dict[str, Any] = {**nodes[0], "steps": []}
-    for before, after in pairwise(nodes):
+    for (s, _), (before, after) in zip(known, pairwise(nodes), strict=False):
         step = {"from": before["at"], "to": after["at"], "bodies": after["bodies"]}
+        if s in zones:
+            place, x = zones[s].s, zones[s].nodes[1][1]
+            bodies = frames.at(x, path.drivers(np.array([place]))[0])
+            step["through"] = meeting(mechanism, bodies, place)
         found["steps"].append(step)
     for word, end in (("low", arc.low), ("high", arc.high)):
         if end is not None and end.kind == "limit":
@@ -243,15 +264,18 @@ def _corners(path: Legs, arc: Arc, frames: Frames | SpatialFrames) -> dict[str, 
     return nodes[0] | {"steps": steps}
 
 
-def _steps(path: Path, known: list[tuple[float, Any]]) -> int:
+def _steps(path: Path, known: list[tuple[float, Any]], zones: dict[float, Any]) -> int:
     """Return about how many steps around tangents lead along the nodes of a path.
 
-    As many as a step at whose beginning the test is passed goes into the way to the next node.
+    As many as a step at whose beginning the test is passed goes into the way to the next node,
+    one across a change point.
     """
     count = 0
     for (s, state), (to, _) in pairwise(known):
         parts = 1
-        while not np.all(path.step(state, s, (to - s) / parts)[1] <= 1) and parts < MOST_STEPS:
+        while s not in zones and parts < MOST_STEPS:
+            if np.all(path.step(state, s, (to - s) / parts)[1] <= 1):
+                break
             parts *= 2
         count += parts
     return count

@@ -172,7 +172,6 @@ def test_from_the_command_line(capsys: Any, tmp_path: Path) -> None:
     ("name", "task", "says"),
     [
         ("cam-roller-follower", "turn", "curve"),
-        ("change-point-parallelogram", "turn", "change points"),
         ("bennett", "modes", "no theorem of the checker counts: link2, link3"),
         ("slider-crank-friction", "cycle", "reactions"),
     ],
@@ -183,7 +182,7 @@ def test_what_has_no_certificate_is_refused_by_name(name: str, task: str, says: 
     assert issubclass(UnavailableError, InputError)
 
 
-CHECKERS = ("check", "check_space", "check_space_modes", "check_superfluous")
+CHECKERS = ("check", "check_space", "check_space_modes", "check_crossings", "check_superfluous")
 
 
 def source(name: str) -> str:

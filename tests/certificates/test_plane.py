@@ -1,11 +1,14 @@
-"""Certificates of the plane beyond regular paths: superfluous equations."""
+"""Certificates of the plane beyond regular paths: superfluous equations, change points."""
 
 from __future__ import annotations
 
 import itertools
 import json
+import math
 import random
+from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +24,15 @@ CASES = {
     "beam": ("five-crank-parallelogram", "turn", 13),
     "rod": ("parallelogram-three-cranks", "turn", 13),
     "rods": ("parallelogram-three-cranks", "modes", None),
+    "folding": ("folding-slider-crank", "turn", (1.3, math.pi / 2, 1.571, 1.9)),
+    "kite": ("kite", "turn", (-0.3, 0.0, 1e-3, 0.3)),
+    "anti": ("change-point-parallelogram", "anti_turn", (2.9, math.pi, 3.142, 3.3)),
 }
 PROVED = {
     "beam": "3 change points, 13 poses, 4 superfluous equations that hold identically",
     "rod": "0 change points, 13 poses, 1 superfluous equations that hold identically",
     "rods": "1 mode, 3 of 4 complex poses miss 1 superfluous equations",
+    **dict.fromkeys(("folding", "kite", "anti"), "4 poses, 1 change points"),
 }
 """Two circles meet in two points, two cranks more follow from a circle and a line each: of these 4
 poses only the parallelogram closes with the third crank."""
@@ -37,7 +44,10 @@ def written() -> dict[str, dict[str, Any]]:
     for word, (name, task, poses) in CASES.items():
         problem = md.load(name)
         if poses:
-            problem = problem.with_task(task, replace(problem.tasks[task], poses=poses))
+            own = problem.tasks[task]
+            at = {"driver": md.Driver("crank.angle", at=poses)} if isinstance(poses, tuple) else {}
+            changes = at | {"poses": None if at else poses}
+            problem = problem.with_task(task, replace(own, **changes))
         found[word] = md.certify(problem, task)
     return found
 
@@ -60,18 +70,20 @@ def test_what_is_proved(word: str, written: Any, tmp_path: Path) -> None:
 
 def test_altered_certificates_are_refused(written: Any, tmp_path: Path) -> None:
     rng, count = random.Random(3), 0
-    for word, kind in itertools.product(CASES, (*KINDS, "number", "number")):
+    cases = [*itertools.product(("rod", "rods", "folding"), (*KINDS, "number", "number"))]
+    for word, kind in [*cases, ("beam", "number"), ("kite", "number"), ("anti", "bound")]:
         other, what = alter(written[word], kind, rng)
         if what:
             refusal(other, tmp_path / "c.json")
             count += 1
-    assert count > 24
+    assert count > 28
 
 
-def test_places_of_refusals(written: Any, tmp_path: Path) -> None:
-    """The motion, a pose, the complex poses, the end of the path; another problem's mechanism."""
+@pytest.fixture
+def altered(written: Any, tmp_path: Path) -> Callable[..., str]:
+    """What refuses a certificate whose entry at some keys is another one."""
 
-    def altered(word: str, *keys: Any, to: Any) -> str:
+    def refused(word: str, *keys: Any, to: Any) -> str:
         own = json.loads(json.dumps(written[word]))
         entry = own
         for key in keys[:-1]:
@@ -79,6 +91,11 @@ def test_places_of_refusals(written: Any, tmp_path: Path) -> None:
         entry[keys[-1]] = to
         return refusal(own, tmp_path / "c.json")
 
+    return refused
+
+
+def test_places_of_refusals(written: Any, altered: Callable[..., str]) -> None:
+    """The motion, a pose, the complex poses, the end of the path; another problem's mechanism."""
     turned = [[["0", "16/5", "0"], ["1", "3/10", "0"]], [["1", "0", "3/10"]], ["1", "0"]]
     assert "mechanism/motion" in altered("rod", "mechanism", "motion", "rear", to=turned)
     assert "mechanism/motion/rear" in altered("rod", "mechanism", "motion", "rear", to=[[], []])
@@ -92,6 +109,63 @@ def test_places_of_refusals(written: Any, tmp_path: Path) -> None:
     assert "complex/1" in altered("rods", "complex", 1, to=written["rods"]["complex"][0])
     assert "modes" in altered("rods", "modes", to=[])
     assert "modes/0" in altered("rods", "modes", 0, "angles", "rod", to="1/1000000000000")
+
+
+def crossing(content: Any) -> int:
+    """Return the number of the step that leads across a change point."""
+    return next(k for k, step in enumerate(content["path"]["steps"]) if "through" in step)
+
+
+def test_change_points_have_to_be_exact(written: Any, altered: Callable[..., str]) -> None:
+    """A place, an angle, the driver, the mechanism off by little; a pose that is a regular one."""
+    own = written["folding"]
+    at = ("path", "steps", crossing(own), "through")
+    place = f"path/steps/{at[2]}/through"
+    for key, to in (("rod", ["0", "1", "-3"]), ("rod", ["1/1000000000000000000000", "1", "-1"])):
+        assert "do not vanish exactly" in altered("folding", *at, "bodies", key, to=to)
+    assert "right angle" in altered("folding", *at, "bodies", "rod", 2, to="-1000001/1000000")
+    assert place in altered("folding", *at, "at", to="2")
+    assert "not proved" in altered("folding", *at, "bodies", "rod", to=["0", "1", "3"])
+    longer = "1000000000000000000001/1000000000000000000000"
+    assert place in altered("folding", "mechanism", "bodies", "rod", "C", 0, to=longer)
+    regular = {"crank": ["0", "0", "0"], "rod": ["1", "0", "0"], "slider": ["2", "0", "0"]}
+    assert "rank 9 of 9" in altered("folding", *at, to={"at": "0", "bodies": regular})
+    assert f"path/steps/{at[2]}" in altered("folding", *at[:3], "through", to=None)
+    assert place in altered("folding", *at, to={"at": "1"})
+
+
+def test_the_other_branch_behind_a_change_point_is_refused(
+    written: Any, altered: Callable[..., str]
+) -> None:
+    """The rod that lies on the crank from there on, the slider that rests on the pivot."""
+    own, k = written["folding"], crossing(written["folding"])
+    angle = float(Fraction(own["path"]["steps"][k]["to"]))
+    assert angle > math.pi / 2
+    values = {
+        "crank": (0.0, 0.0, angle),
+        "rod": (math.cos(angle), math.sin(angle), angle - math.pi),
+        "slider": (0.0, 0.0, 0.0),
+    }
+    bodies = {body: [str(Fraction(v)) for v in place] for body, place in values.items()}
+    assert f"path/steps/{k}/bodies" in altered("folding", "path", "steps", k, "bodies", to=bodies)
+    straight = [str(Fraction(v)) for v in (2 * math.cos(1.9), 0.0)]
+    assert own["poses"][3]["points"]["slider.C"][1] == "0"
+    assert abs(Fraction(own["poses"][3]["points"]["slider.C"][0]) - Fraction(straight[0])) < 1e-12
+    assert "poses/3" in altered("folding", "poses", 3, "points", "slider.C", to=["0", "0"])
+
+
+def test_change_points_that_are_not_exact_or_left_are_refused() -> None:
+    """A rod that is longer by its last place; a motion that turns off to the other branch."""
+    problem = md.load("folding-slider-crank")
+    turn = replace(
+        problem.tasks["turn"], driver=md.Driver("crank.angle", at=(1.3, 1.9)), poses=None
+    )
+    switch = problem.with_task("turn", replace(turn, on_change_point="switch"))
+    with pytest.raises(UnavailableError, match="turns off"):
+        md.certify(switch, "turn")
+    longer = problem.with_task("turn", turn).with_values({"rod.C.x": np.nextafter(1.0, 2)})
+    with pytest.raises(UnavailableError, match="not exact"):
+        md.certify(longer, "turn")
 
 
 def test_numbers_that_do_not_fit_have_no_closed_form() -> None:

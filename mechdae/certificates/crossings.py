@@ -1,0 +1,52 @@
+"""Change points as a certificate has them: exact places, angles and driver in right angles."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+from flint import ctx
+
+from mechdae.certificates import check_crossings
+from mechdae.certificates.superfluous import origins
+from mechdae.errors import UnavailableError
+
+NEAR = 1e-6
+"""How far an angle may be off right angles to be taken for them, as near as rounding lets it be."""
+
+
+def meeting(mechanism: dict[str, Any], bodies: dict[str, list[str]], s: float) -> dict[str, Any]:
+    """Return the exact pose near `bodies` at a change point, with the driver at `s`.
+
+    Raises
+    ------
+    UnavailableError
+        Angles are no right angles, or equations do not vanish exactly there.
+    """
+    angles = {body: float(Fraction(own[2])) for body, own in bodies.items()} | {"": s}
+    counts = {body: round(angle / (math.pi / 2)) for body, angle in angles.items()}
+    if any(abs(angles[body] - count * math.pi / 2) > NEAR for body, count in counts.items()):
+        raise _refused("where angles are no right angles", s)
+    turns = {body: (0, count) for body, count in counts.items()} | {"ground": (0, 0)}
+    found = origins(mechanism, turns)
+    if not found.keys() >= bodies.keys():
+        raise _refused("where not all bodies are linked by pins", s)
+    exact = {
+        body: [*(str(own.get((0, "c"), Fraction(0))) for own in found[body]), str(counts[body])]
+        for body in bodies
+    }
+    ctx.prec, ctx.cap = check_crossings.PRECISION, 5
+    m = check_crossings.Checked(mechanism)
+    numbers = [v for b in m.bodies for v in check_crossings.exacts(exact[b], 3, b)]
+    try:
+        check_crossings.Meeting(m, [*numbers, check_crossings.exact(str(counts[""]), "at")], "at")
+    except (check_crossings.FalseClaim, ArithmeticError, ValueError) as why:
+        raise _refused(f"that is not exact ({why})", s) from None
+    return {"at": str(counts[""]), "bodies": exact}
+
+
+def _refused(why: str, s: float) -> UnavailableError:
+    return UnavailableError(
+        f"no certificate is written of a motion across a change point {why}: near {s:.6g}"
+    )
