@@ -24,8 +24,6 @@ ROWS = {"revolute": "ng mg ag nA mA", "cylindrical": AXIAL, "prismatic": f"{AXIA
         "planar": "ag nA mA", "weld": "ng mg ag nA mA nM", "distance": "gg", "vector": "xg yg zg"}
 """Products that vanish, of the gap g of a joint's points, the fixed axes x y z, normal, axis x
 normal and axis of its first side, n m a, and of its second, N M A; gg is a square that is given."""
-POINTS = {"vector", "spherical", "distance"}
-"""Joints that hold a point of a body alone."""
 SPAN, NUMBERS = ("length", "elevation", "azimuth"), {"screw": ["pitch"], "distance": ["square"]}
 SIDES = (("axis", "zero"), ("axis2", "zero2"))
 SENSES, ALONG = (("aA", "nA"), ("nN", "nM")), {"slide": "ag", "x": "ng", "y": "mg"}
@@ -158,8 +156,8 @@ class Checked:
         for body in self.points:
             kinds = {joint["kind"] for joint in self.joints.values() if body in joint["bodies"]}
             if kinds and body != "ground":  # at ends of vectors are points, which do not turn
-                point = "vector" in kinds <= POINTS and len(self.points[body]) == 1
-                self.names += [(body, word) for word in ("xyz0123", "xyz")[point]]
+                held = len(self.points[body]) == 1 and kinds <= {"vector", "spherical", "distance"}
+                self.names += [(body, w) for w in ("xyz0123", "xyz")[held and "vector" in kinds]]
         for name, joint in self.joints.items():
             self.names += [(name, word) for word in joint["unknown"]]
         self.n, self.at = len(self.names), {key: k for k, key in enumerate(self.names)}
