@@ -132,6 +132,7 @@ PICTURES: Mapping[str, Picture] = {
         lacks="has no losses",
         hint="a task of reactions with friction in a joint",
         first=("reactions",),
+        in_space="mechdae.draw.graphs.losses",
     ),
     "map": Picture(
         "mechdae.draw.graphs.map",
@@ -142,6 +143,7 @@ PICTURES: Mapping[str, Picture] = {
         lacks="has no map, which is drawn of a study or of a sweep of two drivers",
         hint="a task of kind study with vary = { a = [from, to, count], ... }",
         first=("study", "sweep"),
+        in_space="mechdae.draw.graphs.map",
     ),
     "design": Picture(
         "mechdae.draw.designs.design",
@@ -159,6 +161,7 @@ PICTURES: Mapping[str, Picture] = {
         options=("lang",),
         hint=_DESIGNS,
         first=("synthesis",),
+        in_space="mechdae.draw.designs.front",
     ),
     "sheet": Picture(
         "mechdae.draw.designs.schemes",
@@ -271,7 +274,7 @@ OPTIONS: Mapping[str, Option] = {
 
 IN_SPACE = tuple(kind for kind, own in PICTURES.items() if own.in_space)
 """Kinds of pictures of spatial mechanisms."""
-IN_ONE = {"view": 3, "shape": 2}
+IN_ONE = {"view": 3, "shape": 2, "polar": 2}
 """Options of pictures of mechanisms of one dimension only."""
 
 

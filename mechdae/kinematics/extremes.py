@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.interpolate import turning
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
+from mechdae.model.tree.choice import is_tree
 from mechdae.records import dataclass
 from mechdae.results import Later, Summary
 from mechdae.setup.outputs import Outputs
@@ -43,7 +45,7 @@ class Spans:
         high: float,
         between: Any = (),
     ) -> None:
-        self.entries = [entry for entry in outputs.entries if entry.is_output]
+        self.entries = _spanned(outputs)
         self.evaluations = self.refined = 0  # beside those that the evaluator counts
         self.later = Later(lambda: {})
         if not self.entries or len(poses.y) < 3:
@@ -62,10 +64,13 @@ class Spans:
     def _found(
         self, evaluator: Evaluator, path: Path, places: list[float], positions: Floats, alive: Any
     ) -> dict[str, dict[str, float]]:
-        """Return ``swing`` [rad] by body and ``stroke`` [m] by joint, those that there are."""
+        """Return ``swing`` [rad] by body and ``stroke`` [m] by joint, those that there are.
+
+        In space swings are of joints; one that has several angles or lengths is told with each.
+        """
         before = evaluator.pose.evaluations, evaluator.refined
         at_nodes = evaluator.at(path, np.array(places))
-        columns = np.array([entry.columns[0] for entry in self.entries])
+        columns = np.array([column for column, _, _ in self.entries])
         known = [
             np.where(living.all(axis=1)[:, None], y[:, columns], np.nan)
             for living, y in ((alive, positions), (at_nodes.alive, at_nodes.y[0]))
@@ -75,13 +80,32 @@ class Spans:
         for i, value in _stationary(evaluator, path, at_nodes, columns, least, most):
             least[i], most[i] = np.fmin(least[i], value), np.fmax(most[i], value)
         result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
-        for entry, span in zip(self.entries, (most - least).tolist(), strict=True):
+        for (_, word, name), span in zip(self.entries, (most - least).tolist(), strict=True):
             if np.isfinite(span):
-                result["swing" if entry.unit == "rad" else "stroke"][entry.part] = span
+                result[word][name] = span
         self.evaluations = evaluator.pose.evaluations - before[0]
         self.refined = evaluator.refined - before[1]
         evaluator.pose.evaluations, evaluator.refined = before
         return {word: table for word, table in result.items() if table}
+
+
+def _spanned(outputs: Outputs) -> list[tuple[int, str, str]]:
+    """Return column, word and name of what swings or slides; in space of all joint coordinates."""
+    in_space = is_tree(outputs.scene.model)
+    chosen = [
+        entry
+        for entry in outputs.entries
+        if entry.is_output or (in_space and entry.kind == "joints" and entry.quantity)
+    ]
+    same = Counter((entry.part, entry.unit) for entry in chosen)
+    return [
+        (
+            entry.columns[0],
+            "swing" if entry.unit == "rad" else "stroke",
+            entry.part if same[entry.part, entry.unit] == 1 else f"{entry.part}.{entry.name}",
+        )
+        for entry in chosen
+    ]
 
 
 def _shifts(path: AnyPath, low: float, high: float) -> list[float]:

@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 
 from mechdae.derivatives.figures import base_of, prepared
+from mechdae.describe.coordinate_kinds import KINDS
 from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Study
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.results import StudyResult, Summary
@@ -58,7 +60,7 @@ def study(
     names, sets = _sets(problem, task) if given is None else _given(problem, given)
     if not task.outputs:
         raise InputError(
-            "name the paths to tabulate", where="outputs", hint='"summary/swing/rocker"'
+            "name the paths to tabulate", where="outputs", hint=f'"{_first_path(problem)}"'
         )
     for path in task.outputs:
         _check_summary(problem, path)
@@ -161,15 +163,40 @@ def _column(word: str, items: Any, known: Mapping[str, float]) -> list[float]:
     return [values[0]] if count == 1 else np.linspace(values[0], values[1], count).tolist()
 
 
+def _first_path(problem: Problem) -> str:
+    """Return a path that may be meant: the swing of what moves last, else the status."""
+    spans = _spans(problem.mechanism, "rad")
+    return f"summary/swing/{spans[-1]}" if spans else "summary/status"
+
+
+def _spans(mechanism: Mechanism, unit: str) -> list[str]:
+    """Return the names under which a sweep tells swings (unit "rad") or strokes ("m")."""
+    if mechanism.dimension == 2 and unit == "rad":
+        return list(mechanism.bodies)
+    found = []
+    for name, joint in mechanism.joints.items():
+        words = [word for word in joint.coordinates if word in KINDS and KINDS[word].unit == unit]
+        found += [name] if len(words) == 1 else [f"{name}.{word}" for word in words]
+    return found
+
+
 def _check_summary(problem: Problem, path: str) -> None:
     """Raise for a path like ``summary/swing/rocker`` that names no part of the mechanism.
 
-    A part that is there may have no value, such as a time ratio, and then is nan.
+    A part that is there may have no value, such as a time ratio, and then is nan; what never swings
+    or slides is refused.
     """
     head, *rest = path.split("/")
     if head != "summary" or len(rest) < 2 or rest[0] not in OF_PARTS:
         return
     mechanism = problem.mechanism
+    if rest[0] in ("swing", "stroke"):
+        spans = _spans(mechanism, "rad" if rest[0] == "swing" else "m")
+        if rest[1] not in (*spans, *mechanism.aliases):
+            raise UnknownName(
+                "path", path, [f"summary/{rest[0]}/{n}" for n in spans], where="outputs"
+            )
+        return
     points = [f"{body}.{point}" for body, part in mechanism.bodies.items() for point in part.points]
     names = [*mechanism.bodies, *mechanism.joints, *points, *coordinate_names(mechanism)]
     if rest[1] not in names:

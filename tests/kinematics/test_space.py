@@ -239,3 +239,45 @@ def test_sensitivities_and_studies() -> None:
     table = md.solve("rssr", study).table["joints/D/angle"]
     wanted = [[rocker_angle(size, 0.02, 0.0, u) for u in drivers] for size in (0.29, 0.3, 0.31)]
     assert np.abs(np.exp(1j * table) - np.exp(1j * np.array(wanted))).max() < 1e-14
+
+
+# -- swing and stroke ----------------------------------------------------------------------------
+
+
+def test_the_swing_of_a_rocker_in_space_is_that_of_its_closed_form() -> None:
+    """|B - C| = l gives P cos t + Q sin t = S for the rocker's angle t of each crank angle."""
+    r, bar, rocker = 0.05, 0.3, 0.15
+    D = np.array([0.1, 0.25, 0.05], np.longdouble)
+    result = md.solve("rssr", "turn")
+
+    def angle(u: Any, side: int = 1) -> Any:
+        u = np.asarray(u, np.longdouble)
+        x, y, z = D[0] + 0.02 - r * np.cos(u), D[1] - r * np.sin(u), D[2] + 0 * u
+        P, Q = 2 * rocker * y, 2 * rocker * z
+        S = bar**2 - rocker**2 - x**2 - y**2 - z**2
+        return np.arctan2(Q, P) + side * np.arccos(S / np.hypot(P, Q))
+
+    told = np.asarray(result.joints["D"].angle)
+    side = 1 if np.abs(angle(result.drivers["A.angle"].position, 1) - told).max() < 1e-9 else -1
+    grid = np.linspace(0, 2 * np.pi, 4001)
+    ends = []
+    for sense in (1, -1):  # a parabola through three places of ever narrower brackets
+        middle, step = grid[int(np.argmax(sense * angle(grid, side)))], grid[1] - grid[0]
+        for _ in range(4):
+            low, here, high = angle(np.array([middle - step, middle, middle + step]), side)
+            middle += step * float((low - high) / (2 * (low - 2 * here + high)))
+            step /= 8
+        ends.append(angle(middle, side))
+    assert result.summary["swing"]["D"] == pytest.approx(float(ends[0] - ends[1]), abs=1e-14)
+    assert result.summary["swing"]["A"] == pytest.approx(2 * np.pi, rel=1e-15)
+
+
+def test_coordinates_of_one_joint_are_told_apart() -> None:
+    """A screw has an angle and a slide; a cross of a shaft bent by b two angles from -b to b."""
+    press = md.solve("screw-press", "stroke").summary
+    assert set(press["swing"]) == {"nut", "thread"}
+    assert press["stroke"]["guide"] == pytest.approx(0.02, rel=1e-13)
+    cross = md.solve("cardan-joint", "turn").summary["swing"]
+    bend = np.arctan2(3, 4)
+    assert cross["U.angle"] == pytest.approx(2 * bend, abs=1e-13)
+    assert cross["U.angle2"] == pytest.approx(2 * bend, abs=1e-13)

@@ -93,8 +93,23 @@ def test_swings_of_many_sets_are_those_of_the_dead_points() -> None:
     far, near = (np.arccos((c * c + d * d - e * e) / (2 * c * d)) for e in (b + a, b - a))
     assert np.abs(result.table[outputs[0]] - (far - near)).max() < 1e-14
     assert np.abs(result.table[outputs[1]] - 2 * np.pi).max() < 1e-15
-    none = md.Study(vary=vary, of="turn", outputs=("summary/swing/C",))
-    assert np.isnan(md.solve(four_bar(), none).table["summary/swing/C"]).all()
+    for path, hint in (
+        ("summary/swing/C", "summary/swing/"),
+        ("summary/stroke/A", "summary/stroke"),
+    ):
+        with pytest.raises(md.UnknownName, match=hint):
+            md.solve(four_bar(), md.Study(vary=vary, of="turn", outputs=(path,)))
+
+
+def test_swings_in_space_are_told_by_joint() -> None:
+    problem, vary = md.load("rssr"), {"r": [0.04, 0.05, 2]}
+    study = md.Study(vary=vary, of="turn", outputs=("summary/swing/D", "summary/swing/A"))
+    table = md.solve(problem.with_task("sizes", study), "sizes").table
+    assert table["summary/swing/A"] == pytest.approx(2 * np.pi, rel=1e-15)
+    assert table["summary/swing/D"][1] > table["summary/swing/D"][0] > 0
+    wrong = replace(study, outputs=("summary/swing/rocker",))
+    with pytest.raises(md.UnknownName, match="summary/swing/D"):
+        md.solve(problem.with_task("sizes", wrong), "sizes")
 
 
 def test_sets_that_lock_are_followed_alone_and_said() -> None:

@@ -220,12 +220,10 @@ def _draw_torque(
 def _draw_spring(
     sheet: Sheet, scene: DrawnScene, load: Spring, pose: int, places: list[Place]
 ) -> Mark:
-    elastic = acts(load, "stiffness") or acts(load, "preload") or not acts(load, "damping")
-    damped = acts(load, "damping")
     if load.between is None:
         entry = coordinate(scene.mechanism, str(load.coordinate))
         if entry.is_angle:
-            return _draw_torsion(sheet, scene, load, entry, pose, places, elastic, damped)
+            return torsion_mark(sheet, load, sheet.at(pivot_of(scene, entry, places, pose)[0]))
         ends = _ends(sheet, scene, entry, pose)
     else:
         a, b = (sheet.at(scene.place(entry, pose)) for entry in load.between)
@@ -233,9 +231,26 @@ def _draw_spring(
             if reference.split(".")[0] == GROUND and not _is_place(reference, places):
                 symbols.support(sheet, place, f"support-{reference}")
                 symbols.pin(sheet, place, f"load-{load.name}-pin")
-        along = unit(b - a)
-        gap = min(style.PIN, 0.2 * float(np.hypot(*(b - a))))
-        ends = a + gap * along, b - gap * along
+        ends = between_points(a, b)
+    return spring_mark(sheet, load, ends)
+
+
+def kinds_of_spring(load: Spring) -> tuple[bool, bool]:
+    """Return whether a spring and whether a damper is drawn of it."""
+    elastic = acts(load, "stiffness") or acts(load, "preload") or not acts(load, "damping")
+    return elastic, acts(load, "damping")
+
+
+def between_points(a: Array, b: Array) -> tuple[Array, Array]:
+    """Return the ends of a spring between two points on the sheet, beside their pins."""
+    along = unit(b - a)
+    gap = min(style.PIN, 0.2 * float(np.hypot(*(b - a))))
+    return a + gap * along, b - gap * along
+
+
+def spring_mark(sheet: Sheet, load: Spring, ends: tuple[Array, Array]) -> Mark:
+    """Draw a spring, a damper or both beside each other between two places on the sheet."""
+    elastic, damped = kinds_of_spring(load)
     shift = style.SPREAD * normal(unit(ends[1] - ends[0])) if elastic and damped else np.zeros(2)
     for wanted, draw, side in (
         (elastic, symbols.spring, 1.0),
@@ -285,12 +300,9 @@ def _ends(
     return far[k], options[k]
 
 
-def _draw_torsion(
-    sheet: Sheet, scene: DrawnScene, load: Spring, entry: NamedCoordinate, pose: int,
-    places: list[Place], elastic: bool, damped: bool,
-) -> Mark:  # fmt: skip
-    pivot, _ = pivot_of(scene, entry, places, pose)
-    center = sheet.at(pivot)
+def torsion_mark(sheet: Sheet, load: Spring, center: Array) -> Mark:
+    """Draw a torsion spring, a damper of turns or both around a place on the sheet."""
+    elastic, damped = kinds_of_spring(load)
     if elastic:
         symbols.spiral(sheet, center, f"load-{load.name}")
     if damped:

@@ -17,10 +17,18 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.loads import Force, Load, Resistance, Spring, Torque
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import acts, load_values, sense
+from mechdae.draw.diagram.amounts import load_values, sense
 from mechdae.draw.diagram.driver import blocked
-from mechdae.draw.diagram.loads import MANY, Mark, gravity_mark, text_of
-from mechdae.draw.sheet import Array, normal, unit
+from mechdae.draw.diagram.loads import (
+    MANY,
+    Mark,
+    between_points,
+    gravity_mark,
+    spring_mark,
+    text_of,
+    torsion_mark,
+)
+from mechdae.draw.sheet import Array
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_drivers import turning, with_head
 from mechdae.draw.space.spatial_pose import SpatialPose
@@ -262,45 +270,23 @@ class SpatialLoads:
         return [*marks, *gravity_mark(self.sheet, seen[:2] / size)]
 
     def _spring(self, load: Spring) -> None:
-        elastic = acts(load, "stiffness") or acts(load, "preload") or not acts(load, "damping")
-        damped, gid = acts(load, "damping"), f"load-{load.name}"
         if load.between is None:
             entry = self._coordinate(load)
             joint = self.scene.mechanism.joints.get(entry.part)
             if entry.is_angle and joint is not None:
                 center = self.pose.at(self._drawn(joint))[:2]
-                if elastic:
-                    symbols.spiral(self.sheet, center, gid)
-                if damped:
-                    symbols.brake(self.sheet, center, np.deg2rad(135.0), gid)
-                reach = 4.2 * style.PIN * np.array([1.0, 0.0])
-                self.marks.append(Mark(load.name, load.name, ((center - reach, center + reach),)))
+                self.marks.append(torsion_mark(self.sheet, load, center))
                 return
             found = self._axis(entry)
             if found is None:
                 return
             ends = self._beside(*found)
         else:
-            a, b = (
-                self.pose.at(self.scene.place(entry, self.pose.pose))[:2] for entry in load.between
-            )
-            along = unit(b - a)
-            gap = min(style.PIN, 0.2 * float(np.hypot(*(b - a))))
-            ends = a + gap * along, b - gap * along
-        if float(np.hypot(*(ends[1] - ends[0]))) < END_ON:
-            return
-        shift = (
-            style.SPREAD * normal(unit(ends[1] - ends[0])) if elastic and damped else np.zeros(2)
-        )
-        if elastic:
-            symbols.spring(self.sheet, ends[0] + shift, ends[1] + shift, gid)
-        if damped:
-            symbols.damper(self.sheet, ends[0] - shift, ends[1] - shift, gid)
-        if shift.any():
-            for end in ends:
-                tie = [end + 1.6 * shift, end - 1.6 * shift]
-                self.sheet.line(tie, color=style.LOAD, z=style.Z_MARK)
-        self.marks.append(Mark(load.name, load.name, ((ends[0] + 2 * shift, ends[1] + 2 * shift),)))
+            places = [self.scene.place(entry, self.pose.pose) for entry in load.between]
+            a, b = (self.pose.at(place)[:2] for place in places)
+            ends = between_points(a, b)
+        if float(np.hypot(*(ends[1] - ends[0]))) >= END_ON:
+            self.marks.append(spring_mark(self.sheet, load, ends))
 
     def _beside(self, place: Array, axis: Array) -> tuple[Array, Array]:
         """Return the ends of a spring on a slide, on the free side of what slides."""
