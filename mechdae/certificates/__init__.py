@@ -93,15 +93,15 @@ def _name(content: Any) -> str:
     """Return the module that checks a certificate, by what it says that it is."""
     content = content if isinstance(content, dict) else {}
     mechanism = content.get("mechanism")
-    if not isinstance(mechanism, dict):
-        return "check"
+    mechanism = mechanism if isinstance(mechanism, dict) else {}
+    modes = "_modes" if content.get("kind") == "modes" else ""
     if mechanism.get("dimension") != 3:
         path = content.get("path")
         steps = path.get("steps") if isinstance(path, dict) else None
         if any("through" in step for step in steps or () if isinstance(step, dict)):
             return "check_crossings"
-        return "check_superfluous" if "superfluous" in mechanism else "check"
-    return "check_space_modes" if content.get("kind") == "modes" else "check_space"
+        return "check_superfluous" if "superfluous" in mechanism else f"check{modes}"
+    return f"check_space{modes}"
 
 
 def _checker(name: str = "check") -> ModuleType:

@@ -1,10 +1,10 @@
-"""Checks a certificate in ball arithmetic: every step, pose, limit position and mode of it.
+"""Checks a certificate of a planar sweep in ball arithmetic: every step, pose, limit position.
 
 It shares nothing with the rest of the package but the file: equations of joints, derivatives and
 theorems are written here once more. Nothing in the file is trusted: its numbers are claims, or
 places to look at. What is proved, and by which theorem, is said in docs/certificates.md.
 """
-# ruff: noqa: B905
+# ruff: noqa: B007, B020, B905
 # fmt: off
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import re
 import sys
 from typing import Any
 
-from flint import acb, acb_mat, arb, arb_mat, arb_series, ctx, fmpq
+from flint import arb, arb_mat, arb_series, ctx, fmpq
 
-VERSION, PRECISION, MOST_BYTES, MOST_BODIES, HALVINGS = 2, 128, 256_000_000, 150, 12
+VERSION, PRECISION, MOST_BYTES, MOST_BODIES, HALVINGS = 2, 128, 256_000_000, 150, 16
 NUMBERS: dict[str, list[str]] = {
     "revolute": [], "weld": ["turn"], "prismatic": ["axis", "turn"], "slot": ["axis"],
     "distance": ["length"], "gear": ["ratio", "phase"], "rack": ["radius", "axis", "phase"]}
-LAST, ZERO, ONE = -1, arb(0), arb(1)
-"""What the drivers are formulas of is the last coordinate of a pose."""
+LAST, ZERO, ONE, CURVED, STRAIGHT = -1, arb(0), arb(1), 6, 3
+"""What the drivers are formulas of is the last coordinate of a pose; powers of t."""
 
 
 class FalseClaim(Exception):
@@ -29,6 +29,12 @@ class FalseClaim(Exception):
 
     def __init__(self, place: str, why: str) -> None:
         super().__init__(f"{place}: {why}")
+
+
+def need(holds: Any, place: str, why: str) -> None:
+    """Refuse a claim that does not hold."""
+    if not holds:
+        raise FalseClaim(place, why)
 
 
 def read(path: str) -> Any:
@@ -209,145 +215,160 @@ class Checked:
         return [v for b in self.bodies for v in exacts(own.get(b), 3, f"{at}/bodies/{b}")] + [u]
 
 
-def slack(r: Any, like: Any) -> Any:
-    """Return the ball, of real or complex numbers as `like`, of all that is at most r."""
-    return acb(*[arb(0, arb(r).upper())] * 2) if isinstance(like, acb) else arb(0, arb(r).upper())
+def term(x: Any, k: int) -> Any:
+    """Return the coefficient of t^k of a series, or of a number."""
+    return x[k] if isinstance(x, arb_series) else x if k == 0 else ZERO
+
+
+def along(c: Any, t: Any) -> Any:
+    """Yield c(t) of the coefficients of each coordinate, t a number, a ball or a series."""
+    for own, *more in map(reversed, c):
+        for lower in more:
+            own = own * t + lower
+        yield own
+
+
+def dense(m: Checked, z: list[Any], index: Any = None) -> list[list[Any]]:
+    """Return the derivatives of the rows at z by all coordinates, or all but one."""
+    return [[row.get(k, ZERO) for k in range(m.n + 1) if k != index] for row in m.slopes(z)[1]]
 
 
 class Tube:
-    """One solution near z + v t for each |t| <= half, and no other one; z[index] + t tells it.
+    """One solution within r of c(t) for each |t| <= half, and no other; c[index] is z[index] + t.
 
-    With G(e, t) the rows at z + v t + e and Y near the inverse of dG/de, Krawczyk's test (1969)
+    With G(e, t) the rows at c(t) + e and Y(t) near the inverse of dG/de, Krawczyk's test (1969)
     |Y G(0, t)| + |1 - Y dG/de| r < r proves one solution with |e| < r for each t, and no second.
+    All are polynomials of t; the last coefficient of G and of dG/de holds Lagrange's remainder.
     """
 
-    def __init__(self, m: Checked, z: list[Any], v: list[Any], half: Any, index: int) -> None:
-        self.m, self.z, self.v, self.half, self.index = m, z, v, half, index
-        self.free, T = [k for k in range(m.n + 1) if k != index], slack(half, ZERO)
-        self.matrix = acb_mat if isinstance(z[0], acb) else arb_mat
-        g, d = m.slopes(z)
-        if half != 0:  # F + F' t + F''(z + v T) t^2 / 2
-            line = m.rows([arb_series([a + b * T, b], 3) for a, b in zip(z, v)])
-            slopes = [sum((own * v[k] for k, own in row.items()), ZERO) for row in d]
-            g = [a + b * T + c[2] * T * T for a, b, c in zip(g, slopes, line)]
-        Y = self.matrix([[x.mid() for x in row] for row in self.inverse(z)[0].tolist()])
-        miss = [x.abs_upper() for x in (Y * self.matrix(m.n, 1, g)).entries()]
-        least = arb(2) ** ((16 if half == 0 else 24) - PRECISION)
-        self.r = [x * 2 + least for x in miss]
-        for _ in range(6):
-            A = (Y * self.matrix(self.dense(m.slopes(self.box())[1]))).tolist()
-            loss = [[(A[i][j] - int(i == j)).abs_upper() for j in range(m.n)] for i in range(m.n)]
-            after = [own + sum(map(arb.__mul__, row, self.r), ZERO) for own, row in zip(miss, loss)]
+    def __init__(self, m: Checked, z: list[arb], half: arb, index: int, Y: arb_mat) -> None:
+        self.m, self.z, self.half, self.index = m, z, half, index
+        self.T, least = arb(0, half), arb(2) ** ((24 if half != 0 else 16) - PRECISION)
+        self.free, self.Y, self.r = [k for k in range(m.n + 1) if k != index], [Y], [ZERO] * m.n
+        self.c = [[x, ONE] if k == index and half != 0 else [x] for k, x in enumerate(z)]
+        for ctx.cap in range(2, CURVED + 1 if half != 0 else 0):  # looked for, not proved
+            rows = [[term(x, ctx.cap - 1)] for x in m.rows([*map(arb_series, self.c)])]
+            for k, own in zip(self.free, (Y * arb_mat(rows) * -1).mid().entries()):
+                self.c[k].append(own)
+        G = self.terms(CURVED, lambda z: [[x] for x in m.rows(z)])
+        self.r = [(x.abs_upper() * 4 + least).upper() for x in self.product(G).entries()]
+        for _ in range(5):
+            J = self.terms(STRAIGHT, lambda z: dense(m, z, index))
+            while len(self.Y) < len(J) - 1:
+                self.Y.append((-Y * sum(map(arb_mat.__mul__, J[1:], self.Y[::-1]), Y * 0)).mid())
+            grown = (self.product(J) - 1) * arb_mat([[arb(0, r)] for r in self.r])
+            self.share = max(float(x.abs_upper() / r) for x, r in zip(grown.entries(), self.r))
+            after = [x.abs_upper() for x in (self.product(G) + grown).entries()]
             if all(bool(a < r) for a, r in zip(after, self.r)):
                 return
-            self.r = [arb((a * 2 + least).upper()) for a in after]
+            self.r = [(a * 2 + least).upper() for a in after]
         raise ArithmeticError("Krawczyk's test fails")
 
-    def box(self) -> list[Any]:
-        """Return balls that hold all of it."""
-        at = [a + b * slack(self.half, ZERO) for a, b in zip(self.z, self.v)]
+    def terms(self, count: int, rows: Any) -> list[arb_mat]:
+        """Return rows within r of c(t) by powers of t; the last one is for all t."""
+        found = list[arb_mat]()
+        for t, ctx.cap in [(0, count), (self.T, count + 1)] if self.half != 0 else [(0, 3)]:
+            own, upto = rows(self.box(arb_series([t, ONE]))), ctx.cap if self.half != 0 else 1
+            for k in range(len(found), upto):
+                found.append(arb_mat([[term(x, k) for x in row] for row in own]))
+        return found
+
+    def product(self, terms: list[arb_mat]) -> arb_mat:
+        """Return what holds Y(t) times a polynomial, for all t."""
+        total = terms[0] * 0
+        for k in reversed(range(len(self.Y) + len(terms) - 1)):
+            own = (Y * terms[k - i] for i, Y in enumerate(self.Y) if 0 <= k - i < len(terms))
+            total = sum(own, total * self.T)
+        return total
+
+    def rates(self) -> tuple[list[arb], arb]:
+        """Return dz by t, of the solutions for all t, and the second derivative of the driver."""
+        own = self.product(self.terms(STRAIGHT, lambda z: dense(self.m, z))).tolist()
+        J = arb_mat([[row[k] for k in self.free] for row in own])
+        v = J.solve(arb_mat([[-row[self.index]] for row in own])).entries()
+        v.insert(self.index, ONE)
+        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(self.box(), v)])
+        push = self.product([arb_mat([[term(x, 2) * -2] for x in rows])])
+        return v, J.solve(push).entries()[LAST]
+
+    def box(self, t: Any = None) -> list[Any]:
+        """Return balls that hold all of it, at t if it is given."""
+        z = [*along(self.c, self.T if t is None else t)]
         for k, r in zip(self.free, self.r):
-            at[k] += slack(r, at[k])
-        return at
-
-    def dense(self, rows: list[dict[int, Any]]) -> list[list[Any]]:
-        return [[row.get(k, ZERO) for k in self.free] for row in rows]
-
-    def inverse(self, z: list[Any]) -> tuple[Any, Any]:
-        """Return balls with the inverse of dG/de for every z in the balls, and with de/dt."""
-        rows = self.m.slopes(z)[1]
-        push = self.matrix(self.m.n, 1, [-row.get(self.index, ZERO) for row in rows])
-        return (inverse := self.matrix(self.dense(rows)).inv()), inverse * push
-
-    def rates(self, z: list[arb]) -> list[arb]:
-        """Return dz by the parameter, for all solutions in the balls z."""
-        found = self.inverse(z)[1].entries()
-        return [*found[: self.index], ONE, *found[self.index :]]
-
-    def bend(self, z: list[arb], v: list[arb]) -> arb:
-        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
-        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
-        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
-        return (self.inverse(z)[0] * push).entries()[LAST]
+            z[k] += arb(0, r)
+        return z
 
     def holds(self, z: list[arb]) -> bool:
         """Whether a pose in balls lies inside."""
-        t = z[self.index] - self.z[self.index]
+        c = [*along(self.c, t := z[self.index] - self.z[self.index])]
         return bool(abs(t) <= self.half) and all(
-            bool(abs(z[k] - self.z[k] - self.v[k] * t) < r) for k, r in zip(self.free, self.r))
+            bool(abs(z[k] - c[k]) < r) for k, r in zip(self.free, self.r))
 
 
 def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
     """Return the one pose near z whose coordinate `index` is that of z: a tube without length."""
-    z, index = [x.mid() for x in z], index % (m.n + 1)
-    free = [k for k in range(m.n + 1) if k != index]
-    matrix = acb_mat if isinstance(z[0], acb) else arb_mat
+    z, index, off = [x.mid() for x in z], index % (m.n + 1), 1.0
     for _ in range(30):
-        g, d = m.slopes(z)
-        J = matrix([[row.get(k, ZERO) for k in free] for row in d])
-        move = J.solve(matrix(m.n, 1, g)).entries()
-        for k, own in zip(free, move):
-            z[k] = (z[k] - own).mid()
-        if max(float(own.abs_upper()) for own in move) < 1e-25:
-            return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+        if off > 1e-6:
+            Y = arb_mat(dense(m, z, index)).solve(arb_mat(m.n, m.n) + 1, algorithm="approx")
+        move = (Y * arb_mat([[x] for x in m.rows(z)])).entries()
+        move.insert(index, ZERO)
+        z, off = [(a - b).mid() for a, b in zip(z, move)], max(float(x.abs_upper()) for x in move)
+        if off < 1e-25:
+            return Tube(m, z, ZERO, index, Y)
     raise ArithmeticError("Newton's method does not find a pose")
 
 
-def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool) -> Any:
+def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool, step: Any = 0) -> Any:
     """Yield tubes that lead from the pose z until coordinate `index` is `to`, each with its end."""
-    step = (to - z[index]).mid()
-    least = abs(step) * arb(2) ** -HALVINGS
+    c: Any = [*zip(z, solution(m, z, index).rates()[0])]
+    step, most = step or (to - z[index]).mid(), 4.0
     while z[index] != to:
-        end = to if abs(step) >= abs(to - z[index]) else (z[index] + step).mid()
+        end = to if abs(step) * 1.1 >= abs(to - z[index]) else (z[index] + step).mid()
         half = ((end - z[index]) / 2).mid()
         try:
-            v = solution(m, z, index).rates(z)
-            middle = solution(m, [a + b * half for a, b in zip(z, v)], index)
-            v = [x.mid() for x in middle.rates(middle.box())]
-            tube = Tube(m, middle.z, v, (abs(half) * (1 + arb(2) ** -50)).mid(), index)
-            ahead = [a + b * half for a, b in zip(middle.z, v)]
-            ahead[index] = end
-            after = solution(m, ahead, index).box()
+            near = solution(m, along(c, z[index] + half - c[index][0]), index)
+            tube = Tube(m, near.z, (abs(half) * (1 + arb(2) ** -50)).mid(), index, near.Y[0])
+            ahead = [*along(tube.c, end - tube.z[index])]
+            after = solution(m, [*ahead[:index], end, *ahead[index + 1 :]], index).box()
             if not (tube.holds(z) and tube.holds(after) and good(tube)):
                 raise ArithmeticError("the ends of a step leave it")
         except ArithmeticError:
-            if abs(step) < least:
+            if abs(step) < abs(to - z[index]) * arb(2) ** -HALVINGS:
                 raise
-            step = half
+            step, most = half, 1.0
         else:
             yield tube, after
-            z, step = after, (half * 4).mid()
+            longer = min(most, (0.3 / (tube.share + 1e-3)) ** (1 / STRAIGHT))
+            step, most, z, c = ((end - z[index]) * longer).mid(), 2 * most, after, tube.c
 
 
 def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> list[arb]:
     """Return balls with the limit position behind the pose z: there the driver turns back."""
-    v = solution(m, z).rates(z)
+    v, _ = solution(m, z).rates()
     q = max(range(m.n), key=lambda k: abs(float(v[k].mid())) / m.scale[k])
 
     def good(tube: Tube) -> bool:  # one place at most where the driver stands still
-        v = tube.rates(tube.box())
-        return not v[LAST].contains(0) or not tube.bend(tube.box(), v).contains(0)
+        v, bend = tube.rates()
+        return not v[LAST].contains(0) or not bend.contains(0)
 
-    z = solution(m, z, q).box()
-    ahead = claim[q] - z[q]
+    def speed(z: list[arb]) -> arb:
+        return solution(m, z, q).rates()[0][LAST] * ahead * sense
+
+    ahead, z = claim[q] - z[q].mid(), solution(m, z, q).box()
     for tube, after in follow(m, z, q, (z[q] + ahead * 2).mid(), good):
-        before, behind = (tube.rates(own)[LAST] * ahead * sense for own in (z, after))
-        if not (before > 0 and behind > 0):
+        if not (speed(z) > 0 and speed(after) > 0):
             break
         z = after
-    if not behind < 0 < before:
-        raise FalseClaim(at, "the driver does not turn back there, or moves away from it")
-    z = [a + b * (claim[q] - tube.z[q]) for a, b in zip(tube.z, tube.v)]
+    need(speed(z) > 0 > speed(after), at, "the driver does not turn back, or moves away from there")
+    z = [*along(tube.c, claim[q] - tube.z[q])]
     for _ in range(8):
         near = solution(m, z, q)
-        z, v = near.z, near.rates(near.z)
-        z[q] = (z[q] - v[LAST] / near.bend(z, v)).mid()
-    near = Tube(m, solution(m, z, q).z, [x.mid() for x in v], arb(2) ** -60, q)
-    sides = [[a + b * t for a, b in zip(near.z, near.v)] for t in (near.half, -near.half)]
-    one, other = (solution(m, side, q).box() for side in sides)
-    signs = near.rates(one)[LAST] * near.rates(other)[LAST]
-    if not (tube.holds(one) and tube.holds(other) and signs < 0):
-        raise FalseClaim(at, "the place where the driver turns back is not found")
+        (v, bend), z = near.rates(), near.z.copy()
+        z[q] = (z[q] - v[LAST] / bend).mid()
+    near = Tube(m, near.z, arb(2) ** -60, q, near.Y[0])
+    one, other = (solution(m, along(near.c, t), q).box() for t in (near.half, -near.half))
+    need(tube.holds(one) and tube.holds(other) and speed(one) * speed(other) < 0, at, "no turn")
     return near.box()
 
 
@@ -388,136 +409,49 @@ def sweep(m: Checked, data: Any) -> str:
     path = part(data, "path", dict, "certificate")
     start = solution(m, m.claimed(path, exact(path.get("at"), "path/at"), "path"))
     first = z = agrees(m, start.box(), path, "path")
-    tubes, ends = [Tube(m, start.z, start.v, arb(2) ** -110, m.n)], {}
+    tubes, ends = [Tube(m, start.z, arb(2) ** -110, m.n, start.Y[0])], {}
     for k, step in enumerate(part(path, "steps", list, "path")):
         at = f"path/steps/{k}"
-        if not exact(part(step, "from", str, at), at) == z[LAST]:
-            raise FalseClaim(at, "does not begin where the step before it ends")
+        need(exact(part(step, "from", str, at), at) == z[LAST], at, "begins where none ends")
         try:
-            for tube, after in follow(m, z, m.n, exact(step.get("to"), at)):
+            before = k and tubes[LAST].half * 4
+            for tube, z in follow(m, z, m.n, exact(step.get("to"), at), step=before):
                 tubes.append(tube)
-                z = after
         except ArithmeticError as error:
             raise FalseClaim(at, f"not proved from {z[LAST].str(12)} on: {error}") from None
         agrees(m, z, step, at)
     for end, sense, own in (("low", -1, first), ("high", 1, z)):
         if path.get(end) is not None:
-            at = f"path/{end}"
-            u = exact(part(path[end], "at", str, at), at)
-            ends[end] = turning(m, own, m.claimed(path[end], u, at), sense, at)
-            if not abs(ends[end][LAST] - u) <= 1e-12 * m.unit:
-                raise FalseClaim(f"{at}/at", f"the limit position is at {ends[end][LAST].str(20)}")
-            agrees(m, ends[end], path[end], at)
+            at, u = f"path/{end}", exact(part(path[end], "at", str, f"path/{end}"), f"path/{end}")
+            z = ends[end] = turning(m, own, m.claimed(path[end], u, at), sense, at)
+            need(abs(z[LAST] - u) <= 1e-12 * m.unit, f"{at}/at", f"it is at {z[LAST].str(20)}")
+            agrees(m, z, path[end], at)
     for k, pose in enumerate(part(data, "poses", list, "certificate")):
         at, status = f"poses/{k}", part(pose, "status", str, f"poses/{k}")
         place = exact(part(pose, "at", str, at), at)
         near = [tube for tube in tubes if abs(place - tube.z[LAST]) <= tube.half][LAST:]
         if status == "ok" and near:
-            ahead = [a + b * (place - near[0].z[LAST]) for a, b in zip(near[0].z, near[0].v)]
-            z = solution(m, [*ahead[:LAST], place]).box()
+            z = solution(m, [*[*along(near[0].c, place - near[0].z[LAST])][:LAST], place]).box()
             compare(m, z if near[0].holds(z) else [], pose, at)
         elif status == "limit" and pose.get("end") in ends:
             z = ends[pose["end"]]
             compare(m, z if abs(z[LAST] - place) <= 1e-12 * m.unit else [], pose, at)
-        elif status != "unassembled" or not (
-            ("low" in ends and place < ends["low"][LAST])
-            or ("high" in ends and place > ends["high"][LAST])):
-            raise FalseClaim(at, f"{status[:40]!r} is not what the path says of it")
+        else:
+            need(status == "unassembled" and (
+                ("low" in ends and place < ends["low"][LAST])
+                or ("high" in ends and place > ends["high"][LAST])), at,
+                f"{status[:40]!r} is not what the path says of it")
     return f"{len(tubes) - 1} steps, {len(data['poses'])} poses, {len(ends)} limit positions"
-
-
-def most(m: Checked, group: list[str], known: set[str]) -> int:
-    """Return how many complex poses a group has at most, by the theorems of the field."""
-    kinds, inner, driven, arm, turn, flat = list[str](), list[Any](), set[str](), {""}, ZERO, True
-    for name, joint in m.joints.items():
-        (one, _), (other, _) = joint["ends"]
-        if {one, other} & set(group) and {one, other, joint["carrier"]} <= known | set(group):
-            kinds.append(joint["kind"])
-            inner += [{one, other}] if {one, other} <= set(group) else []
-            driven |= {f"{name}.angle", f"{name}.slide"}
-            flat = flat and (joint["kind"] != "rack" or other in known)
-            if joint["kind"] == "gear" and one in known:  # of the wheel, for one of its carrier
-                turn, arm = ONE - ONE / joint["ratio"], {other, joint["carrier"]}
-    own = [name for name in m.drivers if name in driven or name.split(".")[0] in group]
-    pins, slides, gears = map(kinds.count, ("revolute", "prismatic", "gear"))
-    shape = (len(set(group) - known), len(kinds), len(inner), len(own), pins + slides == len(kinds))
-    for count, holds in (
-        (1, kinds == ["weld"] or (shape == (1, 1, 0, 1, True) and own[0].count(".") == 1)),
-        (2 if slides <= 1 else 1, shape == (2, 3, 1, 0, True)),  # circles, lines: two in common
-        (2, shape == (2, 2, 1, 2, True) and not slides and own[0][:-2] == own[1][:-2]),
-        (2 if "distance" in kinds or (pins and "slot" in kinds) else 1, shape[:4] == (1, 2, 0, 0)
-         and pins + slides == 1 and not gears and "weld" not in kinds and (slides or flat)),
-        (1, len(kinds) == 2 * gears == 2 * pins == 2 * shape[0] and not own),  # linear in angles
-        (2, shape == (3, 4, 2, 1, True) and slides == 1 and own[0].endswith(".slide")),  # a dyad
-        (6, shape == (3, 4, 2, 1, True) and own[0].count(".") == 2 and not slides),  # Roberts 1875
-        (2 * max(1, *(abs(int(float(k))) for k in (turn, turn - 1))), turn.is_integer()  # e^(i k a)
-         and arm in inner and shape[:4] == (3, 5, 2, 0) and gears == 1 and pins == 4),
-        (6, shape == (4, 6, 3, 0, True) and slides <= 2  # Gosselin, Sefrioui, Richard 1992
-         and any(sum(body in pair for pair in inner) == 3 for body in group))):
-        if holds:
-            return count
-    raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
-
-
-def alike(one: list[Any], other: list[Any]) -> bool:
-    """Whether two poses in balls may be one, whole turns aside."""
-    off = ((a - b) / 2 for a, b in zip(one, other))
-    return all((d if k % 3 < 2 else d.sin()).contains(0) for k, d in enumerate(off))
-
-
-def senses(m: Checked, groups: list[Any], z: list[arb]) -> Any:
-    """Yield the sign of each group's determinant at a pose in balls."""
-    rows, seen = m.slopes(z)[1], {m.n}
-    for group in groups:
-        columns = [3 * m.bodies.index(body) + k for body in group for k in range(3)]
-        seen |= set(columns)
-        own, rows = [r for r in rows if r.keys() <= seen], [r for r in rows if not r.keys() <= seen]
-        det = arb_mat([[row.get(k, ZERO) for k in columns] for row in own]).det()
-        yield bool(det > 0) - bool(det < 0)
-
-
-def modes(m: Checked, data: Any) -> str:
-    """Check all poses at one value of the driver, and that there are no others."""
-    u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
-    found, real, told, count, known = list[Any](), list[Any](), dict[int, arb](), 1, {"ground"}
-    for group in groups:
-        count, known = count * most(m, group, known), known | set(group)
-    for k, own in enumerate(part(data, "complex", list, "certificate")):
-        z = [acb(*exacts(pair, 2, f"complex/{k}")) for pair in own] + [acb(u)]
-        tube = solution(m, z) if len(z) == m.n + 1 else None
-        if not tube or any(alike(tube.box()[:LAST], other) for other in found) or not all(
-                (a - b).abs_upper() < 1e-9 * (1 + m.size) for a, b in zip(z, tube.z)):
-            raise FalseClaim(f"complex/{k}", "no pose, one that stands there twice, or 1e-9 off")
-        found.append(tube.box()[:LAST])
-        if all(x.imag == 0 for x in tube.z):  # so is its mirror image, in the same balls: one
-            real.append(found[LAST])
-        elif all(x.imag.contains(0) for x in found[LAST]):
-            raise FalseClaim(f"complex/{k}", "neither real nor not")
-    if len(found) != count or known != {"ground", *m.bodies}:
-        raise FalseClaim("complex", f"{len(found)} poses, and not all {count} there are")
-    for k, mode in enumerate(part(data, "modes", list, "certificate")):
-        pose = agrees(m, solution(m, m.claimed(mode, u, f"modes/{k}")).box(), mode, f"modes/{k}")
-        compare(m, pose, mode, f"modes/{k}")
-        left = [own for own in real if not alike(own, [acb(x) for x in pose[:LAST]])]
-        if len(left) != len(real) - 1:
-            raise FalseClaim(f"modes/{k}", "stands there twice, or is none of the poses found")
-        real, labels = left, exacts(part(mode, "signs", list, f"modes/{k}"), len(groups), "signs")
-        for g, (sign, label) in enumerate(zip(senses(m, groups, pose), labels)):
-            if sign == 0 or label * sign != told.setdefault(g, label * sign):
-                raise FalseClaim(f"modes/{k}/signs/{g}", "does not fit those of the other modes")
-    if real:
-        raise FalseClaim("modes", f"{len(real)} poses are left out")
-    return f"{len(data['modes'])} modes, {count} complex poses"
 
 
 def check(path: str) -> str:
     """Check a certificate and return what was proved; the first false claim raises `FalseClaim`."""
     ctx.prec, ctx.cap, data = PRECISION, 3, read(path)
     kind = part(data, "kind", str, "certificate")
-    if data.get("certificate") != VERSION or kind not in ("sweep", "modes"):
-        raise FalseClaim("certificate", f"not of version {VERSION}, or not a kind that is checked")
+    need(data.get("certificate") == VERSION and kind == "sweep", "certificate",
+         f"not of version {VERSION}, or not a kind that is checked")
     try:
-        return (sweep if kind == "sweep" else modes)(Checked(data.get("mechanism")), data)
+        return sweep(Checked(data.get("mechanism")), data)
     except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError) as why:
         raise FalseClaim("certificate", f"cannot be read or proved: {str(why)[:200]}") from None
 

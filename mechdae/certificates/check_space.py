@@ -5,7 +5,7 @@ quaternion, every joint its equations between two of them; no tree, no eliminati
 depend on the dimension is the same text as in check.py, so that either file can be copied and run
 by itself. What is proved, and by which theorem, is said in docs/certificates.md.
 """
-# ruff: noqa: B905
+# ruff: noqa: B007, B020, B905
 # fmt: off
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import re
 import sys
 from typing import Any
 
-from flint import acb, acb_mat, arb, arb_mat, arb_series, ctx, fmpq
+from flint import arb, arb_mat, arb_series, ctx, fmpq
 
-VERSION, PRECISION, MOST_BYTES, MOST_UNKNOWNS, HALVINGS = 2, 128, 256_000_000, 450, 12
+VERSION, PRECISION, MOST_BYTES, MOST_UNKNOWNS, HALVINGS = 2, 128, 256_000_000, 450, 16
 AXIAL = "ng mg nA mA"
 ROWS = {"revolute": "ng mg ag nA mA", "cylindrical": AXIAL, "prismatic": f"{AXIAL} nM",
         "screw": f"{AXIAL} ag", "universal": "ng mg ag aN", "spherical": "xg yg zg",
@@ -30,8 +30,8 @@ SENSES, ALONG = (("aA", "nA"), ("nN", "nM")), {"slide": "ag", "x": "ng", "y": "m
 TURNS = {"angle": "nmN", "angle2": "AMa"}
 """What is positive where a row vanishes; coordinates of joints: products, and of turns from where
 in which sense to where they count."""
-LAST, ZERO, ONE = -1, arb(0), arb(1)
-"""What the drivers are formulas of is the last coordinate of a pose."""
+LAST, ZERO, ONE, CURVED, STRAIGHT = -1, arb(0), arb(1), 6, 3
+"""What the drivers are formulas of is the last coordinate of a pose; powers of t."""
 STILL = [[ONE if i == k else ZERO for k in range(3)] for i in range(3)]
 
 
@@ -40,6 +40,12 @@ class FalseClaim(Exception):
 
     def __init__(self, place: str, why: str) -> None:
         super().__init__(f"{place}: {why}")
+
+
+def need(holds: Any, place: str, why: str) -> None:
+    """Refuse a claim that does not hold."""
+    if not holds:
+        raise FalseClaim(place, why)
 
 
 def read(path: str) -> Any:
@@ -85,7 +91,8 @@ def formula(data: Any, s: Any, place: str) -> Any:
     """Return a driver's value: "s", a number, or those at s = 0, 1, ..., straight on between."""
     if not isinstance(data, list):
         return s if data == "s" else exact(data, place)
-    at = s.v if isinstance(s, Dual) else s[0] if isinstance(s, arb_series) else s
+    at = s.v if isinstance(s, Dual) else s
+    at = at[0] if isinstance(at, arb_series) else at
     k = min(max(int(float(at.lower()) + 1e-9), 0), len(data) - 2)
     if not at < k + 1 + 1e-9:
         raise ArithmeticError("a step leads past a corner")
@@ -175,18 +182,17 @@ class Checked:
         slides = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if str([*self.drivers][:1])[:-2].endswith(slides) else 1.0
         self.left_out, self.off = {int(float(exact(k, f"{at}/superfluous"))) for k in left}, 0.0
-        if not all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out):
-            raise FalseClaim(f"{at}/superfluous", "not the number of an equation of a joint")
+        need(all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
+             f"{at}/superfluous", "not the number of an equation of a joint")
         count = len(self.equations([ZERO] * (self.n + 1))[0]) - len(self.left_out)
-        if self.n > MOST_UNKNOWNS or (count != self.n and square):
-            raise FalseClaim(at, f"over {MOST_UNKNOWNS} unknowns, or {count} rows for {self.n}")
+        fits = self.n <= MOST_UNKNOWNS and (count == self.n or not square)
+        need(fits, at, f"{count} equations for {self.n} unknowns, of at most {MOST_UNKNOWNS}")
 
     def _joint(self, joint: Any, at: str) -> dict[str, Any]:
         kind = part(joint, "kind", str, at)
         ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
-        if kind not in ROWS or not all(
-                len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends):
-            raise FalseClaim(at, f"not a kind that is checked, or no such body, point: {kind[:60]}")
+        known = all(len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends)
+        need(kind in ROWS and known, at, f"not checked, or no such body, point: {kind[:60]}")
         keys = NUMBERS.get(kind, [key for key in SPAN if key in joint])
         own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}") for key in keys}
         sided = "A" in ROWS[kind] or kind == "universal"
@@ -283,174 +289,185 @@ class Checked:
             own.get(owner), owners.count(owner), f"{at}/bodies/{owner}")] + [u]
 
 
-def slack(r: Any, like: Any) -> Any:
-    """Return the ball, of real or complex numbers as `like`, of all that is at most r."""
-    return acb(*[arb(0, arb(r).upper())] * 2) if isinstance(like, acb) else arb(0, arb(r).upper())
+def term(x: Any, k: int) -> Any:
+    """Return the coefficient of t^k of a series, or of a number."""
+    return x[k] if isinstance(x, arb_series) else x if k == 0 else ZERO
+
+
+def along(c: Any, t: Any) -> Any:
+    """Yield c(t) of the coefficients of each coordinate, t a number, a ball or a series."""
+    for own, *more in map(reversed, c):
+        for lower in more:
+            own = own * t + lower
+        yield own
+
+
+def dense(m: Checked, z: list[Any], index: Any = None) -> list[list[Any]]:
+    """Return the derivatives of the rows at z by all coordinates, or all but one."""
+    return [[row.get(k, ZERO) for k in range(m.n + 1) if k != index] for row in m.slopes(z)[1]]
 
 
 class Tube:
-    """One solution near z + v t for each |t| <= half, and no other one; z[index] + t tells it.
+    """One solution within r of c(t) for each |t| <= half, and no other; c[index] is z[index] + t.
 
-    With G(e, t) the rows at z + v t + e and Y near the inverse of dG/de, Krawczyk's test (1969)
+    With G(e, t) the rows at c(t) + e and Y(t) near the inverse of dG/de, Krawczyk's test (1969)
     |Y G(0, t)| + |1 - Y dG/de| r < r proves one solution with |e| < r for each t, and no second.
+    All are polynomials of t; the last coefficient of G and of dG/de holds Lagrange's remainder.
     """
 
-    def __init__(self, m: Checked, z: list[Any], v: list[Any], half: Any, index: int) -> None:
-        self.m, self.z, self.v, self.half, self.index = m, z, v, half, index
-        self.free, T = [k for k in range(m.n + 1) if k != index], slack(half, ZERO)
-        self.matrix = acb_mat if isinstance(z[0], acb) else arb_mat
-        g, d = m.slopes(z)
-        if half != 0:  # F + F' t + F''(z + v T) t^2 / 2
-            line = m.rows([arb_series([a + b * T, b], 3) for a, b in zip(z, v)])
-            slopes = [sum((own * v[k] for k, own in row.items()), ZERO) for row in d]
-            g = [a + b * T + c[2] * T * T for a, b, c in zip(g, slopes, line)]
-        Y = self.matrix([[x.mid() for x in row] for row in self.inverse(z)[0].tolist()])
-        miss = [x.abs_upper() for x in (Y * self.matrix(m.n, 1, g)).entries()]
-        least = arb(2) ** ((16 if half == 0 else 24) - PRECISION)
-        self.r = [x * 2 + least for x in miss]
-        for _ in range(6):
-            A = (Y * self.matrix(self.dense(m.slopes(self.box())[1]))).tolist()
-            loss = [[(A[i][j] - int(i == j)).abs_upper() for j in range(m.n)] for i in range(m.n)]
-            after = [own + sum(map(arb.__mul__, row, self.r), ZERO) for own, row in zip(miss, loss)]
+    def __init__(self, m: Checked, z: list[arb], half: arb, index: int, Y: arb_mat) -> None:
+        self.m, self.z, self.half, self.index = m, z, half, index
+        self.T, least = arb(0, half), arb(2) ** ((24 if half != 0 else 16) - PRECISION)
+        self.free, self.Y, self.r = [k for k in range(m.n + 1) if k != index], [Y], [ZERO] * m.n
+        self.c = [[x, ONE] if k == index and half != 0 else [x] for k, x in enumerate(z)]
+        for ctx.cap in range(2, CURVED + 1 if half != 0 else 0):  # looked for, not proved
+            rows = [[term(x, ctx.cap - 1)] for x in m.rows([*map(arb_series, self.c)])]
+            for k, own in zip(self.free, (Y * arb_mat(rows) * -1).mid().entries()):
+                self.c[k].append(own)
+        G = self.terms(CURVED, lambda z: [[x] for x in m.rows(z)])
+        self.r = [(x.abs_upper() * 4 + least).upper() for x in self.product(G).entries()]
+        for _ in range(5):
+            J = self.terms(STRAIGHT, lambda z: dense(m, z, index))
+            while len(self.Y) < len(J) - 1:
+                self.Y.append((-Y * sum(map(arb_mat.__mul__, J[1:], self.Y[::-1]), Y * 0)).mid())
+            grown = (self.product(J) - 1) * arb_mat([[arb(0, r)] for r in self.r])
+            self.share = max(float(x.abs_upper() / r) for x, r in zip(grown.entries(), self.r))
+            after = [x.abs_upper() for x in (self.product(G) + grown).entries()]
             if all(bool(a < r) for a, r in zip(after, self.r)):
                 return
-            self.r = [arb((a * 2 + least).upper()) for a in after]
+            self.r = [(a * 2 + least).upper() for a in after]
         raise ArithmeticError("Krawczyk's test fails")
 
-    def box(self) -> list[Any]:
-        """Return balls that hold all of it."""
-        at = [a + b * slack(self.half, ZERO) for a, b in zip(self.z, self.v)]
+    def terms(self, count: int, rows: Any) -> list[arb_mat]:
+        """Return rows within r of c(t) by powers of t; the last one is for all t."""
+        found = list[arb_mat]()
+        for t, ctx.cap in [(0, count), (self.T, count + 1)] if self.half != 0 else [(0, 3)]:
+            own, upto = rows(self.box(arb_series([t, ONE]))), ctx.cap if self.half != 0 else 1
+            for k in range(len(found), upto):
+                found.append(arb_mat([[term(x, k) for x in row] for row in own]))
+        return found
+
+    def product(self, terms: list[arb_mat]) -> arb_mat:
+        """Return what holds Y(t) times a polynomial, for all t."""
+        total = terms[0] * 0
+        for k in reversed(range(len(self.Y) + len(terms) - 1)):
+            own = (Y * terms[k - i] for i, Y in enumerate(self.Y) if 0 <= k - i < len(terms))
+            total = sum(own, total * self.T)
+        return total
+
+    def rates(self) -> tuple[list[arb], arb]:
+        """Return dz by t, of the solutions for all t, and the second derivative of the driver."""
+        own = self.product(self.terms(STRAIGHT, lambda z: dense(self.m, z))).tolist()
+        J = arb_mat([[row[k] for k in self.free] for row in own])
+        v = J.solve(arb_mat([[-row[self.index]] for row in own])).entries()
+        v.insert(self.index, ONE)
+        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(self.box(), v)])
+        push = self.product([arb_mat([[term(x, 2) * -2] for x in rows])])
+        return v, J.solve(push).entries()[LAST]
+
+    def box(self, t: Any = None) -> list[Any]:
+        """Return balls that hold all of it, at t if it is given."""
+        z = [*along(self.c, self.T if t is None else t)]
         for k, r in zip(self.free, self.r):
-            at[k] += slack(r, at[k])
-        return at
-
-    def dense(self, rows: list[dict[int, Any]]) -> list[list[Any]]:
-        return [[row.get(k, ZERO) for k in self.free] for row in rows]
-
-    def inverse(self, z: list[Any]) -> tuple[Any, Any]:
-        """Return balls with the inverse of dG/de for every z in the balls, and with de/dt."""
-        rows = self.m.slopes(z)[1]
-        push = self.matrix(self.m.n, 1, [-row.get(self.index, ZERO) for row in rows])
-        return (inverse := self.matrix(self.dense(rows)).inv()), inverse * push
-
-    def rates(self, z: list[arb]) -> list[arb]:
-        """Return dz by the parameter, for all solutions in the balls z."""
-        found = self.inverse(z)[1].entries()
-        return [*found[: self.index], ONE, *found[self.index :]]
-
-    def bend(self, z: list[arb], v: list[arb]) -> arb:
-        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
-        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
-        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
-        return (self.inverse(z)[0] * push).entries()[LAST]
+            z[k] += arb(0, r)
+        return z
 
     def holds(self, z: list[arb]) -> bool:
         """Whether a pose in balls lies inside."""
-        t = z[self.index] - self.z[self.index]
+        c = [*along(self.c, t := z[self.index] - self.z[self.index])]
         return bool(abs(t) <= self.half) and all(
-            bool(abs(z[k] - self.z[k] - self.v[k] * t) < r) for k, r in zip(self.free, self.r))
+            bool(abs(z[k] - c[k]) < r) for k, r in zip(self.free, self.r))
 
 
 def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
     """Return the one pose near z whose coordinate `index` is that of z: a tube without length."""
-    z, index = [x.mid() for x in z], index % (m.n + 1)
-    free = [k for k in range(m.n + 1) if k != index]
-    matrix = acb_mat if isinstance(z[0], acb) else arb_mat
+    z, index, off = [x.mid() for x in z], index % (m.n + 1), 1.0
     for _ in range(30):
-        g, d = m.slopes(z)
-        J = matrix([[row.get(k, ZERO) for k in free] for row in d])
-        move = J.solve(matrix(m.n, 1, g)).entries()
-        for k, own in zip(free, move):
-            z[k] = (z[k] - own).mid()
-        if max(float(own.abs_upper()) for own in move) < 1e-25:
-            return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+        if off > 1e-6:
+            Y = arb_mat(dense(m, z, index)).solve(arb_mat(m.n, m.n) + 1, algorithm="approx")
+        move = (Y * arb_mat([[x] for x in m.rows(z)])).entries()
+        move.insert(index, ZERO)
+        z, off = [(a - b).mid() for a, b in zip(z, move)], max(float(x.abs_upper()) for x in move)
+        if off < 1e-25:
+            return Tube(m, z, ZERO, index, Y)
     raise ArithmeticError("Newton's method does not find a pose")
 
 
-def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool) -> Any:
+def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool, step: Any = 0) -> Any:
     """Yield tubes that lead from the pose z until coordinate `index` is `to`, each with its end."""
-    step = (to - z[index]).mid()
-    least = abs(step) * arb(2) ** -HALVINGS
+    c: Any = [*zip(z, solution(m, z, index).rates()[0])]
+    step, most = step or (to - z[index]).mid(), 4.0
     while z[index] != to:
-        end = to if abs(step) >= abs(to - z[index]) else (z[index] + step).mid()
+        end = to if abs(step) * 1.1 >= abs(to - z[index]) else (z[index] + step).mid()
         half = ((end - z[index]) / 2).mid()
         try:
-            v = solution(m, z, index).rates(z)
-            middle = solution(m, [a + b * half for a, b in zip(z, v)], index)
-            v = [x.mid() for x in middle.rates(middle.box())]
-            tube = Tube(m, middle.z, v, (abs(half) * (1 + arb(2) ** -50)).mid(), index)
-            ahead = [a + b * half for a, b in zip(middle.z, v)]
-            ahead[index] = end
-            after = solution(m, ahead, index).box()
+            near = solution(m, along(c, z[index] + half - c[index][0]), index)
+            tube = Tube(m, near.z, (abs(half) * (1 + arb(2) ** -50)).mid(), index, near.Y[0])
+            ahead = [*along(tube.c, end - tube.z[index])]
+            after = solution(m, [*ahead[:index], end, *ahead[index + 1 :]], index).box()
             if not (tube.holds(z) and tube.holds(after) and good(tube)):
                 raise ArithmeticError("the ends of a step leave it")
         except ArithmeticError:
-            if abs(step) < least:
+            if abs(step) < abs(to - z[index]) * arb(2) ** -HALVINGS:
                 raise
-            step = half
+            step, most = half, 1.0
         else:
             yield tube, after
-            z, step = after, (half * 4).mid()
+            longer = min(most, (0.3 / (tube.share + 1e-3)) ** (1 / STRAIGHT))
+            step, most, z, c = ((end - z[index]) * longer).mid(), 2 * most, after, tube.c
 
 
 def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> list[arb]:
     """Return balls with the limit position behind the pose z: there the driver turns back."""
-    v = solution(m, z).rates(z)
+    v, _ = solution(m, z).rates()
     q = max(range(m.n), key=lambda k: abs(float(v[k].mid())) / m.scale[k])
 
     def good(tube: Tube) -> bool:  # one place at most where the driver stands still
-        v = tube.rates(tube.box())
-        return not v[LAST].contains(0) or not tube.bend(tube.box(), v).contains(0)
+        v, bend = tube.rates()
+        return not v[LAST].contains(0) or not bend.contains(0)
 
-    z = solution(m, z, q).box()
-    ahead = claim[q] - z[q]
+    def speed(z: list[arb]) -> arb:
+        return solution(m, z, q).rates()[0][LAST] * ahead * sense
+
+    ahead, z = claim[q] - z[q].mid(), solution(m, z, q).box()
     for tube, after in follow(m, z, q, (z[q] + ahead * 2).mid(), good):
-        before, behind = (tube.rates(own)[LAST] * ahead * sense for own in (z, after))
-        if not (before > 0 and behind > 0):
+        if not (speed(z) > 0 and speed(after) > 0):
             break
         z = after
-    if not behind < 0 < before:
-        raise FalseClaim(at, "the driver does not turn back there, or moves away from it")
-    z = [a + b * (claim[q] - tube.z[q]) for a, b in zip(tube.z, tube.v)]
+    need(speed(z) > 0 > speed(after), at, "the driver does not turn back, or moves away from there")
+    z = [*along(tube.c, claim[q] - tube.z[q])]
     for _ in range(8):
         near = solution(m, z, q)
-        z, v = near.z, near.rates(near.z)
-        z[q] = (z[q] - v[LAST] / near.bend(z, v)).mid()
-    near = Tube(m, solution(m, z, q).z, [x.mid() for x in v], arb(2) ** -60, q)
-    sides = [[a + b * t for a, b in zip(near.z, near.v)] for t in (near.half, -near.half)]
-    one, other = (solution(m, side, q).box() for side in sides)
-    signs = near.rates(one)[LAST] * near.rates(other)[LAST]
-    if not (tube.holds(one) and tube.holds(other) and signs < 0):
-        raise FalseClaim(at, "the place where the driver turns back is not found")
+        (v, bend), z = near.rates(), near.z.copy()
+        z[q] = (z[q] - v[LAST] / bend).mid()
+    near = Tube(m, near.z, arb(2) ** -60, q, near.Y[0])
+    one, other = (solution(m, along(near.c, t), q).box() for t in (near.half, -near.half))
+    need(tube.holds(one) and tube.holds(other) and speed(one) * speed(other) < 0, at, "no turn")
     return near.box()
 
 
 def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
     """Compare points and orientations with a pose in balls, by the bounds that are reported."""
-    if not z:
-        raise FalseClaim(at, "is not where the path is")
+    need(z, at, "is not where the path is")
     bounds = part(claim, "bound", dict, at)
     length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") + arb(2) ** -90
                      for k in ("length", "angle"))  # balls prove no equality
     frames, (rows, positive) = m.placed(z), m.equations(z)
-    if not all(v > 0 for v in positive):
-        raise FalseClaim(at, "an axis of a joint has the other sense, or an angle half a turn")
+    need(all(v > 0 for v in positive), at, "an axis has the other sense, or an angle half a turn")
     for k in m.left_out:
-        if not abs(rows[k]) <= 1e-9 * (1 + m.size):
-            raise FalseClaim(at, f"the superfluous equation {k} is off by {rows[k].str(5)}")
+        need(abs(rows[k]) <= 1e-9 * (1 + m.size), at, f"the superfluous equation {k} is off")
         m.off = max(m.off, 1.05 * float(rows[k].abs_upper()))
     for name, place in part(claim, "points", dict, at).items():
-        body, _, point = name.partition(".")
-        own = zip(m.place((body, point), frames), exacts(place, 3, f"{at}/{name}"))
-        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
-            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+        own = zip(m.place(name.split("."), frames), exacts(place, 3, f"{at}/{name}"))
+        need(sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0,
+             f"{at}/points/{name}", "further off than its bound")
     for body, own in part(claim, "orientations", dict, at).items():
         q, k = exacts(own, 4, f"{at}/orientations/{body}"), m.at[body, "0"]
         turn, w = cross(q[1:], z[k + 1 : k + 4]), z[k]
         turn = [q[0] * b - w * a - c for a, b, c in zip(q[1:], z[k + 1 : k + 4], turn)]
-        if not (abs(dot(q, q) - 1) < 1e-12 and 0 <= angle <= 1
-                and dot(turn, turn) <= dot(q, q) * (angle / 2).sin() ** 2):
-            raise FalseClaim(f"{at}/orientations/{body}", "further off than its bound")
+        need(abs(dot(q, q) - 1) < 1e-12 and 0 <= angle <= 1
+             and dot(turn, turn) <= dot(q, q) * (angle / 2).sin() ** 2,
+             f"{at}/orientations/{body}", "further off than its bound")
 
 
 def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:
@@ -466,41 +483,38 @@ def sweep(m: Checked, data: Any) -> str:
     path = part(data, "path", dict, "certificate")
     start = solution(m, m.claimed(path, exact(path.get("at"), "path/at"), "path"))
     first = z = agrees(m, start.box(), path, "path")
-    tubes, ends = [Tube(m, start.z, start.v, arb(2) ** -110, m.n)], {}
+    tubes, ends = [Tube(m, start.z, arb(2) ** -110, m.n, start.Y[0])], {}
     for k, step in enumerate(part(path, "steps", list, "path")):
         at = f"path/steps/{k}"
-        if not exact(part(step, "from", str, at), at) == z[LAST]:
-            raise FalseClaim(at, "does not begin where the step before it ends")
+        need(exact(part(step, "from", str, at), at) == z[LAST], at, "begins where none ends")
         try:
-            for tube, after in follow(m, z, m.n, exact(step.get("to"), at)):
+            before = k and tubes[LAST].half * 4
+            for tube, z in follow(m, z, m.n, exact(step.get("to"), at), step=before):
                 tubes.append(tube)
-                z = after
         except ArithmeticError as error:
             raise FalseClaim(at, f"not proved from {z[LAST].str(12)} on: {error}") from None
         agrees(m, z, step, at)
     for end, sense, own in (("low", -1, first), ("high", 1, z)):
         if path.get(end) is not None:
-            at = f"path/{end}"
-            u = exact(part(path[end], "at", str, at), at)
-            ends[end] = turning(m, own, m.claimed(path[end], u, at), sense, at)
-            if not abs(ends[end][LAST] - u) <= 1e-12 * m.unit:
-                raise FalseClaim(f"{at}/at", f"the limit position is at {ends[end][LAST].str(20)}")
-            agrees(m, ends[end], path[end], at)
+            at, u = f"path/{end}", exact(part(path[end], "at", str, f"path/{end}"), f"path/{end}")
+            z = ends[end] = turning(m, own, m.claimed(path[end], u, at), sense, at)
+            need(abs(z[LAST] - u) <= 1e-12 * m.unit, f"{at}/at", f"it is at {z[LAST].str(20)}")
+            agrees(m, z, path[end], at)
     for k, pose in enumerate(part(data, "poses", list, "certificate")):
         at, status = f"poses/{k}", part(pose, "status", str, f"poses/{k}")
         place = exact(part(pose, "at", str, at), at)
         near = [tube for tube in tubes if abs(place - tube.z[LAST]) <= tube.half][LAST:]
         if status == "ok" and near:
-            ahead = [a + b * (place - near[0].z[LAST]) for a, b in zip(near[0].z, near[0].v)]
-            z = solution(m, [*ahead[:LAST], place]).box()
+            z = solution(m, [*[*along(near[0].c, place - near[0].z[LAST])][:LAST], place]).box()
             compare(m, z if near[0].holds(z) else [], pose, at)
         elif status == "limit" and pose.get("end") in ends:
             z = ends[pose["end"]]
             compare(m, z if abs(z[LAST] - place) <= 1e-12 * m.unit else [], pose, at)
-        elif status != "unassembled" or not (
-            ("low" in ends and place < ends["low"][LAST])
-            or ("high" in ends and place > ends["high"][LAST])):
-            raise FalseClaim(at, f"{status[:40]!r} is not what the path says of it")
+        else:
+            need(status == "unassembled" and (
+                ("low" in ends and place < ends["low"][LAST])
+                or ("high" in ends and place > ends["high"][LAST])), at,
+                f"{status[:40]!r} is not what the path says of it")
     return f"{len(tubes) - 1} steps, {len(data['poses'])} poses, {len(ends)} limit positions"
 
 
@@ -508,8 +522,8 @@ def check(path: str) -> str:
     """Check a certificate and return what was proved; the first false claim raises `FalseClaim`."""
     ctx.prec, ctx.cap, data = PRECISION, 3, read(path)
     kind = part(data, "kind", str, "certificate")
-    if data.get("certificate") != VERSION or kind != "sweep":
-        raise FalseClaim("certificate", f"not of version {VERSION}, or not a kind that is checked")
+    need(data.get("certificate") == VERSION and kind == "sweep", "certificate",
+         f"not of version {VERSION}, or not a kind that is checked")
     try:
         m = Checked(data.get("mechanism"))
         said = f", {len(m.left_out)} superfluous equations off by" if m.left_out else ""

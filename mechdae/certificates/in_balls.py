@@ -10,7 +10,13 @@ import numpy as np
 from flint import acb, ctx
 
 from mechdae.assembly.linkage.rigid_parts import GroupPoses
-from mechdae.certificates import check, check_space, check_space_modes, check_superfluous
+from mechdae.certificates import (
+    check,
+    check_modes,
+    check_space,
+    check_space_modes,
+    check_superfluous,
+)
 from mechdae.certificates.complex_starts import poses_of_group
 from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
@@ -21,11 +27,13 @@ STARTS, MOST_STARTS = 200, 1000
 """Starts for each pose that is sought, and in all."""
 
 
-def checker_of(mechanism: dict[str, Any]) -> Any:
-    """Return the checker of a mechanism's certificate, of the plane or of space."""
+def checker_of(mechanism: dict[str, Any], modes: bool = False) -> Any:
+    """Return the checker of certificates of a mechanism: of sweeps, or of modes."""
     if mechanism.get("dimension") == 3:
-        return check_space
-    return check_superfluous if "superfluous" in mechanism else check
+        return check_space_modes if modes else check_space
+    if "superfluous" in mechanism:
+        return check_superfluous
+    return check_modes if modes else check
 
 
 def left_out(mechanism: dict[str, Any], bodies: dict[str, Any], at: str) -> list[str]:
@@ -155,7 +163,7 @@ def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> None:
     if mechanism.get("dimension") == 3:
         counted(check_space_modes, check_space_modes.Checked(mechanism, square=False), groups)
     else:
-        counted(check, check.Checked(mechanism), groups)
+        counted(check_modes, check_modes.Checked(mechanism), groups)
 
 
 def counted(own: Any, m: Any, groups: list[list[str]]) -> int:
@@ -181,7 +189,7 @@ class PoseSearch:
 
     def __init__(self, content: dict[str, Any]) -> None:
         self.spatial = content["mechanism"].get("dimension") == 3
-        self.own: Any = check_space_modes if self.spatial else checker_of(content["mechanism"])
+        self.own: Any = checker_of(content["mechanism"], modes=True)
         ctx.prec, ctx.cap = self.own.PRECISION, 3
         if self.spatial:
             self.m: Any = self.own.Checked(content["mechanism"])

@@ -44,8 +44,10 @@ from mechdae.setup.drivers import plan
 
 BEFORE = 1e-3
 """Share of the largest step before a limit position from which on the way into it begins."""
+MOST_NODES = 24
+"""Steps of a path that are written down; the check takes each in as many parts as it needs."""
 MOST_STEPS = 20000
-"""Steps of a path whose check takes a minute or so."""
+"""Steps of a path across change points whose check takes some minutes."""
 
 
 def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
@@ -231,11 +233,13 @@ def _path(
     ]
     if not nodes:
         raise UnavailableError("no certificate is written of a pose at a limit position alone")
-    steps = _steps(path, known, zones) if nx else 1
+    if not zones:
+        nodes = _thinned(nodes)
+    steps = _steps(path, known, zones) if zones else 1
     if steps > MOST_STEPS:
         raise UnavailableError(
             f"no certificate is written of a path that takes about {steps} steps to check: it "
-            "leads to a singular pose"
+            "leads across change points to a singular pose"
         )
     found: dict[str, Any] = {**nodes[0], "steps": []}
     for (s, _), (before, after) in zip(known, pairwise(nodes), strict=False):
@@ -262,6 +266,15 @@ def _corners(path: Legs, arc: Arc, frames: Frames | SpatialFrames) -> dict[str, 
     ]
     steps = [{"from": a["at"], "to": b["at"], "bodies": b["bodies"]} for a, b in pairwise(nodes)]
     return nodes[0] | {"steps": steps}
+
+
+def _thinned(nodes: list[Any]) -> list[Any]:
+    """Return the first node, the last one, and so many between that they make `MOST_NODES` steps.
+
+    Nodes lie closer where the way is harder.
+    """
+    count = min(MOST_NODES, len(nodes) - 1)
+    return [nodes[k * (len(nodes) - 1) // max(count, 1)] for k in range(count + 1)]
 
 
 def _steps(path: Path, known: list[tuple[float, Any]], zones: dict[float, Any]) -> int:

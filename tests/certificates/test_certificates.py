@@ -182,7 +182,12 @@ def test_what_has_no_certificate_is_refused_by_name(name: str, task: str, says: 
     assert issubclass(UnavailableError, InputError)
 
 
-CHECKERS = ("check", "check_space", "check_space_modes", "check_crossings", "check_superfluous")
+OF_PATHS = ("check", "check_space")
+"""Checkers that follow long ways in tubes around curves."""
+CHECKERS = (
+    *OF_PATHS,
+    *("check_modes", "check_space_modes", "check_crossings", "check_superfluous"),
+)
 
 
 def source(name: str) -> str:
@@ -211,25 +216,35 @@ def test_checkers_share_nothing_and_are_short(name: str) -> None:
 
 def test_what_checkers_have_in_common_is_one_text() -> None:
     """Functions and classes of one name are the same to the letter, where space is no matter."""
-    parts: list[dict[str, str]] = []
+    parts: dict[str, dict[str, str]] = {}
     for name in CHECKERS:
         text = source(name)
-        found = {}
+        found = parts.setdefault(name, {})
         for node in ast.parse(text).body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef):
                 found[node.name] = str(ast.get_source_segment(text, node))
-        parts.append(found)
-    plane, space, counted, *others = parts
-    of_space = {"formula", "Checked", "compare", "check"}
-    shared = (plane.keys() & space.keys()) - of_space
-    assert {"read", "exact", "Dual", "Tube", "solution", "follow", "turning", "sweep"} <= shared
-    assert all(plane[key] == space[key] for key in shared)
-    assert all(space[key] == counted[key] for key in (space.keys() & counted.keys()) - {"check"})
-    assert {"Checked", "compare", "Tube", "solution", "read"} <= counted.keys()
-    for other in others:
-        same = (plane.keys() & other.keys()) - {"sweep", "modes", "check"}
-        assert {"Checked", "Tube", "solution", "read"} <= same
-        assert all(plane[key] == other[key] for key in same)
+    for one, other in itertools.combinations(CHECKERS, 2):
+        apart = {
+            "check",
+            "compare",
+            "sweep",
+            "modes",
+            "formula",
+            "Checked",
+            "most",
+            "alike",
+            "senses",
+        }
+        if ("space" in one) == ("space" in other):
+            apart = {"check"} | ({"compare", "sweep", "modes"} if "space" not in one else set())
+        if (one in OF_PATHS) != (other in OF_PATHS):
+            apart |= {"Tube", "solution", "follow", "term"}
+        same = (parts[one].keys() & parts[other].keys()) - apart
+        assert {"read", "exact", "part", "Dual"} <= same
+        different = [key for key in same if parts[one][key] != parts[other][key]]
+        assert not different, (one, other, different)
+    assert {"Tube", "solution", "follow", "turning", "sweep"} <= parts["check"].keys()
+    assert parts["check"]["sweep"] == parts["check_space"]["sweep"]
 
 
 def test_poses_next_to_a_limit_position_make_no_certificate_fail(written: Any) -> None:
@@ -325,7 +340,7 @@ def test_a_bound_that_is_zero_is_refused(written: Any, tmp_path: Path) -> None:
 def test_theorems_ask_for_what_they_say() -> None:
     """Groups that are like those of a theorem have no count: a wheel that turns by 7/3 of its arm,
     a rack on the body that moves, a crank of which one coordinate of a point is driven."""
-    from mechdae.certificates import check
+    from mechdae.certificates import check_modes as check
 
     def counted(joints: dict[str, Any], driver: str, group: list[str]) -> int:
         names = {end.split(".")[0] for joint in joints.values() for end in joint["ends"]}

@@ -37,9 +37,11 @@ FAMILIES = ("dyads", "gears", "triads", "slender", "toggle", "geared", "far", "p
 SETS, POSES, WAY = 20, 4, 0.08
 """Sets of dimensions of a structure, poses of a sweep, its half length in the driver's unit."""
 LONGEST = 60
-"""Seconds of the processor for a certificate and its check: ways into limit positions next to
-singular ones take thousands of steps. Those that take longer count as not finished."""
+"""Seconds of the processor for a certificate and its check. Those that take longer are given up,
+counted, and told by name."""
 NUMBERS = ("mechanisms", "poses", "larger", "written", "refused")
+LATE = "not finished"
+PARTS = ("balls", "write", "check")
 
 
 def main() -> int:
@@ -49,7 +51,8 @@ def main() -> int:
     options = parser.parse_args()
     out = Path(options.out)
     found: dict[str, Any] = {**dict.fromkeys(NUMBERS, 0), "structures": 0}
-    found |= {"not_written": {}, "faults": [], "seconds": 0.0}
+    found |= {"not_written": {}, "given_up": [], "faults": [], "seconds": 0.0}
+    found |= {"seconds_of": dict.fromkeys(PARTS, 0.0), "longest": ["", 0.0]}
     if out.exists():
         found = json.loads(out.read_text())
     with tempfile.TemporaryDirectory() as folder:
@@ -71,6 +74,12 @@ def add(found: dict[str, Any], rows: list[dict[str, Any]]) -> None:
             found[key] += row.get(key, 0)
         if "why" in row:
             reasons[row["why"].split(":")[0]] += 1
+        found["given_up"] += [row["name"]] * (row.get("why") == LATE)
+        for part in PARTS:
+            spent = row["seconds"].get(part, 0.0)
+            found["seconds_of"][part] = round(found["seconds_of"][part] + spent, 3)
+        taken = round(sum(row["seconds"].get(part, 0.0) for part in PARTS[1:]), 2)
+        found["longest"] = max(found["longest"], [row["name"], taken], key=lambda own: own[1])
         if "fault" in row:
             found["faults"].append(row["fault"])
     found["not_written"] = dict(reasons)
@@ -106,26 +115,36 @@ def examined(problem: md.Problem, task: Any, path: Path) -> dict[str, Any]:
     done = run(setting, task)
     result = report(problem, "sweep", task, setting, done)
     poses = [k for k, status in enumerate(result.status) if status == "ok"]
-    row: dict[str, Any] = {"mechanisms": 1, "poses": len(poses)}
+    row: dict[str, Any] = {"mechanisms": 1, "poses": len(poses), "name": problem.name}
+    row["seconds"], start = {}, time.process_time()
+
+    def past(part: str) -> None:
+        nonlocal start
+        row["seconds"][part] = time.process_time() - start
+        start = time.process_time()
+
     for word, own in bounds(setting, done, poses).items():
         told = [float(result.bound[word][k]) for k in poses]
         row["larger"] = row.get("larger", 0) + sum(
             not a <= b for a, b in zip(own, told, strict=True)
         )
+    past("balls")
     signal.signal(signal.SIGVTALRM, _late)
     signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST)
     try:
         path.write_text(as_json(certificate_of(problem, "sweep")), encoding="utf-8")
         row["written"] = 1
+        past("write")
         check.check(str(path))
     except UnavailableError as error:
         return row | {"why": error.what}
     except check.FalseClaim as fault:
         return row | {"refused": 1, "fault": f"{problem.name}: {fault}"}
     except TimeoutError:
-        return row | {"written": 0, "why": "not finished"}
+        return row | {"written": 0, "why": LATE}
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        past("check" if "write" in row["seconds"] else "write")
     return row
 
 

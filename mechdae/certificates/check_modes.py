@@ -1,0 +1,417 @@
+"""Checks a certificate of planar assembly modes in ball arithmetic: each of them, and their count.
+
+It shares nothing with the rest of the package but the file. The mechanism is the same text as in
+check.py, so that either file can be copied and run by itself. What is proved, and by which theorem,
+is said in docs/certificates.md.
+"""
+# ruff: noqa: B905
+# fmt: off
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from typing import Any
+
+from flint import acb, acb_mat, arb, arb_mat, arb_series, ctx, fmpq
+
+VERSION, PRECISION, MOST_BYTES, MOST_BODIES = 2, 128, 256_000_000, 150
+NUMBERS: dict[str, list[str]] = {
+    "revolute": [], "weld": ["turn"], "prismatic": ["axis", "turn"], "slot": ["axis"],
+    "distance": ["length"], "gear": ["ratio", "phase"], "rack": ["radius", "axis", "phase"]}
+LAST, ZERO, ONE = -1, arb(0), arb(1)
+"""What the drivers are formulas of is the last coordinate of a pose."""
+
+
+class FalseClaim(Exception):
+    """A claim that does not hold, or something that cannot be read; says where."""
+
+    def __init__(self, place: str, why: str) -> None:
+        super().__init__(f"{place}: {why}")
+
+
+def read(path: str) -> Any:
+    """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(dict(pairs)) < len(pairs):
+            raise RecursionError(f"a key stands twice among {[key for key, _ in pairs][:5]}")
+        return dict(pairs)
+
+    with open(path, "rb") as file:
+        text = file.read(MOST_BYTES + 1)
+    if len(text) > MOST_BYTES:
+        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    try:
+        return json.loads(text.decode(), object_pairs_hook=once)
+    except (ValueError, RecursionError) as error:
+        raise FalseClaim(path, f"cut off, or no JSON: {str(error)[:150]}") from None
+
+
+def part(data: Any, key: str, kind: type, place: str) -> Any:
+    """Return an entry of a table, of the kind that is expected."""
+    if not isinstance(data, dict) or type(data.get(key)) is not kind:
+        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    return data[key]
+
+
+def exact(text: Any, place: str) -> arb:
+    """Return an exact number, the text 'p' or 'p/q'."""
+    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
+        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    return arb(fmpq(*map(int, text.split("/"))))
+
+
+def exacts(data: Any, count: int, place: str) -> list[arb]:
+    """Return a list of `count` exact numbers."""
+    if not isinstance(data, list) or len(data) != count:
+        raise FalseClaim(place, f"not a list of {count} numbers")
+    return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
+
+
+def formula(data: Any, s: Any, place: str) -> Any:
+    """Return the value of a formula: "s", an exact number, or [operation, formulas]."""
+    if not isinstance(data, list):
+        return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
+    one, *more = (formula(entry, s, place) for entry in data[1:])
+    return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
+            "/": lambda: one * (ONE / more[0]), "cos": lambda: one.cos()}[data[0]]()
+
+
+class Dual:
+    """A value with its derivatives by the unknowns it depends on."""
+
+    def __init__(self, v: Any, d: dict[int, Any]) -> None:
+        self.v, self.d = v, d
+
+    def __add__(self, other: Any) -> Dual:
+        if not isinstance(other, Dual):
+            return Dual(self.v + other, self.d)
+        own = {k: self.d[k] + v if k in self.d else v for k, v in other.d.items()}
+        return Dual(self.v + other.v, self.d | own)
+
+    def __mul__(self, other: Any) -> Dual:
+        if not isinstance(other, Dual):
+            return Dual(self.v * other, {k: v * other for k, v in self.d.items()})
+        return Dual(self.v * other.v, (Dual(0, (self * other.v).d) + Dual(0, (other * self.v).d)).d)
+
+    def cos(self) -> Dual:
+        return Dual(self.v.cos(), (self * -self.v.sin()).d)
+
+    def sin(self) -> Dual:
+        return Dual(self.v.sin(), (self * self.v.cos()).d)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+class Placing:
+    """Origin, unwrapped angle, its cosine and sine of a body."""
+
+    def __init__(self, x: Any, y: Any, angle: Any) -> None:
+        self.x, self.y, self.angle, self.c, self.s = x, y, angle, angle.cos(), angle.sin()
+
+    def turned(self, a: Any, b: Any) -> tuple[Any, Any]:
+        return self.c * a + self.s * (b * -1), self.s * a + self.c * b
+
+    def along(self, axis: arb, x: Any, y: Any) -> Any:
+        return (a := self.turned(axis.cos(), axis.sin()))[0] * x + a[1] * y
+
+    def point(self, place: list[arb]) -> tuple[Any, Any]:
+        x, y = self.turned(*place)
+        return x + self.x, y + self.y
+
+
+class Checked:
+    """Bodies, joints and driver of a certificate, and their equations."""
+
+    def __init__(self, data: Any, at: str = "mechanism") -> None:
+        self.points: dict[str, dict[str, list[arb]]] = {}
+        for body, own in part(data, "bodies", dict, at).items():
+            table = part(data["bodies"], body, dict, f"{at}/bodies")
+            self.points[body] = {p: exacts(own[p], 2, f"{at}/bodies/{body}/{p}") for p in table}
+        self.bodies = [body for body in self.points if body != "ground"]
+        joints = part(data, "joints", dict, at)
+        self.joints = {own: self._joint(joints[own], f"{at}/joints/{own}") for own in joints}
+        self.drivers, self.n = part(data, "drivers", dict, at), 3 * len(self.bodies)
+        self.size = max([abs(float(v.mid())) for own in self.points.values() for place in
+                         own.values() for v in place] or [0]) or 1.0
+        self.unit = 1.0 if ".angle" in str(self.drivers) else self.size
+        self.scale = [*[self.size, self.size, 1.0] * len(self.bodies), 1.0]
+        self.names = [(body, word) for body in self.bodies for word in ("x", "y", "angle")]
+        if len(self.bodies) > MOST_BODIES or len(self.rows([ZERO] * (self.n + 1))) != self.n:
+            raise FalseClaim(at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
+
+    def _joint(self, joint: Any, at: str) -> dict[str, Any]:
+        kind, carrier = part(joint, "kind", str, at), joint.get("carrier", "ground")
+        ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
+        known = all(len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends)
+        if kind not in NUMBERS or carrier not in self.points or not known:
+            raise FalseClaim(at, f"not a kind that is checked, or no such body, point: {kind[:60]}")
+        own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}") for key in NUMBERS[kind]}
+        return own | {"kind": kind, "ends": ends, "carrier": carrier}
+
+    def rows(self, z: Any) -> list[Any]:
+        """Return what vanishes at a pose z: x, y, angle of each body, last the driver."""
+        frames, rows = self.placed(z), []
+        for joint in self.joints.values():
+            one, two, dx, dy = self.gap(joint, frames)
+            kind, carrier = joint["kind"], frames[joint["carrier"]].angle * -ONE
+            first, second = one.angle + carrier, two.angle + carrier
+            if kind in ("revolute", "weld"):
+                rows += [dx, dy]
+            elif kind in ("prismatic", "slot"):
+                rows.append(one.along(joint["axis"], dy, dx * -ONE))
+            elif kind == "distance":
+                rows.append(dx * dx + dy * dy + joint["length"] * joint["length"] * -1)
+            elif kind == "gear":
+                rows.append(second * joint["ratio"] + joint["phase"] + first * -ONE)
+            else:
+                rolled = first * joint["radius"] + joint["phase"]
+                rows.append(two.along(joint["axis"], dx, dy) + rolled * -ONE)
+            rows += [second + first * -ONE + joint["turn"] * -1] if "turn" in joint else []
+        return [*rows, *(self.coordinate(name, frames) + formula(law, z[LAST], name[:90]) * -ONE
+                         for name, law in self.drivers.items())]
+
+    def placed(self, z: Any) -> dict[str, Placing]:
+        """Return the frames of all bodies."""
+        return {"ground": Placing(ZERO, ZERO, ZERO)} | {
+            body: Placing(*z[3 * k : 3 * k + 3]) for k, body in enumerate(self.bodies)}
+
+    def gap(self, joint: Any, frames: Any) -> Any:
+        """Return the frames of a joint's bodies, and second point less first point."""
+        (x1, y1), (x2, y2) = (frames[b].point(self.points[b][p]) for b, p in joint["ends"])
+        return *(frames[b] for b, _ in joint["ends"]), x2 + x1 * -ONE, y2 + y1 * -ONE
+
+    def coordinate(self, name: str, frames: Any) -> Any:
+        """Return BODY.angle, BODY.POINT.x or .y, JOINT.angle or JOINT.slide."""
+        owner, *words = name.split(".")
+        if owner in self.bodies and words == ["angle"]:
+            return frames[owner].angle
+        if owner in self.bodies and words[1:] in (["x"], ["y"]) and words[0] in self.points[owner]:
+            return frames[owner].point(self.points[owner][words[0]])[words[1] == "y"]
+        joint = self.joints.get(owner, {})
+        one, two, dx, dy = self.gap(joint, frames) if joint else (None, None, ZERO, ZERO)
+        if words == ["angle"] and one and two:
+            return two.angle + one.angle * -ONE
+        if words == ["slide"] and joint.get("kind") in ("prismatic", "slot") and one:
+            return one.along(joint["axis"], dx, dy)
+        raise FalseClaim("mechanism/drivers", f"no such coordinate: {name[:60]}")
+
+    def slopes(self, z: list[Any]) -> tuple[list[Any], list[dict[int, Any]]]:
+        """Return the rows at z and their derivatives."""
+        rows = self.rows([Dual(x, {k: ONE}) for k, x in enumerate(z)])
+        return [row.v for row in rows], [row.d for row in rows]
+
+    def claimed(self, data: Any, u: arb, at: str) -> list[arb]:
+        """Return a pose (x, y, angle of each body; u) as it is written in the certificate."""
+        own = part(data, "bodies", dict, at)
+        return [v for b in self.bodies for v in exacts(own.get(b), 3, f"{at}/bodies/{b}")] + [u]
+
+
+def slack(r: Any, like: Any) -> Any:
+    """Return the ball, of real or complex numbers as `like`, of all that is at most r."""
+    return acb(*[arb(0, arb(r).upper())] * 2) if isinstance(like, acb) else arb(0, arb(r).upper())
+
+
+class Tube:
+    """One solution near z + v t for each |t| <= half, and no other one; z[index] + t tells it.
+
+    With G(e, t) the rows at z + v t + e and Y near the inverse of dG/de, Krawczyk's test (1969)
+    |Y G(0, t)| + |1 - Y dG/de| r < r proves one solution with |e| < r for each t, and no second.
+    """
+
+    def __init__(self, m: Checked, z: list[Any], v: list[Any], half: Any, index: int) -> None:
+        self.m, self.z, self.v, self.half, self.index = m, z, v, half, index
+        self.free, T = [k for k in range(m.n + 1) if k != index], slack(half, ZERO)
+        self.matrix = acb_mat if isinstance(z[0], acb) else arb_mat
+        g, d = m.slopes(z)
+        if half != 0:  # F + F' t + F''(z + v T) t^2 / 2
+            line = m.rows([arb_series([a + b * T, b], 3) for a, b in zip(z, v)])
+            slopes = [sum((own * v[k] for k, own in row.items()), ZERO) for row in d]
+            g = [a + b * T + c[2] * T * T for a, b, c in zip(g, slopes, line)]
+        Y = self.matrix([[x.mid() for x in row] for row in self.inverse(z)[0].tolist()])
+        miss = [x.abs_upper() for x in (Y * self.matrix(m.n, 1, g)).entries()]
+        least = arb(2) ** ((16 if half == 0 else 24) - PRECISION)
+        self.r = [x * 2 + least for x in miss]
+        for _ in range(6):
+            A = (Y * self.matrix(self.dense(m.slopes(self.box())[1]))).tolist()
+            loss = [[(A[i][j] - int(i == j)).abs_upper() for j in range(m.n)] for i in range(m.n)]
+            after = [own + sum(map(arb.__mul__, row, self.r), ZERO) for own, row in zip(miss, loss)]
+            if all(bool(a < r) for a, r in zip(after, self.r)):
+                return
+            self.r = [arb((a * 2 + least).upper()) for a in after]
+        raise ArithmeticError("Krawczyk's test fails")
+
+    def box(self) -> list[Any]:
+        """Return balls that hold all of it."""
+        at = [a + b * slack(self.half, ZERO) for a, b in zip(self.z, self.v)]
+        for k, r in zip(self.free, self.r):
+            at[k] += slack(r, at[k])
+        return at
+
+    def dense(self, rows: list[dict[int, Any]]) -> list[list[Any]]:
+        return [[row.get(k, ZERO) for k in self.free] for row in rows]
+
+    def inverse(self, z: list[Any]) -> tuple[Any, Any]:
+        """Return balls with the inverse of dG/de for every z in the balls, and with de/dt."""
+        rows = self.m.slopes(z)[1]
+        push = self.matrix(self.m.n, 1, [-row.get(self.index, ZERO) for row in rows])
+        return (inverse := self.matrix(self.dense(rows)).inv()), inverse * push
+
+    def rates(self, z: list[arb]) -> list[arb]:
+        """Return dz by the parameter, for all solutions in the balls z."""
+        found = self.inverse(z)[1].entries()
+        return [*found[: self.index], ONE, *found[self.index :]]
+
+    def bend(self, z: list[arb], v: list[arb]) -> arb:
+        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
+        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
+        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
+        return (self.inverse(z)[0] * push).entries()[LAST]
+
+    def holds(self, z: list[arb]) -> bool:
+        """Whether a pose in balls lies inside."""
+        t = z[self.index] - self.z[self.index]
+        return bool(abs(t) <= self.half) and all(
+            bool(abs(z[k] - self.z[k] - self.v[k] * t) < r) for k, r in zip(self.free, self.r))
+
+
+def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
+    """Return the one pose near z whose coordinate `index` is that of z: a tube without length."""
+    z, index = [x.mid() for x in z], index % (m.n + 1)
+    free = [k for k in range(m.n + 1) if k != index]
+    matrix = acb_mat if isinstance(z[0], acb) else arb_mat
+    for _ in range(30):
+        g, d = m.slopes(z)
+        J = matrix([[row.get(k, ZERO) for k in free] for row in d])
+        move = J.solve(matrix(m.n, 1, g)).entries()
+        for k, own in zip(free, move):
+            z[k] = (z[k] - own).mid()
+        if max(float(own.abs_upper()) for own in move) < 1e-25:
+            return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+    raise ArithmeticError("Newton's method does not find a pose")
+
+
+def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
+    """Compare points and angles that are reported with a pose in balls, by the bounds reported."""
+    bounds = part(claim, "bound", dict, at)
+    length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") + arb(2) ** -90
+                     for k in ("length", "angle"))  # balls prove no equality
+    frames = m.placed(z)
+    for name, place in part(claim, "points", dict, at).items():
+        body, _, point = name.partition(".")
+        own = zip(frames[body].point(m.points[body][point]), exacts(place, 2, f"{at}/{name}"))
+        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
+            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+    for body, own in part(claim, "angles", dict, at).items():
+        if not abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle:
+            raise FalseClaim(f"{at}/angles/{body}", "further off than its bound")
+
+
+def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:
+    """Compare a pose in balls with the place to look at that is written down for it."""
+    for k, (own, other) in enumerate(zip(z, m.claimed(claim, z[LAST], at))):
+        if not abs(own - other) <= within * m.scale[k]:
+            raise FalseClaim(f"{at}/bodies/{m.names[k][0]}", f"more than {within} off the pose")
+    return z
+
+
+def most(m: Checked, group: list[str], known: set[str]) -> int:
+    """Return how many complex poses a group has at most, by the theorems of the field."""
+    kinds, inner, driven, arm, turn, flat = list[str](), list[Any](), set[str](), {""}, ZERO, True
+    for name, joint in m.joints.items():
+        (one, _), (other, _) = joint["ends"]
+        if {one, other} & set(group) and {one, other, joint["carrier"]} <= known | set(group):
+            kinds.append(joint["kind"])
+            inner += [{one, other}] if {one, other} <= set(group) else []
+            driven |= {f"{name}.angle", f"{name}.slide"}
+            flat = flat and (joint["kind"] != "rack" or other in known)
+            if joint["kind"] == "gear" and one in known:  # of the wheel, for one of its carrier
+                turn, arm = ONE - ONE / joint["ratio"], {other, joint["carrier"]}
+    own = [name for name in m.drivers if name in driven or name.split(".")[0] in group]
+    pins, slides, gears = map(kinds.count, ("revolute", "prismatic", "gear"))
+    shape = (len(set(group) - known), len(kinds), len(inner), len(own), pins + slides == len(kinds))
+    for count, holds in (
+        (1, kinds == ["weld"] or (shape == (1, 1, 0, 1, True) and own[0].count(".") == 1)),
+        (2 if slides <= 1 else 1, shape == (2, 3, 1, 0, True)),  # circles, lines: two in common
+        (2, shape == (2, 2, 1, 2, True) and not slides and own[0][:-2] == own[1][:-2]),
+        (2 if "distance" in kinds or (pins and "slot" in kinds) else 1, shape[:4] == (1, 2, 0, 0)
+         and pins + slides == 1 and not gears and "weld" not in kinds and (slides or flat)),
+        (1, len(kinds) == 2 * gears == 2 * pins == 2 * shape[0] and not own),  # linear in angles
+        (2, shape == (3, 4, 2, 1, True) and slides == 1 and own[0].endswith(".slide")),  # a dyad
+        (6, shape == (3, 4, 2, 1, True) and own[0].count(".") == 2 and not slides),  # Roberts 1875
+        (2 * max(1, *(abs(int(float(k))) for k in (turn, turn - 1))), turn.is_integer()  # e^(i k a)
+         and arm in inner and shape[:4] == (3, 5, 2, 0) and gears == 1 and pins == 4),
+        (6, shape == (4, 6, 3, 0, True) and slides <= 2  # Gosselin, Sefrioui, Richard 1992
+         and any(sum(body in pair for pair in inner) == 3 for body in group))):
+        if holds:
+            return count
+    raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
+
+
+def alike(one: list[Any], other: list[Any]) -> bool:
+    """Whether two poses in balls may be one, whole turns aside."""
+    off = ((a - b) / 2 for a, b in zip(one, other))
+    return all((d if k % 3 < 2 else d.sin()).contains(0) for k, d in enumerate(off))
+
+
+def senses(m: Checked, groups: list[Any], z: list[arb]) -> Any:
+    """Yield the sign of each group's determinant at a pose in balls."""
+    rows, seen = m.slopes(z)[1], {m.n}
+    for group in groups:
+        columns = [3 * m.bodies.index(body) + k for body in group for k in range(3)]
+        seen |= set(columns)
+        own, rows = [r for r in rows if r.keys() <= seen], [r for r in rows if not r.keys() <= seen]
+        det = arb_mat([[row.get(k, ZERO) for k in columns] for row in own]).det()
+        yield bool(det > 0) - bool(det < 0)
+
+
+def modes(m: Checked, data: Any) -> str:
+    """Check all poses at one value of the driver, and that there are no others."""
+    u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
+    found, real, told, count, known = list[Any](), list[Any](), dict[int, arb](), 1, {"ground"}
+    for group in groups:
+        count, known = count * most(m, group, known), known | set(group)
+    for k, own in enumerate(part(data, "complex", list, "certificate")):
+        z = [acb(*exacts(pair, 2, f"complex/{k}")) for pair in own] + [acb(u)]
+        tube = solution(m, z) if len(z) == m.n + 1 else None
+        if not tube or any(alike(tube.box()[:LAST], other) for other in found) or not all(
+                (a - b).abs_upper() < 1e-9 * (1 + m.size) for a, b in zip(z, tube.z)):
+            raise FalseClaim(f"complex/{k}", "no pose, one that stands there twice, or 1e-9 off")
+        found.append(tube.box()[:LAST])
+        if all(x.imag == 0 for x in tube.z):  # so is its mirror image, in the same balls: one
+            real.append(found[LAST])
+        elif all(x.imag.contains(0) for x in found[LAST]):
+            raise FalseClaim(f"complex/{k}", "neither real nor not")
+    if len(found) != count or known != {"ground", *m.bodies}:
+        raise FalseClaim("complex", f"{len(found)} poses, and not all {count} there are")
+    for k, mode in enumerate(part(data, "modes", list, "certificate")):
+        pose = agrees(m, solution(m, m.claimed(mode, u, f"modes/{k}")).box(), mode, f"modes/{k}")
+        compare(m, pose, mode, f"modes/{k}")
+        left = [own for own in real if not alike(own, [acb(x) for x in pose[:LAST]])]
+        if len(left) != len(real) - 1:
+            raise FalseClaim(f"modes/{k}", "stands there twice, or is none of the poses found")
+        real, labels = left, exacts(part(mode, "signs", list, f"modes/{k}"), len(groups), "signs")
+        for g, (sign, label) in enumerate(zip(senses(m, groups, pose), labels)):
+            if sign == 0 or label * sign != told.setdefault(g, label * sign):
+                raise FalseClaim(f"modes/{k}/signs/{g}", "does not fit those of the other modes")
+    if real:
+        raise FalseClaim("modes", f"{len(real)} poses are left out")
+    return f"{len(data['modes'])} modes, {count} complex poses"
+
+
+def check(path: str) -> str:
+    """Check a certificate and return what was proved; the first false claim raises `FalseClaim`."""
+    ctx.prec, ctx.cap, data = PRECISION, 3, read(path)
+    kind = part(data, "kind", str, "certificate")
+    if data.get("certificate") != VERSION or kind != "modes":
+        raise FalseClaim("certificate", f"not of version {VERSION}, or not a kind that is checked")
+    try:
+        return modes(Checked(data.get("mechanism")), data)
+    except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError) as why:
+        raise FalseClaim("certificate", f"cannot be read or proved: {str(why)[:200]}") from None
+
+
+if __name__ == "__main__":
+    print(check(sys.argv[1]))
