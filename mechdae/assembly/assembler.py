@@ -114,6 +114,8 @@ class Assembler:
         self.closing = Closing(graphs)
         self.senses = AxisSenses(self.scene)
         self.labels = ModeLabels(self)
+        self.shortened = False
+        """Whether the sketch was taken for a pose of its own, where other modes were not sought."""
         self.by_paths = False
         """Whether larger groups are solved by paths too: all modes are asked for."""
         self._ways: dict[tuple[int, bool], tuple[Any, ...]] = {}
@@ -181,14 +183,15 @@ class Assembler:
 
     def candidates(
         self, group: Group, x: Any, u: Any, nearby: bool = False, search: bool = True,
-        measured: bool = True,
+        measured: bool = True, drawn: bool = False,
     ) -> tuple[list[Any], bool, NoPose | None]:  # fmt: skip
         """Return all poses of a group for solved earlier groups, and whether that is proven.
 
         With `nearby`, a group of infinitely many modes (a gear ratio that is not rational)
         gives the one that Newton's method finds from the sketch. Without `search` a group that
         has no closed form gives nothing. By how much a group stays open is looked for only where
-        that is to be `measured`: it costs many times what the poses do.
+        that is to be `measured`: it costs many times what the poses do. With `drawn`, a block
+        whose nearest mode the sketch is but for rounding is not searched for others.
         """
         found = [x.copy()]
         proven = True
@@ -200,6 +203,11 @@ class Assembler:
             for start in found:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
                 result = solver.solve(z, u) or self._of_loop(b, start, u)
+                lone = self._drawn(b, start, u) if result is None and drawn else None
+                if lone is not None:
+                    ahead += self._turned(b, [lone], start, u)
+                    proven = False
+                    continue
                 if result is None and search and also is None:
                     listed = self._of_whole(group, x, u, nearby, measured)
                     if listed is not None and listed[1]:
@@ -228,11 +236,7 @@ class Assembler:
                         at = self._opening(b, start, u)
                         gap = at.size
                     failure = NoPose(group, gap, infinite, starts, at, free)
-                own = []
-                for solution in solutions:
-                    for turned in self.turns.turned(b, solution, start, u):
-                        own.append(self._polish(b, put(start, graph.own, turned), u))
-                own = self.turns.distinct(b, own, u)
+                own = self._turned(b, solutions, start, u)
                 if nearby and not sure and not (result is not None and result.free):
                     exact = self.sketched.own_pose(b, start, u)
                     if exact is not None and not any(self.turns.same(b, exact, x) for x in own):
@@ -249,6 +253,22 @@ class Assembler:
         if found and not touching:
             failure = NoPose(group, 0.0)
         return touching, proven, failure if not touching else None
+
+    def _turned(self, b: int, solutions: Any, x: Any, u: Any) -> list[Any]:
+        """Return the poses of solutions of block `b`, with their whole turns."""
+        own = self.graphs.blocks[b].own
+        every = [turned for one in solutions for turned in self.turns.turned(b, one, x, u)]
+        return self.turns.distinct(b, [self._polish(b, put(x, own, one), u) for one in every], u)
+
+    def _drawn(self, b: int, x: Any, u: Any) -> Any:
+        """Return the solution of a spatial block that the sketch is but for rounding, or None."""
+        if self.scene.model.mechanism.dimension == 2:
+            return None
+        from mechdae.assembly.spatial.drawn_pose import drawn_pose
+
+        found = drawn_pose(self.sketched, b, x, u)
+        self.shortened |= found is not None
+        return found
 
     def _closed(
         self, group: Group, b: int | None, poses: list[Any], u: Any

@@ -92,10 +92,11 @@ class Assembling(Protocol):
     turns: BlockTurns
     contacts: Contacts
     solvers: list[Any]
+    shortened: bool
 
     def blocks_of(self, group: Group) -> list[int]: ...
     def candidates(
-        self, group: Group, x: Any, u: Any, nearby: bool = False
+        self, group: Group, x: Any, u: Any, nearby: bool = False, *, drawn: bool = False
     ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
@@ -173,17 +174,24 @@ class Sketched:
     # -- search ----------------------------------------------------------------------------
 
     def nearest(self, u: Any) -> Nearest:
-        """Return the mode nearest to the sketch at driver values `u`."""
-        result = Nearest(np.zeros(self.assembler.graphs.nx))
-        self.turned = []
-        for part in self.parts:
-            self._part(part, result, u)
-            if result.failure is not None:
+        """Return the mode nearest to the sketch at driver values `u`.
+
+        Where the sketch is a pose but for rounding, others are looked for only if the mechanism
+        does not assemble on it.
+        """
+        for drawn in (True, False):
+            result = Nearest(np.zeros(self.assembler.graphs.nx))
+            self.turned, self.assembler.shortened = [], False
+            for part in self.parts:
+                self._part(part, result, u, drawn)
+                if result.failure is not None:
+                    break
+            if result.failure is None or not self.assembler.shortened:
                 break
         self.ended = result.ended
         return result
 
-    def _part(self, part: list[int], result: Nearest, u: Any) -> None:
+    def _part(self, part: list[int], result: Nearest, u: Any, drawn: bool) -> None:
         """Continue `result` by the nearest mode of groups that depend on each other."""
         order = itertools.count()
         begun = [(0.0, 0.0, next(order), 0.0, 0, result.x)]  # the first two tell what is next
@@ -200,7 +208,9 @@ class Sketched:
                     break
                 continue
             stage, left = part[done], float(len(part) - done - 1)
-            poses, _, failed = self.assembler.candidates(self.groups[stage], x, u, nearby=True)
+            poses, _, failed = self.assembler.candidates(
+                self.groups[stage], x, u, nearby=True, drawn=drawn
+            )
             if failed is not None and done > deepest:
                 deepest, failure, result.x = done, failed, x
             for pose in poses:

@@ -127,7 +127,8 @@ def _careful(front: Front, step: float, goal: float) -> float:
         if not bad.size:
             path.counts.steps += 1
             front.append(goal if step == rest else front.s + sense * step, after)
-            path.tries.laboured += step < SHRUNK * path.largest
+            if step < SHRUNK * path.largest:
+                path.tries.labour(front.s, rest - step)
             if 1.5 * step >= path.largest:
                 path.tries = Tries()
             return min(1.5 * step, path.largest)
@@ -158,7 +159,8 @@ def _past(front: Front, b: int, step: float, rest: float, goal: float) -> float 
             tries.fold.clear()
             return min(taken, largest)
         tries.stretch[front.sense] = step / 4
-    if step >= SMALLEST * largest and tries.laboured <= MOST_SMALL_STEPS:
+    hopeless = tries.hopeless or tries.laboured > MOST_SMALL_STEPS
+    if step >= SMALLEST * largest and not hopeless:
         return None
     own = path.graphs.blocks[b].own
     if np.any(np.abs(front.x[own]) > path.far[own] / 2):
@@ -170,5 +172,5 @@ def _past(front: Front, b: int, step: float, rest: float, goal: float) -> float 
     if kind == "unproved" and over_corner(front, b):
         return SHRUNK * largest
     front.end(end_of(front, b, kind))
-    tries.laboured = 0
+    tries.laboured, tries.hopeless = 0, False
     return largest

@@ -31,16 +31,32 @@ DEEP = 12
 """Blocks one behind the other above which steps that tangents do not prove are looked at again."""
 APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
+WINDOW, HOPE = 1000, 100.0
+"""Small steps over which progress is measured, and times as far as they came that is left."""
 
 
 @dataclass
 class Tries:
-    """Steps from which something is tried again, by block and sense; small steps in a row."""
+    """Steps from which something is tried again, by block and sense; small steps in a row.
+
+    ``mark`` is where the last `WINDOW` of them began; ``hopeless`` tells that these went a share
+    of the way that is left which steps of their size cannot make up for.
+    """
 
     stretch: dict[float, float] = field(default_factory=dict)
     fold: dict[tuple[int, float], float] = field(default_factory=dict)
     bridge: dict[tuple[int, float], float] = field(default_factory=dict)
     laboured: int = 0
+    mark: float = 0.0
+    hopeless: bool = False
+
+    def labour(self, s: float, rest: float) -> None:
+        """Count a small step that ends at `s`, and see whether they lead to what is left."""
+        self.laboured += 1
+        if self.laboured % WINDOW == 0:
+            far = HOPE * abs(s - self.mark)
+            self.hopeless = self.laboured > WINDOW and far < rest
+            self.mark = s
 
 
 class Path(AnyPath):

@@ -179,6 +179,11 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     if notes:
         summary["notes"] = notes
     events, rollers = _undercut(setting, run)
+    fault: str | Later | None
+    if len(status) and status[0] == CODES[Status.UNASSEMBLED]:  # its modes are looked for
+        fault = Later(lambda: {"fault": _fault(setting, run, status, failed, rollers)})
+    else:
+        fault = _fault(setting, run, status, failed, rollers)
     if rollers:
         summary["undercut"] = rollers
     summary["work"] = _work(setting, run)
@@ -194,7 +199,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         condition=poses.condition,
         events=_in_order(setting, run, [*run.events, *events, *found.events]),
         summary=summary,
-        fault=_fault(setting, run, status, failed, rollers),
+        fault=fault,
         definition=task,
         time=plan.timing.times if plan.timing else None,
         **named,
@@ -347,9 +352,10 @@ def _drivers(plan: DriverPlan, values: Any, task: Sweep) -> Named:
     return Named("driver", table)
 
 
-def _mode(setting: Setting, run: Run) -> str:
-    """Return the label of the assembly mode the path starts on."""
-    return setting.assembler.labels.of_pose(*_start(run))
+def _mode(setting: Setting, run: Run) -> Later:
+    """Return the label of the assembly mode the path starts on, which may need a search."""
+    labels, begin = setting.assembler.labels, _start(run)
+    return Later(lambda: {"mode": labels.of_pose(*begin)})
 
 
 def _start(run: Run) -> tuple[Any, Any]:
