@@ -69,6 +69,7 @@ PICTURES: Mapping[str, Picture] = {
         of=("poses",),
         options=(
             "pose", "scale", "label", "traces", "ghosts", "labels", "loads", "dark", "lang", "view",
+            "axodes",
         ),
         needs=("bodies",),
         lacks="has no pose to draw",
@@ -268,13 +269,16 @@ OPTIONS: Mapping[str, Option] = {
         "left view",
         file="{}",
     ),
+    "axodes": Option(
+        "names", "of a spatial mechanism: bodies whose axodes are drawn", file="axodes"
+    ),
 }
 """Name -> option."""
 
 
 IN_SPACE = tuple(kind for kind, own in PICTURES.items() if own.in_space)
 """Kinds of pictures of spatial mechanisms."""
-IN_ONE = {"view": 3, "shape": 2, "polar": 2}
+IN_ONE = {"view": 3, "axodes": 3, "shape": 2, "polar": 2}
 """Options of pictures of mechanisms of one dimension only."""
 
 

@@ -12,11 +12,11 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, UnavailableError
-from mechdae.measures import centres, curve, transmission
+from mechdae.measures import bars, centres, curve, screws, transmission
 from mechdae.measures.courses import courses, quantities
 from mechdae.measures.dwell import dwells
 from mechdae.measures.extremes import envelope, extremes, stationary_events
-from mechdae.measures.measured import Measured
+from mechdae.measures.measured import OF_POSES, Measured
 from mechdae.measures.strokes import time_ratios
 from mechdae.measures.track import Track
 from mechdae.model.reduction import Scene
@@ -39,12 +39,19 @@ def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
         )
     found = []
     if "transmission" in asked:
-        found += transmission.requests(scene)
+        found += _transmission(scene).requests(scene)
+    if {"axodes", "screw-axes"} & set(asked):
+        found += screws.requests(scene)
     if "centrodes" in asked or "instant-centres" in asked:
         found += centres.requests(scene, "instant-centres" in asked)
-    if set(asked) - {"instant-centres"} and by_value:
+    if set(asked) - OF_POSES and by_value:
         found += _turning(scene)
     return found
+
+
+def _transmission(scene: Scene) -> Any:
+    """Return the module that reads transmission angles off a scene: in space they are of bars."""
+    return transmission if scene.model.mechanism.dimension == 2 else bars
 
 
 def _turning(scene: Scene) -> list[Request]:
@@ -72,7 +79,7 @@ def at_poses(
     """Add the measures of single poses to `found`; `unit` is what a radian is for other drivers."""
     scale = outputs.scene.model.mechanism.scale
     if "transmission" in asked:
-        found.put("joints", transmission.angles(outputs, poses.y[0]))
+        found.put("joints", _transmission(outputs.scene).angles(outputs, poses.y[0]))
     if "curve" in asked:
         found.put("points", curve.directions(outputs, poses.y, unit))
     if "centrodes" in asked or "instant-centres" in asked:
@@ -81,6 +88,16 @@ def at_poses(
         found.put("bodies", centres.centrodes(planes, outputs.scene.selection.bodies))
     if "instant-centres" in asked:
         found.centres, far = centres.instant_centres(planes)
+        if far:
+            found.summary["centres_at_infinity"] = far
+    if {"axodes", "screw-axes"} & set(asked):
+        twists = screws.Twists(outputs, poses.y[:2], scale, unit)
+    if "axodes" in asked:
+        surfaces, facts = screws.axodes(twists, outputs.scene.selection.bodies)
+        found.put("bodies", surfaces)
+        found.summary |= {"axodes": facts} if facts else {}
+    if "screw-axes" in asked:
+        found.centres, far = screws.screw_axes(twists)
         if far:
             found.summary["centres_at_infinity"] = far
 
@@ -113,7 +130,7 @@ def along_path(
             found.notes.append(text)
         return
     if "transmission" in asked:
-        summary["transmission"] = transmission.summary(track, outputs)
+        summary["transmission"] = _transmission(scene).summary(track, outputs)
     if "centrodes" in asked:
         summary["centrodes"] = centres.at_infinity(track, outputs, turns)
     wanted = quantities(outputs)

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.path import Path
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.measures.measured import Measured
+from mechdae.measures.measured import OF_POSES, Measured
 from mechdae.model.reduction import Scene
 from mechdae.setup.outputs import Outputs, Request
 
@@ -23,6 +23,8 @@ ORDERS = {
     "curve": 3,
     "centrodes": 2,
     "instant-centres": 1,
+    "axodes": 1,
+    "screw-axes": 1,
 }
 """Rates that each measure needs."""
 
@@ -69,7 +71,7 @@ def along_path(
     moving: int,
 ) -> None:
     """Add the measures of the whole sweep of the driver that moves to `found`."""
-    if not set(task.measures or ()) - {"instant-centres"}:
+    if not set(task.measures or ()) - OF_POSES:
         return
     from mechdae.measures import along_sweep
 

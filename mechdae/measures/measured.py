@@ -7,6 +7,9 @@ from typing import Any
 
 from mechdae.records import dataclass
 
+OF_POSES = {"instant-centres", "axodes", "screw-axes"}
+"""Measures of single poses, which look at nothing between them."""
+
 
 @dataclass
 class Measured:

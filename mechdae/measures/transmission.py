@@ -9,6 +9,7 @@ the other line is that of the follower.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -137,27 +138,45 @@ def _folded(lines: Any) -> Any:
 
 def summary(track: Track, outputs: Outputs) -> dict[str, Any]:
     """Return joint -> {"min", "at", "max", "max_at"} over the sweep, refined."""
+    return summary_of(track, outputs, _Family, _folded)
+
+
+class _Family:
+    """What vanishes where the angle of two columns is stationary or at an end, with derivatives."""
+
+    def __init__(self, columns: list[int]) -> None:
+        self.columns = columns
+
+    def __call__(self, sample: Sample) -> tuple[Any, Any]:
+        """Return the rate of the angle times its square's size; cross product; dot product."""
+        s, c = ([array[:, k] for array in sample.y[:3]] for k in self.columns)
+        turn, rate = c[0] * s[1] - s[0] * c[1], c[0] * s[2] - s[0] * c[2]
+        return np.stack([turn, s[0], c[0]], axis=1), np.stack([rate, s[1], c[1]], axis=1)
+
+    def moving(self, sample: Sample, unit: float) -> Any:
+        """Return which of these are no rounding noise."""
+        size = np.square(sample.y[0][:, self.columns]).sum(axis=1)
+        with np.errstate(invalid="ignore"):
+            largest = np.abs(self(sample)[0])
+            largest[:, 0] *= unit / size
+            largest[:, 1:] /= np.sqrt(size)[:, None]
+            return (largest > AT_REST).any(axis=0)
+
+
+def summary_of(
+    track: Track, outputs: Outputs, family_of: Callable[[list[int]], Any], folded: Any
+) -> dict[str, Any]:
+    """Return joint -> {"min", "at", "max", "max_at"} of angles that `folded` reads off columns."""
     found = {}
     for entry in outputs.entries:
         if not entry.part.startswith(PREFIX):
             continue
-        i, j = entry.columns
-
-        def family(sample: Sample, i: int = i, j: int = j) -> tuple[Any, Any]:
-            """Rate of the angle times its square's size; cross product; dot product."""
-            s, c = ([array[:, k] for array in sample.y[:3]] for k in (i, j))
-            turn, rate = c[0] * s[1] - s[0] * c[1], c[0] * s[2] - s[0] * c[2]
-            return np.stack([turn, s[0], c[0]], axis=1), np.stack([rate, s[1], c[1]], axis=1)
-
+        columns = list(entry.columns)
+        family = family_of(columns)
         places = []
         slack = SAME * track.unit
         for piece in track.pieces(track.low - track.margin, track.high + track.margin):
-            size = np.square(track.sample(piece).y[0][:, [i, j]]).sum(axis=1)
-            with np.errstate(invalid="ignore"):
-                largest = np.abs(family(track.sample(piece))[0])
-                largest[:, 0] *= track.unit / size
-                largest[:, 1:] /= np.sqrt(size)[:, None]
-                moving = (largest > AT_REST).any(axis=0)
+            moving = family.moving(track.sample(piece), track.unit)
             for s in np.concatenate(track.zeros(piece, family, moving)):
                 if track.low - slack <= s + piece.shift <= track.high + slack:
                     places.append((s, s + piece.shift))
@@ -165,7 +184,7 @@ def summary(track: Track, outputs: Outputs) -> dict[str, Any]:
             places += [(s, s + piece.shift) for s in (piece.low, piece.high)]
         if places:
             s, at = np.array(sorted(places, key=lambda pair: pair[1])).T
-            values = _folded(track.at(s).y[0][:, [i, j]])
+            values = folded(track.at(s).y[0][:, columns])
             found[entry.part.removeprefix(PREFIX)] = _extremes(track, at, values)
     return found
 

@@ -19,7 +19,14 @@ from mechdae.results.result import Result, whole_path
 from mechdae.results.series import Named, Series
 from mechdae.results.shown import heads, shown_columns
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
-from mechdae.results.units import KINDS, OUTPUT_RATES, UNITS, effort_unit, reaction_parts
+from mechdae.results.units import (
+    KINDS,
+    OUTPUT_RATES,
+    UNITS,
+    centre_unit,
+    effort_unit,
+    reaction_parts,
+)
 
 __all__ = [
     "CODES",
@@ -49,6 +56,7 @@ __all__ = [
     "SynthesisResult",
     "Units",
     "among",
+    "centre_unit",
     "counts",
     "effort_unit",
     "events_of",

@@ -13,6 +13,7 @@ from mechdae.results.units import (
     REACTION,
     UNITS,
     WHOLE,
+    centre_unit,
     effort_unit,
     reaction_parts,
 )
@@ -50,7 +51,7 @@ def columns_of(result: Any) -> Iterator[Column]:
                     yield f"d {word} / d {name}", "", column
     yield from _of_designs(result.data.get("designs", ()), result.summary.get("front", {}))
     for pair, array in result.centres.items():
-        yield from _of_series(f"centre.{pair}", "centre", array, "m")
+        yield from _of_series(f"centre.{pair}", "centre", array, centre_unit(pair))
     for name, unit in (("length", "m"), ("angle", "rad")):
         if name in result.bound:
             yield f"bound.{name}", unit, result.bound[name]

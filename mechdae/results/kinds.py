@@ -24,7 +24,8 @@ class SweepResult(Result):
     Attributes
     ----------
     centres
-        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``.
+        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``; in space screw axes,
+        ``crank-rocker.direction`` (n, 3), ``.point`` (n, 3) [m] and ``.pitch`` (n,) [m a turn].
     """
 
     centres: Series = field(default_factory=_none)

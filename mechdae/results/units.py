@@ -46,6 +46,11 @@ UNITS = {
     "torsion": "1/m",
     "centrode_fixed": "m",
     "centrode_moving": "m",
+    "axode_fixed_direction": "1",
+    "axode_fixed_point": "m",
+    "axode_moving_direction": "1",
+    "axode_moving_point": "m",
+    "screw_pitch": "m",
     "loss": "W",
     "loss_uncoupled": "W",
     "normal": "N",
@@ -93,6 +98,11 @@ TURNS = ("angle", "angle2", "elevation", "azimuth")
 def reaction_parts(name: str, width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return names and units of the `width` components of a reaction by the name of its series."""
     return IN_SPACE if width == len(IN_SPACE[0]) else REACTION[name[9:]]
+
+
+def centre_unit(pair: str) -> str:
+    """Return the unit of what is told of a pair of bodies: only directions have no length."""
+    return "1" if pair.endswith(".direction") else "m"
 
 
 def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:

@@ -75,8 +75,8 @@ IN_SPACE = (
     "sweep", "modes", "reactions", "motion", "equilibrium", "synthesis", "study", "sensitivity",
 )  # fmt: skip
 """Kinds of tasks that are computed of spatial mechanisms."""
-PLANAR_MEASURES = ("transmission", "centrodes", "instant-centres")
-"""Measures of a sweep that spatial mechanisms do not have."""
+OTHER_MEASURES = {3: ("centrodes", "instant-centres"), 2: ("axodes", "screw-axes")}
+"""Measures of a sweep that mechanisms of a dimension do not have: they are of the other one."""
 
 
 def available(problem: Problem, task: Task) -> bool:
@@ -88,7 +88,7 @@ def available(problem: Problem, task: Task) -> bool:
 
 
 def check_available(problem: Problem, name: str, task: Task) -> None:
-    """Raise for what is not computed of a spatial mechanism."""
+    """Raise for what is not computed of a mechanism of that dimension."""
     if not available(problem, task):
         inner = problem.tasks.get(getattr(task, "of", None) or "")
         if task.kind in IN_SPACE and inner is not None:
@@ -99,13 +99,16 @@ def check_available(problem: Problem, name: str, task: Task) -> None:
             hint=f"available: {', '.join(IN_SPACE)}",
         )
     asked = getattr(task, "measures", None) or ()
-    planar = [word for word in asked if word in PLANAR_MEASURES]
-    if problem.mechanism.dimension == 3 and planar:
-        others = [word for word in MEASURES if word not in PLANAR_MEASURES]
+    missing = OTHER_MEASURES[problem.mechanism.dimension]
+    other = [word for word in asked if word in missing]
+    if other:
+        here, there = ("in space", "the plane")
+        if problem.mechanism.dimension == 2:
+            here, there = "in the plane", "space"
         raise UnavailableError(
-            f"the measure '{planar[0]}' is one of the plane",
+            f"the measure '{other[0]}' is one of {there}",
             where=f"tasks.{name}.measures",
-            hint=f"in space there are {', '.join(others)}",
+            hint=f"{here} there are {', '.join(w for w in MEASURES if w not in missing)}",
         )
 
 

@@ -40,7 +40,7 @@ OF_PARTS = (
     "curve",
 )
 """Entries of the summary with one value for each of some parts."""
-OTHERS = ("limits", "envelope", "centrodes", "centres_at_infinity", "undercut", "failed")
+OTHERS = ("limits", "envelope", "centrodes", "axodes", "centres_at_infinity", "undercut", "failed")
 """Further entries that not every sweep has."""
 ARCS = ("jammed", "ambiguous")
 """Statuses that a cycle may have between its poses, too."""

@@ -19,6 +19,11 @@ MEASURED = {
     "curvature": "curve",
     "centrode_fixed": "centrodes",
     "centrode_moving": "centrodes",
+    "axode_fixed_direction": "axodes",
+    "axode_fixed_point": "axodes",
+    "axode_moving_direction": "axodes",
+    "axode_moving_point": "axodes",
+    "screw_pitch": "axodes",
 }
 """Series that are there if a measure asks for them."""
 PARTS = ("bodies", "points", "joints")
@@ -30,6 +35,7 @@ def for_picture(
     needs: Collection[str] = (),
     paths: Sequence[str] = (),
     mode: str | None = None,
+    measures: Sequence[str] = (),
 ) -> Result:
     """Return the result of a task as a picture needs it.
 
@@ -47,6 +53,8 @@ def for_picture(
         Series below the task.
     mode
         Label of the assembly mode to start on.
+    measures
+        Further ones that the picture shows.
 
     Raises
     ------
@@ -57,6 +65,10 @@ def for_picture(
     if "small motions" in needs and isinstance(task, Equilibrium):
         problem = problem.with_task(name, replace(task, linearise=True))
         task = problem.task(name)
+    if measures and isinstance(task, Sweep):
+        both = tuple(dict.fromkeys((*(task.measures or ()), *measures)))
+        task = replace(task, measures=both)
+        problem = problem.with_task(name, task)
     if "series" in needs and isinstance(task, Sweep):
         extremes = "extremes" in needs and problem.mechanism.dimension == 2
         problem = problem.with_task(name, with_series(task, paths, extremes))

@@ -1,6 +1,6 @@
 """Random spatial mechanisms, many of one structure: poses that are `ok` against dual quaternions.
 
-python -m tests.attack.spatial_poses --sets 1000 --seed 2 --out docs/data/spatial-poses-many.json
+python -m tests.attack.spatial_poses --sets 1000 --most 20 --seed 2 --out FILE
 
 Each structure is built once, and what it makes of many sets of dimensions is compared with a motion
 that is followed from the pose in the middle of the sweep in steps of its own, in 80 bits. It can be
@@ -26,8 +26,8 @@ from tests.reference.dual_quaternions import EXACT, length, moved, point_of, vec
 from tests.reference.loop_tracks import tracked
 
 POSES, REACH = 7, 0.3
-PLATES = 0.1
-"""Share of the sets that plates on six bars get: their steps cost ten times what others cost."""
+CHUNK = 250
+"""Sets of dimensions that are followed together."""
 HOLDING = {
     "revolute": "R", "prismatic": "P", "screw": "H", "cylindrical": "C", "universal": "U",
     "spherical": "S", "planar": "E", "weld": "W", "distance": "D", "gears": "gG", "racks": "kK",
@@ -266,6 +266,12 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=POSES)
     parser.add_argument("--reach", type=float, default=REACH)
     parser.add_argument("--seconds", type=float, default=float("inf"), help="of CPU time at most")
+    parser.add_argument(
+        "--most",
+        type=float,
+        default=float("inf"),
+        help="seconds of CPU time after which a structure gets no more sets",
+    )
     parser.add_argument("--out", type=Path, help="a JSON file for the counts")
     options = parser.parse_args()
     kept = {"near": options.near, "seed": options.seed, "poses": options.poses,
@@ -281,9 +287,12 @@ def main() -> None:
         rng, start = np.random.default_rng((options.seed, k)), time.process_time()
         found = structure(rng)
         try:
-            sets = int(PLATES * options.sets) if found.hub else options.sets
-            drawn = draw(found, rng, sets, options.near)
-            words = judged(drawn, rng, options.poses, options.reach)
+            words = collections.Counter[str]()
+            for first in range(0, options.sets, CHUNK):
+                drawn = draw(found, rng, min(CHUNK, options.sets - first), options.near)
+                words.update(judged(drawn, rng, options.poses, options.reach))
+                if time.process_time() - start > options.most:
+                    break
         except Exception:  # whatever it is, it is no answer to a user
             traceback.print_exc()
             words = collections.Counter({"crash": 1})

@@ -113,7 +113,7 @@ def test_joints_of_two_coordinates_are_named_with_them() -> None:
     assert set(result.summary["no_time_ratio"]) == {"J2", "J3.angle", "J3.slide"}
 
 
-@pytest.mark.parametrize("name", ["transmission", "centrodes", "instant-centres"])
+@pytest.mark.parametrize("name", ["centrodes", "instant-centres"])
 def test_measures_of_the_plane_are_refused(name: str) -> None:
     task = md.Sweep(driver=md.Driver("H.angle", from_=0.0, to=1.0), measures=("curve", name))
     with pytest.raises(md.UnavailableError, match=f"'{name}' is one of the plane") as caught:

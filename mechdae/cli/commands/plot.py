@@ -78,7 +78,9 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("a synthesis starts on no assembly mode", where="--mode")
     extra = options_for(kind, asked)
     try:
-        result = for_picture(problem, name, picture.needs, asked.get("of", ()), options.mode)
+        measures = ("axodes",) if asked.get("axodes") else ()
+        paths = asked.get("of", ())
+        result = for_picture(problem, name, picture.needs, paths, options.mode, measures)
     except AssemblyError as error:
         return _written_open(options, problem, name, error)
     pose = extra.get("pose")

@@ -26,6 +26,8 @@ MEASURES = (
     "curve",
     "centrodes",
     "instant-centres",
+    "axodes",
+    "screw-axes",
 )
 """What can be read off a sweep beside its poses."""
 

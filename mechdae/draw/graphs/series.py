@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mechdae.draw.graphs.poles import cuts
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
-from mechdae.results import KINDS, UNITS, effort_unit, reaction_parts
+from mechdae.results import KINDS, UNITS, centre_unit, effort_unit, reaction_parts
 
 Array = NDArray[np.float64]
 PRINCIPAL = {
@@ -77,9 +77,11 @@ def lines_of(result: Any, path: str) -> list[Line]:
         return [_line(path, "", "condition", result.condition, "1")]
     if head == "centres" and rest:
         array = _known("pair of bodies", rest[0], result.centres)
+        unit, rows = centre_unit(rest[0]), np.reshape(array, (len(array), -1)).T
+        axes = "xyz" if len(rows) > 1 else [""]
         lines = [
-            _line(path, f"{rest[0]} {axis}", "centre", own, "m")
-            for axis, own in zip("xy", array.T, strict=False)
+            _line(path, f"{rest[0]} {axis}".strip(), "centre", own, unit)
+            for axis, own in zip(axes, rows, strict=False)
         ]
         return [replace(line, cuts=tuple(cuts(array))) for line in lines]
     if head in result.scalars:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
 from mechdae.draw.figure import new_axes
+from mechdae.draw.space.axodes import drawn, rulings, with_room
 from mechdae.draw.space.pose_choice import choose
 from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
 from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.draw.space.three_views import draw_three
 from mechdae.draw.words import Words
+from mechdae.errors import InputError
 
 
 def draw(
@@ -30,6 +33,7 @@ def draw(
     scale: float | Callable[[float], float] | None = None,
     label: str = "",
     view: Any = None,
+    axodes: Sequence[str] | None = None,
 ) -> Axes:
     """Draw the kinematic diagram of one pose in parallel projection.
 
@@ -48,6 +52,9 @@ def draw(
     view
         ``"azimuth,elevation"`` or two numbers [deg]; without it a direction from which the joints
         lie apart and no axis is seen edge-on. ``"three"``: front, top and left view beside it.
+    axodes
+        Bodies whose axodes are drawn behind, with the screw axis of the pose: the fixed surface
+        and the moving one, where the body carries it. The task has the measure ``axodes``.
 
     Returns
     -------
@@ -57,7 +64,8 @@ def draw(
     Raises
     ------
     InputError
-        A pose that the result does not have, no direction to look from.
+        A pose that the result does not have, no direction to look from, axodes of several views
+        or of a body that has none.
     UnknownName
         Another language.
     """
@@ -66,6 +74,9 @@ def draw(
     three = isinstance(view, str) and view.strip() == "three"
     traces = traces and has_paths(result, scene)
     index, chosen, moved = choose(scene, getattr(result, "kind", ""), pose, None if three else view)
+    surfaces = rulings(result, scene, axodes, index) if axodes else []
+    if three and surfaces:
+        raise InputError("axodes are drawn in one view", where="axodes", hint="leave view out")
     if three:
         own = SpatialView(chosen, moved, extent(scene, [index], chosen, moved, traces), traces,
                           ghosts, labels, loads, scale=scale, label=label)  # fmt: skip
@@ -75,5 +86,8 @@ def draw(
     shown = SpatialView(
         chosen, moved, bounds, traces, ghosts, labels, loads, None, None, scale, label
     )
+    if surfaces:
+        behind = drawn(surfaces, chosen, index, words)
+        shown = replace(shown, bounds=with_room(bounds, surfaces, chosen), overlay=behind)
     draw_spatial_pose(axes, scene, result, index, shown, theme, words)
     return axes
