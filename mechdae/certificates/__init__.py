@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 KINDS = ("sweep", "modes")
 """Kinds of tasks of which certificates are written."""
+PROOFS = {"turns": "check_space_turns", "places": "check_space_places"}
+"""Modules that check modes in space whose count follows from boxes, by what these are of."""
 
 
 def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
@@ -101,7 +103,7 @@ def _name(content: Any) -> str:
         if any("through" in step for step in steps or () if isinstance(step, dict)):
             return "check_crossings"
         return "check_superfluous" if "superfluous" in mechanism else f"check{modes}"
-    return f"check_space{modes}"
+    return PROOFS.get(str(content.get("proof")), "check_space_modes") if modes else "check_space"
 
 
 def _checker(name: str = "check") -> ModuleType:

@@ -152,18 +152,44 @@ def complex_poses(
     return [[[as_text(x.real.mid()), as_text(x.imag.mid())] for x in pose[:-1]] for pose in found]
 
 
-def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> None:
-    """Raise where no theorem of the checker tells how many poses one of the groups has.
+def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
+    """Return what proves that modes are all: "" for theorems of the checker, or boxes.
 
     Raises
     ------
     UnavailableError
-        The first such group.
+        The first group of which neither does.
     """
-    if mechanism.get("dimension") == 3:
-        counted(check_space_modes, check_space_modes.Checked(mechanism, square=False), groups)
-    else:
-        counted(check_modes, check_modes.Checked(mechanism), groups)
+    try:
+        if mechanism.get("dimension") != 3:
+            counted(check_modes, check_modes.Checked(mechanism), groups)
+        else:
+            m = check_space_modes.Checked(mechanism, square=False)
+            counted(check_space_modes, m, groups)
+    except UnavailableError:
+        if not (boxes := looked_at(mechanism, groups)):
+            raise
+        return boxes
+    return ""
+
+
+def looked_at(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
+    """Return by what boxes it can be proved that modes are all: "turns", "places", "" by none.
+
+    Groups of a spatial mechanism are bodies that a driver holds, and else bodies on hinges from
+    known ones on (turns), or one body on distances from known points (places).
+    """
+    if mechanism.get("dimension") != 3:
+        return ""
+    m, known, proofs = check_space_modes.Checked(mechanism, square=False), {"ground"}, set[str]()
+    for group in groups:
+        known |= {*group}
+        bodies = [(joint["kind"], {*joint["bodies"]}) for joint in m.joints.values()]
+        kinds = [kind for kind, own in bodies if own & {*group} and own <= known]
+        if len(kinds) > 1 or len(group) > 1:
+            hung = "places" if {*kinds} == {"distance"} and len(group) == 1 else ""
+            proofs.add("turns" if {*kinds} == {"revolute"} else hung)
+    return proofs.pop() if len(proofs) == 1 else ""
 
 
 def counted(own: Any, m: Any, groups: list[list[str]]) -> int:

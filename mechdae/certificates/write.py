@@ -15,6 +15,7 @@ from mechdae.certificates.in_balls import (
     check_count,
     complex_poses,
     left_out,
+    looked_at,
     names_of,
     refined_mode,
     refined_path,
@@ -373,8 +374,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     mechanism = mechanism_of(setting.scene, _values(setting, u))
     groups = _groups(setting.scene.groups, mechanism["bodies"])
     wide = bool(setting.scene.redundant) and "dimension" not in mechanism
-    if not wide:
-        check_count(mechanism, groups)  # what is refused is refused before modes are looked for
+    proof = "" if wide else check_count(mechanism, groups)  # refusals come before all else
     result = modes(problem, name, task)
     frames = _frames(setting.scene, mechanism)
     every, _, _ = setting.assembler.modes(u, by_paths=True)
@@ -404,7 +404,14 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         "groups": groups,
     }
     solved = [group for runs in setting.assembler.counted.values() for group in runs]
-    every_pose = complex_poses(content, found, solved)
+    try:
+        every_pose = [] if proof else complex_poses(content, found, solved)
+    except UnavailableError:
+        proof = looked_at(mechanism, groups)
+        if not proof:
+            raise
+    if proof:
+        return content | {"proof": proof, "modes": found}
     if wide:  # where the motion is, and what no determinant has
         found = [{key: mode[key] for key in mode.keys() - {"bodies", "signs"}} for mode in found]
     return content | {"modes": found, "complex": every_pose}
