@@ -180,7 +180,7 @@ class Checked:
         self.drivers, left = part(data, "drivers", dict, at), data.get("superfluous", [])
         slides = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if str([*self.drivers][:1])[:-2].endswith(slides) else 1.0
-        self.left_out, self.off = {int(float(exact(k, f"{at}/superfluous"))) for k in left}, 0.0
+        self.left_out, self.off = {int(k) for k in left}, 0.0
         need(all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
              f"{at}/superfluous", "not the number of an equation of a joint")
         count = len(self.equations([ZERO] * (self.n + 1))[0]) - len(self.left_out)

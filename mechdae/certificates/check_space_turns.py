@@ -47,6 +47,12 @@ class FalseClaim(Exception):
         super().__init__(f"{place}: {why}")
 
 
+def need(holds: Any, place: str, why: str) -> None:
+    """Refuse a claim that does not hold."""
+    if not holds:
+        raise FalseClaim(place, why)
+
+
 def read(path: str) -> Any:
     """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
 
@@ -90,7 +96,8 @@ def formula(data: Any, s: Any, place: str) -> Any:
     """Return a driver's value: "s", a number, or those at s = 0, 1, ..., straight on between."""
     if not isinstance(data, list):
         return s if data == "s" else exact(data, place)
-    at = s.v if isinstance(s, Dual) else s[0] if isinstance(s, arb_series) else s
+    at = s.v if isinstance(s, Dual) else s
+    at = at[0] if isinstance(at, arb_series) else at
     k = min(max(int(float(at.lower()) + 1e-9), 0), len(data) - 2)
     if not at < k + 1 + 1e-9:
         raise ArithmeticError("a step leads past a corner")
@@ -160,8 +167,9 @@ class Checked:
         self.joints = {own: self._joint(joints[own], f"{at}/joints/{own}") for own in joints}
         for body in self.points:
             kinds = {joint["kind"] for joint in self.joints.values() if body in joint["bodies"]}
-            if kinds and body != "ground":  # of vectors are points
-                self.names += [(body, word) for word in ("xyz0123", "xyz")[kinds == {"vector"}]]
+            if kinds and body != "ground":  # at ends of vectors are points, which do not turn
+                held = len(self.points[body]) == 1 and kinds <= {"vector", "spherical", "distance"}
+                self.names += [(body, w) for w in ("xyz0123", "xyz")[held and "vector" in kinds]]
         for name, joint in self.joints.items():
             self.names += [(name, word) for word in joint["unknown"]]
         self.n, self.at = len(self.names), {key: k for k, key in enumerate(self.names)}
@@ -178,19 +186,18 @@ class Checked:
         self.drivers, left = part(data, "drivers", dict, at), data.get("superfluous", [])
         slides = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if str([*self.drivers][:1])[:-2].endswith(slides) else 1.0
-        self.left_out, self.off = {int(float(exact(k, f"{at}/superfluous"))) for k in left}, 0.0
-        if not all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out):
-            raise FalseClaim(f"{at}/superfluous", "not the number of an equation of a joint")
+        self.left_out, self.off = {int(k) for k in left}, 0.0
+        need(all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
+             f"{at}/superfluous", "not the number of an equation of a joint")
         count = len(self.equations([ZERO] * (self.n + 1))[0]) - len(self.left_out)
-        if self.n > MOST_UNKNOWNS or (count != self.n and square):
-            raise FalseClaim(at, f"over {MOST_UNKNOWNS} unknowns, or {count} rows for {self.n}")
+        fits = self.n <= MOST_UNKNOWNS and (count == self.n or not square)
+        need(fits, at, f"{count} equations for {self.n} unknowns, of at most {MOST_UNKNOWNS}")
 
     def _joint(self, joint: Any, at: str) -> dict[str, Any]:
         kind = part(joint, "kind", str, at)
         ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
-        if kind not in ROWS or not all(
-                len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends):
-            raise FalseClaim(at, f"not a kind that is checked, or no such body, point: {kind[:60]}")
+        known = all(len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends)
+        need(kind in ROWS and known, at, f"not checked, or no such body, point: {kind[:60]}")
         keys = NUMBERS.get(kind, [key for key in SPAN if key in joint])
         own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}") for key in keys}
         sided = "A" in ROWS[kind] or kind == "universal"
@@ -289,30 +296,26 @@ class Checked:
 
 def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
     """Compare points and orientations with a pose in balls, by the bounds that are reported."""
-    if not z:
-        raise FalseClaim(at, "is not where the path is")
+    need(z, at, "is not where the path is")
     bounds = part(claim, "bound", dict, at)
     length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") + arb(2) ** -90
                      for k in ("length", "angle"))  # balls prove no equality
     frames, (rows, positive) = m.placed(z), m.equations(z)
-    if not all(v > 0 for v in positive):
-        raise FalseClaim(at, "an axis of a joint has the other sense, or an angle half a turn")
+    need(all(v > 0 for v in positive), at, "an axis has the other sense, or an angle half a turn")
     for k in m.left_out:
-        if not abs(rows[k]) <= 1e-9 * (1 + m.size):
-            raise FalseClaim(at, f"the superfluous equation {k} is off by {rows[k].str(5)}")
+        need(abs(rows[k]) <= 1e-9 * (1 + m.size), at, f"the superfluous equation {k} is off")
         m.off = max(m.off, 1.05 * float(rows[k].abs_upper()))
     for name, place in part(claim, "points", dict, at).items():
-        body, _, point = name.partition(".")
-        own = zip(m.place((body, point), frames), exacts(place, 3, f"{at}/{name}"))
-        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
-            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+        own = zip(m.place(name.split("."), frames), exacts(place, 3, f"{at}/{name}"))
+        need(sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0,
+             f"{at}/points/{name}", "further off than its bound")
     for body, own in part(claim, "orientations", dict, at).items():
         q, k = exacts(own, 4, f"{at}/orientations/{body}"), m.at[body, "0"]
         turn, w = cross(q[1:], z[k + 1 : k + 4]), z[k]
         turn = [q[0] * b - w * a - c for a, b, c in zip(q[1:], z[k + 1 : k + 4], turn)]
-        if not (abs(dot(q, q) - 1) < 1e-12 and 0 <= angle <= 1
-                and dot(turn, turn) <= dot(q, q) * (angle / 2).sin() ** 2):
-            raise FalseClaim(f"{at}/orientations/{body}", "further off than its bound")
+        need(abs(dot(q, q) - 1) < 1e-12 and 0 <= angle <= 1
+             and dot(turn, turn) <= dot(q, q) * (angle / 2).sin() ** 2,
+             f"{at}/orientations/{body}", "further off than its bound")
 
 
 def size_of(values: Any) -> Any:

@@ -383,6 +383,13 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     elif setting.scene.redundant and every:
         first = frames.at(every[0].x, u)
         mechanism["superfluous"] = left_out(mechanism, first, as_text(u[0]))
+    if setting.assembler.free and not setting.scene.redundant:
+        names = ", ".join(sorted({group.name for group in setting.assembler.free}))
+        raise UnavailableError(
+            "no certificate is written of modes beside poses in which bodies move by themselves: "
+            f"{names}",
+            hint="such poses are not alone: no count proves that there are no others",
+        )
     if len(result.status) < len(every):
         raise UnavailableError("no certificate is written of some modes only", where="limit")
     labelled = [

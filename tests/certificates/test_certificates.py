@@ -172,7 +172,6 @@ def test_from_the_command_line(capsys: Any, tmp_path: Path) -> None:
     ("name", "task", "says"),
     [
         ("cam-roller-follower", "turn", "curve"),
-        ("bennett", "modes", "no theorem of the checker counts: link2, link3"),
         ("slider-crank-friction", "cycle", "reactions"),
     ],
 )
@@ -184,8 +183,9 @@ def test_what_has_no_certificate_is_refused_by_name(name: str, task: str, says: 
 
 OF_PATHS = ("check", "check_space")
 """Checkers that follow long ways in tubes around curves."""
+BY_BOXES = ("check_space_turns", "check_space_places")
 CHECKERS = (
-    *OF_PATHS,
+    *(*OF_PATHS, *BY_BOXES),
     *("check_modes", "check_space_modes", "check_crossings", "check_superfluous"),
 )
 
@@ -239,11 +239,15 @@ def test_what_checkers_have_in_common_is_one_text() -> None:
             apart = {"check"} | ({"compare", "sweep", "modes"} if "space" not in one else set())
         if (one in OF_PATHS) != (other in OF_PATHS):
             apart |= {"Tube", "solution", "follow", "term"}
+        if (one in BY_BOXES) != (other in BY_BOXES):
+            apart |= {"modes"}
         same = (parts[one].keys() & parts[other].keys()) - apart
         assert {"read", "exact", "part", "Dual"} <= same
         different = [key for key in same if parts[one][key] != parts[other][key]]
         assert not different, (one, other, different)
     assert {"Tube", "solution", "follow", "turning", "sweep"} <= parts["check"].keys()
+    shared = parts["check_space_turns"].keys() & parts["check_space_places"].keys()
+    assert {"Boxes", "Checked", "proved", "parted", "modes"} <= shared
     assert parts["check"]["sweep"] == parts["check_space"]["sweep"]
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import mechdae as md
-from mechdae.errors import SolveError, UnavailableError
+from mechdae.errors import SolveError
 from tests.shared.altered import KINDS, alter
 from tests.shared.paths import ROOT
 
@@ -113,8 +113,3 @@ def test_theorems_ask_for_what_they_say() -> None:
     assert counted("double-cardan", lambda mechanism: None) == 8
     with pytest.raises(check_space_modes.FalseClaim, match="no theorem"):
         counted("double-cardan", beside)
-
-
-def test_fewer_poses_than_a_theorem_allows_prove_nothing() -> None:
-    with pytest.raises(UnavailableError, match="28 complex poses of 40"):
-        md.certify("delta-robot", "modes")

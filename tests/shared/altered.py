@@ -76,11 +76,15 @@ def alter(content: dict[str, Any], kind: str, rng: random.Random) -> tuple[dict[
         k = rng.randrange(len(modes))
         signs = list(zip(*(mode["signs"] for mode in modes), strict=True))
         turned = [g for g, own_signs in enumerate(signs) if len(set(own_signs)) > 1]
+        if not turned:
+            return own, ""  # of redundant groups signs tell nothing
         g = rng.choice(turned)
         modes[k]["signs"][g] = str(-int(modes[k]["signs"][g]))
         return own, f"modes/{k}/signs/{g}"
     if kind in ("mode", "complex") and modes:
-        listed = own["modes" if kind == "mode" else "complex"]
+        listed = own.get("modes" if kind == "mode" else "complex")
+        if not listed:  # no others are there by boxes
+            return own, ""
         k = rng.randrange(len(listed))
         del listed[k]
         return own, f"{kind} {k}"
