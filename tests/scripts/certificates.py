@@ -43,6 +43,15 @@ SPATIAL = (
     ("vector-modules-spatial", "l_a_b"),
     ("cardan-joint", "poses"),
 )
+MODES = tuple(
+    (name, "modes")
+    for name in (
+        *("double-wishbone", "double-cardan", "screw-press", "six-axis-arm", "seven-r"),
+        *("stewart-gough", "bennett", "bricard", "sarrus", "flyball-governor", "delta-robot"),
+    )
+)
+"""Modes in space, of which `OF_MODES` alterations are planted."""
+OF_MODES = 66
 LONGEST = 150
 """Seconds of processor time after which writing and checking a certificate is given up."""
 
@@ -67,16 +76,18 @@ def main() -> int:
         tasks = [row for name in library.names() for row in known[name]]
         passed = [what for what in alterations(options.alterations, path, ALTERED) if what]
         spatial = [what for what in alterations(options.alterations, path, SPATIAL) if what]
+        of_modes = [what for what in alterations(OF_MODES, path, MODES) if what]
     found = sums(tasks) | {
         "alterations": {"count": options.alterations, "passed": passed},
         "alterations_in_space": {"count": options.alterations, "passed": spatial},
+        "alterations_of_modes": {"count": OF_MODES, "passed": of_modes},
         "rows": tasks,
     }
     if options.out and kept:
         kept.unlink()
         Path(options.out).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print({key: value for key, value in found.items() if key != "rows"})
-    return 1 if found["refused"] or passed or spatial else 0
+    return 1 if found["refused"] or passed or spatial or of_modes else 0
 
 
 def anew(names: list[str], out: Path) -> int:
