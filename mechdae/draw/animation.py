@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
+from mechdae.describe.file.whole import whole_file
 from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.loads import peak_force
@@ -185,12 +186,8 @@ class Animation:
             film(lambda: self.frames(progress), self.duration, form, target)
             return target
         made = self.gif(progress) if form == "gif" else self.svg(progress).encode()
-        partial = target.with_name(f".{target.name}.part")
-        try:
-            partial.write_bytes(made)
-            partial.replace(target)
-        finally:
-            partial.unlink(missing_ok=True)
+        with whole_file(target) as file:
+            file.write(made)
         return target
 
     def _repr_html_(self) -> str:

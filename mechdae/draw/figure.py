@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from mechdae.describe.file.whole import whole_file
 from mechdae.draw import style
 from mechdae.errors import InputError
 
@@ -97,11 +98,6 @@ def save(picture: Axes | Figure, path: str | Path) -> Path:
             where=str(path),
             hint=f"one of .{' .'.join(FORMATS)}",
         )
-    partial = target.with_name(f".{target.name}.part")
-    try:
-        with mpl.rc_context(SETTINGS):
-            _figure_of(picture).savefig(partial, format=form, metadata=FORMATS[form])
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(target) as file, mpl.rc_context(SETTINGS):
+        _figure_of(picture).savefig(file, format=form, metadata=FORMATS[form])
     return target

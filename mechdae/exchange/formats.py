@@ -11,9 +11,9 @@ from typing import Any
 
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.whole import whole_file
 from mechdae.errors import InputError, UnknownName
 from mechdae.exchange.motion_of import motion_of
-from mechdae.export import whole_file
 
 FORMATS = {
     "dxf": "drawing for CAD, release 12",

@@ -8,6 +8,7 @@ from typing import Any
 
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.whole import whole_file
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.words import Words
@@ -23,7 +24,6 @@ from mechdae.explanations.localised import localised
 from mechdae.explanations.motion import group_section
 from mechdae.explanations.subject import KINDS, Subject
 from mechdae.explanations.words import Said
-from mechdae.export import whole_file
 from mechdae.formulas import Document, Facts, Section
 from mechdae.formulas.writers import as_data, as_html, as_text, as_typst
 from mechdae.records import dataclass

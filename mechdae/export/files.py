@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import csv
-import errno
 import io
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +92,8 @@ def _arrays(result: Result) -> dict[str, Any]:
 
 def write_files(result: Result, place: Path) -> list[Path]:
     """Write JSON, CSV, NPZ and the problem files of designs into a folder that is there."""
+    from mechdae.describe.file.whole import whole_file  # only where files are written
+
     texts: dict[str, Iterable[str]] = {".json": _json_pieces(result), ".csv": _csv_pieces(result)}
     for rank, design in enumerate(result.data.get("designs", ()), 1):
         texts[f"-{rank}.toml"] = [design["problem"]]
@@ -107,27 +107,3 @@ def write_files(result: Result, place: Path) -> list[Path]:
     with whole_file(path) as file:
         np.savez(file, **_arrays(result))
     return [*written[:2], path, *written[2:]]
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[Any]:
-    """Open a file that is there when all of it is written, or as it was before.
-
-    Raises
-    ------
-    OSError
-        It cannot be written; the error names the file itself.
-    """
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "is a folder, not a file", str(path))
-    partial = path.with_name(path.name + ".part")
-    try:
-        with partial.open("wb") as file:
-            yield file
-        partial.replace(path)
-    except BaseException as error:
-        partial.unlink(missing_ok=True)
-        unnamed = isinstance(error, OSError) and error.errno and not error.filename
-        if unnamed or getattr(error, "filename", None) == str(partial):
-            error.filename = str(path)  # type: ignore[attr-defined]  # a full disk names nothing
-        raise

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
+from mechdae.describe.file.whole import whole_file
 from mechdae.errors import InputError, MechdaeError, ProblemFileError, UnknownName
-from mechdae.export.files import whole_file, write_files
+from mechdae.export.files import write_files
 from mechdae.export.packed import FORMAT, META, meta_of, packed, unpacked
 from mechdae.results import Result
 

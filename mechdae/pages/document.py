@@ -16,6 +16,7 @@ from mechdae import __version__
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.whole import whole_file
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.table import Table
@@ -60,9 +61,8 @@ class Page:
     def save(self, path: str | FilePath) -> FilePath:
         """Write the file, whole or not at all, and return its path."""
         target = FilePath(path)
-        partial = target.with_name(target.name + ".part")
-        partial.write_text(self.html, encoding="utf-8")
-        partial.replace(target)
+        with whole_file(target) as file:
+            file.write(self.html.encode())
         return target
 
     def __repr__(self) -> str:

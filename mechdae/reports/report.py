@@ -9,6 +9,7 @@ from typing import Any
 from mechdae import __version__
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.whole import whole_file
 from mechdae.describe.tasks.kinds import Driven
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
@@ -18,7 +19,6 @@ from mechdae.explanations.explain import moving_task
 from mechdae.explanations.localised import localised
 from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import Said
-from mechdae.export import whole_file
 from mechdae.formulas import Document, Image, Passage, Section
 from mechdae.formulas.writers import as_html, as_typst
 from mechdae.records import dataclass

@@ -122,3 +122,31 @@ def test_an_equilibrium_lies_on_the_sketched_mode() -> None:
     assert result.summary["sketched_mode"]
     other = [own for own in result.summary["equilibria"] if not own["sketched_mode"]]
     assert all(own["mode"] != result.summary["mode"] for own in other)
+
+
+def test_a_leg_that_could_be_turned_about_and_slid_back_slides_forward() -> None:
+    """An upright arm of 0.3 on a telescope of 0.5 at its rest, which starts 0.4 beside its pin."""
+    telescope = md.Mechanism(
+        dimension=3,
+        gravity=(0, 0, -9.81),
+        ground=md.Ground({"A": [0, 0, 0], "D": [0.4, 0, 0]}),
+        bodies=[
+            md.Body("tube", {"A": [0, 0, 0]}),
+            md.Body("rod", {"S": [0, 0, 0]}),
+            md.Body("arm", {"D": [0, 0, 0], "S": [0, 0, 0.3]}, mass=2.0, center=[0, 0, 0.15],
+                    inertia=[0.01, 0.01, 0.01]),
+        ],
+        joints=[
+            md.SpatialRevolute("A", "ground.A", "tube.A", axis=[0, 1, 0]),
+            md.SpatialPrismatic("P", "tube.A", "rod.S", axis=[0, 0, 1]),
+            md.Spherical("S", "rod.S", "arm.S"),
+            md.SpatialRevolute("D", "ground.D", "arm.D", axis=[0, 1, 0]),
+        ],
+        loads=[md.Spring("coil", coordinate="P.slide", stiffness=800.0, free_length=0.5)],
+        sketch={"arm.S": [0.35, 0, 0.29]},
+    )  # fmt: skip
+    result = md.solve(telescope, md.Equilibrium())
+    assert list(result.status) == ["ok"]
+    assert result.joints["P"].slide[0] == pytest.approx(0.5, abs=1e-12)
+    assert result.joints["A"].angle[0] == pytest.approx(np.arctan2(4, 3), abs=1e-12)
+    assert result.joints["D"].angle[0] == pytest.approx(0.0, abs=1e-12)

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from mechdae.export import whole_file
+from mechdae.describe.file.whole import whole_file
 from tests.shared.command import run
 
 
@@ -33,3 +33,11 @@ def test_the_command_names_the_file_that_cannot_be_written(capsys, tmp_path) -> 
     code, _, err = run(capsys, "solve", *words)
     assert code == 2
     assert f"{tmp_path}/turn.csv: No space left on device" in err
+
+
+@pytest.mark.parametrize("words", [("page", "four-bar-crank-rocker"), ("edit",)])
+def test_a_folder_is_no_file(words, capsys, tmp_path) -> None:
+    code, _, err = run(capsys, *words, "--out", str(tmp_path))
+    assert code == 2
+    assert "is a folder, not a file" in err
+    assert not list(tmp_path.iterdir()) + list(tmp_path.parent.glob("*.part"))

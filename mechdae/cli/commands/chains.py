@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
+from mechdae.describe.file.whole import whole_file
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def run(options: argparse.Namespace) -> int:
         entries = [_entry(chain, options.formula) for chain in found]
         text = json.dumps(head | {"count": len(entries), "chains": entries})
         if options.out:
-            _write(Path(options.out), text)
+            with whole_file(Path(options.out)) as file:
+                file.write(text.encode())
             message(f"mechdae: {len(entries)} chains in {options.out}", options.quiet)
         if options.json:
             print(text)
@@ -155,10 +157,3 @@ def _drawn(options: argparse.Namespace, found: Iterator[KinematicChain]) -> int:
     save(atlas(chosen, f"{len(chosen)} {what} with {options.links} links"), options.out)
     message(f"mechdae: {len(chosen)} {what} in {options.out}", options.quiet)
     return 0
-
-
-def _write(path: Path, text: str) -> None:
-    """Write the file whole or not at all."""
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)

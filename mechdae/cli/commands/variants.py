@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.describe.file.whole import whole_file
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
@@ -94,6 +95,5 @@ def _write(folder: Path, variant: Variant) -> None:
     path = folder / f"{variant.name}.toml"
     if path.exists():
         raise InputError("exists already", where=str(path), hint="choose another folder")
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(variant.text, encoding="utf-8")
-    partial.replace(path)
+    with whole_file(path) as file:
+        file.write(variant.text.encode())

@@ -122,12 +122,15 @@ def write_tables(mechanism: Mechanism, tasks: Mapping[str, Task], folder: Path) 
                 columns[name] = [row[place] for row in load.from_file or ()]
         path.parent.mkdir(parents=True, exist_ok=True)
         import csv  # only where there are tables
+        import io
+
+        from mechdae.describe.file.whole import whole_file
 
         lines = [list(columns), *map(list, zip(*columns.values(), strict=True))]
-        partial = path.with_name(path.name + ".part")
-        with partial.open("w", encoding="utf-8", newline="") as stream:
+        with whole_file(path) as file:
+            stream = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
             csv.writer(stream, lineterminator="\n").writerows(lines)
-        partial.replace(path)
+            stream.detach()
 
 
 def _inside(folder: Path, file: str) -> Path:

@@ -40,9 +40,10 @@ def dump(problem: Problem, path: str | Path) -> None:
     target = Path(path)
     text = dumps(problem)
     write_tables(problem.mechanism, problem.tasks, target.parent)
-    partial = target.with_name(target.name + ".part")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(target)
+    from mechdae.describe.file.whole import whole_file  # only where files are written
+
+    with whole_file(target) as file:
+        file.write(text.encode())
 
 
 def alone(mechanism: Mechanism, tasks: Mapping[str, Task]) -> str:

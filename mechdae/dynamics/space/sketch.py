@@ -21,7 +21,7 @@ from mechdae.dynamics.space.transfer import balls_of
 from mechdae.errors import MechanismError
 from mechdae.kernels.run.call import Call
 from mechdae.model.motion_equations import Released
-from mechdae.model.tree.reading import placements
+from mechdae.model.tree.reading import WIDTH, placements
 
 CLOSED = 1e-12
 STARTS = 48
@@ -111,7 +111,11 @@ class SpatialSketch:
         far = min(own for own, _ in found)
         x, *tied = [own for gap, own in found if gap - far <= TIE * max(far, 1e-3)]
         # without joints that hold them, what turns freely stays as near as it is to angles of 0
-        if held and any(not self._same(x, other) for other in tied) and self._told(x):
+        others = [other for other in tied if not self._same(x, other)]
+        if held and others and self._told(x):
+            if all(self._same(x, other, turned=False) for other in others):
+                # bodies turned about and slid back through their points: the joints tell
+                return 2 * (min((x, *others), key=self._turned),)
             raise MechanismError(
                 "does not tell which assembly mode is meant",
                 where="sketch",
@@ -207,8 +211,28 @@ class SpatialSketch:
         senses = self._look(x, self.p)[0]
         return bool(np.all(senses > 0))
 
-    def _same(self, x: Any, other: Any) -> bool:
-        """Return whether all bodies have the same places in two poses."""
-        one, two = (self._look(own, self.p)[1] for own in (x, other))
-        size = np.tile([self.closing.setup.length] * 3 + [1.0] * 9, len(one) // 12)
-        return bool(np.max(np.abs((one - two).ravel() / size), initial=0.0) < SAME)
+    def _same(self, x: Any, other: Any, turned: bool = True) -> bool:
+        """Return whether all bodies have the same places in two poses, or all of their points."""
+        one, two = (np.ravel(self._look(own, self.p)[1]) for own in (x, other))
+        size = np.tile([self.closing.setup.length] * 3 + [1.0] * 9, len(one) // WIDTH)
+        if turned:
+            return bool(np.max(np.abs((one - two) / size), initial=0.0) < SAME)
+        gaps = (self._points(one) - self._points(two)) / self.closing.setup.length
+        return bool(np.max(np.abs(gaps), initial=0.0) < SAME)
+
+    def _points(self, placed: Any) -> Any:
+        """Return the places (k, 3) of all points of bodies that are placed."""
+        values, found = self.model.mechanism.values(), []
+        bodies = [edge.child for edge in self.model.edges]
+        for body, own in zip(bodies, placed.reshape(-1, WIDTH), strict=True):
+            turn = own[3:].reshape(3, 3).T
+            for name in self.model.mechanism.bodies[body].points:
+                local = np.array([values[f"{body}.{name}.{axis}"] for axis in "xyz"])
+                found.append(own[:3] + turn @ local)
+        return np.array(found).reshape(-1, 3)
+
+    def _turned(self, x: Any) -> float:
+        """Return how far angles are from those said, from zero where nothing is."""
+        guess, turns = self._guess()[0], self.closing.r.coordinates.turns
+        away = np.remainder((x - guess)[turns] + np.pi, 2 * np.pi) - np.pi
+        return float(np.linalg.norm(away))

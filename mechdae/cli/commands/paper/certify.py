@@ -28,7 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.certificates import as_json, certify, check_certificate
-    from mechdae.export.files import whole_file
+    from mechdae.describe.file.whole import whole_file
 
     problem = problem_of(options) if options.problem else None
     if options.check:
