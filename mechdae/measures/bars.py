@@ -29,15 +29,27 @@ from mechdae.setup.outputs import Outputs, Request
 class DrivenByBar:
     """Where a group has a transmission angle: a joint, and the two directions that enclose it.
 
-    ``bar`` is the way between the ball joints, ``way`` the velocity of the driven one's centre
-    relative to what holds the link; both (3,) over the coordinates of the scene.
+    ``bodies`` are those that the joint joins, ``held`` those that the angle depends on. ``bar`` is
+    the way between the ball joints, ``way`` the velocity of the driven one's centre relative to
+    what holds the link; both (3,) over the coordinates of the scene.
     """
 
     joint: str
+    bodies: tuple[str, str]
     group: Group
-    bodies: tuple[str, ...]
+    held: tuple[str, ...]
     bar: Any
     way: Any
+
+    @property
+    def dot(self) -> Any:
+        """Dot product of both directions."""
+        return ca.dot(self.bar, self.way)
+
+    @property
+    def sine(self) -> Any:
+        """Sine of the angle, with the sign of the side that the bar pushes to."""
+        return self.dot / ca.sqrt(ca.sumsqr(self.bar) * ca.sumsqr(self.way))
 
 
 def driven_by_bars(scene: Scene) -> list[DrivenByBar]:
@@ -64,9 +76,10 @@ def driven_by_bars(scene: Scene) -> list[DrivenByBar]:
             continue
         other = holding[0].bodies[holding[0].bodies[0] == links[0]]
         far = next(end.split(".")[0] for end in ends if end.split(".")[0] != links[0])
-        bodies = tuple(dict.fromkeys(b for b in (links[0], other, far) if b != GROUND))
-        bar = model.point(ends[1]) - model.point(ends[0])
-        found.append(DrivenByBar(name, group, bodies, bar, way))
+        held = tuple(dict.fromkeys(b for b in (links[0], other, far) if b != GROUND))
+        bar, joint = model.point(ends[1]) - model.point(ends[0]), model.mechanism.joints[name]
+        bodies = (joint.first_body, joint.second_body)
+        found.append(DrivenByBar(name, bodies, group, held, bar, way))
     return found
 
 
@@ -106,8 +119,7 @@ def _way(model: Any, joint: Any, link: str, ends: tuple[str, str]) -> Any:
 def requests(scene: Scene) -> list[Request]:
     """Return dot and vector product of both directions of each driven link."""
     return [
-        (PREFIX + own.joint, ca.vertcat(ca.dot(own.bar, own.way), ca.cross(own.bar, own.way)),
-         own.bodies)
+        (PREFIX + own.joint, ca.vertcat(own.dot, ca.cross(own.bar, own.way)), own.held)
         for own in driven_by_bars(scene)
     ]  # fmt: skip
 

@@ -15,6 +15,7 @@ from mechdae.errors import UnavailableError
 from mechdae.kernels.graphs.blocks import inverse
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.measures.bars import driven_by_bars
 from mechdae.measures.transmission import Dyad, dyads
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
@@ -67,7 +68,8 @@ class FreePoses:
         g = self.graphs
         values = SX.sym("free", len(self.free))
         p = parameters_of(self.model, self.free, values)
-        self.dyads = dyads(self.scene) if mechanism.dimension == 2 else []
+        within: Any = dyads if mechanism.dimension == 2 else driven_by_bars
+        self.dyads: list[Dyad] = within(self.scene)
         self.asked = {name: SX(e) for name, e in asks(self.model).items()}
         self.asked |= {SINE + d.joint: d.sine for d in self.dyads if self.branch_of(d) is None}
         residuals, signs = [], []

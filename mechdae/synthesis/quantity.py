@@ -186,8 +186,8 @@ class Quantity:
                 if e.part.startswith("transmission of ")
             ]  # fmt: skip
             raise UnknownName("joint with a transmission angle", joint, known)
-        across, dot = ca.vertsplit(outputs.expression[list(own[0].columns)])
-        sine = ca.fabs(across) / ca.sqrt(across**2 + dot**2)
+        products = outputs.expression[list(own[0].columns)]  # the first one vanishes with the sine
+        sine = ca.fabs(products[0]) / ca.sqrt(ca.sumsqr(products))
         scene, model = self.setting.scene, self.setting.scene.model
         d = SX.sym("d", len(self.free))
         p = parameters_of(model, self.free, d)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import tomllib
 from functools import cache
 
@@ -192,8 +193,8 @@ def test_boxes_in_space_are_kept() -> None:
          r"goal\.kind.*not available in space"),
         ("rssr-path", {"goal": {"kind": "rocker", "body": "rocker", "swing_deg": 50}},
          r"goal\.body.*not available in space"),
-        ("rssr-path", {"constraints": [{"kind": "transmission-angle", "between": ["bar", "rocker"],
-                       "min_deg": 30}]}, r"constraints\[0\]\.kind.*not available in space"),
+        ("rssr-path", {"constraints": [{"kind": "transmission-angle", "between": ["crank", "bar"],
+                       "min_deg": 30}]}, r"no transmission angle belongs to them"),
         ("rssr-path", {"constraints": [{"kind": "box", "points": ["bar.P"]}]}, r"'z' is needed"),
         ("rssr-path", {"free": {"pivot": {"point": "ground.D", "disc": [0, 0, 1]}}},
          r"free\.pivot\.disc.*not available in space"),
@@ -243,3 +244,66 @@ def test_quantities_of_tasks_in_space_are_goals_and_limits() -> None:
     assert rates.max() <= 3.0 * 1.002
     before = np.asarray(md.solve(from_dict(data, "rssr"), "forces").value("joints/D/reaction"))
     assert best["objective"] < np.linalg.norm(before[:, :3], axis=1).max()
+
+
+def least_index(l, R):  # noqa: E741
+    """Least transmission index of the RSSR of `rssr` over a turn, by its closed form; -1: none."""
+    u = np.linspace(0, 2 * np.pi, 361)
+    B = np.stack([0.05 * np.cos(u), 0.05 * np.sin(u), 0 * u], axis=1)
+    D = np.array([0.12, 0.25, 0.05])
+    d = D - B
+    size, rest = np.hypot(d[:, 1], d[:, 2]), (l * l - R * R - (d * d).sum(axis=1)) / (2 * R)
+    if (np.abs(rest) >= size).any():
+        return -1.0
+    v = np.arctan2(d[:, 2], d[:, 1]) + np.arccos(rest / size)
+    out = np.stack([0 * v, np.cos(v), np.sin(v)], axis=1)
+    along = np.stack([0 * v, -np.sin(v), np.cos(v)], axis=1)
+    return np.abs(((D + R * out - B) * along).sum(axis=1)).min() / l
+
+
+def test_the_best_transmission_of_an_rssr() -> None:
+    """No pair of lengths on a grid of the closed form has a better least angle."""
+    data = read("rssr")
+    del data["expected"]
+    turn = {"coordinate": "A.angle", "from_deg": 0, "to_deg": 360, "speed": "omega"}
+    data["tasks"] = {
+        "turn": {"kind": "sweep", "driver": turn, "poses": 13, "measures": ["transmission"]},
+        "design": {
+            "kind": "synthesis", "driver": {"coordinate": "A.angle"}, "starts": 2,
+            "constraints": [{"kind": "full-turn"}],
+            "goal": {"kind": "maximise", "of": "turn/joints/C/transmission_angle"},
+            "free": {"l": [0.2, 0.5], "R": [0.1, 0.3]},
+        },
+    }  # fmt: skip
+    best = computed(data, "rssr").data["designs"][0]
+    own = np.arcsin(least_index(best["parameters"]["l"], best["parameters"]["R"]))
+    assert best["objective"] == pytest.approx(own, abs=1e-4)  # of 361 poses
+    pairs = itertools.product(np.linspace(0.2, 0.5, 31), np.linspace(0.1, 0.3, 41))
+    grid = [least_index(*pair) for pair in pairs]
+    assert best["objective"] > np.arcsin(max(grid))
+    assert best["transmission_angle_min"] == pytest.approx(best["objective"], rel=1e-12)
+    assert np.degrees(best["objective"]) == pytest.approx(50.1368, abs=1e-4)  # docs/synthesis.md
+
+
+def test_a_least_transmission_angle_in_space_is_kept() -> None:
+    """The planted design has 27.5 degrees: with 35 asked for, the path pays for them."""
+    limit = {"kind": "transmission-angle", "between": ["bar", "rocker"], "min_deg": 35}
+    data = read("rssr-path")
+    data["tasks"]["design"]["constraints"].append(limit)
+    problem = from_dict(data, "limited")
+    best = synthesize(problem, "design", problem.tasks["design"], starts=6).data["designs"][0]
+    assert not best["defects"]
+    assert np.degrees(best["transmission_angle_min"]) == pytest.approx(35, abs=1e-4)
+    assert best["objective"] == pytest.approx(1.54e-5, abs=1e-7)  # docs/synthesis.md
+    p = best["parameters"]
+    u = np.linspace(0, 2 * np.pi, 721)
+    axis = (np.sin(p["tw"]), 0, np.cos(p["tw"]))
+    D, indices = np.array([p["a"], p["b"], p["c"]]), []
+    B = crank(p["r"], u)
+    for mode in (-1, 1):
+        C = rocker(B, p["l"], p["R"], D, axis, (0, 1, 0), 0.0, mode)[1]
+        bar = C - B
+        way = np.cross(axis, C - D)
+        size = np.linalg.norm(bar, axis=1) * np.linalg.norm(way, axis=1)
+        indices.append(np.abs((bar * way).sum(axis=1) / size).min())
+    assert min(abs(np.degrees(np.arcsin(indices)) - 35)) < 1e-3

@@ -156,7 +156,7 @@ class FullTurn(Constraint):
 
 @dataclass(frozen=True, kw_only=True)
 class TransmissionAngle(Constraint):
-    """The transmission angle of the dyad that two bodies belong to is no less than ``min``.
+    """The transmission angle of the dyad, or bar, that two bodies belong to is at least ``min``.
 
     Over the whole turn of a driver that makes one, or at the poses of the goals alone.
     """
@@ -169,7 +169,6 @@ class TransmissionAngle(Constraint):
     kind: ClassVar[str] = "transmission-angle"
 
     def check(self, within: Within) -> None:
-        planar_only(within.mechanism, "kind", "a transmission angle")
         for body in self.between:
             known(body, [*within.mechanism.bodies, GROUND], "body", "between")
         if not 0 <= self.min < 1.5707963:
