@@ -223,7 +223,7 @@ def stalled(
         event["kappa"] = kappa
         more.append(f"coupling of friction {kappa:.3g}")
     if sticking.k:
-        mode = dict(zip(sticking.names, sticking.sides(signs).tolist(), strict=True))
+        mode = sticking.mode(signs)
         event["mode"] = mode
         words = {0.0: "sticks", 1.0: "slides up", -1.0: "slides down"}
         more += [f"{name} {words[side]}" for name, side in mode.items()]

@@ -440,19 +440,19 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
             hint='friction = "none" leaves it out',
         )
     joints = mechanism.joints
-    free = [own for own in found if joints[own].rubs_all_ways(values)]
-    if free:
+    other = [own for own in found if not joints[own].smoothed or joints[own].rubs_all_ways(values)]
+    gliding = [own for own in found if joints[own].rubs_all_ways(values)]
+    if gliding and task.friction != "smooth" and task.method not in (None, "explicit"):
         raise UnavailableError(
-            f"friction of {', '.join(free)} turns with the sliding: motions have friction of pairs "
-            f"that slide one way",
-            where="friction",
-            hint="a universal joint for a ball, a revolute and a prismatic pair in a row for a "
-            'cylindrical one; friction = "none" leaves it out; tasks of kind reactions have it',
+            f"friction of {', '.join(gliding)} needs the explicit method: its direction turns in "
+            f"no time where they start and stop",
+            where="method",
+            hint="leave the method out",
         )
-    other = [own for own in found if not joints[own].smoothed]
     if task.friction == "smooth" and other:
         raise UnavailableError(
-            f"smoothed friction is not computed for slots and meshes: joints {', '.join(other)}",
+            f"smoothed friction is not computed for slots, meshes, balls and pairs that slide and "
+            f"turn: joints {', '.join(other)}",
             where="friction",
             hint='friction = "event" computes all joints',
         )

@@ -16,6 +16,9 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
 from mechdae.forces.friction_solutions import solutions_of
 from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.model.forces.feedback import ACROSS
+
+LEAST = 1e-150
 
 
 class Sizes:
@@ -35,6 +38,18 @@ class Sizes:
 
         return k.batch("coupling", made)
 
+    @cached_property
+    def _pressing(self) -> Any:
+        k = self.kernel
+
+        def made() -> Any:
+            _, starts, slopes = k.coupling(*k.inputs)
+            _, inner, _ = k.coupled(*k.inputs)
+            forms = starts + slopes @ inner[k.m + k.slips :]
+            return ca.Function("forms_of_friction", k.inputs, [ca.densify(forms)])
+
+        return k.batch("forms of friction", made)
+
     def _growths(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
         """Return (n, k, k) bounds of how sizes change each other, and weights (n, k) of them."""
         _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
@@ -42,9 +57,20 @@ class Sizes:
         n, rubs = len(slopes), self.kernel.rubs
         slopes = slopes.reshape(n, rubs, -1).transpose(0, 2, 1)
         K = np.empty((n, rubs, rubs))
+        forms: Any = None
+        if any(own in ACROSS for own in self._laws):
+            forms = self._pressing(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
+                                   signs)[0]  # fmt: skip
         for j, (place, own) in enumerate(zip(self.kernel.places, self._laws, strict=True)):
             part = slopes[:, place]
             norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)
+            if own in ACROSS:  # of p t / |t| at this state: beside it the bound is another
+                p, size = forms[:, place][:, 0], np.linalg.norm(forms[:, place][:, 1:], axis=1)
+                norm = (
+                    np.abs(part[:, 0])
+                    + np.linalg.norm(part[:, 1:], axis=1)
+                    * np.abs(p / np.maximum(size, LEAST))[:, None]
+                )
             K[:, j] = norm
         return K, 1 + K.sum(axis=2)
 

@@ -168,16 +168,12 @@ def test_planar_tasks_are_refused_by_name() -> None:
         md.solve(from_dict(changed(RSSR, "tasks", "turn", to=turn)), "turn")
 
 
-def test_motions_in_space_refuse_friction_that_turns_by_name() -> None:
+def test_motions_in_space_refuse_friction_of_idle_links_by_name() -> None:
     data = changed(RSSR, "tasks", "forces", to={"kind": "motion", "until": 1.0})
     ball = changed(data, "joints", "B", "friction", to=0.1)
     ball = changed(ball, "joints", "B", "ball_radius", to=0.01)
     with pytest.raises(md.UnavailableError, match="bar spins freely"):
         md.solve(from_dict(ball), "forces")
-    sleeve = {"kind": "cylindrical", "friction": 0.1, "pin_radius": 0.01}
-    data = changed(data, "joints", "A", to=data["joints"]["A"] | sleeve)
-    with pytest.raises(md.UnavailableError, match="friction of A turns with the sliding"):
-        md.solve(from_dict(data), "forces")
 
 
 def test_joints_of_the_other_dimension_are_named() -> None:

@@ -6,6 +6,9 @@ coefficients at rest: a slip that starts has to move the way its friction says, 
 has to be held by a force that friction can give. Where the locks are more than the freedoms,
 forces are not unique; then all stick if nothing can start.
 
+A ball, or a pair that slides and turns, glides in several directions at once (`glides`): it sticks
+where its speed vanishes in all of them, and has a heading in place of a sign.
+
 A pin in a slot touches one side of it. If it sticks there, which is to roll, the slip of the other
 side is idle: it has neither a sign nor a lock until it is pressed.
 """
@@ -23,8 +26,10 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.friction_sizes import Sizes
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.watchers.ball_loads import BallLoads
+from mechdae.dynamics.watchers.glides import FIRST, LEAST, Glides, weights_of
 from mechdae.dynamics.watchers.onset import Onset
-from mechdae.dynamics.watchers.zeros import Looker, changes
+from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
 from mechdae.numerics.null_space import freedoms
 from mechdae.records import dataclass
 
@@ -43,21 +48,31 @@ STARTS = 1e-12
 """Share of the acceleration without friction from which a mechanism at rest starts."""
 SOON = 1e-9
 """Share of the whole time after which forces tell the side of a start that is about to come."""
+TURNED = 0.2
+"""Cosine between a direction and its heading at which the heading is that of now."""
+ROUGH = 100.0
+"""Speed, over the tolerance, from which a pair that glides does not rest."""
 IDLE = 2.0
 """Side of a slip that nothing presses, beside one that sticks."""
+MOVING = ("speed", "glide", "near", "sharp")
+"""What is watched of slips that slide."""
+RELEASED = ("below", "above", "slack")
+"""What is watched of forces that hold."""
 
 
 @dataclass(frozen=True)
 class Turn:
     """An event of friction: at a state, of a slip; ``from_rest`` if it stuck.
 
-    ``released`` tells that its own force has reached the limit.
+    ``released`` tells that its own force has reached the limit, ``sharp`` that a ball turns about
+    the line of its load.
     """
 
     state: Any
     slip: int
     released: bool
     from_rest: bool
+    sharp: bool = False
 
 
 class Sticking:
@@ -81,6 +96,13 @@ class Sticking:
         self.several: list[tuple[float, int]] = []
         self._fastest = self._strongest = 0.0
         self._last = setup.loose
+        weights = weights_of(self.slips, setup.model.p, setup.model.p_values)
+        self.glides = Glides(self.slips, weights)
+        self._rough = np.full(self.k, RESTS)
+        for own in self.glides.groups:
+            self._rough[own] = max(RESTS, ROUGH * setup.tolerance)
+        self._lines: set[int] = set()
+        """First places of pairs that glide along one line: they have one freedom."""
         self._other: dict[int, int] = {}
         """The other side of each side of a slot."""
         for first, second in setup.released.rubbing.sides:
@@ -117,7 +139,11 @@ class Sticking:
         still = np.zeros(self.k)
         still[list(resting)] = 1.0
         own = np.where(sides == IDLE, 0.0, sides)
-        return np.concatenate([own, np.where(sides == 0, 1.0, 0.0), still, self.setup.fixed])
+        for group in self.glides.groups:
+            still[group] = float(group[0] in self._lines)
+            own[group] *= np.maximum(FIRST * self._fastest * self._sizes()[group], LEAST)
+        locks = np.where(self.glides.still(sides), 1.0, 0.0)
+        return np.concatenate([own, locks, still, self.setup.fixed])
 
     def resumed(self, signs: Any) -> Any:
         """Return inputs of dry friction with the pieces of tables that hold now."""
@@ -125,9 +151,19 @@ class Sticking:
         return self.setup.renewed(signs)
 
     def sides(self, signs: Any) -> Any:
-        """Return -1, 0 (locked), 1 or IDLE by slip."""
+        """Return -1, 0 (locked), 1 or IDLE by slip, of pairs that glide their headings."""
         own, locks = signs[: self.k], signs[self.k : 2 * self.k]
-        return np.where((own == 0) & (locks == 0), IDLE, own)
+        found = np.where((own == 0) & (locks == 0), IDLE, own)
+        for group in self.glides.groups:
+            found[group] = own[group]
+        return self.glides.headings(found)
+
+    def mode(self, signs: Any) -> dict[str, float]:
+        """Return -1, 0 or 1 by joint or load; of pairs that glide 1 while they do."""
+        sides = self.sides(signs)
+        still = self.glides.still(sides)
+        found = dict(zip(self.names, sides.tolist(), strict=True))
+        return found | {self.names[k]: 0.0 if still[k] else 1.0 for k in self.glides.first}
 
     def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
         """Return the inputs of dry friction at the start, and the speeds with locks."""
@@ -145,11 +181,17 @@ class Sticking:
         NoWay
             No way fits.
         """
+        if self.glides.groups:
+            along = self._along(t, x, v)
+            rank = np.linalg.matrix_rank
+            self._lines = {own[0] for own in self.glides.groups if rank(along[own], RANK) < 2}
         free = self.values(t, x, v, self.setup.loose)
         speeds, pull = (part[0] / self._sizes() for part in free[:2])
-        self._fastest = max(self._fastest, float(np.max(np.abs(speeds), initial=0.0)))
-        rest = set(np.flatnonzero(np.abs(speeds) <= RESTS * self._fastest).tolist())
-        rest |= set(np.flatnonzero(sides == 0).tolist()) if turn is not None else set()
+        fast = self.glides.spread(speeds)
+        self._fastest = max(self._fastest, float(np.max(fast, initial=0.0)))
+        rest = set(np.flatnonzero(fast <= self._rough * self._fastest).tolist())
+        still = self.glides.still(sides)
+        rest |= set(np.flatnonzero(still).tolist()) if turn is not None else set()
         natural = np.sqrt(np.max(np.abs(pull), initial=0.0))
         idle = np.flatnonzero((sides == IDLE) & (np.abs(speeds) <= RESTS * natural))
         rest |= set(idle.tolist())  # where nothing has moved yet all speeds are rounding
@@ -157,19 +199,24 @@ class Sticking:
         if turn is None:
             sides = np.sign(speeds)
         sides = np.where(sides == IDLE, np.sign(speeds), sides)  # those at rest are tried
+        for group in self.glides.groups:
+            if group[0] not in rest:
+                sides[group] = speeds[group] / fast[group]
         fixed: set[int] = set()
         if turn is not None and turn.released:
+            own = self.glides.group(turn.slip)
             held = self.values(t, x, v, self._last)[2][0]
-            sides[turn.slip] = -np.sign(held[turn.slip])
-            fixed = {turn.slip}
-        elif turn is not None:
+            sides[own] = -held[own] / max(float(np.linalg.norm(held[own])), LEAST)
+            fixed = set(own)
+        elif turn is not None and turn.slip not in self.glides.first:
             rest.add(turn.slip)
         tried = sorted(rest - fixed)
-        again = turn is not None and not turn.released and sides[turn.slip] == 0
+        again = turn is not None and not turn.released and bool(still[turn.slip])
         chosen = self._way(t, x, v, sides, tried)
         if again and (chosen == sides).all():  # about to start, forces are none yet
             chosen = self._way(t + SOON * self.setup.end, x, v, sides, tried)
-        locked = [k for k in tried if chosen[k] == 0]
+        at_rest = self.glides.still(chosen)
+        locked = [k for k in tried if at_rest[k]]
         signs = self.signs(chosen, locked)
         self._last = signs
         self.sizes.check(t, x, v, signs)
@@ -182,7 +229,7 @@ class Sticking:
         if not rest:
             return sides
         along = self._along(t, x, v)
-        moved = np.linalg.norm(along, axis=1) > RANK
+        moved = self.glides.spread(np.linalg.norm(along, axis=1)) > RANK
         sides, rest = self._turned(t, x, v, sides, rest, along)
         if not rest:
             return sides
@@ -191,7 +238,9 @@ class Sticking:
         for way in ways:
             own = sides.copy()
             own[rest] = way
-            locked = [k for k in rest if own[k] == 0]
+            own = self._headed(t, x, v, own, rest)
+            still = self.glides.still(own)
+            locked = [k for k in rest if still[k]]
             rank = np.linalg.matrix_rank(along[locked], RANK) if locked else 0
             if rank < len(locked):
                 fallback = own if fallback is None else fallback
@@ -227,32 +276,55 @@ class Sticking:
         No freedom moves them at this pose, so that what they do next depends on speeds alone: where
         a rocker turns all that hangs on it does.
         """
-        reach = np.linalg.norm(along, axis=1)
+        reach = self.glides.spread(np.linalg.norm(along, axis=1))
         if not (reach[rest] <= STRAIGHT).any():
             return sides, rest
         rates = self.values(t, x, v, self.setup.loose)[1][0] / self._sizes()
         pull = np.abs(self.integrator.acceleration(t, x, v, self.setup.loose) / self.kernel.sizes)
-        sure = (reach <= STRAIGHT) & (np.abs(rates) > reach / STRAIGHT * pull.max(initial=0.0))
-        sure &= np.abs(rates) > RESTS * self._fastest**2
-        sides = np.where(sure & np.isin(np.arange(self.k), rest), np.sign(rates), sides)
+        size = self.glides.spread(rates)
+        sure = (reach <= STRAIGHT) & (size > reach / STRAIGHT * pull.max(initial=0.0))
+        sure &= size > RESTS * self._fastest**2
+        ways = np.sign(rates)
+        for group in self.glides.groups:
+            ways[group] = rates[group] / np.maximum(size[group], LEAST)
+        sides = np.where(sure & np.isin(np.arange(self.k), rest), ways, sides)
         return sides, [k for k in rest if not sure[k]]
 
     def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
         """Return the sides to be tried for slips at rest."""
+        alone = self.glides.alone(rest)
         if along.shape[1] == 1 and moved[rest].all() and len(rest) > 1:
-            forward = np.sign(along[rest, 0])
-            return [*self._stuck(rest), forward, -forward]
+            forward = np.sign(along[:, 0])
+            for group in self.glides.groups:
+                size = float(np.linalg.norm(along[group, 0]))
+                forward[group] = along[group, 0] / max(size, LEAST)
+            return [*self._stuck(rest), forward[rest], -forward[rest]]
         slots = [k for k in rest if self._other.get(k) in rest]
-        if len(rest) - len(slots) // 2 > MOST:
+        if len(alone) - len(slots) // 2 > MOST:
             names = ", ".join(dict.fromkeys(self.names[k] for k in rest))
             raise NoWay(f"more than {MOST} slips come to rest at once: {names}")
         found = []
-        for way in itertools.product((0.0, 1.0, -1.0, IDLE), repeat=len(rest)):
-            by = dict(zip(rest, way, strict=True))
+        choices = [(0.0, np.nan) if len(own) > 1 else (0.0, 1.0, -1.0, IDLE) for own in alone]
+        for way_of in itertools.product(*choices):
+            by = {k: side for own, side in zip(alone, way_of, strict=True) for k in own}
+            way = [by[k] for k in rest]
             idle = {k for k, side in by.items() if side == IDLE}
             if {self._other[k] for k in slots if by[k] == 0} == idle:
                 found.append(np.array(way))
         return found
+
+    def _headed(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> Any:
+        """Return sides with the headings of pairs that start."""
+        if not np.isnan(sides).any():
+            return sides
+        stuck = np.where(np.isnan(sides), 0.0, sides)
+        free = self.values(t, x, v, self.setup.loose)[1][0]
+        held = self.values(t, x, v, self.signs(stuck, rest))[2][0]
+
+        def rates(own: Any) -> Any:
+            return self.values(t, x, v, self.signs(own, rest))[1][0]
+
+        return self.glides.headed(sides, rates, free, held)
 
     def _stuck(self, rest: list[int]) -> list[Any]:
         """Return the ways in which all slips at rest stick, each slot on one of its sides."""
@@ -285,8 +357,17 @@ class Sticking:
         self, sides: Any, rest: list[int], rates: Any, held: Any, low: Any, high: Any
     ) -> bool:
         """Return whether accelerations and forces are what sides of slips at rest need."""
+        still = self.glides.still(sides)
         for k in rest:
-            if sides[k] == IDLE:
+            if k in self.glides.first:
+                own = self.glides.group(k)
+                if still[k]:
+                    size, limit = self.glides.holding(held, high, k)
+                    if not size <= limit * (1 + SLACK):
+                        return False
+                elif not rates[own] @ sides[own] > 0:
+                    return False
+            elif sides[k] == IDLE:
                 if not high[k] <= SLACK * high[self._other[k]]:
                     return False
             elif sides[k] == 0:
@@ -316,9 +397,13 @@ class Sticking:
         """
         t = np.ravel(t)
         sides = self.sides(signs).copy()
-        locked = np.flatnonzero(sides == 0)
+        locked = np.flatnonzero(self.glides.still(sides))
         along = self._along(float(t[0]), x[0], v[0])
-        ways, worst = np.sign(along[locked, 0]), np.full(len(t), -np.inf)
+        forward = np.sign(along[:, 0])
+        for group in self.glides.groups:
+            size = float(np.linalg.norm(along[group, 0]))
+            forward[group] = along[group, 0] / max(size, LEAST)
+        ways, worst = forward[locked], np.full(len(t), -np.inf)
         free = self.values(t, x, v, self.setup.loose)[1][:, locked]
         size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
         idle = np.flatnonzero(sides == IDLE)
@@ -329,12 +414,15 @@ class Sticking:
             own[idle] = np.where(others == 0, IDLE, direction * others)
             rates = self.values(t, x, v, self.signs(own, locked))[1][:, locked]
             rates = rates * own[locked] / self._sizes()[locked]
+            for group in self.glides.groups:
+                at = np.flatnonzero(np.isin(locked, group))
+                rates[:, at] = rates[:, at].sum(axis=1, keepdims=True)
             worst = np.maximum(worst, rates.min(axis=1))
         return STARTS * size - worst
 
     def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
         """Return whether the forces of locked slips are unique."""
-        locked = np.flatnonzero(self.sides(signs) == 0)
+        locked = np.flatnonzero(self.glides.still(self.sides(signs)))
         along = self._along(t, x, v)
         return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
 
@@ -346,6 +434,8 @@ class Sticking:
         turn = self._turn(nodes) if self.k else None
         if lost is not None and (turn is None or lost[0][0] < turn.state[0]):
             return Cut(lost[0], verdict=lost[1])
+        if turn is not None and turn.sharp:
+            return Cut(turn.state, verdict=self.balls.verdict(self.names[turn.slip]))
         return None if turn is None else Cut(turn.state, turn=turn)
 
     def _turn(self, nodes: Nodes) -> Turn | None:
@@ -353,12 +443,14 @@ class Sticking:
         lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
         t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
         sides = self.sides(signs)
-        shared = bool((sides == 0).any()) and not self.unique(float(t[0]), x[0], v[0], signs)
+        stuck = bool(self.glides.still(sides).any())
+        shared = stuck and not self.unique(float(t[0]), x[0], v[0], signs)
         watched = self._watched(sides, shared)
+        watched += self._nearing(float(t[0]), x[0], v[0], signs, sides)
         values = self._functions(watched, signs)
         for (k, word), own in zip(watched, values(t[:1, None], x[:1], v[:1])[0], strict=True):
-            if word != "speed" and own < 0:  # over its limit from the start
-                return Turn(states[0], k, word in ("below", "above"), True)
+            if word not in MOVING and own < 0:  # over its limit from the start
+                return Turn(states[0], k, word in RELEASED, True)
         self._faster(t, x, v, signs)
 
         looker = Looker(
@@ -372,22 +464,74 @@ class Sticking:
             for state, _ in looker.states(sign)[:1]:
                 if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
                     k, word = watched[sign.which]
-                    first = Turn(state, k, word in ("below", "above"), word != "speed")
+                    released, sharp = word in RELEASED, word in ("sharp", "pivot")
+                    first = Turn(state, k, released, word not in MOVING, sharp)
                     row = sign.row
-        return first
+        return self._ended(looker, watched, first, row if first is not None else len(states))
+
+    def _ended(
+        self, looker: Looker, watched: list[tuple[int, str]], first: Turn | None, last: int
+    ) -> Turn | None:
+        """Return the first event, those at ends of steps among them that no fit sees.
+
+        Where a pair that glides comes to rest the direction of its friction turns round in no time.
+        """
+        lay, nodes = self.integrator.layout, looker.nodes
+        rows = [j for j, (_, word) in enumerate(watched) if word in ("glide", "near", "sharp")]
+        if not rows:
+            return first
+        t, x, v = (lay.of(nodes.states[: last + 1], name) for name in ("t", "x", "v"))
+        own = looker.values(t[:, None], x, v)[:, rows]
+        fallen = (own[:-1] > 0) & (own[1:] <= 0)
+        if not fallen.any():
+            return first
+        row = int(np.flatnonzero(fallen.any(axis=1))[0])
+        found = first
+        for j in np.flatnonzero(fallen[row]).tolist():
+            k, word = watched[rows[j]]
+            state = looker.located(Sign(row, 0.0, 1.0, rows[j], 1.0, False), 0.0, 1.0)
+            if found is None or lay.of(state, "t") < lay.of(found.state, "t"):
+                found = Turn(state, k, False, False, word == "sharp")
+        return found
 
     def _watched(self, sides: Any, shared: bool) -> list[tuple[int, str]]:
         """Return what is watched, and what happens to a slip where it falls below zero."""
         found: list[tuple[int, str]] = []
-        locked = np.flatnonzero(sides == 0).tolist()
+        still = self.glides.still(sides)
+        locked = np.flatnonzero(still).tolist()
         for k, side in enumerate(sides.tolist()):
-            if abs(side) == 1:
+            if k in self.glides.first:
+                if self.glides.first[k] != k:
+                    continue
+                ball = [(k, "pivot" if still[k] else "sharp")] if k in self.balls.sizes else []
+                if not still[k]:
+                    found += [(k, "glide"), *ball]
+                elif shared:
+                    found += [(k, "starts")] if locked[0] == k else []
+                else:
+                    found += [(k, "slack"), *ball]
+            elif abs(side) == 1:
                 found.append((k, "speed"))
             elif shared:
                 found += [(k, "starts")] if locked and k == locked[0] else []
             else:
                 found += [(k, "pressed")] if side == IDLE else [(k, "below"), (k, "above")]
         return found
+
+    def _nearing(self, t: float, x: Any, v: Any, signs: Any, sides: Any) -> list[tuple[int, str]]:
+        """Return the pairs that glide and are not at rest at the beginning: they may come to it."""
+        moving = [own for own in self.glides.groups if not self.glides.still(sides)[own[0]]]
+        if not moving:
+            return []
+        at = (np.array([[t]]), x[None, :], v[None, :])
+        fast = self.glides.spread(self._speeds(*at, signs)[0] / self._sizes())[0]
+        least = 2 * self._rough * self._fastest
+        return [(own[0], "near") for own in moving if fast[own[0]] > least[own[0]]]
+
+    @cached_property
+    def balls(self) -> BallLoads:
+        """The loads of balls."""
+        return BallLoads(self.setup)
 
     def _functions(self, watched: list[tuple[int, str]], signs: Any) -> Any:
         """Return the function (t (n, 1), x, v) -> what is left to each event, (n, watched).
@@ -396,18 +540,34 @@ class Sticking:
         side of a slot free, what keeps locks of one freedom from giving way.
         """
         words = {word for _, word in watched}
+        headings = self.sides(signs)
 
         def values(t: Any, x: Any, v: Any) -> Any:
             found = np.empty((len(t), len(watched)))
-            speeds: Any = self._speeds(t, x, v, signs)[0] if "speed" in words else None
+            moving = words & {"speed", "glide", "near"}
+            speeds: Any = self._speeds(t, x, v, signs)[0] if moving else None
             held: Any = None
             low: Any = None
             high: Any = None
-            if words & {"below", "above", "pressed"}:
+            if words & {"below", "above", "pressed", "slack", "pivot"}:
                 _, _, held, low, high, _ = self.values(t, x, v, signs)
             for j, (k, word) in enumerate(watched):
                 if word == "speed":
                     found[:, j] = speeds[:, k] * signs[k]
+                elif word in ("glide", "near"):
+                    own = self.glides.group(k)
+                    size = np.linalg.norm(speeds[:, own], axis=1)
+                    found[:, j] = (
+                        speeds[:, own] @ headings[own] - TURNED * size
+                        if word == "glide"
+                        else size - self._rough[k] * self._fastest * self._sizes()[k]
+                    )
+                elif word == "slack":
+                    size, limit = self.glides.holding(held, high, k)
+                    found[:, j] = (limit**2 * (1 + CLOSE) - size**2) / np.maximum(limit, LEAST)
+                elif word in ("sharp", "pivot"):
+                    moments = held[:, self.glides.group(k)] if word == "pivot" else None
+                    found[:, j] = self.balls.left(k, moments, (t, x, v, signs))
                 elif word == "starts":
                     found[:, j] = self._starts(t, x, v, signs)
                 elif word == "pressed":
@@ -437,7 +597,19 @@ class Sticking:
 
     def note(self, t: float, turn: Turn, signs: Any) -> None:
         """Keep an event, unless it is one of a side of a slot that nothing presses."""
-        side = float(self.sides(signs)[turn.slip])
+        sides = self.sides(signs)
+        side = float(sides[turn.slip])
+        if turn.slip in self.glides.first:
+            side = 0.0 if self.glides.still(sides)[turn.slip] else 1.0
+            lay = self.integrator.layout
+            x, v = (turn.state[lay[name]] for name in "xv")
+            fast = self.glides.spread(self.values(t, x, v, signs)[0][0] / self._sizes())
+            if (
+                side
+                and not turn.from_rest
+                and fast[turn.slip] > self._rough[turn.slip] * self._fastest
+            ):
+                return  # it has turned its direction alone
         if turn.slip in self._other:
             lay = self.integrator.layout
             x, v = (turn.state[lay[name]] for name in "xv")
@@ -452,6 +624,6 @@ class Sticking:
         setup = self.setup
         if setup.laws or setup.loads.uses_time or not self.k:
             return False
-        locked = np.flatnonzero(self.sides(signs) == 0)
+        locked = np.flatnonzero(self.glides.still(self.sides(signs)))
         along = self._along(t, x, v)
         return bool(np.linalg.matrix_rank(along[locked], RANK) == along.shape[1])

@@ -235,7 +235,7 @@ class Looker:
         low, high = sign.low, sign.high
         one, other = (self._own(sign, share) for share in (low, high))
         if sign.before * one > 0 and sign.before * other <= 0:
-            return [(self._located(sign, low, high), sign.before)]
+            return [(self.located(sign, low, high), sign.before)]
         if low == 0 and sign.row == 0 and not sign.dip and sign.before * other <= 0:
             return self._ahead(sign)
         width = high - low
@@ -247,15 +247,16 @@ class Looker:
             return []
         found = []
         if sign.before * self._own(sign, low) > 0:
-            found.append((self._located(sign, low, least), sign.before))
+            found.append((self.located(sign, low, least), sign.before))
         if sign.before * self._own(sign, high) > 0:
-            found.append((self._located(sign, least, high), -sign.before))
+            found.append((self.located(sign, least, high), -sign.before))
         return found
 
     def _own(self, sign: Sign, share: float) -> float:
         return self.value(self.at(sign.row, share), sign.which)
 
-    def _located(self, sign: Sign, low: float, high: float) -> Any:
+    def located(self, sign: Sign, low: float, high: float) -> Any:
+        """Return the state between two shares of a step at which a function is zero."""
         begin, h = self._step(sign.row)
         one, two = ((share * h, self.at(sign.row, share)) for share in (low, high))
         return self.integrator.met(
@@ -268,7 +269,7 @@ class Looker:
         for _ in range(AHEAD):
             share /= 2
             if sign.before * self._own(sign, share) > 0:
-                return [(self._located(sign, share, sign.high), sign.before)]
+                return [(self.located(sign, share, sign.high), sign.before)]
         return [(self.at(sign.row, 0.0), sign.before)]
 
     def _bottom(self, sign: Sign, low: float, high: float) -> float | None:

@@ -24,6 +24,7 @@ from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.model.forces.feedback import ACROSS
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.motion_equations import Released
 
@@ -37,6 +38,8 @@ NEWTON = 2
 """Steps of a projection to the constraints, and of one to their rates."""
 SIZES = 4
 """Steps of Newton's method for the forces of friction."""
+SIZES_OF_BALLS = 8
+"""The same beside balls, whose friction turns with their load."""
 SOLVED = 1e-9
 """How far these may be from their laws, relative to the largest: else there is no right-hand
 side, and a step that meets it is rejected."""
@@ -286,7 +289,8 @@ class Kernel:
             laws = [feedback.law for feedback in self.released.rubbing.feedbacks]
             first = [starts[place] for place in self.places]
             slope = [[slopes[place, j] for j in range(self.rubs)] for place in self.places]
-            found = sizes_by_newton(laws, first, slope, SIZES)
+            steps = SIZES_OF_BALLS if any(law in ACROSS for law in laws) else SIZES
+            found = sizes_by_newton(laws, first, slope, steps)
             miss, m = miss_of(laws, first, slope, found), ca.vertcat(*found)
             total = total + columns[:, 1:] @ m
         a, forces = ca.vertsplit(total, [0, self.n, self.n + self.m + self.slips])

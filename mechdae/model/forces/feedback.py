@@ -21,6 +21,11 @@ class Slip:
     ``falls`` and ``grows`` are the magnitudes of a resistance; ``resting`` is a symbol, 1 where
     ``friction_static`` takes the place of ``friction``. ``column`` is what a unit of the force or
     moment along it does in joints in space, as part of the joint's own reaction.
+
+    A pair that glides in several directions has a slip for each of its `parts`, of one unit, one
+    after the other; ``sign`` is then a component of the direction in which it starts, ``resting``
+    1 where its speeds change along one line, and ``weight`` that of the square of a force that
+    holds it.
     """
 
     owner: str
@@ -31,6 +36,9 @@ class Slip:
     grows: Any = None
     resting: Any = None
     column: Wrench | None = None
+    part: int = 0
+    parts: int = 1
+    weight: Any = 1.0
 
 
 @dataclass(frozen=True)

@@ -83,10 +83,12 @@ class Laws:
         adheres = self.adhesion and self._given(name, "friction_static")
         return adheres or self._given(name, "friction")
 
-    def _slip(self, name: str, speed: Any, unit: str, column: Wrench | None = None) -> Slip:
+    def _slip(
+        self, name: str, speed: Any, unit: str, column: Wrench | None = None, **more: Any
+    ) -> Slip:
         resting = SX.sym(f"resting_{name}_{len(self.slips)}") if self.adhesion else None
         sign = SX.sym(f"sign_{name}_{len(self.slips)}")
-        slip = Slip(name, speed, unit, sign, resting=resting, column=column)
+        slip = Slip(name, speed, unit, sign, resting=resting, column=column, **more)
         self.slips.append(slip)
         return slip
 

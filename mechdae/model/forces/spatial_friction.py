@@ -18,7 +18,8 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.forces.feedback import ACROSS, Feedback
+from mechdae.model.forces.feedback import ACROSS, Feedback, Slip
+from mechdae.model.forces.generalised import times
 
 SX = ca.SX
 
@@ -103,6 +104,32 @@ class _Pair:
             found.append(Feedback(self.name, law, forms, column, rate, strength=size, slip=slip))
         return found
 
+    def gliding(
+        self, speeds: Any, unit: str, columns: list[Any], weights: tuple[Any, ...]
+    ) -> tuple[Slip | None, Any, Any]:
+        """Return the slip of a speed with several components, its direction and its size.
+
+        In motions, where a pair sticks and starts, the direction is that of the speed after its
+        first moments, and of the slips' signs before. Where ``resting`` of the first slip is 1 the
+        speed has one line to change along: its friction does not turn round before the event.
+        """
+        if not self.laws.adhesion:
+            size = ca.sqrt(ca.sumsqr(speeds))
+            return None, ca.if_else(size > 0, speeds / size, SX.zeros(speeds.shape)), size
+        count = speeds.numel()
+        slips = [
+            self.laws._slip(
+                self.name, speeds[k], unit, columns[k], part=k, parts=count, weight=weights[k]
+            )
+            for k in range(count)
+        ]
+        heading = ca.vertcat(*[slip.sign for slip in slips])
+        sense = ca.if_else(slips[0].resting > 0, ca.sign(ca.dot(speeds, heading)), 1)
+        way = ca.if_else(ca.sumsqr(heading) > 0, sense * speeds + heading, SX.zeros(count))
+        size = ca.sqrt(ca.sumsqr(way))
+        direction = ca.if_else(size > 0, way / ca.fmax(size, 1e-300), SX.zeros(count))
+        return slips[0], direction, ca.sqrt(ca.sumsqr(speeds))
+
     def both(self, row: Any) -> Any:
         """Return a form and its opposite: the largest is its size."""
         return ca.vertcat(row, -row)
@@ -166,18 +193,17 @@ def _spherical(pair: _Pair) -> list[Feedback]:
     spin = _spin(model, joint.second_body) - _spin(model, joint.first_body)
     f = pair.laws.factor * model.numbers[f"{pair.name}.friction"]
     rho = _circle(pair, "ball_radius")(f)
-    speed = ca.sqrt(ca.sumsqr(spin))
-    w = ca.if_else(speed > 0, spin / speed, SX.zeros(3))
+    turned = [model.space.rubbing(model, pair.name, SX.zeros(3), SX.eye(3)[:, k]) for k in range(3)]
+    slip, w, speed = pair.gliding(spin, "rad", turned, (1.0, 1.0, 1.0))
     pair.assume("the ball presses where its load points, without drag about that line")
     across = ca.horzcat(SX.eye(3) - w @ w.T, SX(3, 3))
     both = ca.vertcat(ca.horzcat(w.T, SX(1, 3)), across)
     none, force = SX.zeros(3), ca.horzcat(SX.eye(3), SX(3, 3))
     against = model.space.rubbing(model, pair.name, none, -rho * w)
     own = {"strength": rho, "needs": force}
-    found = [Feedback(pair.name, "length", across, against, rho * speed, **own)]
-    for k, law in enumerate(ACROSS):
-        turned = model.space.rubbing(model, pair.name, none, rho * SX.eye(3)[:, k])
-        found.append(Feedback(pair.name, law, both, turned, SX(0), **own))
+    found = [Feedback(pair.name, "length", across, against, rho * speed, slip=slip, **own)]
+    for law, column in zip(ACROSS, turned, strict=True):
+        found.append(Feedback(pair.name, law, both, times(rho, column), SX(0), **own))
     return found
 
 
@@ -203,18 +229,18 @@ def _cylindrical(pair: _Pair) -> list[Feedback]:
     r = pair.number("pin_radius")
     if r is None:
         return pair.along("slide", [("length", plane, lambda f: f) for plane in pair.planes()])
-    around = r * turning
     f = pair.laws.factor * pair.model.numbers[f"{pair.name}.friction"]
-    v = ca.sqrt(sliding**2 + around**2)
-    across = ca.if_else(v > 0, around / v, 0)
-    ahead = ca.if_else(v > 0, sliding / v, 0)
-    size = f / ca.sqrt(1 + (f * across) ** 2)
     space: Any = pair.model.space
+    held = [space.holding(pair.model, pair.name, word) for word in ("slide", "angle")]
+    columns = [held[0], times(r, held[1])]  # of a force around at the surface
+    slip, way, v = pair.gliding(ca.vertcat(sliding, r * turning), "m", columns, (1.0, 1 + f * f))
+    ahead, across = way[0], way[1]
+    size = f / ca.sqrt(1 + (f * across) ** 2)
     force = -size * ahead * pair.a
     moment = -size * across * r * pair.a
     column = space.rubbing(pair.model, pair.name, force, moment)
     return [
-        Feedback(pair.name, "length", plane, column, size * v, strength=size)
+        Feedback(pair.name, "length", plane, column, size * v, strength=size, slip=slip)
         for plane in pair.planes()
     ]
 

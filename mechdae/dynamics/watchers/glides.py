@@ -1,0 +1,130 @@
+"""Slips that glide in several directions: balls, and cylindrical pairs that slide and turn.
+
+Their components rub together: friction acts against the direction of the speed. While such a pair
+moves that direction is its own; where it starts it has a *heading*, which is an input like a sign.
+All components stick together, held by a force whose size has the limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.model.forces.feedback import Slip
+
+FIRST = 1e-14
+"""Speed, over the largest so far, up to which the heading stands for the direction."""
+LEAST = 1e-150
+TURNS = 60
+"""Corrections of a heading."""
+SAME = 1e-13
+
+
+class Glides:
+    """The components that belong together, by their places among the slips.
+
+    Parameters
+    ----------
+    slips
+        All of a motion.
+    weights : array (k,)
+        Of the squares of the components of a force that holds.
+
+    Attributes
+    ----------
+    groups : list of list of int
+        Places of the components of each pair that glides.
+    first : dict
+        Place of a component -> place of the first one of its pair.
+    """
+
+    def __init__(self, slips: list[Slip], weights: Any) -> None:
+        self.weights = weights
+        self.groups = [
+            list(range(k, k + slip.parts))
+            for k, slip in enumerate(slips)
+            if slip.parts > 1 and slip.part == 0
+        ]
+        self.first = {k: own[0] for own in self.groups for k in own}
+
+    def group(self, k: int) -> list[int]:
+        """Return the places of the slips that stick with one."""
+        return next((own for own in self.groups if k in own), [k])
+
+    def spread(self, values: Any) -> Any:
+        """Return values (..., k) with the length of their vector at all components of a pair."""
+        found = np.abs(values)
+        for own in self.groups:
+            found[..., own] = np.linalg.norm(values[..., own], axis=-1, keepdims=True)
+        return found
+
+    def still(self, sides: Any) -> Any:
+        """Return which slips are locked (k,): of pairs that glide those without a heading."""
+        found = np.asarray(sides) == 0
+        for own in self.groups:
+            found[own] = found[own].all()
+        return found
+
+    def headings(self, values: Any) -> Any:
+        """Return values (k,) with the components of pairs divided by their length."""
+        found = np.array(values, float)
+        for own in self.groups:
+            size = float(np.linalg.norm(found[own]))
+            found[own] = found[own] / size if size > 0 else 0.0
+        return found
+
+    def alone(self, rest: list[int]) -> list[list[int]]:
+        """Return the slips at rest, those of a pair that glides together."""
+        return [self.group(k) for k in rest if self.first.get(k, k) == k]
+
+    def holding(self, held: Any, high: Any, k: int) -> tuple[Any, Any]:
+        """Return the size of the force that holds a pair, and its limit, (n,) each."""
+        own = self.group(k)
+        squares = self.weights[own] * held[..., own] ** 2
+        return np.sqrt(squares.sum(axis=-1)), high[..., own[0]]
+
+    def headed(self, sides: Any, rates: Callable[[Any], Any], free: Any, held: Any) -> Any:
+        """Return sides with headings where they are not known yet (nan).
+
+        A pair starts the way it is pulled: rates (k,) of its speeds for these sides are along its
+        heading. Friction changes them by as much as `free` ones, without any, are apart from them.
+
+        Parameters
+        ----------
+        sides
+            -1, 0, 1 or headings.
+        rates
+            Sides -> rates of all slips.
+        free, held
+            Rates without friction, and the forces that hold where all that is not known sticks.
+        """
+        open_ = [own for own in self.groups if np.isnan(sides[own]).any()]
+        if not open_:
+            return sides
+        found = sides.copy()
+        for own in open_:
+            found[own] = -held[own] / max(float(np.linalg.norm(held[own])), LEAST)
+        for _ in range(TURNS):
+            now, worst = rates(found), 0.0
+            for own in open_:
+                back = float(np.linalg.norm(free[own] - now[own]))
+                way = now[own] + back * found[own]
+                size = float(np.linalg.norm(way))
+                if size == 0 or not np.isfinite(size):
+                    continue
+                worst = max(worst, float(np.abs(way / size - found[own]).max()))
+                found[own] = way / size
+            if worst <= SAME:
+                break
+        return found
+
+
+def weights_of(slips: list[Slip], p: Any, values: Any) -> Any:
+    """Return the weights (k,) of slips for values of the parameters."""
+    if not slips:
+        return np.zeros(0)
+    weights = ca.vertcat(*[ca.SX(slip.weight) for slip in slips])
+    return np.array(ca.Function("weights", [p], [ca.densify(weights)])(values)).ravel()
