@@ -126,3 +126,20 @@ def test_frames_have_one_scale_of_forces():
     animation = md.plot(md.solve("screw-press", "stroke"), "animation", frames=3)
     drawn_ones = [gids(axes) for axes in animation.drawn(animation.poses)]
     assert all("load-work" in own for own in drawn_ones)
+
+
+def test_points_and_their_forces_are_seen_on_faces_of_their_body():
+    """A point in the middle of a plate is in the plate's plane: it is drawn after the face."""
+    points = {"A": [0, 0, 0], "B": [1, 0, 0], "D": [0, 1, 0], "C": [0.4, 0.4, 0]}
+    plate = md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"A": [0, 0, 0]}),
+        bodies=[md.Body("plate", points)],
+        joints=[md.SpatialRevolute("A", "ground.A", "plate.A", axis=[1, 0, 0])],
+        loads=[md.Force("push", "plate.C", (0.0, 0.0, -3.0))],
+    )
+    for view in ((20.0, 40.0), (200.0, -30.0)):
+        axes = md.plot(md.solve(plate, md.Sweep(driver=md.Driver("A.angle", at=[0.3]))), view=view)
+        face = max(own.zorder for own in with_gid(axes, "body-plate-face"))
+        for gid in ("point-plate.C", "load-push"):
+            assert min(own.zorder for own in with_gid(axes, gid)) > face

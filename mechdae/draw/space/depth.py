@@ -64,7 +64,11 @@ class Item:
     """Whether it leaves a gap in lines behind it."""
     weight: float = style.SOLID
     owner: str = ""
-    """Of one owner faces are behind lines."""
+    """Of one owner faces are behind lines and solids."""
+
+    @property
+    def is_face(self) -> bool:
+        return self.closed and not self.solid
 
     @property
     def depth(self) -> float:
@@ -117,8 +121,8 @@ def depth_order(items: Sequence[Item]) -> list[int]:
 
 def nearer(a: Item, b: Item) -> int:
     """Return 1 where a covers b, -1 where b covers a, 0 where neither does."""
-    if a.owner and a.owner == b.owner and a.closed != b.closed:
-        return 1 if b.closed else -1
+    if a.owner and a.owner == b.owner and a.is_face != b.is_face:
+        return 1 if b.is_face else -1
     if not a.closed and not b.closed:
         differences = crossings(a.points, b.points)[:, 2]
     else:

@@ -184,7 +184,10 @@ class SpatialLoads:
         self.sheet.keep(line[:, :2])
         points = np.linspace(line[0], line[1], 11)
         items = with_head(points, gid, style.LOAD)
-        return items + with_head(points[::-1], gid, style.LOAD) if both else items
+        items += with_head(points[::-1], gid, style.LOAD) if both else []
+        for item in items:  # seen in front of the body's own faces
+            item.owner = load.point.split(".")[0] if isinstance(load, Force) else ""
+        return items
 
     def _cost(self, points: Array) -> float:
         out = (points < 3.0).any() or (points > self.sheet.size - 3.0).any()

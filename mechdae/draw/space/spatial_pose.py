@@ -120,7 +120,9 @@ class SpatialPose:
                 attached.polygons[name] = corners
         for reference in free_points(self.scene, self.pose):
             spot = self.at(self.scene.place(reference, self.pose))
-            items.append(solids.ball(spot, style.DOT, f"point-{reference}"))
+            dot = solids.ball(spot, style.DOT, f"point-{reference}")
+            dot.owner = reference.split(".")[0]
+            items.append(dot)
         return items + self._wheels(), attached
 
     def _wheels(self) -> list[Item]:
