@@ -230,7 +230,21 @@ class _Platform:
         S = np.linalg.svd(np.stack([a.real, a.imag], axis=-1), compute_uv=False)
         # linear equations that hold for a whole circle of places, or a whole line
         loose = ~certain & (S[:, 0 if self.circle else 1] <= 1e-6)
-        return P[~loose], w[~loose], certain[~loose], bool(loose.any())
+        still = self.translating()
+        if still is not None:
+            loose |= ~certain & (np.abs(w - still) <= 1e-4)
+        return P[~loose], w[~loose], certain[~loose], still is not None or bool(loose.any())
+
+    def translating(self) -> complex | None:
+        """Return the turn at which three equal legs are parallel: the platform moves by itself."""
+        fit = complex(np.sum(np.conj(self.m) * self.b))
+        if np.any(self.n != 0) or fit == 0:
+            return None
+        w = fit / abs(fit)
+        a, c, big_a, big_c = self.linear(np.array([w]))
+        least = 64 * self.grain
+        holds = np.all(np.abs(a) <= least * big_a) and np.all(np.abs(c) <= least * big_c)
+        return w if holds else None
 
     def gap(self) -> float:
         """Return by how much the legs miss each other at the best of many angles."""

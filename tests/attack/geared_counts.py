@@ -10,6 +10,7 @@ to be among the modes where their count is said to be proven. The exit code is 1
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 
@@ -149,6 +150,11 @@ def main(arguments=None):
     options = attack.parser(__doc__, 1000, "mechanisms").parse_args(arguments)
     seed, figures = options.seed, {}
     mechanisms, modes, sure, wrong = 0, 0, 0, []
+    if options.out and options.out.exists():  # a run that was stopped goes on
+        known = json.loads(options.out.read_text())
+        if known["seeds"][0] == seed and known["mechanisms"] < options.count:
+            seed, mechanisms, modes = known["seeds"][1] + 1, known["mechanisms"], known["modes"]
+            sure, wrong = known["proven"], known["wrong"]
     while mechanisms < options.count:
         found = counted(seed)
         seed += 1
