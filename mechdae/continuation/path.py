@@ -33,30 +33,37 @@ APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
 WINDOW, HOPE = 1000, 100.0
 """Small steps over which progress is measured, and times as far as they came that is left."""
+WINDOWS, EVEN = 5, 1.25
+"""As many times they come as far, but for that factor, before they are taken for even: next to
+a narrow place steps shrink and grow again.
+"""
 
 
 @dataclass
 class Tries:
     """Steps from which something is tried again, by block and sense; small steps in a row.
 
-    ``mark`` is where the last `WINDOW` of them began; ``hopeless`` tells that these went a share
-    of the way that is left which steps of their size cannot make up for.
+    ``marks`` are where each `WINDOW` of them ended; ``hopeless`` tells that they are even, and go a
+    share of the way that is left which steps of their size cannot make up for.
     """
 
     stretch: dict[float, float] = field(default_factory=dict)
     fold: dict[tuple[int, float], float] = field(default_factory=dict)
     bridge: dict[tuple[int, float], float] = field(default_factory=dict)
     laboured: int = 0
-    mark: float = 0.0
+    marks: list[float] = field(default_factory=list)
     hopeless: bool = False
 
     def labour(self, s: float, rest: float) -> None:
         """Count a small step that ends at `s`, and see whether they lead to what is left."""
         self.laboured += 1
+        if self.laboured == 1:
+            self.marks = [s]
         if self.laboured % WINDOW == 0:
-            far = HOPE * abs(s - self.mark)
-            self.hopeless = self.laboured > WINDOW and far < rest
-            self.mark = s
+            self.marks = [*self.marks, s][-WINDOWS - 1 :]
+            far = np.abs(np.diff(self.marks))
+            even = len(far) == WINDOWS and far.max() <= EVEN * far.min()
+            self.hopeless = bool(even and HOPE * far[-1] < rest)
 
 
 class Path(AnyPath):

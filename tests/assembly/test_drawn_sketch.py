@@ -10,7 +10,7 @@ import pytest
 import mechdae as md
 from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.multistart import BlockSearch
-from mechdae.continuation.path import WINDOW, Tries
+from mechdae.continuation.path import WINDOW, WINDOWS, Tries
 
 
 @pytest.fixture
@@ -69,13 +69,13 @@ def test_a_rough_sketch_is_compared_with_all_modes(searches) -> None:
 
 
 def test_steps_that_lead_nowhere_are_given_up() -> None:
-    """Steps of one size, and steps that grow by a hundredth each: 2.1e4 times in 1000."""
-    even, growing = Tries(), Tries()
+    """Steps of one size; and those that halve in 1000 and grow again, as at a narrow place."""
+    even, narrow = Tries(), Tries()
     s = t = 0.0
-    for k in range(2 * WINDOW):
+    for k in range(WINDOWS * WINDOW):
         assert not even.hopeless
-        s, t = s + 1e-7, t + 1e-7 * 1.01**k
+        s, t = s + 1e-7, t + 1e-7 * 2.0 ** abs(k / 1000 - 2.5)
         even.labour(s, 1.0 - s)
-        growing.labour(t, 1.0 - t)
+        narrow.labour(t, 1.0 - t)
+        assert not narrow.hopeless
     assert even.hopeless
-    assert not growing.hopeless
