@@ -301,10 +301,10 @@ def main() -> None:
         print(k, done[-1], flush=True)
         if options.out:
             _write(options.out, kept, done)
-    print("all", _total(done))
+    print("all", totals(done))
 
 
-def _total(done: list[dict[str, Any]]) -> dict[str, int]:
+def totals(done: list[dict[str, Any]]) -> dict[str, int]:
     total: collections.Counter[str] = collections.Counter()
     for own in done:
         total.update({w: n for w, n in own.items() if isinstance(n, int)})
@@ -326,7 +326,7 @@ def by_kind(done: list[dict[str, Any]]) -> dict[str, dict[str, int]]:
 
 def _write(out: Path, kept: dict[str, Any], done: list[dict[str, Any]]) -> None:
     rows = ",\n  ".join(json.dumps(own) for own in done)
-    counts = {"counts": _total(done), "by kind": by_kind(done)}
+    counts = {"counts": totals(done), "by kind": by_kind(done)}
     head = json.dumps(kept | {"drawn": len(done)} | counts, indent=1)[:-2]
     out.write_text(f'{head},\n "structures": [\n  {rows}\n ]\n}}\n')
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from mechdae.assembly.axis_senses import AxisSenses
 from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
 from tests.attack.spatial_mutants import MUTANTS
 from tests.attack.spatial_mutants import told as told_by
+from tests.attack.spatial_poses import by_kind, totals
 from tests.attack.spatial_poses import judged as judge
 from tests.attack.spatial_sketches import assembled, sketched
 from tests.attack.spatial_structures import draw, structure
@@ -124,3 +127,18 @@ def test_a_sketch_with_axes_turned_round_is_not_followed(monkeypatch: pytest.Mon
     assert result.status[0] == "ok"
     assert error_of(found, result, 0) < 1e-9
     assert any("lies far from it" in note for note in result.summary["notes"])
+
+
+def test_the_page_tells_what_the_runs_have_found() -> None:
+    folder = Path(__file__).parents[2] / "docs"
+    names = ("spatial-poses", "spatial-poses-many")
+    read = [json.loads((folder / f"data/{name}.json").read_text("utf-8")) for name in names]
+    every = [own for one in read for own in one["structures"]]
+    found, text = totals(every), (folder / "honesty.md").read_text("utf-8")
+    assert f"{len(every)} structures with {found['mechanisms']} mechanisms" in text
+    assert f"of {found['ok']} poses `ok` {found['tracked']} are on the motion" in text
+    wrong = found["wrong"] + found["turned wrong"]
+    assert f"**{wrong} are outside of their bound**; {found['refused']} poses" in text
+    for word, own in by_kind(every).items():
+        counts = f"{own['structures']} | {own['mechanisms']} | {own['ok']}"
+        assert f"| {word} | {counts} | {own['wrong'] + own['turned wrong']} |" in text
