@@ -102,6 +102,10 @@ def _name(content: Any) -> str:
         steps = path.get("steps") if isinstance(path, dict) else None
         if any("through" in step for step in steps or () if isinstance(step, dict)):
             return "check_crossings"
+        joints = mechanism.get("joints")
+        own = joints.values() if isinstance(joints, dict) else ()
+        if any(joint.get("kind") == "curve" for joint in own if isinstance(joint, dict)):
+            return "check_curve_modes" if modes else "check_curves"
         return "check_superfluous" if "superfluous" in mechanism else f"check{modes}"
     return PROOFS.get(str(content.get("proof")), "check_space_modes") if modes else "check_space"
 

@@ -543,8 +543,8 @@ def check(path: str) -> str:
         raise FalseClaim("certificate", f"not of version {VERSION}, or not a kind that is checked")
     try:
         return sweep(Checked(data.get("mechanism")), data)
-    except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError) as why:
-        raise FalseClaim("certificate", f"cannot be read or proved: {str(why)[:200]}") from None
+    except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError, RuntimeError) as e:
+        raise FalseClaim("certificate", f"cannot be read or proved: {str(e)[:200]}") from None
 
 
 if __name__ == "__main__":

@@ -528,8 +528,8 @@ def check(path: str) -> str:
         m = Checked(data.get("mechanism"))
         said = f", {len(m.left_out)} superfluous equations off by" if m.left_out else ""
         return f"{sweep(m, data)}{said and said + format(m.off, ' .1e')}"
-    except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError) as why:
-        raise FalseClaim("certificate", f"cannot be read or proved: {str(why)[:200]}") from None
+    except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError, RuntimeError) as e:
+        raise FalseClaim("certificate", f"cannot be read or proved: {str(e)[:200]}") from None
 
 
 if __name__ == "__main__":

@@ -399,7 +399,7 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
     raise ArithmeticError("Newton's method does not find a pose")
 
 
-def told(m: Wide, z: list[arb], claim: Any, at: str) -> None:
+def told(m: Any, z: list[arb], claim: Any, at: str) -> None:
     """Compare points and angles that are reported with a pose in balls, by the bounds reported."""
     frames, bounds = m.placed(z), part(claim, "bound", dict, at)
     length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") + arb(2) ** -90
@@ -533,8 +533,8 @@ def check(path: str) -> str:
         raise FalseClaim("certificate", f"not of version {VERSION}, or not a kind that is checked")
     try:
         return (sweep if kind == "sweep" else modes)(Wide(data.get("mechanism")), data)
-    except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError) as why:
-        raise FalseClaim("certificate", f"cannot be read or proved: {str(why)[:200]}") from None
+    except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError, RuntimeError) as e:
+        raise FalseClaim("certificate", f"cannot be read or proved: {str(e)[:200]}") from None
 
 
 if __name__ == "__main__":

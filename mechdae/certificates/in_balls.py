@@ -12,6 +12,7 @@ from flint import acb, ctx
 from mechdae.assembly.linkage.rigid_parts import GroupPoses
 from mechdae.certificates import (
     check,
+    check_curves,
     check_modes,
     check_space,
     check_space_modes,
@@ -31,6 +32,8 @@ def checker_of(mechanism: dict[str, Any], modes: bool = False) -> Any:
     """Return the checker of certificates of a mechanism: of sweeps, or of modes."""
     if mechanism.get("dimension") == 3:
         return check_space_modes if modes else check_space
+    if any(joint["kind"] == "curve" for joint in mechanism["joints"].values()):
+        return check_curves
     if "superfluous" in mechanism:
         return check_superfluous
     return check_modes if modes else check

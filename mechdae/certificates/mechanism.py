@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints import Curve, Joint, follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnavailableError
 from mechdae.kernels.bounds.walk import replay
@@ -24,6 +24,7 @@ NUMBERS = {
     "slot": ("axis",),
     "gear": ("ratio", "phase"),
     "rack": ("radius", "axis", "phase"),
+    "curve": (),
 }
 
 
@@ -38,26 +39,37 @@ OPERATIONS = {
 }
 
 
-def formulas(function: Any) -> list[Formula]:
-    """Return the values of a casadi function of s as formulas.
+CURVES = OPERATIONS | {ca.OP_SQRT: "sqrt"}
+
+
+def formulas(
+    function: Any,
+    numbers: tuple[str, ...] = (),
+    known: dict[int, str] = OPERATIONS,
+    what: str = "laws",
+) -> list[Formula]:
+    """Return the values of a casadi function of s, and of `numbers`, as formulas.
 
     Raises
     ------
     UnavailableError
-        An operation that certificates do not know.
+        An operation that is not `known`; `what` has it.
     """
 
     def operation(code: int, inputs: list[Any]) -> Formula:
-        if code in OPERATIONS:
-            return [OPERATIONS[code], *inputs]
+        if code in known:
+            return [known[code], *inputs]
+        if code == ca.OP_INV:
+            return ["/", "1", inputs[0]]
         if code in (ca.OP_SUB, ca.OP_NEG):
             minus = ["*", "-1", inputs[-1]]
             return ["+", inputs[0], minus] if code == ca.OP_SUB else minus
         if code in (ca.OP_SQ, ca.OP_TWICE):
             return ["*", inputs[0] if code == ca.OP_SQ else "2", inputs[0]]
-        raise UnavailableError("no certificate is written of laws with such functions")
+        raise UnavailableError(f"no certificate is written of {what} with such functions")
 
-    return list(replay(function, [["s"]], operation, as_text)[0])
+    inputs = [["s"], list(numbers)] if numbers else [["s"]]
+    return list(replay(function, inputs, operation, as_text)[0])
 
 
 def as_text(value: Any) -> str:
@@ -71,7 +83,7 @@ def planar_mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any
     Raises
     ------
     UnavailableError
-        Curves.
+        Open curves, functions in curves that no checker knows.
     """
     mechanism = scene.model.mechanism
     values = mechanism.values()
@@ -82,6 +94,8 @@ def planar_mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any
     for name in names:
         joint = mechanism.joints[name]
         joints[name] = _joint(joint, values)
+        if follows_curve(joint):
+            joints[name] |= _curve(scene, joint, values)
         for end in (joint.first, joint.second):
             _add(points, end, values)
     for reference in scene.selection.points:
@@ -118,8 +132,25 @@ def _joint(joint: Joint, values: Any) -> dict[str, Any]:
     return own | {key: as_text(value) for key, value in numbers.items()}
 
 
+def _curve(scene: Scene, joint: Curve, values: Any) -> dict[str, Any]:
+    """Return place and roller of a curve: exact numbers are put into its formulas."""
+    contact, model = scene.model.contacts[joint.name], scene.model
+    if contact.wrapped or not contact.closed:
+        raise UnavailableError(
+            "no certificate is written of curves that end, or do not repeat by themselves",
+            where=f"joints.{joint.name}",
+        )
+    function = ca.Function("curve", [contact.s, model.p], [ca.densify(contact.point)])
+    numbers = tuple(as_text(v) for v in np.ravel(model.p_values))
+    x, y = formulas(function, numbers, CURVES, "curves")
+    if joint.roller_radius is None:
+        return {"x": x, "y": y}
+    radius = Fraction(values[f"{joint.name}.roller_radius"])
+    return {"x": x, "y": y, "roller": str(radius if joint.side == "right" else -radius)}
+
+
 class Frames:
-    """Origin and angle of all bodies of a scene, in the frames of the file.
+    """Origin and angle of all bodies of a scene, in the frames of the file; places on curves.
 
     Origins are those of the file's frames: they follow from one point of each body.
     """
@@ -137,16 +168,28 @@ class Frames:
             rows += [model.point(reference), model.frame(body).angle]
             locals_.append([values[f"{reference}.{axis}"] for axis in "xy"])
         self._local = np.array(locals_)
+        self.curves = {
+            name: [contact.s, *([] if contact.angle is None else [contact.angle])]
+            for name, contact in model.contacts.items()
+            if any(name in group.joints for group in scene.groups)
+        }
+        rows += [symbol for own in self.curves.values() for symbol in own]
         expression = ca.densify(scene.expression(ca.vertcat(*rows)))
         self._function = ca.Function("frames", [scene.x, scene.u, model.p], [expression])
 
     def at(self, x: Any, u: Any) -> dict[str, list[str]]:
-        """Return x, y, angle of each body as exact texts, at unknowns `x` and drivers `u`."""
-        place = np.array(self._function(x, u, self.p)).reshape(-1, 3)
+        """Return x, y, angle of each body as exact texts, at unknowns `x` and drivers `u`.
+
+        Of each curve s and the angle of a roller's tangent, by the joint's name.
+        """
+        values = np.array(self._function(x, u, self.p)).ravel()
+        place, own = values[: 3 * len(self.bodies)].reshape(-1, 3), values[3 * len(self.bodies) :]
+        rest = map(as_text, own)
+        contacts = {name: [next(rest) for _ in known] for name, known in self.curves.items()}
         cos, sin = np.cos(place[:, 2]), np.sin(place[:, 2])
         a, b = self._local.T
         origin = place[:, :2] - np.stack([cos * a - sin * b, sin * a + cos * b], axis=1)
         return {
             body: [as_text(v) for v in (*own, angle)]
             for body, own, angle in zip(self.bodies, origin, place[:, 2], strict=True)
-        }
+        } | contacts

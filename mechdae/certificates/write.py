@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 import mechdae
-from mechdae.certificates.crossings import meeting
+from mechdae.certificates import check_curves
 from mechdae.certificates.in_balls import (
     check_count,
+    checker_of,
     complex_poses,
     left_out,
     looked_at,
@@ -27,6 +27,7 @@ from mechdae.certificates.mechanism import (
     formulas,
     planar_mechanism_of,
 )
+from mechdae.certificates.paths import corners_of, path_of
 from mechdae.certificates.space import SpatialFrames, spatial_mechanism_of
 from mechdae.certificates.superfluous import steps_of, with_motion
 from mechdae.continuation.legs import Legs
@@ -42,13 +43,6 @@ from mechdae.kinematics.sweep import run
 from mechdae.model.reduction import Scene
 from mechdae.results import ModesResult, Result, Status
 from mechdae.setup.drivers import plan
-
-BEFORE = 1e-3
-"""Share of the largest step before a limit position from which on the way into it begins."""
-MOST_NODES = 24
-"""Steps of a path that are written down; the check takes each in as many parts as it needs."""
-MOST_STEPS = 20000
-"""Steps of a path across change points whose check takes some minutes."""
 
 
 def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
@@ -158,10 +152,10 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
             "no certificate is written of a motion that turns off at a change point", where=where
         )
     if isinstance(done.path, Path):
-        path = _path(done.path, arc, frames, done.places, mechanism)
+        path = path_of(done.path, arc, frames, done.places, mechanism)
     else:
         assert isinstance(done.path, Legs)
-        path = _corners(done.path, arc, frames)
+        path = corners_of(done.path, arc, frames)
     if setting.scene.redundant:
         middle = [path, *path["steps"]][len(path["steps"]) // 2]
         at = middle["to"] if "to" in middle else middle["at"]
@@ -196,103 +190,6 @@ def _closed_sweep(
     way = steps_of(float(min(done.places)), float(max(done.places)), crossings)
     poses = _poses(told, done, arc, way, mechanism["bodies"])
     return {"kind": "sweep", "mechanism": mechanism, "path": way, "poses": poses}
-
-
-def _path(
-    path: Path,
-    arc: Arc,
-    frames: Frames | SpatialFrames,
-    places: Any,
-    mechanism: dict[str, Any],
-) -> dict[str, Any]:
-    """Return the nodes of a path inside its arc, and the limit positions that end it.
-
-    Where all is linear in the drivers' values there are none: the ends of the poses' `places`.
-    """
-    nx, ends = path.graphs.nx, [end.s for end in arc.limits if end is not None]
-    known = [
-        (s, state)
-        for s, state in zip(path.s, path.state, strict=True)
-        if arc.first <= s <= arc.last and all(abs(s - end) > BEFORE * path.largest for end in ends)
-    ]
-    inside = [s for s in places if arc.first <= s <= arc.last]
-    if inside:  # the way on towards a singular pose proves nothing of the poses
-        low, high = (end is not None and end.kind != "limit" for end in arc.limits)
-        first = max((s for s, _ in known if s <= min(inside)), default=-np.inf)
-        last = min((s for s, _ in known if s >= max(inside)), default=np.inf)
-        known = [
-            row for row in known if (not low or row[0] >= first) and (not high or row[0] <= last)
-        ]
-    zones = {zone.low: zone for zone in path.zones}
-    known = [row for row in known if not any(z.low < row[0] < z.high for z in path.zones)]
-    if not nx:
-        reached = {*path.s, float(np.min(places)), float(np.max(places))}
-        known = [(s, np.zeros(0)) for s in sorted(reached)]
-    nodes = [
-        {"at": as_text(s), "bodies": frames.at(state[:nx], path.drivers(np.array([s]))[0])}
-        for s, state in known
-    ]
-    if not nodes:
-        raise UnavailableError("no certificate is written of a pose at a limit position alone")
-    if not zones:
-        nodes = _thinned(nodes)
-    steps = _steps(path, known, zones) if zones else 1
-    if steps > MOST_STEPS:
-        raise UnavailableError(
-            f"no certificate is written of a path that takes about {steps} steps to check: it "
-            "leads across change points to a singular pose"
-        )
-    found: dict[str, Any] = {**nodes[0], "steps": []}
-    for (s, _), (before, after) in zip(known, pairwise(nodes), strict=False):
-        step = {"from": before["at"], "to": after["at"], "bodies": after["bodies"]}
-        if s in zones:
-            place, x = zones[s].s, zones[s].nodes[1][1]
-            bodies = frames.at(x, path.drivers(np.array([place]))[0])
-            step["through"] = meeting(mechanism, bodies, place)
-        found["steps"].append(step)
-    for word, end in (("low", arc.low), ("high", arc.high)):
-        if end is not None and end.kind == "limit":
-            at = np.array([end.s])
-            bodies = frames.at(path.guess(at)[0], path.drivers(at)[0])
-            found[word] = {"at": as_text(end.s), "bodies": bodies}
-    return found
-
-
-def _corners(path: Legs, arc: Arc, frames: Frames | SpatialFrames) -> dict[str, Any]:
-    """Return the corners of a path of legs that it comes to."""
-    nodes = [
-        {"at": str(k), "bodies": frames.at(x, path.corners[k])}
-        for k, x in enumerate(path.nodes)
-        if arc.holds(k)
-    ]
-    steps = [{"from": a["at"], "to": b["at"], "bodies": b["bodies"]} for a, b in pairwise(nodes)]
-    return nodes[0] | {"steps": steps}
-
-
-def _thinned(nodes: list[Any]) -> list[Any]:
-    """Return the first node, the last one, and so many between that they make `MOST_NODES` steps.
-
-    Nodes lie closer where the way is harder.
-    """
-    count = min(MOST_NODES, len(nodes) - 1)
-    return [nodes[k * (len(nodes) - 1) // max(count, 1)] for k in range(count + 1)]
-
-
-def _steps(path: Path, known: list[tuple[float, Any]], zones: dict[float, Any]) -> int:
-    """Return about how many steps around tangents lead along the nodes of a path.
-
-    As many as a step at whose beginning the test is passed goes into the way to the next node,
-    one across a change point.
-    """
-    count = 0
-    for (s, state), (to, _) in pairwise(known):
-        parts = 1
-        while s not in zones and parts < MOST_STEPS:
-            if np.all(path.step(state, s, (to - s) / parts)[1] <= 1):
-                break
-            parts *= 2
-        count += parts
-    return count
 
 
 def _poses(
@@ -374,7 +271,10 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     mechanism = mechanism_of(setting.scene, _values(setting, u))
     groups = _groups(setting.scene.groups, mechanism["bodies"])
     wide = bool(setting.scene.redundant) and "dimension" not in mechanism
-    proof = "" if wide else check_count(mechanism, groups)  # refusals come before all else
+    curved = checker_of(mechanism) is check_curves
+    proof = (
+        "" if wide or curved else check_count(mechanism, groups)
+    )  # refusals come before all else
     result = modes(problem, name, task)
     frames = _frames(setting.scene, mechanism)
     every, _, _ = setting.assembler.modes(u, by_paths=True)
@@ -410,6 +310,9 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         "mechanism": mechanism,
         "groups": groups,
     }
+    if curved:  # their real poses are counted; no determinant is looked at
+        found = [{key: mode[key] for key in mode.keys() - {"signs"}} for mode in found]
+        return content | {"modes": found}
     solved = [group for runs in setting.assembler.counted.values() for group in runs]
     try:
         every_pose = [] if proof else complex_poses(content, found, solved)

@@ -1,4 +1,4 @@
-"""Certificates of the plane beyond regular paths: superfluous equations, change points."""
+"""Certificates of the plane beyond regular paths: superfluous equations, change points, curves."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ import pytest
 import mechdae as md
 from mechdae.errors import SolveError, UnavailableError
 from tests.shared.altered import KINDS, alter
+from tests.shared.paths import ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
 CASES = {
@@ -26,16 +27,25 @@ CASES = {
     "rods": ("parallelogram-three-cranks", "modes", None),
     "folding": ("folding-slider-crank", "turn", (1.3, math.pi / 2, 1.571, 1.9)),
     "kite": ("kite", "turn", (-0.3, 0.0, 1e-3, 0.3)),
+    "cam": ("cam-roller-follower", "turn", (0.0, 0.3, 0.6)),
+    "lobes": ("hypocycloid-drive", "turns", (0.0, 0.1)),
+    "contacts": ("cam-roller-follower", "modes", None),
+    "pin": ("hypocycloid-drive", "modes", None),
+    "seals": ("wankel-rotor", "modes", None),
     "anti": ("change-point-parallelogram", "anti_turn", (2.9, math.pi, 3.142, 3.3)),
 }
+HALF_TURN = Fraction("3.14159265358979323846264338327950288419716939937510")
 PROVED = {
     "beam": "3 change points, 13 poses, 4 superfluous equations that hold identically",
     "rod": "0 change points, 13 poses, 1 superfluous equations that hold identically",
     "rods": "1 mode, 3 of 4 complex poses miss 1 superfluous equations",
     **dict.fromkeys(("folding", "kite", "anti"), "4 poses, 1 change points"),
+    **{"cam": "3 poses, 0 limit positions", "lobes": "2 poses, 0 limit positions"},
+    **{"contacts": "2 modes, and", "pin": "2 modes, and", "seals": "8 modes, and no others"},
 }
 """Two circles meet in two points, two cranks more follow from a circle and a line each: of these 4
-poses only the parallelogram closes with the third crank."""
+poses only the parallelogram closes with the third crank. A line through the middle of a curve that
+goes round it once meets it twice: cam and lobes; three seals in front or behind."""
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +55,9 @@ def written() -> dict[str, dict[str, Any]]:
         problem = md.load(name)
         if poses:
             own = problem.tasks[task]
-            at = {"driver": md.Driver("crank.angle", at=poses)} if isinstance(poses, tuple) else {}
+            at = {}
+            if isinstance(poses, tuple):
+                at = {"driver": md.Driver(own.driver.coordinate, at=poses)}
             changes = at | {"poses": None if at else poses}
             problem = problem.with_task(task, replace(own, **changes))
         found[word] = md.certify(problem, task)
@@ -71,12 +83,13 @@ def test_what_is_proved(word: str, written: Any, tmp_path: Path) -> None:
 def test_altered_certificates_are_refused(written: Any, tmp_path: Path) -> None:
     rng, count = random.Random(3), 0
     cases = [*itertools.product(("rod", "rods", "folding"), (*KINDS, "number", "number"))]
+    cases += itertools.product(("cam", "contacts", "seals"), ("number", "number", *KINDS[1:9]))
     for word, kind in [*cases, ("beam", "number"), ("kite", "number"), ("anti", "bound")]:
         other, what = alter(written[word], kind, rng)
         if what:
             refusal(other, tmp_path / "c.json")
             count += 1
-    assert count > 28
+    assert count > 40
 
 
 @pytest.fixture
@@ -168,6 +181,67 @@ def test_change_points_that_are_not_exact_or_left_are_refused() -> None:
         md.certify(longer, "turn")
 
 
+def test_tangents_of_rollers_have_the_sense_of_the_curve(written: Any, tmp_path: Path) -> None:
+    """The roller on the other side with the tangent turned round: all equations still hold."""
+    for word, part, roller in (("contacts", "modes", "profile"), ("pin", "modes", "lobes")):
+        own = json.loads(json.dumps(written[word]))
+        joint = own["mechanism"]["joints"][roller]
+        joint["roller"] = str(-Fraction(joint["roller"]))
+        for mode in own[part]:
+            place = mode["bodies"][roller]
+            place[1] = str(Fraction(place[1]) + HALF_TURN)
+        assert "modes/0" in (why := refusal(own, tmp_path / "c.json"))
+        assert "against its curve" in why
+
+
+def test_curves_that_are_none_are_refused(altered: Callable[..., str]) -> None:
+    deep: Any = "s"
+    for _ in range(600):
+        deep = ["sin", deep]
+    bad = (["tan", "s"], ["cos"], ["+", "s"], ["/", "1", "0"], "t", None, [], ["s"], deep, {"s": 1})
+    for word in ("cam", "contacts"):
+        for curve in bad:
+            altered(word, "mechanism", "joints", "profile", "x", to=curve)
+        keys = ("mechanism", "joints", "profile", "first")
+        assert "joints/profile" in altered(word, *keys, to="cam.nowhere")
+
+
+def test_periods_are_seen_in_formulas() -> None:
+    """Only curves that repeat after a turn of s are counted all the way round."""
+    from mechdae.certificates import check_curve_modes as own
+
+    def found(formula: Any) -> bool:
+        return own.repeats(own.parsed(formula, "x"))
+
+    half, twice = ["*", "1/2", "s"], ["*", ["+", "3", "-1"], "s"]
+    for formula in (["cos", "s"], ["*", "2", ["sin", ["+", twice, "1/7"]]], ["sqrt", ["cos", "s"]]):
+        assert found(formula)
+    for formula in ("s", ["cos", half], ["+", "s", ["cos", "s"]], ["sin", ["cos", half]]):
+        assert not found(formula)
+    assert not found(["cos", ["*", "s", "s"]])
+
+
+def test_slopes_of_formulas_are_right() -> None:
+    """Against differences of fourth order."""
+    from flint import arb
+
+    from mechdae.certificates import check_curves as own
+
+    texts = ["/", ["+", ["sin", ["*", "3", "s"]], "2"], ["sqrt", ["+", "5/4", ["*", "s", "s"]]]]
+    formula = own.parsed(["*", ["cos", texts], ["+", "s", ["*", "0", "s"]]], "x")
+
+    def value(of: Any, s: float) -> float:
+        return float(own.formula(of, arb(s), "x"))
+
+    h = 1e-3
+    for s in (-1.3, 0.2, 0.9, 2.4):
+        near = [value(formula, s + k * h) for k in (-2, -1, 1, 2)]
+        expected = (near[0] - 8 * near[1] + 8 * near[2] - near[3]) / (12 * h)
+        assert value(own.slope(formula), s) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+        dual = own.formula(formula, own.Dual(arb(s), {0: own.ONE}), "x")
+        assert float(dual.d[0]) == pytest.approx(value(own.slope(formula), s), rel=1e-14)
+
+
 def test_numbers_that_do_not_fit_have_no_closed_form() -> None:
     """A crank that is longer by its last place: poses meet all equations to rounding only."""
     problem = md.load("parallelogram-three-cranks")
@@ -175,3 +249,15 @@ def test_numbers_that_do_not_fit_have_no_closed_form() -> None:
     for task in ("turn", "modes"):
         with pytest.raises(UnavailableError, match="do not meet them exactly"):
             md.certify(longer, task)
+
+
+def test_page_tells_what_became_of_alterations() -> None:
+    data = json.loads((ROOT / "docs" / "data" / "certificates.json").read_text())
+    found = data["alterations_in_the_plane"]
+    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    unseen = len(found["seen_beside_the_problem"])
+    assert found["passed"] == []
+    assert f"Of {found['count']} alterations planted in certificates of change points" in page
+    assert (
+        f"curves {found['count'] - unseen} are refused with their place; the other {unseen}" in page
+    )

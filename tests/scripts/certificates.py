@@ -52,6 +52,16 @@ MODES = tuple(
 )
 """Modes in space, of which `OF_MODES` alterations are planted."""
 OF_MODES = 66
+PLANE = (
+    ("parallelogram-three-cranks", "turn"),
+    ("five-crank-parallelogram", "modes"),
+    ("change-point-parallelogram", "turn"),
+    ("folding-slider-crank", "turn"),
+    ("kite", "pose"),
+    ("cam-roller-follower", "turn"),
+    ("hypocycloid-drive", "modes"),
+    ("wankel-rotor", "modes"),
+)
 LONGEST = 150
 """Seconds of processor time after which writing and checking a certificate is given up."""
 
@@ -60,13 +70,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--alterations", type=int, default=200)
     parser.add_argument("--out")
+    parser.add_argument("--plane", type=int, help="only so many alterations in the plane")
     parser.add_argument("names", nargs="*")
     options = parser.parse_args()
     signal.signal(signal.SIGVTALRM, _late)
     kept = Path(f"{options.out}.part") if options.out else None
     known = json.loads(kept.read_text()) if kept and kept.exists() else {}
-    if options.names:
-        return anew(options.names, Path(options.out))
+    if options.names or options.plane:
+        return anew(options.names, options.plane or 0, Path(options.out))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "certificate.json"
         for name in library.names():
@@ -77,21 +88,24 @@ def main() -> int:
         passed = [what for what in alterations(options.alterations, path, ALTERED) if what]
         spatial = [what for what in alterations(options.alterations, path, SPATIAL) if what]
         of_modes = [what for what in alterations(OF_MODES, path, MODES) if what]
+        plane = in_the_plane(options.alterations, path)
     found = sums(tasks) | {
         "alterations": {"count": options.alterations, "passed": passed},
         "alterations_in_space": {"count": options.alterations, "passed": spatial},
         "alterations_of_modes": {"count": OF_MODES, "passed": of_modes},
+        "alterations_in_the_plane": plane,
         "rows": tasks,
     }
     if options.out and kept:
         kept.unlink()
         Path(options.out).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     print({key: value for key, value in found.items() if key != "rows"})
-    return 1 if found["refused"] or passed or spatial or of_modes else 0
+    failed = found["refused"] or passed or spatial or of_modes or plane["passed"]
+    return 1 if failed else 0
 
 
-def anew(names: list[str], out: Path) -> int:
-    """Make the rows of some problems anew, and what follows from all rows."""
+def anew(names: list[str], plane: int, out: Path) -> int:
+    """Make the rows of some problems anew, and what follows from all rows; alterations."""
     found = json.loads(out.read_text(encoding="utf-8"))
     by_name = {
         name: [row for row in found["rows"] if row["problem"] == name] for name in library.names()
@@ -99,10 +113,23 @@ def anew(names: list[str], out: Path) -> int:
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             by_name[name] = rows(name, Path(folder) / "certificate.json")
+        planted = in_the_plane(plane, Path(folder) / "certificate.json")
     tasks = [row for name in library.names() for row in by_name[name]]
+    if plane:
+        found["alterations_in_the_plane"] = planted
     found |= sums(tasks) | {"rows": tasks}
     out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    return 1 if found["refused"] else 0
+    return 1 if found["refused"] or planted["passed"] else 0
+
+
+def in_the_plane(count: int, path: Path) -> dict[str, Any]:
+    """Return what became of alterations; some are seen only where the problem is at hand.
+
+    They change a number that is multiplied by zero at the poses of a certificate.
+    """
+    unseen = list[str]()
+    passed = [what for what in alterations(count, path, PLANE, unseen) if what]
+    return {"count": count, "passed": passed, "seen_beside_the_problem": unseen}
 
 
 def sums(tasks: list[dict[str, Any]]) -> dict[str, Any]:
@@ -160,9 +187,14 @@ def _late(*_: Any) -> None:
     raise TimeoutError
 
 
-def alterations(count: int, path: Path, which: tuple[tuple[str, str], ...]) -> list[str]:
-    """Return by alteration what passed the check although it is false; "" where it was refused."""
-    contents = [certificate_of(md.load(name), task) for name, task in which]
+def alterations(
+    count: int, path: Path, which: tuple[tuple[str, str], ...], unseen: list[str] | None = None
+) -> list[str]:
+    """Return by alteration what passed the check although it is false; "" where it was refused.
+
+    With a list for those `unseen` alone, what passes is compared with the problem too.
+    """
+    contents = [certificate_of(md.load(name), task) for name, task in (which if count else ())]
     rng, found = random.Random(11), list[str]()
     while len(found) < count:
         content = contents[len(found) % len(contents)]
@@ -172,7 +204,12 @@ def alterations(count: int, path: Path, which: tuple[tuple[str, str], ...]) -> l
             continue
         path.write_text(as_json(other), encoding="utf-8")
         try:
-            found.append(f"{content['task']}: {kind} {what}: {check_certificate(path)}")
+            told = f"{content['task']}: {kind} {what}: {check_certificate(path)}"
+            if unseen is not None:
+                unseen.append(told)
+                check_certificate(path, content["problem"])
+                unseen.pop()
+            found.append(told)
         except SolveError:
             found.append("")
     return found

@@ -81,10 +81,8 @@ def alter(content: dict[str, Any], kind: str, rng: random.Random) -> tuple[dict[
         g = rng.choice(turned)
         modes[k]["signs"][g] = str(-int(modes[k]["signs"][g]))
         return own, f"modes/{k}/signs/{g}"
-    if kind in ("mode", "complex") and modes:
-        listed = own.get("modes" if kind == "mode" else "complex")
-        if not listed:  # no others are there by boxes
-            return own, ""
+    if kind in ("mode", "complex") and own.get("modes" if kind == "mode" else kind):
+        listed = own["modes" if kind == "mode" else kind]
         k = rng.randrange(len(listed))
         del listed[k]
         return own, f"{kind} {k}"

@@ -1,0 +1,120 @@
+"""Paths as certificates have them: nodes, limit positions, ways across change points."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from mechdae.certificates.crossings import meeting
+from mechdae.certificates.mechanism import Frames, as_text
+from mechdae.certificates.space import SpatialFrames
+from mechdae.continuation.legs import Legs
+from mechdae.continuation.path import Path
+from mechdae.continuation.reachable_arc import Arc
+from mechdae.errors import UnavailableError
+
+BEFORE = 1e-3
+"""Share of the largest step before a limit position from which on the way into it begins."""
+MOST_NODES = 24
+"""Steps of a path that are written down; the check takes each in as many parts as it needs."""
+MOST_STEPS = 20000
+"""Steps of a path across change points whose check takes some minutes."""
+
+
+def path_of(
+    path: Path,
+    arc: Arc,
+    frames: Frames | SpatialFrames,
+    places: Any,
+    mechanism: dict[str, Any],
+) -> dict[str, Any]:
+    """Return the nodes of a path inside its arc, and the limit positions that end it.
+
+    Where all is linear in the drivers' values there are none: the ends of the poses' `places`.
+    """
+    nx, ends = path.graphs.nx, [end.s for end in arc.limits if end is not None]
+    known = [
+        (s, state)
+        for s, state in zip(path.s, path.state, strict=True)
+        if arc.first <= s <= arc.last and all(abs(s - end) > BEFORE * path.largest for end in ends)
+    ]
+    inside = [s for s in places if arc.first <= s <= arc.last]
+    if inside:  # the way on towards a singular pose proves nothing of the poses
+        low, high = (end is not None and end.kind != "limit" for end in arc.limits)
+        first = max((s for s, _ in known if s <= min(inside)), default=-np.inf)
+        last = min((s for s, _ in known if s >= max(inside)), default=np.inf)
+        known = [
+            row for row in known if (not low or row[0] >= first) and (not high or row[0] <= last)
+        ]
+    zones = {zone.low: zone for zone in path.zones}
+    known = [row for row in known if not any(z.low < row[0] < z.high for z in path.zones)]
+    if not nx:
+        reached = {*path.s, float(np.min(places)), float(np.max(places))}
+        known = [(s, np.zeros(0)) for s in sorted(reached)]
+    nodes = [
+        {"at": as_text(s), "bodies": frames.at(state[:nx], path.drivers(np.array([s]))[0])}
+        for s, state in known
+    ]
+    if not nodes:
+        raise UnavailableError("no certificate is written of a pose at a limit position alone")
+    if not zones:
+        nodes = _thinned(nodes)
+    steps = _steps(path, known, zones) if zones else 1
+    if steps > MOST_STEPS:
+        raise UnavailableError(
+            f"no certificate is written of a path that takes about {steps} steps to check: it "
+            "leads across change points to a singular pose"
+        )
+    found: dict[str, Any] = {**nodes[0], "steps": []}
+    for (s, _), (before, after) in zip(known, pairwise(nodes), strict=False):
+        step = {"from": before["at"], "to": after["at"], "bodies": after["bodies"]}
+        if s in zones:
+            place, x = zones[s].s, zones[s].nodes[1][1]
+            bodies = frames.at(x, path.drivers(np.array([place]))[0])
+            step["through"] = meeting(mechanism, bodies, place)
+        found["steps"].append(step)
+    for word, end in (("low", arc.low), ("high", arc.high)):
+        if end is not None and end.kind == "limit":
+            at = np.array([end.s])
+            bodies = frames.at(path.guess(at)[0], path.drivers(at)[0])
+            found[word] = {"at": as_text(end.s), "bodies": bodies}
+    return found
+
+
+def corners_of(path: Legs, arc: Arc, frames: Frames | SpatialFrames) -> dict[str, Any]:
+    """Return the corners of a path of legs that it comes to."""
+    nodes = [
+        {"at": str(k), "bodies": frames.at(x, path.corners[k])}
+        for k, x in enumerate(path.nodes)
+        if arc.holds(k)
+    ]
+    steps = [{"from": a["at"], "to": b["at"], "bodies": b["bodies"]} for a, b in pairwise(nodes)]
+    return nodes[0] | {"steps": steps}
+
+
+def _thinned(nodes: list[Any]) -> list[Any]:
+    """Return the first node, the last one, and so many between that they make `MOST_NODES` steps.
+
+    Nodes lie closer where the way is harder.
+    """
+    count = min(MOST_NODES, len(nodes) - 1)
+    return [nodes[k * (len(nodes) - 1) // max(count, 1)] for k in range(count + 1)]
+
+
+def _steps(path: Path, known: list[tuple[float, Any]], zones: dict[float, Any]) -> int:
+    """Return about how many steps around tangents lead along the nodes of a path.
+
+    As many as a step at whose beginning the test is passed goes into the way to the next node,
+    one across a change point.
+    """
+    count = 0
+    for (s, state), (to, _) in pairwise(known):
+        parts = 1
+        while s not in zones and parts < MOST_STEPS:
+            if np.all(path.step(state, s, (to - s) / parts)[1] <= 1):
+                break
+            parts *= 2
+        count += parts
+    return count
