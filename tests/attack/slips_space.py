@@ -16,6 +16,7 @@ FORCES, SUITE = "forces/test_spatial_", "attack/test_spatial.py"
 REACHES = "kernels/test_reaches.py::test_nothing_exceeds_its_bound"
 CLOSURE = f"{SUITE}::test_poses_are_where_the_closure_puts_them"
 FREE_BODIES = f"{FORCES}reactions.py::test_loops_of_all_pairs_balance_like_free_bodies"
+SCREWS = "measures/test_screws.py::"
 TEETH, FRICTION = f"{FORCES}teeth.py::", f"{FORCES}friction.py::"
 
 
@@ -163,6 +164,49 @@ def bevel() -> float:
     return float(np.abs(across - wanted).max()) / T / 1e-9
 
 
+def axes() -> float:
+    """Screw axes of a bolt that turns and slides, and of a hinge on a turning arm."""
+    mechanism = md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"O": (0.1, 0, 0)}),
+        bodies=[
+            md.Body("bolt", {"O": (0.02, 0, 0), "P": (0.07, 0, 0)}),
+            md.Body("arm", {"P": (0, 0, 0)}),
+        ],
+        joints=[
+            md.Cylindrical("C", "ground.O", "bolt.O", axis=(0, 0, 1)),
+            md.SpatialRevolute("H", "bolt.P", "arm.P", axis=(1, 0, 0)),
+        ],
+    )
+    drivers = [
+        md.Driver(name, at=[value], speed=speed)
+        for name, value, speed in (("C.angle", 0.4, 2.0), ("C.slide", 0.0, 0.3), ("H.angle", 1, 5))
+    ]
+    found = md.solve(mechanism, md.Sweep(drivers=drivers, measures=["axodes", "screw-axes"]))
+    bolt, pin = found.bodies["bolt"], found.points["arm.P"].position[0]
+    hinge, along = (found.centres[f"bolt-arm.{word}"][0] for word in ("point", "direction"))
+    spin, speed = found.bodies["arm"].angular_velocity[0], found.points["arm.P"].velocity[0]
+    there = speed + np.cross(spin, found.bodies["arm"].axode_fixed_point[0] - pin)
+    return max(
+        abs(bolt.screw_pitch[0] - 2 * np.pi * 0.15),
+        np.abs(bolt.axode_fixed_point[0] - [0.1, 0, 0]).max(),
+        np.abs(bolt.axode_moving_point[0] - [0.02, 0, 0]).max(),
+        np.abs(np.cross(pin - hinge, along)).max(),
+        np.abs(np.cross(there, spin)).max(),
+    ) / 1e-9  # fmt: skip
+
+
+def pressed() -> float:
+    """The transmission angle of the rocker of `rssr` at a pose, from the places of its points."""
+    driver = md.Driver("A.angle", at=[0.5])
+    problem = md.load("rssr")
+    found = md.solve(problem.mechanism, md.Sweep(driver=driver, measures=["transmission"]))
+    B, C, D = (found.points[name].position[0] for name in ("crank.B", "rocker.C", "rocker.D"))
+    way = np.cross([1, 0, 0], C - D)
+    sine = abs((C - B) @ way) / np.linalg.norm(C - B) / np.linalg.norm(way)
+    return abs(np.sin(found.joints["C"].transmission_angle[0]) - sine) / 1e-9
+
+
 SLIPS = [
     Slip("model.tree.closures", "(ca.sumsqr(cut.gap) / cut.length - cut.length) / 2",
          "(ca.sumsqr(cut.gap) / cut.length - 1.0000001 * cut.length) / 2", bar, CLOSURE),
@@ -191,4 +235,15 @@ SLIPS = [
          "ca.cos(helix) * across - ca.sin(helix) * round_", teeth, f"{TEETH}test_parallel_axes"),
     Slip("model.forces.spatial_meshes", "_unit(self.ratio * self.a1 - self.a2)",
          "_unit(self.a1 - self.ratio * self.a2)", bevel, f"{TEETH}test_axes_that_meet"),
+    Slip("measures.screws", "self.place[second] + np.cross", "self.place[second] - np.cross", axes,
+         f"{SCREWS}test_a_nut_turns_about_its_thread"),
+    Slip("measures.screws", "speed[first] - np.cross(", "speed[first] + np.cross(", axes,
+         f"{SCREWS}test_axodes_of_skew_gears_are_hyperboloids"),
+    Slip("measures.screws", "TURN * np.sum(direction * speed", "np.sum(direction * speed", axes,
+         f"{SCREWS}test_turning_and_sliding_at_once_is_a_screw"),
+    Slip("measures.screws", "axis.point - self.place[body]) + self.anchors[body]",
+         "axis.point - self.place[body])", axes, f"{SCREWS}test_a_nut_turns_about_its_thread"),
+    Slip("measures.bars", "ca.cross(axis, model.point(point) - model.point(joint.first))",
+         "ca.cross(axis, model.point(point))", pressed,
+         f"{SCREWS}test_transmission_of_an_rssr"),
 ]  # fmt: skip
