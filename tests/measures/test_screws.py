@@ -177,8 +177,8 @@ def four_bar(lengths: dict[str, float] = LENGTHS, balls: bool = False) -> md.Mec
 
 
 def test_screw_axes_of_a_planar_mechanism_stand_on_its_instant_centres() -> None:
-    """The coupler's: where the lines of crank and rocker meet."""
-    result = swept(four_bar(), "A.angle", "axodes")
+    """The coupler's: where the lines of crank and rocker meet; that of two links in their pin."""
+    result = swept(four_bar(), "A.angle", "axodes", "screw-axes")
     own = result.bodies["coupler"]
     B, C = (result.points[name].position[:, :2] for name in ("coupler.B", "coupler.C"))
     D = np.array([LENGTHS["d"], 0.0])
@@ -186,6 +186,8 @@ def test_screw_axes_of_a_planar_mechanism_stand_on_its_instant_centres() -> None
     share = D[0] * along[:, 1] / (B[:, 0] * along[:, 1] - B[:, 1] * along[:, 0])
     np.testing.assert_allclose(own.axode_fixed_point[:, :2], share[:, None] * B, rtol=1e-12)
     assert np.abs(own.axode_fixed_point[:, 2]).max() < 1e-15
+    for pair, pin in (("crank-coupler", B), ("coupler-rocker", C)):
+        np.testing.assert_allclose(result.centres[f"{pair}.point"][:, :2], pin, atol=1e-14)
     np.testing.assert_allclose(np.abs(own.axode_fixed_direction[:, 2]), 1, rtol=1e-15)
     assert np.abs(own.screw_pitch).max() < 1e-15
 
