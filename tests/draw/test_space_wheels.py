@@ -10,8 +10,9 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.joints import Joint
+from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
-from mechdae.draw.space.spatial_wheels import PitchPlane, surfaces
+from mechdae.draw.space.spatial_wheels import PitchPlane, sides, surfaces
 from mechdae.pages.space_scenes import space_of
 from tests.shared.drawn import gids
 from tests.shared.live import WEB
@@ -183,3 +184,15 @@ def test_the_page_has_the_same_surfaces(tmp_path):
         for a, b in zip(own, told, strict=True):
             for x, y in zip(a, b, strict=True):
                 np.testing.assert_allclose(y, x, atol=1e-13)
+
+
+def test_a_bearing_at_the_apex_is_drawn_where_its_wheel_is():
+    places, points = ([0, 0, 0], [0, 0, 0]), ([0, 0, 0.05], [0.05, 0, 0])
+    scene = read_spatial(
+        md.solve(wheels([[0, 0, 1], [1, 0, 0]], places, points, radius=0.02), TURN)
+    )
+    found = sides(scene, 1)
+    assert all(way > 0 for way in found.values())
+    assert all(way > 0 for way in offsets(scene, 1, found).values())
+    turned = {name: -way for name, way in found.items()}
+    assert all(way < 0 for way in offsets(scene, 1, turned).values())

@@ -94,7 +94,7 @@ def _apart(
         free = j >= len(kept)
         least = float(np.linalg.norm(places[i[free]] - places[j[free]], axis=1).min())
         beside = sum(s * sides.get(j.name, 0.0) > 0 for s, j in zip(choice, moving, strict=True))
-        worth = round(least / step - 0.3 * sum(abs(s) for s in choice) + beside, 9)
+        worth = round(least / step - 0.3 * sum(abs(s) for s in choice) + 2 * beside, 9)
         if worth > best:
             best, signs = worth, choice
     return {
