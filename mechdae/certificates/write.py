@@ -124,9 +124,9 @@ def _line(start: float, slope: float) -> Formula:
 
 
 def _values(setting: Setting, u: Any) -> dict[str, Formula]:
-    """Return the values of the drivers at a pose: a single one is the parameter."""
+    """Return the values of the drivers at a pose: the first one is the parameter."""
     names = [driver.text for driver in setting.scene.drivers]
-    return {names[0]: "s"} if len(names) == 1 else dict(zip(names, map(as_text, u), strict=True))
+    return dict(zip(names, ["s", *map(as_text, u[1:])], strict=True))
 
 
 def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""All poses of spatial groups that paths through complex dimensions lead to."""
+"""All poses of spatial groups: by paths through complex dimensions, or in closed form."""
