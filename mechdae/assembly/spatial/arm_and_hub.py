@@ -51,8 +51,9 @@ class ArmAndHub:
         if not (len(here) == len(there) == len(ends) == len(known) == 1):
             raise OtherShape
         self.hinge, self.forward = hinge.name, hinge.second_body == arm
-        self.turned = [j for j in (here[0], there[0]) if (j.name, "e0") in scene.x_names]
-        if len(self.turned) != 1 or (hinge.name, "angle") not in scene.x_names:
+        owners = {owner for owner, _ in scene.x_names}
+        self.turned = [j for j in (here[0], there[0]) if j.name in owners]
+        if len(self.turned) != 1 or hinge.name not in owners:
             raise OtherShape
         self.on_arm = self.turned == here
         self.hub_first = self.turned[0].first_body == hub
