@@ -439,7 +439,7 @@ def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> 
         return solution(m, z, q).rates()[0][LAST] * ahead * sense
 
     ahead, z = claim[q] - z[q].mid(), solution(m, z, q).box()
-    for tube, after in follow(m, z, q, (z[q] + ahead * 2).mid(), good):
+    for tube, after in follow(m, z, q, (z[q] + ahead * 2.1).mid(), good):
         if not (speed(z) > 0 and speed(after) > 0):
             break
         z = after
