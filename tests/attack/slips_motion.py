@@ -301,8 +301,8 @@ SLIPS = [
     ),
     Slip(
         "dynamics.watchers.sticking",
-        "sides[turn.slip] = -np.sign",
-        "sides[turn.slip] = np.sign",
+        "sides[own] = -held[own] /",
+        "sides[own] = held[own] /",
         held,
         SUITE + "test_motion_friction.py::test_two_blocks_start_one_after_the_other",
     ),

@@ -10,7 +10,13 @@ import sys
 
 import pytest
 
-from tests.attack import slips_measures, slips_motion, slips_space, slips_synthesis
+from tests.attack import (
+    slips_measures,
+    slips_motion,
+    slips_space,
+    slips_space_motion,
+    slips_synthesis,
+)
 from tests.shared.paths import ROOT
 from tests.shared.planting import Slip, plant
 
@@ -18,6 +24,7 @@ SLIPS = {
     "measures": slips_measures.SLIPS,
     "motion": slips_motion.SLIPS,
     "space": slips_space.SLIPS,
+    "space in motion": slips_space_motion.SLIPS,
     "synthesis": slips_synthesis.SLIPS,
 }
 ALL = [slip for slips in SLIPS.values() for slip in slips]

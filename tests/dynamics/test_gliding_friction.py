@@ -8,28 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-
-G = 9.81
-M, J, F, R = 2.0, 0.004, 0.2, 0.05
-
-
-def sleeve(inertia: float = J, *loads: Any, **keys: Any) -> md.Mechanism:
-    """Return a body that slides and turns on a level shaft along x."""
-    keys = {"friction": F, "pin_radius": R} | keys
-    return md.Mechanism(
-        dimension=3,
-        ground=md.Ground({"O": (0, 0, 0)}),
-        bodies=[md.Body("sleeve", {"O": (0, 0, 0)}, mass=M, inertia=(inertia, 0.01, 0.01))],
-        joints=[md.Cylindrical("C", "ground.O", "sleeve.O", axis=(1, 0, 0), **keys)],
-        loads=loads,
-        gravity=(0, 0, -G),
-    )
-
-
-def coast(mechanism: md.Mechanism, speed: float, turning: float, **keys: Any) -> md.Result:
-    start = {"start": {"C.slide": 0.0, "C.angle": 0.0}}
-    speeds = {"start_speed": {"C.slide": speed, "C.angle": turning}}
-    return md.solve(mechanism, md.Motion(**start, **speeds, **({"until": 3.0} | keys)))
+from tests.shared.gliding import RHO, F, G, J, M, R, coast, on_ball, sleeve, turning
 
 
 def rates(push: Any, moment: Any, inertia: float = J) -> Any:
@@ -108,31 +87,15 @@ def test_a_sleeve_starts_where_force_and_moment_together_reach_the_limit() -> No
     assert result.checks["energy"] < 1e-11
 
 
+def test_what_holds_a_sleeve_is_part_of_its_reaction() -> None:
+    loads = md.Force("push", "sleeve.O", [1, 0, 0]), md.Torque("turn", "sleeve", [0.02, 0, 0])
+    result = coast(sleeve(J, *loads), 0.0, 0.0, until=0.1)
+    assert not result.events
+    wanted = [-1.0, 0, M * G, -0.02, 0, 0]
+    assert np.allclose(result.joints["C"].reaction, wanted, rtol=0, atol=1e-12)
+
+
 # -- balls -----------------------------------------------------------------------------------
-
-BALL, ROUGH = 0.03, 0.4
-RHO = BALL * np.sin(np.arctan(ROUGH))
-
-
-def on_ball(centre: Any, inertia: Any, joint: Any = None) -> md.Mechanism:
-    ball = md.Spherical("O", "ground.O", "rod.O", friction=ROUGH, ball_radius=BALL)
-    points = {"O": (0, 0, 0), "P": (0, 0, -1), "Q": (1, 0, 0)}
-    return md.Mechanism(
-        dimension=3,
-        ground=md.Ground({"O": (0, 0, 0)}),
-        bodies=[md.Body("rod", points, mass=M, center=centre, inertia=inertia)],
-        joints=[joint or ball],
-        gravity=(0, 0, -G),
-    )
-
-
-def turning(w: Any, **keys: Any) -> md.Motion:
-    """Return the motion that begins upright with an angular velocity."""
-    p, q = np.cross(w, [0, 0, -1]), np.cross(w, [1, 0, 0])
-    speeds = {"rod.P.x": p[0], "rod.P.y": p[1], "rod.Q.y": q[1]}
-    return md.Motion(
-        start={"rod.P.x": 0.0, "rod.P.y": 0.0, "rod.Q.y": 0.0}, start_speed=speeds, **keys
-    )
 
 
 def test_a_round_body_about_its_ball_stops_in_time() -> None:

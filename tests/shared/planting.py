@@ -57,6 +57,10 @@ def plant(slip: Slip, patch: pytest.MonkeyPatch) -> None:
     if hasattr(new, "__set_name__"):
         new.__set_name__(owner, name)
     patch.setattr(owner, name, new)
+    tables = [own for key, own in vars(home).items() if isinstance(own, dict) and key.isupper()]
+    for table in tables if owner is home else ():  # functions by kind
+        for key in [key for key, value in table.items() if value is old]:
+            patch.setitem(table, key, new)
     for known in [m for key, m in sys.modules.items() if key.startswith(("mechdae.", "tests."))]:
         if owner is home and vars(known).get(name) is old:
             patch.setattr(known, name, new)
