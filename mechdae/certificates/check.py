@@ -82,7 +82,8 @@ def formula(data: Any, s: Any, place: str) -> Any:
         return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
     one, *more = (formula(entry, s, place) for entry in data[1:])
     return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
-            "/": lambda: one * (ONE / more[0]), "cos": lambda: one.cos()}[data[0]]()
+            "/": lambda: one * (Dual(x := ONE / more[0].v, (more[0] * (x * -x)).d) if isinstance(
+                more[0], Dual) else ONE / more[0]), "cos": lambda: one.cos()}[data[0]]()
 
 
 class Dual:
@@ -333,7 +334,7 @@ def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool, step
             after = solution(m, [*ahead[:index], end, *ahead[index + 1 :]], index).box()
             if not (tube.holds(z) and tube.holds(after) and good(tube)):
                 raise ArithmeticError("the ends of a step leave it")
-        except ArithmeticError:
+        except (ArithmeticError, ValueError):  # also of series whose divisor may vanish
             if abs(step) < abs(to - z[index]) * arb(2) ** -HALVINGS:
                 raise
             step, most = half, 1.0

@@ -80,7 +80,8 @@ def formula(data: Any, s: Any, place: str) -> Any:
         return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
     one, *more = (formula(entry, s, place) for entry in data[1:])
     return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
-            "/": lambda: one * (ONE / more[0]), "cos": lambda: one.cos()}[data[0]]()
+            "/": lambda: one * (Dual(x := ONE / more[0].v, (more[0] * (x * -x)).d) if isinstance(
+                more[0], Dual) else ONE / more[0]), "cos": lambda: one.cos()}[data[0]]()
 
 
 class Dual:
@@ -314,7 +315,7 @@ def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool) -> A
             after = solution(m, ahead, index).box()
             if not (tube.holds(z) and tube.holds(after) and good(tube)):
                 raise ArithmeticError("the ends of a step leave it")
-        except ArithmeticError:
+        except (ArithmeticError, ValueError):  # also of series whose divisor may vanish
             if abs(step) < least:
                 raise
             step = half

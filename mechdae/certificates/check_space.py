@@ -407,7 +407,7 @@ def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool, step
             after = solution(m, [*ahead[:index], end, *ahead[index + 1 :]], index).box()
             if not (tube.holds(z) and tube.holds(after) and good(tube)):
                 raise ArithmeticError("the ends of a step leave it")
-        except ArithmeticError:
+        except (ArithmeticError, ValueError):  # also of series whose divisor may vanish
             if abs(step) < abs(to - z[index]) * arb(2) ** -HALVINGS:
                 raise
             step, most = half, 1.0

@@ -81,7 +81,8 @@ def formula(data: Any, s: Any, place: str) -> Any:
         return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
     one, *more = (formula(entry, s, place) for entry in data[1:])
     return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
-            "/": lambda: one * (ONE / more[0]), "cos": lambda: one.cos()}[data[0]]()
+            "/": lambda: one * (Dual(x := ONE / more[0].v, (more[0] * (x * -x)).d) if isinstance(
+                more[0], Dual) else ONE / more[0]), "cos": lambda: one.cos()}[data[0]]()
 
 
 class Dual:

@@ -261,3 +261,20 @@ def test_page_tells_what_became_of_alterations() -> None:
     assert (
         f"curves {found['count'] - unseen} are refused with their place; the other {unseen}" in page
     )
+
+
+def test_laws_with_divisors_that_move_are_certified(tmp_path: Path) -> None:
+    """A crank whose law is a quotient."""
+    problem = md.load("differential")
+    laws = problem.tasks["laws"]
+    wheel, crank = laws.drivers
+    quotient = replace(crank, law="0.3*sin(omega1*t)/(1.02 + sin(omega1*t))")
+    problem = problem.with_task("laws", replace(laws, drivers=(wheel, quotient), poses=7))
+    content = md.certify(problem, "laws")
+    assert "/" in str(content["mechanism"]["drivers"]["crank.angle"])
+    law = content["mechanism"]["drivers"]["crank.angle"]
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(content))
+    assert "7 poses" in md.check_certificate(path)
+    content["mechanism"]["drivers"]["crank.angle"] = ["+", "1/1000000000", law]
+    assert "path/bodies/crank" in refusal(content, path)
