@@ -322,7 +322,7 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
 
 def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool, step: Any = 0) -> Any:
     """Yield tubes that lead from the pose z until coordinate `index` is `to`, each with its end."""
-    c: Any = [*zip(z, solution(m, z, index).rates()[0])]
+    c, least = list[Any](zip(z, solution(m, z, index).rates()[0])), abs(to - z[index]) / 2**HALVINGS
     step, most = step or (to - z[index]).mid(), 4.0
     while z[index] != to:
         end = to if abs(step) * 1.1 >= abs(to - z[index]) else (z[index] + step).mid()
@@ -335,7 +335,7 @@ def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool, step
             if not (tube.holds(z) and tube.holds(after) and good(tube)):
                 raise ArithmeticError("the ends of a step leave it")
         except (ArithmeticError, ValueError):  # also of series whose divisor may vanish
-            if abs(step) < abs(to - z[index]) * arb(2) ** -HALVINGS:
+            if abs(step) < least:
                 raise
             step, most = half, 1.0
         else:
@@ -353,8 +353,10 @@ def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> 
         v, bend = tube.rates()
         return not v[LAST].contains(0) or not bend.contains(0)
 
-    def speed(z: list[arb]) -> arb:
-        return solution(m, z, q).rates()[0][LAST] * ahead * sense
+    def speed(z: Any) -> arb:
+        near = solution(m, z, q)
+        need(tube.holds(near.box()), at, "a pose is not that of the way there")
+        return near.rates()[0][LAST] * ahead * sense
 
     ahead, z = claim[q] - z[q].mid(), solution(m, z, q).box()
     for tube, after in follow(m, z, q, (z[q] + ahead * 2.1).mid(), good):
@@ -368,8 +370,8 @@ def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> 
         (v, bend), z = near.rates(), near.z.copy()
         z[q] = (z[q] - v[LAST] / bend).mid()
     near = Tube(m, near.z, arb(2) ** -60, q, near.Y[0])
-    one, other = (solution(m, along(near.c, t), q).box() for t in (near.half, -near.half))
-    need(tube.holds(one) and tube.holds(other) and speed(one) * speed(other) < 0, at, "no turn")
+    one, other = (speed(along(near.c, t)) for t in (near.half, -near.half))
+    need(one * other < 0, at, "the place where the driver turns back is not found")
     return near.box()
 
 
@@ -448,9 +450,8 @@ def sweep(m: Checked, data: Any) -> str:
 def check(path: str) -> str:
     """Check a certificate and return what was proved; the first false claim raises `FalseClaim`."""
     ctx.prec, ctx.cap, data = PRECISION, 3, read(path)
-    kind = part(data, "kind", str, "certificate")
-    need(data.get("certificate") == VERSION and kind == "sweep", "certificate",
-         f"not of version {VERSION}, or not a kind that is checked")
+    need(part(data, "kind", str, "certificate") == "sweep" and data.get("certificate") == VERSION,
+         "certificate", f"not of version {VERSION}, or not a kind that is checked")
     try:
         return sweep(Checked(data.get("mechanism")), data)
     except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError, RuntimeError) as e:
