@@ -478,7 +478,7 @@ def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
         if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
             raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
     for body, own in part(claim, "angles", dict, at).items():
-        need(abs(exact(own, at) - frames[body].angle) <= angle, f"{at}/angles/{body}", "too far off")
+        need(abs(exact(own, at) - frames[body].angle) <= angle, f"{at}/angles/{body}", "is too far")
 
 
 def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:

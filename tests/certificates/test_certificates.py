@@ -7,6 +7,7 @@ import functools
 import itertools
 import json
 import random
+import statistics
 import subprocess
 import sys
 from dataclasses import replace
@@ -309,6 +310,19 @@ def test_page_tells_what_was_measured_in_space() -> None:
     assert all("/label" in what for what in passed)
     assert f"Of {count} alterations planted" in page
     assert f"{count - len(passed)} are refused with their place" in page
+
+
+def test_page_tells_what_solving_costs_without_certificates() -> None:
+    found = json.loads((ROOT / "docs" / "data" / "without-certify.json").read_text())
+    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    rows = found["rows"]
+    problems = len({row["problem"] for row in rows})
+    assert f"compares {len(rows)} tasks of {problems} problems" in page
+    for word, text in (("warm", "warm calls"), ("solve", "`md.solve`"), ("command", "commands")):
+        told = statistics.median(row[word]["ratio"] for row in rows)
+        assert found["median"][word] == round(told, 3)
+        assert f"{found['median'][word]} for {text}" in page
+        assert 0.95 < found["median"][word] < 1.05
 
 
 @pytest.mark.parametrize(
