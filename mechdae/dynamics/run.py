@@ -19,7 +19,8 @@ from mechdae.dynamics.watchers.events import Crossings
 from mechdae.dynamics.watchers.lift_off import Lifting
 from mechdae.dynamics.watchers.passages import Passages
 from mechdae.dynamics.watchers.ranges import Ranges
-from mechdae.dynamics.watchers.sticking import Sticking, Turn
+from mechdae.dynamics.watchers.slips import Turn
+from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
 from mechdae.records import dataclass
