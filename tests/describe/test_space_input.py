@@ -163,7 +163,7 @@ def test_what_bodies_have_no_angle_of() -> None:
 
 
 def test_planar_tasks_are_refused_by_name() -> None:
-    turn = {**RSSR["tasks"]["turn"], "measures": ["transmission"]}
+    turn = {**RSSR["tasks"]["turn"], "measures": ["centrodes"]}
     with pytest.raises(md.UnavailableError, match="measures"):
         md.solve(from_dict(changed(RSSR, "tasks", "turn", to=turn)), "turn")
 

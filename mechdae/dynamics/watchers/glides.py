@@ -13,6 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.kernels.run.call import Call
 from mechdae.model.forces.feedback import Slip
 
 FIRST = 1e-14
@@ -122,9 +123,19 @@ class Glides:
         return found
 
 
-def weights_of(slips: list[Slip], p: Any, values: Any) -> Any:
-    """Return the weights (k,) of slips for values of the parameters."""
-    if not slips:
-        return np.zeros(0)
-    weights = ca.vertcat(*[ca.SX(slip.weight) for slip in slips])
-    return np.array(ca.Function("weights", [p], [ca.densify(weights)])(values)).ravel()
+def weights_of(slips: list[Slip], p: Any, values: Any, kept: Callable[..., Any]) -> Any:
+    """Return the weights (k,) of slips for values of the parameters.
+
+    Parameters
+    ----------
+    kept
+        Where a function of one structure is kept: name and what makes it.
+    """
+    if all(isinstance(slip.weight, (int, float)) for slip in slips):
+        return np.array([slip.weight for slip in slips], float)
+
+    def made() -> Call:
+        weights = ca.vertcat(*[ca.SX(slip.weight) for slip in slips])
+        return Call(ca.Function("weights", [p], [ca.densify(weights)]))
+
+    return np.ravel(kept("weights", made)(values)[0])

@@ -82,7 +82,7 @@ class Slips:
         self.several: list[tuple[float, int]] = []
         self._fastest = self._strongest = 0.0
         self._last = setup.loose
-        weights = weights_of(self.slips, setup.model.p, setup.model.p_values)
+        weights = weights_of(self.slips, setup.model.p, setup.model.p_values, self.kernel.kept)
         self.glides = Glides(self.slips, weights)
         self._rough = np.full(self.k, RESTS)
         for own in self.glides.groups:
