@@ -18,7 +18,7 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.measures.stops import AT_REST
 from mechdae.measures.track import Sample, Track
-from mechdae.measures.transmission import PREFIX, summary_of
+from mechdae.measures.transmission import PREFIX, angles_of, summary_of
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 from mechdae.records import dataclass
@@ -126,11 +126,7 @@ def requests(scene: Scene) -> list[Request]:
 
 def angles(outputs: Outputs, values: Any) -> dict[str, dict[str, Any]]:
     """Return ``transmission_angle`` [rad] by joint at given poses, 0 to pi/2."""
-    return {
-        entry.part.removeprefix(PREFIX): {"transmission_angle": _folded(values[:, entry.columns])}
-        for entry in outputs.entries
-        if entry.part.startswith(PREFIX)
-    }
+    return angles_of(outputs, values, _folded)
 
 
 def _folded(products: Any) -> Any:

@@ -125,8 +125,15 @@ def _across_guide(
 
 def angles(outputs: Outputs, values: Any) -> dict[str, dict[str, Any]]:
     """Return ``transmission_angle`` [rad] by joint at given poses, 0 to pi/2."""
+    return angles_of(outputs, values, _folded)
+
+
+def angles_of(
+    outputs: Outputs, values: Any, folded: Callable[[Any], Any]
+) -> dict[str, dict[str, Any]]:
+    """Return ``transmission_angle`` by joint, `folded` from its columns at given poses."""
     return {
-        entry.part.removeprefix(PREFIX): {"transmission_angle": _folded(values[:, entry.columns])}
+        entry.part.removeprefix(PREFIX): {"transmission_angle": folded(values[:, entry.columns])}
         for entry in outputs.entries
         if entry.part.startswith(PREFIX)
     }
