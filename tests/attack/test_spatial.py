@@ -14,7 +14,7 @@ from mechdae.assembly.axis_senses import AxisSenses
 from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
 from tests.attack.spatial_mutants import MUTANTS
 from tests.attack.spatial_mutants import told as told_by
-from tests.attack.spatial_poses import by_kind, totals
+from tests.attack.spatial_poses import by_kind, solved, totals
 from tests.attack.spatial_poses import judged as judge
 from tests.attack.spatial_sketches import assembled, sketched
 from tests.attack.spatial_structures import draw, structure
@@ -129,9 +129,17 @@ def test_a_sketch_with_axes_turned_round_is_not_followed(monkeypatch: pytest.Mon
     assert any("lies far from it" in note for note in result.summary["notes"])
 
 
+def test_a_change_point_whose_third_order_is_lost_to_rounding_is_singular() -> None:
+    """The 79th set of a screw, a bar and a hinge: it ended with a division by zero."""
+    rng = np.random.default_rng((3, 4))
+    found = draw(structure(rng), rng, 250, 0.3)
+    results, _ = solved(replace(found, mechanisms=found.mechanisms[:79]), rng, 7, 0.3)
+    assert list(results[78].status) == 3 * ["unassembled"] + ["singular"] + 3 * ["unassembled"]
+
+
 def test_the_page_tells_what_the_runs_have_found() -> None:
     folder = Path(__file__).parents[2] / "docs"
-    names = ("spatial-poses", "spatial-poses-many")
+    names = ("spatial-poses", "spatial-poses-many", "spatial-poses-third")
     read = [json.loads((folder / f"data/{name}.json").read_text("utf-8")) for name in names]
     every = [own for one in read for own in one["structures"]]
     found, text = totals(every), (folder / "honesty.md").read_text("utf-8")

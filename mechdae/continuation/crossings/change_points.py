@@ -436,7 +436,7 @@ class CrossingFinder:
             else None
             for alpha in (own, other)
         ]
-        if branches[0] is None:
+        if branches[0] is None or (other is not None and branches[1] is None):
             return None
         group = graph.block.group
         found = Crossing(s, b, group, x, branches[0], branches[1], v, excluded=excluded)
@@ -453,14 +453,17 @@ class CrossingFinder:
         v: Any,
         z: Any,
         scaling: Scaling,
-    ) -> Branch:
-        """Return a branch with its second derivative, by the condition of third order."""
+    ) -> Branch | None:
+        """Return a branch with its second derivative, by the condition of third order.
+
+        None where rounding leaves nothing of that condition.
+        """
         nothing = np.zeros(len(x))
         second = scaling.equations(self.jet(b, s, x, (slope, nothing), z)[3])
         bend = self._solve(scaled, -second) * scaling.columns
         rest = float(w @ scaling.equations(self.jet(b, s, x, (slope, bend), z)[4]))
         more = float(w @ scaling.equations(self.jet(b, s, x, (slope, bend + v), z)[4]))
-        return Branch(slope, bend - rest / (more - rest) * v)
+        return Branch(slope, bend - rest / (more - rest) * v) if more != rest else None
 
     @staticmethod
     def _solve(scaled: Any, right: Any) -> Any:
