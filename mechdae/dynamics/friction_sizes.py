@@ -21,6 +21,19 @@ from mechdae.model.forces.feedback import ACROSS
 LEAST = 1e-150
 
 
+def pressing(k: Any) -> Any:
+    """Return the batch (t, x, v, signs) -> sizes of friction of a kernel, and forms they are of."""
+
+    def made() -> Any:
+        _, starts, slopes = k.coupling(*k.inputs)
+        _, inner, _ = k.coupled(*k.inputs)
+        sizes = inner[k.m + k.slips :]
+        results = [ca.densify(sizes), ca.densify(starts + slopes @ sizes)]
+        return ca.Function("pressing", k.inputs, results)
+
+    return k.batch("pressing", made)
+
+
 class Sizes:
     """Counts the sizes of friction that fit their laws at states of a motion."""
 
@@ -38,18 +51,6 @@ class Sizes:
 
         return k.batch("coupling", made)
 
-    @cached_property
-    def _pressing(self) -> Any:
-        k = self.kernel
-
-        def made() -> Any:
-            _, starts, slopes = k.coupling(*k.inputs)
-            _, inner, _ = k.coupled(*k.inputs)
-            forms = starts + slopes @ inner[k.m + k.slips :]
-            return ca.Function("forms_of_friction", k.inputs, [ca.densify(forms)])
-
-        return k.batch("forms of friction", made)
-
     def _growths(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
         """Return (n, k, k) bounds of how sizes change each other, and weights (n, k) of them."""
         _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
@@ -59,8 +60,8 @@ class Sizes:
         K = np.empty((n, rubs, rubs))
         forms: Any = None
         if any(own in ACROSS for own in self._laws):
-            forms = self._pressing(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
-                                   signs)[0]  # fmt: skip
+            at = np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs
+            forms = pressing(self.kernel)(*at)[1]
         for j, (place, own) in enumerate(zip(self.kernel.places, self._laws, strict=True)):
             part = slopes[:, place]
             norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)

@@ -146,8 +146,7 @@ def test_places_of_a_body_on_distances(written: Any) -> None:
 
 
 def test_groups_that_move_are_left_open(monkeypatch: Any, written: Any) -> None:
-    """Without its last leg's hinge a governor's arm and link would swing: it is refused, not long
-    looked at."""
+    """A leg whose last hinge closed with itself would swing: it is refused, not long looked at."""
     monkeypatch.setattr(check_space_turns, "MOST", 500)
     boxes, z = boxes_of(check_space_turns, written["sarrus"], 1)
     boxes.cuts = [[side, side] for side, _ in boxes.cuts]  # a hinge that closes with itself

@@ -10,7 +10,7 @@ import pytest
 from tests.reference.truth.drawing import FAMILIES, draw
 from tests.reference.truth.labels import Poses
 from tests.reference.truth.series import CLD, LD
-from tests.reference.truth.tracks import SYSTEMS
+from tests.reference.truth.unclosed import SYSTEMS
 
 
 class Closed(Poses):

@@ -37,11 +37,11 @@ def dump(problem: Problem, path: str | Path) -> None:
 
     CSV files of its loads are written beside it.
     """
+    from mechdae.describe.file.whole import whole_file  # only where files are written
+
     target = Path(path)
     text = dumps(problem)
     write_tables(problem.mechanism, problem.tasks, target.parent)
-    from mechdae.describe.file.whole import whole_file  # only where files are written
-
     with whole_file(target) as file:
         file.write(text.encode())
 

@@ -84,8 +84,8 @@ def referred(joint: Joint, closure: Closure, merged: Merged, at: Mapping[str, st
             continue
         ends[side] = at[node]
         own = at[node].split(".")[0]
-        point = own not in closure.bodies or not closure.bodies[own].points
-        if not (joint.ball or joint.bar) and own != GROUND and point:
+        unturned = own not in closure.bodies or not closure.bodies[own].points
+        if not (joint.ball or joint.bar) and own != GROUND and unturned:
             raise InputError(
                 f"'{text}' is a point that does not turn: a {joint.kind} joint needs a body",
                 where=f"joints.{joint.name}.between",

@@ -114,6 +114,8 @@ class SpatialLoads:
             if entry.is_angle:
                 both = sign == 0.0 or (size is None and not isinstance(load, Resistance))
                 if size != 0.0:
+                    joint = self.scene.mechanism.joints[entry.part]
+                    place = self._drawn(joint)
                     turn = (sign or 1.0) * (1.0 if size is None else float(np.sign(size)))
                     items += self._turning(load, place, turn * axis, size, both)
             else:
@@ -234,10 +236,7 @@ class SpatialLoads:
     ) -> list[Item]:
         """Return an arrow around an axis, two of them where the sense is not known."""
         gid, seen = f"load-{load.name}", self.pose.view.seen(axis)
-        joint = self.scene.mechanism.joints.get(
-            self._coordinate(load).part if not isinstance(load, Torque) else ""
-        )
-        center = self.pose.at(place if joint is None else self._drawn(joint))
+        center = self.pose.at(place)
         key = tuple(np.round(center[:2], 0).tolist())
         count = self._around[key] = self._around.get(key, 0) + 1
         out = (HALF + 0.4 * SHAFT) * (1.0 if seen[2] >= 0 else -1.0)

@@ -9,10 +9,10 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.friction_sizes import pressing
 from mechdae.dynamics.verdict import NoWay
 from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.model.forces.feedback import ACROSS
@@ -38,20 +38,6 @@ class BallLoads:
             if k is not None and j + 1 < len(laws) and laws[j + 1] in ACROSS
         }
 
-    @cached_property
-    def _pressing(self) -> Any:
-        """(t, x, v, signs) -> sizes of friction, and the forms they are of."""
-        k = self.kernel
-
-        def made() -> Any:
-            _, starts, slopes = k.coupling(*k.inputs)
-            _, inner, _ = k.coupled(*k.inputs)
-            sizes = inner[k.m + k.slips :]
-            results = [ca.densify(sizes), ca.densify(starts + slopes @ sizes)]
-            return ca.Function("pressing", k.inputs, results)
-
-        return k.batch("pressing", made)
-
     def left(self, k: int, held: Any, at: tuple[Any, Any, Any, Any]) -> Any:
         """Return what is left (n,) at states `at` until the law of a ball leaves its moment open.
 
@@ -62,7 +48,7 @@ class BallLoads:
         held
             Moments (n, 3) that hold it while it sticks; None while it turns.
         """
-        sizes, forms = self._pressing(*at)
+        sizes, forms = pressing(self.kernel)(*at)
         j = self.sizes[k]
         if held is None:
             along = (sizes[:, j + 1 : j + 4] ** 2).sum(axis=1)

@@ -11,7 +11,8 @@ import mechdae as md
 
 from .elements import CLOSURES, DRIVERS, Element, World
 from .series import LD, PI
-from .tracks import FOLD, SYSTEMS, Track, vanishes
+from .tracks import FOLD, Track, vanishes
+from .unclosed import SYSTEMS
 
 TURN = 2 * np.pi
 GRID = 1200

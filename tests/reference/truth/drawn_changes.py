@@ -7,7 +7,7 @@ import numpy as np
 from .drawn_dyads import DYADS
 from .drawn_groups import Groups
 from .drawn_places import Failed
-from .tracks import SYSTEMS
+from .unclosed import SYSTEMS
 
 
 class Changes(Groups):

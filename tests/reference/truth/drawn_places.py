@@ -6,7 +6,7 @@ import numpy as np
 
 from .case import Case
 from .elements import Element
-from .tracks import SYSTEMS
+from .unclosed import SYSTEMS
 
 
 class Failed(Exception):

@@ -16,7 +16,8 @@ import mechdae as md
 
 from .case import TURN, Doubtful
 from .series import LD, PI
-from .tracks import FOLD, SYSTEMS
+from .tracks import FOLD
+from .unclosed import SYSTEMS
 
 EPS = 2.0**-52
 SHAKES = 4

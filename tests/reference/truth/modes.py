@@ -10,7 +10,7 @@ import mechdae as md
 
 from .elements import DRIVERS
 from .labels import label_faults
-from .tracks import SYSTEMS
+from .unclosed import SYSTEMS
 
 UNSURE = 1e-10
 
