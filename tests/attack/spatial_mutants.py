@@ -29,6 +29,7 @@ class Mutant:
 
     number: int
     plant: Callable[[pytest.MonkeyPatch], None]
+    wheels: bool = False
 
 
 def slip(place: str, right: str, wrong: str) -> Callable[[pytest.MonkeyPatch], None]:
@@ -53,6 +54,9 @@ MUTANTS = {
         9, slip("model.tree.meshes", 'number("ratio") * second',
                 '1.000000001 * number("ratio") * second'),
     ),
+    "angles of wheels from the wheel to its carrier": Mutant(
+        13, slip("model.tree.meshes", "b.sense * value", "value"), wheels=True
+    ),
     "a direction not quite of length 1": Mutant(
         0, slip("model.tree.sides", "a = a / ca.norm_2(a)", "a = 1.000000001 * a / ca.norm_2(a)")
     ),
@@ -62,7 +66,7 @@ MUTANTS = {
 def told(mutant: Mutant, patch: pytest.MonkeyPatch, planted: bool = True) -> int:
     """Return how many poses are wrong with a mistake, or without."""
     rng = np.random.default_rng((SEED, mutant.number))
-    drawn = draw(structure(rng), rng, SETS)
+    drawn = draw(structure(rng, mutant.wheels), rng, SETS)
     SHAPES.clear()
     if planted:
         mutant.plant(patch)

@@ -31,7 +31,8 @@ CHUNK = 250
 HOLDING = {
     "revolute": "R", "prismatic": "P", "screw": "H", "cylindrical": "C", "universal": "U",
     "spherical": "S", "planar": "E", "weld": "W", "distance": "D", "gears": "gG", "racks": "kK",
-    "two loops": "+", "plates": "plate",
+    "wheels with parallel axes": "=", "wheels with axes that meet": "^",
+    "wheels on a moving link": "o", "two loops": "+", "plates": "plate",
 }  # fmt: skip
 """What a structure's name says it holds: letters of its pairs, of wheels and racks, two chains."""
 WIDE = 1e-9
@@ -272,10 +273,13 @@ def main() -> None:
         default=float("inf"),
         help="seconds of CPU time after which a structure gets no more sets",
     )
+    parser.add_argument("--wheels", action="store_true", help="structures with wheels and racks")
     parser.add_argument("--out", type=Path, help="a JSON file for the counts")
     options = parser.parse_args()
     kept = {"near": options.near, "seed": options.seed, "poses": options.poses,
             "reach": options.reach, "sets": options.sets}  # fmt: skip
+    if options.wheels:
+        kept["wheels"] = True
     done: list[dict[str, Any]] = []
     if options.out and options.out.exists():
         known = json.loads(options.out.read_text())
@@ -285,7 +289,7 @@ def main() -> None:
         if time.process_time() > options.seconds:
             break
         rng, start = np.random.default_rng((options.seed, k)), time.process_time()
-        found = structure(rng)
+        found = structure(rng, options.wheels)
         try:
             words = collections.Counter[str]()
             for first in range(0, options.sets, CHUNK):

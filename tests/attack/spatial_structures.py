@@ -64,7 +64,11 @@ class Joint:
 
 @dataclass
 class Structure:
-    """Joints in an order that places bodies, the driven freedom's joint and word, a mesh."""
+    """Joints in an order that places bodies, the driven freedom's joint and word, a mesh.
+
+    ``meshed`` are the joints of the wheels, or of rack and wheel, on ``carrier``; ``axes`` says how
+    those of two wheels lie: parallel, meeting, or anyhow.
+    """
 
     joints: list[Joint]
     bodies: int
@@ -73,6 +77,14 @@ class Structure:
     meshed: tuple[int, int] = (0, 0)
     name: str = ""
     order: int = 0
+    carrier: int = 0
+    axes: str = ""
+
+    @property
+    def senses(self) -> tuple[int, int]:
+        """Senses of the joints of a mesh: 1 of a joint that leads from the carrier to a wheel."""
+        first, second = (1 if self.joints[k].first == self.carrier else -1 for k in self.meshed)
+        return first, second
 
     @property
     def hub(self) -> bool:
@@ -125,12 +137,42 @@ def chain(rng: Any, wanted: int, last: str = "") -> str:
                 break
 
 
-def structure(rng: Any) -> Structure:
-    """Return any structure of one freedom, on one or two loops."""
+def structure(rng: Any, wheels: bool = False) -> Structure:
+    """Return any structure of one freedom, on one or two loops; with wheels alone if asked for."""
     while True:
-        found = _structure(rng)
+        found = _wheels(rng) if wheels else _structure(rng)
         if sound(found, rng):
             return found
+
+
+AXES = {"=": "parallel", "^": "meeting", "": ""}
+
+
+def _wheels(rng: Any) -> Structure:
+    """Return a loop with wheels: driven by one, held by one, or with one on its first link."""
+    how, sign = str(rng.choice(["driven", "held", "planet"])), str(rng.choice(list(AXES)))
+    order, mesh = int(rng.integers(-18, 11)), "k" if sign == "" and rng.uniform() < 0.5 else "g"
+    kind = {"g": "R", "k": "P"}[mesh]
+    if how == "driven":
+        letters = chain(rng, 7, "R")
+    elif how == "planet":
+        letters = chain(rng, 8, "R" + kind)
+    else:
+        letters = chain(rng, 8, "R")
+        while letters[-1] != kind:
+            letters = chain(rng, 8, "R")
+    count = len(letters)
+    joints = [Joint(x, k, (k + 1) % count) for k, x in enumerate(letters)]
+    bodies, driven, carrier, meshed = count - 1, (0, "angle"), 0, (count - 1, 0)
+    if how == "driven":
+        joints.append(Joint(kind, 0, count))
+        meshed, bodies = (count, 0), count
+        driven = (count, "angle" if mesh == "g" else "slide")
+    if how == "planet":
+        meshed, carrier = (1, 0), 1
+    word = {"driven": mesh, "held": mesh.upper(), "planet": f"o{mesh}"}[how]
+    name = f"{word}{sign}-{letters}"
+    return Structure(joints, bodies, driven, mesh, meshed, name, order, carrier, AXES[sign])
 
 
 def _structure(rng: Any) -> Structure:
@@ -194,6 +236,8 @@ def draw(
     if found.hub:
         near = 0.0
     words = [str(rng.choice(NEAR)) if rng.uniform() < near else "" for _ in range(sets)]
+    if found.axes:
+        _aligned(rng, found, places, turns)
     for i, word in enumerate(words):
         if word:
             strain(rng, word, places[i], turns[i])
@@ -244,6 +288,22 @@ def draw(
     return drawn
 
 
+def _aligned(rng: Any, found: Structure, places: Any, turns: Any) -> None:
+    """Put the wheels' axes parallel, of either sense, or through one point."""
+    a, b = found.meshed
+    if found.axes == "parallel":
+        half = rng.uniform(-np.pi, np.pi, len(turns)).astype(EXACT) / 2
+        over = rng.integers(0, 2, len(turns)).astype(EXACT)
+        zero = np.zeros(len(turns), EXACT)
+        about = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
+        flip = np.stack([1 - over, over, zero, zero], axis=-1)
+        turns[:, a] = product(product(turns[:, b], about), flip)
+        return
+    along = rng.uniform(-1, 1, (2, len(turns), 1))
+    axes = [vector_by(turns[:, k], np.array([0, 0, 1], EXACT)).astype(float) for k in (a, b)]
+    places[:, a] = places[:, b] + along[0] * axes[1] - along[1] * axes[0]
+
+
 def strain(rng: Any, word: str, places: Any, turns: Any) -> None:
     """Move one joint to where the mechanism is nearly singular."""
     k, share = int(rng.integers(1, len(places))), 10.0 ** rng.uniform(-9, -2)
@@ -283,11 +343,11 @@ def closure(found: Structure, numbers: Any, bodies: list[Any]) -> tuple[Loops, t
     meshes = []
     if found.mesh:
         last, first = found.meshed
-        sense = -1 if found.mesh in "GK" else 1  # the last joint leads to the ground
+        sense, second = found.senses
         angle, other = (numbers["values"][k][:, 0] for k in found.meshed)
-        numbers["phase"] = sense * angle - numbers["size"] * other
+        numbers["phase"] = sense * angle - second * numbers["size"] * other
         size, phase = (sense * numbers[w].astype(EXACT) for w in ("size", "phase"))
-        meshes = [Mesh((last, 0), (first, 0), size, phase)]
+        meshes = [Mesh((last, 0), (first, 0), second * size, phase)]
     k, word = found.driven
     place = WORDS[found.joints[k].letter].index(word)
     loops = Loops(pairs, (k, place), meshes)
@@ -364,14 +424,17 @@ def _mechanism(drawn: Drawn, numbers: Any, bodies: list[Any], i: int, unit: floa
 
 
 def _mesh(found: Structure, names: list[str], numbers: Any, i: int, unit: float) -> Any:
-    last, first = (found.joints[k] for k in found.meshed)
-    far = f"{names[last.first if found.mesh in 'GK' else last.second]}.P{found.meshed[0]}"
-    far += "a" if found.mesh in "GK" else "b"
-    near = f"{names[first.second]}.P{found.meshed[1]}b"
+    far, near = (
+        f"{names[j.second if j.first == found.carrier else j.first]}.P{k}"
+        f"{'b' if j.first == found.carrier else 'a'}"
+        for k, j in ((k, found.joints[k]) for k in found.meshed)
+    )
     size, phase = float(numbers["size"][i]), float(numbers["phase"][i])
+    carrier = names[found.carrier] if found.carrier else None
     if found.mesh in "gG":
-        return md.SpatialGear("mesh", far, near, ratio=size, phase=phase)
-    return md.SpatialRack("mesh", near, far, radius=size * unit, phase=phase * unit)
+        return md.SpatialGear("mesh", far, near, ratio=size, phase=phase, carrier=carrier)
+    size, phase = size * unit, phase * unit
+    return md.SpatialRack("mesh", near, far, radius=size, phase=phase, carrier=carrier)
 
 
 def _points(rng: Any, found: Structure, local: Any, sets: int) -> list[tuple[str, int, Any]]:

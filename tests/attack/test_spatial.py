@@ -62,6 +62,18 @@ def test_many_sets_of_one_structure(number: int) -> None:
     assert told["wrong"] == told["turned wrong"] == 0
 
 
+@pytest.mark.parametrize("number", [5, 7, 16])
+def test_wheels_of_many_sets(number: int) -> None:
+    """Axes that are parallel, a rack on the driven link, bevel wheels on it: one held fixed."""
+    rng = np.random.default_rng((4, number))
+    found = structure(rng, wheels=True)
+    assert found.name == {5: "g=-RCSR", 7: "ok-RPHERR", 16: "og^-RRSUP"}[number]
+    told = judge(draw(found, rng, 5), rng, poses=3)
+    assert told["mechanisms"] >= 4
+    assert told["tracked"] >= 8
+    assert told["wrong"] == told["turned wrong"] == 0
+
+
 @pytest.mark.parametrize("name", MUTANTS)
 def test_mistakes_planted_in_space_are_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert told_by(MUTANTS[name], monkeypatch) > 0
