@@ -193,9 +193,10 @@ class Assembler:
         that is to be `measured`: it costs many times what the poses do. With `drawn`, a block
         whose nearest mode the sketch is but for rounding is not searched for others.
         """
-        found = [x.copy()]
+        found, failure = self._closed(group, None, [x.copy()], u)
+        if failure is not None:
+            return [], True, failure
         proven = True
-        failure: NoPose | None = None
         also: list[Any] | None = None
         for b in self.blocks_of(group):
             graph, solver = self.graphs.blocks[b], self.solvers[b]
@@ -246,8 +247,6 @@ class Assembler:
             found, missed = self._closed(group, b, ahead, u)
             failure = missed or failure
         found = [*found, *(pose for pose in also or () if not self._among(group, pose, found))]
-        found, missed = self._closed(group, None, found, u)
-        failure = missed or failure
         touching = [pose for pose in found if self.contacts.touch(group, pose, u)]
         touching = self.senses.met(group, touching, u)
         if found and not touching:

@@ -205,6 +205,15 @@ def test_a_free_link_is_named() -> None:
         md.solve(from_dict(data), "turn")
 
 
+def test_joints_that_freeze_everything_say_what_stays_open() -> None:
+    """Welds in the place of the balls: the equation of D's angle vanishes for axes that cross."""
+    data = changed(RSSR, "joints", "B", "kind", to="weld")
+    mechanism = from_dict(changed(data, "joints", "C", "kind", to="weld")).mechanism
+    driver = md.Driver("A.angle", at=[0.0])
+    with pytest.raises(md.AssemblyError, match="joint D stays open by 1 rad; of the equations of"):
+        md.solve(mechanism, md.Sweep(driver=driver, derivatives=0))
+
+
 def test_an_idle_link_has_no_orientation() -> None:
     data = changed(RSSR, "bodies", "bar", "points", "P", to=[0.1, 0.02, 0])
     result = md.solve(from_dict(data), "turn")
