@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.kinds import Reactions
@@ -25,6 +26,8 @@ def series_of(
     if static is not None:
         static.reactions[~answer.there] = np.nan
     found: dict[str, dict[str, Any]] = {}
+    in_plane = statics.scene.model.mechanism.dimension == 2
+    turned = {} if in_plane else _axes_in_space(statics, answer, task.axes or ())
     for k, name in enumerate(balance.joints):
         own: dict[str, Any] = {"reaction": answer.whole.reactions[:, k]}
         if name in balance.guides:
@@ -43,7 +46,10 @@ def series_of(
             for word in own:
                 if not unique.given(balance, name, word):
                     own[word] = np.full_like(own[word], np.nan)
-        own |= _turned(statics, answer, name, own["reaction"], task.axes or ())
+        if in_plane:
+            own |= _turned(statics, answer, name, own["reaction"], task.axes or ())
+        else:
+            own |= _turned_in_space(own["reaction"], turned.get(name, {}))
         found[name] = own
     return found
 
@@ -104,22 +110,104 @@ def link_axis(model: Model, name: str) -> tuple[str, float]:
     It is the second body, else the first, that has another joint apart from this one; the axis
     leads from this joint to that one [rad].
     """
+    found, values = _link(model, name), model.mechanism.values()
+    if found is None:
+        return model.mechanism.joints[name].second_body, 0.0
+    here, there = (np.array([values[f"{end}.{axis}"] for axis in "xy"]) for end in found)
+    gap = there - here
+    return found[0].split(".")[0], float(np.arctan2(gap[1], gap[0]))
+
+
+def _link(model: Model, name: str) -> tuple[str, str] | None:
+    """Return this joint's point and another joint's on the link of `link_axis`, None: there is no
+    such link.
+    """
     mechanism = model.mechanism
     joint, values = mechanism.joints[name], mechanism.values()
+
+    def local(reference: str) -> Any:
+        return np.array([values[f"{reference}.{axis}"] for axis in mechanism.axes])
+
     for reference in (joint.second, joint.first):
-        body, point = reference.split(".")
+        body = reference.split(".")[0]
         if body not in mechanism.bodies:
             continue
-        here = np.array([values[f"{body}.{point}.{axis}"] for axis in "xy"])
+        here = local(reference)
         for other in mechanism.joints.values():
             for end in (other.first, other.second):
-                owner, place = end.split(".")
-                if owner == body and other.name != name:
-                    there = np.array([values[f"{body}.{place}.{axis}"] for axis in "xy"])
-                    gap = there - here
-                    if np.any(gap != 0):
-                        return body, float(np.arctan2(gap[1], gap[0]))
-    return joint.second_body, 0.0
+                if end.split(".")[0] == body and other.name != name and (local(end) != here).any():
+                    return reference, end
+    return None
+
+
+def _axes_in_space(
+    statics: Statics, answer: PoseForces, words: tuple[str, ...]
+) -> dict[str, dict[str, Any]]:
+    """Return by joint the axes of its second body (n, 3, 3) and its link's direction (n, 3).
+
+    What spins freely has no axes; a joint without a link has no direction, but a vector is one.
+    """
+    model, entries = statics.scene.model, []
+    for name in statics.balance.joints if words else ():
+        joint = model.mechanism.joints[name]
+        if "body" in words and joint.second_body not in model.spinning:
+            entries.append((name, "body", ca.vec(model.frame(joint.second_body).R)))
+        ends = (joint.first, joint.second) if joint.pointer else _link(model, name)
+        if "radial" in words and ends is not None:
+            way = model.point(ends[1]) - model.point(ends[0])
+            entries.append((name, "radial", way))
+    if not entries:
+        return {}
+    own = ", ".join(f"{name} {word}" for name, word, _ in entries)
+    batch = statics.batch(
+        f"axes of {own}",
+        lambda: statics.balance.function("axes", [ca.vertcat(*[entry[2] for entry in entries])]),
+    )
+    values = batch(*answer.inputs)[0]
+    values = np.broadcast_to(values, (len(answer.standing), values.shape[1]))
+    found: dict[str, dict[str, Any]] = {}
+    start = 0
+    for name, word, expression in entries:
+        part = values[:, start : start + expression.numel()]
+        start += expression.numel()
+        if word == "body":
+            part = part.reshape(-1, 3, 3)  # columns of the rotation are rows here
+        else:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                part = part / np.linalg.norm(part, axis=1)[:, None]
+        found.setdefault(name, {})[word] = part
+    return found
+
+
+def without_axes(statics: Statics, task: Reactions) -> list[str]:
+    """Return what is said of joints in space whose reactions have none of the axes asked for."""
+    model = statics.scene.model
+    if not task.axes or model.mechanism.dimension == 2:
+        return []
+    joints = {name: model.mechanism.joints[name] for name in statics.balance.joints}
+    spun = [n for n, joint in joints.items() if joint.second_body in model.spinning]
+    alone = [n for n, joint in joints.items() if not joint.pointer and _link(model, n) is None]
+    said = []
+    if spun and "body" in task.axes:
+        bodies = ", ".join(dict.fromkeys(joints[n].second_body for n in spun))
+        said.append(f"{', '.join(spun)}: no reaction_body, {bodies} spins freely and has no axes")
+    if alone and "radial" in task.axes:
+        said.append(f"{', '.join(alone)}: no reaction_radial, no other joint makes a link of it")
+    return said
+
+
+def _turned_in_space(reaction: Any, axes: dict[str, Any]) -> dict[str, Any]:
+    """Return a reaction (n, 6) in axes of its second body, and along and across the link."""
+    found: dict[str, Any] = {}
+    force = reaction[:, :3]
+    if "body" in axes:
+        parts = reaction.reshape(-1, 2, 3)
+        found["reaction_body"] = np.einsum("nij,nkj->nki", axes["body"], parts).reshape(-1, 6)
+    if "radial" in axes:
+        along = np.einsum("ni,ni->n", axes["radial"], force)
+        across = np.linalg.norm(force - along[:, None] * axes["radial"], axis=1)
+        found["reaction_radial"] = np.stack([along, across], axis=1)
+    return found
 
 
 def efforts_of(

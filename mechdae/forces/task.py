@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.errors import InputError, UnavailableError
+from mechdae.errors import InputError
 from mechdae.forces.checks import CHECKS, checks
 from mechdae.forces.critical_friction import critical_factor
 from mechdae.forces.cycle import cycle
@@ -24,7 +24,14 @@ from mechdae.forces.lift_off import along
 from mechdae.forces.load_wrenches import acting_loads
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import LoadedRun, loaded_run
-from mechdae.forces.series import efforts_of, jams_of, series_of, solutions_of, unique_of
+from mechdae.forces.series import (
+    efforts_of,
+    jams_of,
+    series_of,
+    solutions_of,
+    unique_of,
+    without_axes,
+)
 from mechdae.forces.uniqueness import uniqueness
 from mechdae.kinematics.prepared import Setting
 from mechdae.kinematics.report import report
@@ -68,12 +75,6 @@ def _check(problem: Problem, task: Reactions) -> None:
     mechanism = problem.mechanism
     if mechanism.dimension == 3:
         check_in_space(mechanism)
-        if task.axes:
-            raise UnavailableError(
-                "reactions in axes of bodies are not computed in space by this version",
-                where="axes",
-                hint="they are given in world axes",
-            )
     if "inertial" in (task.parts or ()):
         masses = [body for body in mechanism.bodies.values() if body.mass or body.inertia]
         if not masses:
@@ -124,10 +125,10 @@ def with_forces(
     faults += slack(statics, answer)
     checked = Later(lambda: checks(statics, moving, answer))
     lifted, notes = along(statics, moving, answer, unique)
-    if notes:
+    if notes := [*notes, *without_axes(statics, task)]:
         summary["notes"] = [*summary.get("notes", []), *notes]
-    assumptions = list(dict.fromkeys([*statics.assumptions, *assumptions_of(statics, task)]))
-    summary["assumptions"] = assumptions
+    assumed = dict.fromkeys([*statics.assumptions, *assumptions_of(statics, task)])
+    summary["assumptions"] = list(assumed)
     if answer.coupled:
         rows = np.flatnonzero(answer.standing)
         lead = setting.plan.lead

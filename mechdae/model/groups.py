@@ -20,11 +20,11 @@ import casadi as ca
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.turnless import idle_links
 from mechdae.errors import MechanismError
 from mechdae.model.model import Model, Row
 from mechdae.model.redundant_constraints import redundant_blocks, square_blocks
 from mechdae.model.space import PLANE
-from mechdae.model.tree.idle_links import idle_links
 from mechdae.records import dataclass
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
@@ -320,7 +320,7 @@ def count_mobility(mechanism: Mechanism) -> dict[str, Any]:
 
 def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
     """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
-    from mechdae.model.tree.pointers import points_of
+    from mechdae.describe.turnless import points_of
 
     joints = list(mechanism.joints.values())
     n = len(mechanism.bodies) - sum(j.rigid for j in joints)

@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
-from mechdae.describe.tasks.shaking import SHAKING
+from mechdae.describe.tasks.shaking import WORDS, shaking_paths
 from mechdae.errors import MechdaeError
 from mechdae.results import FINE, Result
 from mechdae.synthesis.verify import Design
@@ -25,9 +25,10 @@ TOPS, ZOOM, ROUNDS = 3, 17, 3
 
 def values_of(found: Result, path: str) -> Any:
     """Return a quantity over the poses of a solved task (n,); of vectors the length."""
-    if path in SHAKING:
-        parts = [np.asarray(found.value(own), float) for own in SHAKING[path]]
-        return parts[0] if len(parts) == 1 else np.hypot(*parts)
+    if path in WORDS:
+        paths = shaking_paths(path, found.mechanism.dimension)
+        parts = [np.asarray(found.value(own), float) for own in paths]
+        return parts[0] if len(parts) == 1 else np.linalg.norm(parts, axis=0)
     series = np.atleast_1d(np.asarray(found.value(path), float))
     if series.ndim == 1:
         return series

@@ -18,7 +18,7 @@ from mechdae.derivatives.composed import INPUT, Composed, is_series
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.goals import Extreme
 from mechdae.describe.tasks.kinds import Reactions, Sweep
-from mechdae.describe.tasks.shaking import SHAKING
+from mechdae.describe.tasks.shaking import WORDS, shaking_paths
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.poses import loaded_run
@@ -75,12 +75,12 @@ class Quantity:
                 where=place,
                 hint="cycle = true",
             )
-        series = is_series(asked.path) or asked.path in (*MEANS, *SHAKING)
+        series = is_series(asked.path) or asked.path in (*MEANS, *WORDS)
         if not series or (self.transmission and self.forces):
             raise UnknownName(
                 "path of a goal",
                 asked.path,
-                ["points/", "bodies/", "joints/", "efforts/", *SHAKING, *MEANS, *SUMMARIES],
+                ["points/", "bodies/", "joints/", "efforts/", *WORDS, *MEANS, *SUMMARIES],
             )
         if self.transmission and "transmission" not in (base.measures or ()):
             raise InputError(
@@ -157,7 +157,7 @@ class Quantity:
             losses = [f"joints/{name}/loss" for name in self.statics.balance.joints]
             paths = [*losses, INPUT]
         else:
-            paths = list(SHAKING.get(path, (path,)))
+            paths = list(shaking_paths(path, self.setting.scene.model.mechanism.dimension))
         composed = Composed(self.setting, paths, self.free, self.statics, smooth=SMOOTH)
         values = composed.expression
         if path in MEANS:

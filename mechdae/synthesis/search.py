@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.constraints import Box, LimitConstraint, TransmissionAngle
 from mechdae.describe.tasks.goals import Extreme as AskedExtreme
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
-from mechdae.describe.tasks.shaking import SHAKING, with_shaking
+from mechdae.describe.tasks.shaking import WORDS, with_shaking
 from mechdae.describe.tasks.synthesis import Demand, demand
 from mechdae.errors import InputError, UnknownName
 from mechdae.model.model import Model
+from mechdae.model.tree.bars import check_bars
 from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.synthesis.goals.dynamic import Dynamic
@@ -43,12 +44,25 @@ NO_LIMIT = 1e6
 ENDS = ("stroke", "swing", "time_ratio")
 """Scalars of a summary that follow from the two ends of a coordinate."""
 
+INSIDE = (0.381966, 0.706107)
+"""Places in the ranges of free numbers at which bars are looked at."""
+
 
 def shaken_by(asked: Demand) -> list[str]:
     """Return the tasks whose shaking forces or moments are asked for."""
     every = [goal for goal, _ in asked.goals if isinstance(goal, AskedExtreme)]
     every += [limit.quantity for limit in asked.of(LimitConstraint)]
-    return [own.task for own in every if own.path in SHAKING]
+    return [own.task for own in every if own.path in WORDS]
+
+
+def _check_bars(mechanism: Mechanism, free: Mapping[str, tuple[float, float]]) -> None:
+    """Raise for links that spin freely, in space, whose mass leaves their line, for free numbers
+    too.
+    """
+    check_bars(mechanism)
+    for share in INSIDE:
+        inside = {name: low + share * (high - low) for name, (low, high) in free.items()}
+        check_bars(mechanism.with_values(inside))
 
 
 class Search:
@@ -64,7 +78,10 @@ class Search:
 
     def __init__(self, problem: Problem, task: Synthesis) -> None:
         self.asked: Demand = demand(problem, task)
-        self.problem = problem = with_shaking(problem, shaken_by(self.asked))
+        shaken = shaken_by(self.asked)
+        if shaken and problem.mechanism.dimension == 3:
+            _check_bars(problem.mechanism, self.asked.free)
+        self.problem = problem = with_shaking(problem, shaken)
         self.task = task
         names = [*self.asked.free, *self.asked.choices]
         self._quantities: dict[tuple[str, str], Quantity] = {}

@@ -16,9 +16,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.mechanism import MOMENTS, Mechanism
+from mechdae.describe.turnless import IdleLink, idle_links, points_of
 from mechdae.errors import InputError, UnavailableError
-from mechdae.model.tree.idle_links import IdleLink, idle_links
-from mechdae.model.tree.pointers import points_of
 from mechdae.model.tree.teeth import axes_of_mesh
 
 SX = ca.SX
@@ -122,9 +121,8 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
                 "one-sided contacts are not computed in space by this version",
                 where=f"joints.{joint.name}.one_sided",
             )
-    links = idle_links(mechanism)
+    links = check_bars(mechanism)
     for link in links.values():
-        _check_bar(mechanism, link)
         for end in (link.joint, *link.others):
             if mechanism.values().get(f"{end}.friction", 0.0):
                 raise UnavailableError(
@@ -150,6 +148,14 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
                     where=f"loads.{load.name}.{key}",
                     hint="forces at its points",
                 )
+
+
+def check_bars(mechanism: Mechanism) -> dict[str, IdleLink]:
+    """Return the links that spin freely; raise `InputError` where one has no mass of a bar."""
+    links = idle_links(mechanism)
+    for link in links.values():
+        _check_bar(mechanism, link)
+    return links
 
 
 def _check_bar(mechanism: Mechanism, link: IdleLink) -> None:

@@ -8,32 +8,8 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.joints import Joint
-from mechdae.describe.mechanism import Mechanism
 
 WORDS = ("length", "elevation", "azimuth")
-
-
-def points_of(mechanism: Mechanism) -> set[str]:
-    """Return the bodies that are points at the ends of vectors: they do not turn.
-
-    Such a body has one point and no inertia, and what is joined to it holds that point alone.
-    """
-    joints = mechanism.joints.values()
-    ends = {body for joint in joints if joint.pointer for body in joint.bodies}
-    held = {
-        body
-        for joint in joints
-        if not (joint.pointer or joint.ball or joint.bar)
-        for body in joint.bodies
-    }
-    return {
-        name
-        for name in ends - held
-        if name in mechanism.bodies
-        and len(mechanism.bodies[name].points) == 1
-        and mechanism.bodies[name].inertia is None
-        and not mechanism.bodies[name].center
-    }
 
 
 def span(joint: Joint, numbers: Mapping[str, Any], own: Mapping[str, Any]) -> Any:

@@ -13,11 +13,12 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
+from mechdae.describe.turnless import points_of
 from mechdae.model.coordinates import Coordinates, of_owner
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model, Row
 from mechdae.model.tree.closures import CutJoint, rows_of
-from mechdae.model.tree.pointers import points_of, structure_rows
+from mechdae.model.tree.pointers import structure_rows
 from mechdae.model.tree.sides import side
 from mechdae.model.tree.spatial_frames import TreeFrame, about_x, about_z
 

@@ -16,6 +16,7 @@ from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
+from mechdae.describe.turnless import IdleLink, idle_links, points_of, without
 from mechdae.errors import UnavailableError
 from mechdae.model.coordinates import Coordinate, Coordinates, of_owner
 from mechdae.model.groups import Group, assur_groups, body_numbers, spatial_kind
@@ -31,10 +32,9 @@ from mechdae.model.tree.closures import (
     senses,
     turned,
 )
-from mechdae.model.tree.idle_links import IdleLink, idle_links, without
 from mechdae.model.tree.invariants import Hung, Invariants, invariants
 from mechdae.model.tree.meshes import meshed
-from mechdae.model.tree.pointers import WORDS, points_of, span
+from mechdae.model.tree.pointers import WORDS, span
 from mechdae.model.tree.sides import literal, side
 from mechdae.model.tree.skeleton import Skeleton
 from mechdae.model.tree.solid import SPACE

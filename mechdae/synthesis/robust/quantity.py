@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.describe.tasks.shaking import SHAKING
+from mechdae.describe.tasks.shaking import shaking_paths
 from mechdae.errors import InputError
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.parameters import parameters_of
@@ -105,7 +105,7 @@ def of_task(design: Design, asked: Extreme, deviations: Deviations) -> tuple[flo
     Of an extreme it is that of the poses of the task, 721 where they are not named.
     """
     names, factor, sigmas = deviations.names, deviations.factor, deviations.sigmas
-    paths = SHAKING.get(asked.path, (asked.path,))
+    paths = shaking_paths(asked.path, design.problem.mechanism.dimension)
     task = design.others[asked.task]
     assert isinstance(task, Sweep)
     found = design.slopes(asked.task if asked.path in MEANS else fine(task), paths, names)

@@ -1,4 +1,7 @@
-"""Links that only spin about the line of two ball joints: they count as bars of constant length."""
+"""Bodies in space whose turn nothing tells: links that spin freely, points of vector loops.
+
+A link that only spins about the line of its two ball joints counts as a bar of constant length.
+"""
 
 from __future__ import annotations
 
@@ -79,3 +82,26 @@ def without(mechanism: Mechanism, links: dict[str, IdleLink]) -> Mechanism:
         outputs=Table(),
         sketch=Table(),
     )
+
+
+def points_of(mechanism: Mechanism) -> set[str]:
+    """Return the bodies that are points at the ends of vectors: they do not turn.
+
+    Such a body has one point and no inertia, and what is joined to it holds that point alone.
+    """
+    joints = mechanism.joints.values()
+    ends = {body for joint in joints if joint.pointer for body in joint.bodies}
+    held = {
+        body
+        for joint in joints
+        if not (joint.pointer or joint.ball or joint.bar)
+        for body in joint.bodies
+    }
+    return {
+        name
+        for name in ends - held
+        if name in mechanism.bodies
+        and len(mechanism.bodies[name].points) == 1
+        and mechanism.bodies[name].inertia is None
+        and not mechanism.bodies[name].center
+    }
