@@ -13,7 +13,7 @@ from mechdae.records import dataclass
 
 TIME = "t"
 """Abscissa of a table over the time."""
-NUMBERS, VECTORS = ("number", "moment"), ("components", "moment")
+NUMBERS, VECTORS = ("number", "moment"), ("components", "moment", "direction")
 """Kinds of values of a load that are a number, that are components."""
 
 
@@ -105,7 +105,8 @@ class TableLoad(Load):
     """Values over a coordinate or the time, from a CSV file or ``rows``, joined by straight lines.
 
     A force [N] on the coordinate ``along``, positive in the sense of its growth, or a torque
-    [N m] on a ``body``. ``periodic`` tables repeat outside their range. Over the time ``t`` a table
+    [N m] on a ``body``, in space about the direction ``axis`` in the axes of ``frame``, "world" or
+    a body. ``periodic`` tables repeat outside their range. Over the time ``t`` a table
     may begin ``shift`` later, repeat after ``period``, and be joined by a ``spline``.
     """
 
@@ -122,6 +123,10 @@ class TableLoad(Load):
     shift: Number = key("number", 0.0, unit="s")
     period: Number | None = key("number", None, unit="s")
     interpolation: str = key("text", "linear", choices=("linear", "spline"))
+    axis: tuple[Number, ...] | None = key(
+        "direction", None, doc="of a torque in space, right-handed", unit="1"
+    )
+    frame: str = key("text", "world", doc="in whose axes axis is given: world or a body")
     from_file: tuple[tuple[float, float], ...] | None = field(
         default=None, compare=False, repr=False
     )
@@ -133,6 +138,8 @@ class TableLoad(Load):
             both = ", not both" if self.body else ""
             raise InputError(f"a table needs 'along' (a coordinate) or 'body'{both}")
         _check_rows(self)
+        if self.axis is not None and all(number == 0 for number in self.axis):
+            raise InputError("a direction needs a length", where="axis", hint="like [0, 0, 1]")
         if self.coordinate != TIME:
             given = {"shift": self.shift != 0.0, "period": self.period is not None}
             given["interpolation"] = self.interpolation != "linear"

@@ -366,7 +366,7 @@ class Statics:
             for k, direction in enumerate(directed):
                 lost = (length[:, k] <= POINT * self._length(motion)) & (pull[:, k] > 0)
                 yield direction.load.name, lost, text, ".between", hint
-        names = [name for name, load in loads.items() if load.expressions]
+        names = [n for n, x in loads.items() if x.expressions or getattr(x, "axis", None)]
         if names:
             wrenches = [self.loads.wrenches[name].values() for name in names]
             values = self.batch("loads", lambda: self.balance.function(

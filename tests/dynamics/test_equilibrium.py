@@ -136,3 +136,17 @@ def test_a_beam_that_hangs_on_six_cranks() -> None:
     assert beam["force"][0] == pytest.approx([0, 6 * 9.81], abs=1e-11)
     assert result.summary["multipliers"]["beam2.y"] is None
     assert result.summary["multipliers"]["beam2.x"] == pytest.approx(0, abs=1e-11)
+
+
+@pytest.mark.parametrize("start", [0.1, 0.12])
+def test_a_step_along_the_circuit_may_end_on_an_equilibrium(start: float) -> None:
+    """Steps are of 0.05 rad: from 0.1 they end where the spring is slack."""
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": [0, 0]}),
+        bodies=[md.Body("wheel", {"O": [0, 0]}, mass=2, inertia=0.7)],
+        joints=[md.Revolute("O", "ground.O", "wheel.O")],
+        loads=[md.Spring("hold", coordinate="wheel.angle", stiffness=4)],
+    )
+    rest = md.solve(mechanism, md.Equilibrium(linearise=True, start={"wheel": start}))
+    assert rest.bodies["wheel"].angle[0] == pytest.approx(0.0, abs=1e-12)
+    assert rest.summary["frequencies"][0] == pytest.approx((4 / 0.7) ** 0.5 / (2 * np.pi))

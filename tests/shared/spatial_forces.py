@@ -133,6 +133,14 @@ def _load(result: Any, load: Any, k: int) -> list[Any]:
         if load.kind == "torque":
             return [(load.body, place(result, f"{load.body}.cm", k), zero, value)]
         return [(load.point.split(".")[0], place(result, load.point, k), value, zero)]
+    if load.kind == "table":
+        part, word = load.coordinate.split(".")
+        x, y = np.array(load.rows).T
+        value = load.factor * np.interp(result.joints[part][word][k], x, y)
+        turn = np.eye(3) if load.frame == "world" else orientation(result, load.frame, k)
+        axis = turn @ np.array(load.axis, float)
+        moment = value * axis / np.linalg.norm(axis)
+        return [(load.body, place(result, f"{load.body}.cm", k), zero, moment)]
     assert load.kind == "spring"
     if load.between is not None:
         ends = [place(result, reference, k) for reference in load.between]

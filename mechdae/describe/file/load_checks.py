@@ -18,7 +18,7 @@ from mechdae.describe.loads import (
 )
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.named import check_expression, split_rate, unknown_name
-from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnknownName
 
 
 def check_loads(mechanism: Mechanism) -> None:
@@ -61,12 +61,7 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
     elif isinstance(load, TableLoad):
         if load.body is not None:
             _body(mechanism, load.body, "body")
-            if mechanism.dimension == 3:
-                raise UnavailableError(
-                    "tables of torques on bodies are not computed in space by this version",
-                    where="body",
-                    hint="along = 'JOINT.angle' turns one body against another",
-                )
+        _table_axis(mechanism, load)
         if load.along is not None:
             try:
                 coordinate(mechanism, load.along)
@@ -105,6 +100,25 @@ def _moment(mechanism: Mechanism, load: Torque) -> None:
         )
     if load.frame != "world":
         _body(mechanism, load.frame, "frame")
+
+
+def _table_axis(mechanism: Mechanism, load: TableLoad) -> None:
+    """Raise for a torque in space without an axis, and for an axis of what has none."""
+    if load.body is not None and mechanism.dimension == 3:
+        if load.axis is None:
+            raise InputError(
+                f"a torque in space needs the axis about which it turns {load.body}",
+                where="axis",
+                hint="axis = [0, 0, 1] in world axes, or in those of frame = 'BODY'; or "
+                "along = 'JOINT.angle', which turns one body against another",
+            )
+        if load.frame != "world":
+            _body(mechanism, load.frame, "frame")
+        return
+    what = "a torque of the plane" if load.body is not None else "a force along a coordinate"
+    for word, given in (("axis", load.axis is not None), ("frame", load.frame != "world")):
+        if given:
+            raise InputError(f"{what} has no axes of its own", where=word, hint="leave it out")
 
 
 def _point(mechanism: Mechanism, reference: str, place: str) -> None:

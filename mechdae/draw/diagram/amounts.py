@@ -86,6 +86,17 @@ def load_values(scene: KnownScene, result: Any, load: Any, pose: int) -> tuple[f
     return None
 
 
+def load_axis(
+    scene: KnownScene, result: Any, load: TableLoad, pose: int
+) -> tuple[float, ...] | None:
+    """Return the axis of a table's torque in the axes of its frame, None where it is not known."""
+    names = _Known(scene, result, pose)
+    try:
+        return tuple(names.value(load, "axis", k) for k in range(3))
+    except (MechdaeError, LookupError):
+        return None
+
+
 def acts(load: Spring, name: str) -> bool:
     """Return whether a number of a spring is given and not zero."""
     return bool(getattr(load, name) != 0.0)

@@ -14,10 +14,10 @@ import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints import Joint
-from mechdae.describe.loads import Force, Load, Resistance, Spring, Torque
+from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import load_values, sense
+from mechdae.draw.diagram.amounts import load_axis, load_values, sense
 from mechdae.draw.diagram.driver import blocked
 from mechdae.draw.diagram.loads import (
     MANY,
@@ -75,6 +75,8 @@ class SpatialLoads:
             return {load.point.split(".")[0]}
         if isinstance(load, Torque):
             return {load.body}
+        if isinstance(load, TableLoad) and load.body is not None:
+            return {load.body}
         if isinstance(load, Spring) and load.between is not None:
             return {entry.split(".")[0] for entry in load.between}
         entry = self._coordinate(load)
@@ -103,6 +105,9 @@ class SpatialLoads:
                 else:
                     items += self._torque(load, vector)
                 continue
+            if isinstance(load, TableLoad) and load.body is not None:
+                items += self._tabulated(load, load.body, values)
+                continue
             entry = self._coordinate(load)
             against = -sense(self.scene, self.result, entry, self.pose.pose)
             sign = against if isinstance(load, Resistance) else 1.0
@@ -128,7 +133,7 @@ class SpatialLoads:
                 items += self._straight(load, place, direction, size, largest, load.name in either)
         return items
 
-    def _in_space(self, load: Force | Torque, value: Array) -> Array | None:
+    def _in_space(self, load: Force | Torque | TableLoad, value: Array) -> Array | None:
         """Return components of a frame in the fixed frame."""
         if load.frame == "world":
             return value
@@ -213,6 +218,19 @@ class SpatialLoads:
             return []
         axis = vector / size
         return self._turning(load, self._seat(load.body, axis), axis, size, False)
+
+    def _tabulated(
+        self, load: TableLoad, body: str, values: tuple[float, ...] | None
+    ) -> list[Item]:
+        """Return the arrow of a table's torque, with two heads where its value is not known."""
+        way = load_axis(self.scene, self.result, load, self.pose.pose)
+        axis = None if way is None else self._in_space(load, np.array(way))
+        if axis is None or values == (0.0,):
+            return []
+        size = None if values is None else values[0]
+        axis = axis / np.linalg.norm(axis) * (-1.0 if size is not None and size < 0 else 1.0)
+        size = None if size is None else abs(size)
+        return self._turning(load, self._seat(body, axis), axis, size, size is None)
 
     def _seat(self, body: str, axis: Array) -> Array:
         """Return where [m] a torque of a body is drawn: at a joint that turns about its axis."""

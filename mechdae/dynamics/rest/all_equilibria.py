@@ -221,7 +221,8 @@ class Rests:
             before = now
             trail = [*trail[-1:], (x, tangent, force, step)]
             roots = self._between(trail, ahead)
-            if force * ahead < 0 and max(abs(force), abs(ahead)) > 10 * SOLVED:
+            changes = force != 0 and force * ahead <= 0  # a step may end on an equilibrium
+            if changes and max(abs(force), abs(ahead)) > 10 * SOLVED:
                 roots.append(self._root(x, step, tangent, force))
             for root in roots:
                 kept = on and self.chart.signs(root) == home

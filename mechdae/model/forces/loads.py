@@ -170,7 +170,7 @@ class Loads:
         axes = self.model.space.axes
         return ca.vertcat(*[self._number(load, f"value.{axis}") for axis in axes])
 
-    def _turned(self, load: Force | Torque, value: Any) -> Any:
+    def _turned(self, load: Force | Torque | TableLoad, value: Any) -> Any:
         """Return the components of a load in world axes."""
         if load.frame == "world":
             return value
@@ -243,6 +243,9 @@ class Loads:
         value = self._number(load, "factor") * value
         if load.body is not None:
             self.bodies.add(load.body)
+            if load.axis is not None:
+                way = ca.vertcat(*[self._number(load, f"axis.{axis}") for axis in "xyz"])
+                value = self._turned(load, way / ca.norm_2(way)) * value
             return couple(self.model, load.body, value)
         assert load.along is not None
         return self._on_coordinate(load.along, value)
