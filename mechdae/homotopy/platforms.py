@@ -10,8 +10,18 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import InputError
-from mechdae.homotopy.certify import apart, certify
-from mechdae.homotopy.study import MOST, along, conjugate, displacement, product, quadrics, route
+from mechdae.homotopy.certify import CertifiedSolutions, apart, certify
+from mechdae.homotopy.study import MOST, conjugate, displacement, product, quadrics
+from mechdae.homotopy.study_chart import (
+    ChartedSolutions,
+    StudyChart,
+    all_apart,
+    from_first_leg,
+    numbers_along,
+    points,
+    same,
+    study,
+)
 from mechdae.homotopy.tracker import distinct, track
 from mechdae.records import dataclass
 
@@ -30,15 +40,16 @@ class PlatformPoses:
 
     The largest entry of a quaternion is positive; ``error`` (n,) bounds that of (e, g) by its size.
     ``regular`` counts the simple complex solutions ``every`` (m, 8), (e, g) in units of ``size``,
-    ``singular`` paths that end in others or far off; ``basis`` is "theorem" where all 40 are
-    certified and different (the real ones are all there are: ``proven``), "homotopy" where fewer
-    are regular.
+    ``far`` those at infinity, or so far out that only the chart of `study_chart` tells them,
+    ``singular`` paths that end in others. ``basis`` is "theorem" where all 40 are certified and
+    different (the real ones are all there are: ``proven``), "homotopy" where fewer are.
     """
 
     position: Any
     quaternion: Any
     error: Any
     regular: int
+    far: int
     singular: int
     basis: str
     every: Any
@@ -84,52 +95,93 @@ def platform_poses(base: Any, platform: Any, legs: Any) -> PlatformPoses:
         raise InputError("six points of three coordinates on either body and six legs are needed")
     if not (lengths > 0).all():
         raise InputError("legs have lengths above 0", where="legs")
-    size = float(np.sqrt((a**2).mean() + (b**2).mean() + (lengths**2).mean()))
-    target = np.concatenate([a.ravel() / size, b.ravel() / size, (lengths / size) ** 2])
-    real = quadrics(a / size, b / size, target[36:])
-    X = _followed(target)
+    here = np.stack([a - a[0], b - b[0]])
+    size = float(np.sqrt((here**2).mean(axis=(1, 2)).sum() * 3 + (lengths**2).mean()))
+    p = from_first_leg(a / size, b / size, (lengths / size) ** 2)
+    chart, y = _followed(p)
+    X = study(chart.solutions(y))
     e = X[:, :4]
     square = np.abs((e * e).sum(axis=1)) / np.maximum((np.abs(e) ** 2).sum(axis=1), 1e-300)
-    found = certify(X, real)
+    found = certify(X, quadrics(*points(p), p[30:]))
     regular = found.simple & (square > FLAT)
-    every = int(regular.sum())
+    every, far = int(regular.sum()), 0
     whole = every == MOST and bool((found.real | found.other).all()) and apart(found)
+    if len(y) == MOST and not whole:
+        charted = chart.certify(p, y)
+        whole = _whole(chart, charted, found, regular)
+        far = MOST - every if whole else 0
     poses = found.x[regular & found.real].real
-    order: Any = np.lexsort(np.round(displacement(poses), 9).T) if len(poses) else []
-    poses = poses[order]
-    e = poses[:, :4]
+    place = displacement(poses) + (a[0] - _turned(poses, b[0])) / size
+    order: Any = np.lexsort(np.round(place, 9).T) if len(poses) else []
+    e = poses[order, :4]
     norm = np.linalg.norm(e, axis=1, keepdims=True)
     top = np.take_along_axis(e, np.argmax(np.abs(e), axis=1)[:, None], axis=1)
     error = found.radius[regular & found.real][order] / np.maximum(norm[:, 0], 1e-300)
     return PlatformPoses(
-        size * displacement(poses),
+        size * place[order],
         e / (norm * np.sign(top)),
         error,
         every,
-        MOST - every,
+        far,
+        MOST - every - far,
         "theorem" if whole else "homotopy",
-        found.x[regular],
+        _moved(found.x[regular], a[0] / size, b[0] / size),
         size,
     )
 
 
-def _followed(target: Any) -> Any:
-    """Return the simple solutions (n, 8) that routes lead to, until one brings nothing new."""
-    start, first = generic()
+def _whole(
+    chart: StudyChart, charted: ChartedSolutions, found: CertifiedSolutions, regular: Any
+) -> bool:
+    """Return whether 40 different solutions are certified, each real one of them by `found` too."""
+    told = charted.other | (regular & (found.real | found.other) & same(chart, charted, found))
+    return bool(charted.simple.all() and told.all() and all_apart(charted))
+
+
+def _pure(v: Any) -> Any:
+    return np.concatenate([[0.0], v])[None]
+
+
+def _turned(X: Any, v: Any) -> Any:
+    """Return a vector (3,) of the platform in poses (n, 8), as (n, 3)."""
+    e = X[:, :4]
+    turned = product(product(e, _pure(v)), conjugate(e))[:, 1:]
+    return turned / (e * e).sum(axis=1)[:, None]
+
+
+def _moved(X: Any, a: Any, b: Any) -> Any:
+    """Return poses (n, 8) told from points a and b of both bodies as such from their origins."""
+    e, g = X[:, :4], X[:, 4:]
+    return np.concatenate([e, g + (product(_pure(a), e) - product(e, _pure(b))) / 2], axis=1)
+
+
+def _followed(p: Any) -> tuple[StudyChart, Any]:
+    """Return the simple solutions (n, 6) that routes lead to, until one brings nothing new."""
+    generic_p, first = generic()
+    start = from_first_leg(
+        generic_p[:18].reshape(6, 3), generic_p[18:36].reshape(6, 3), generic_p[36:]
+    )
+    first = _moved(first, -generic_p[:3], -generic_p[18:21])
     rng = np.random.default_rng(20)
-    best = np.zeros((0, 8), complex)
+    whole: StudyChart | None = None
+    best = np.zeros((0, 6), complex)
     for number in range(ROUTES):
+        chart = StudyChart(rng.normal(size=4) + 1j * rng.normal(size=4))
         bend = None
         if number:
-            bend = (rng.normal(size=42) + 1j * rng.normal(size=42)) * 0.5
-        patch = rng.normal(size=8) + 1j * rng.normal(size=8)
-        X = first / (first @ patch)[:, None]
-        ends = track(along(route(start, target.astype(complex), bend), patch), X)
-        good = ends.followed & (ends.step < SIMPLE * np.linalg.norm(ends.x, axis=1))
-        X = ends.x[good]
-        X = X / X[np.arange(len(X)), np.argmax(np.abs(X), axis=1)][:, None]
-        known, every = len(best), np.concatenate([best, X])
-        best = every[distinct(every, SAME)]
+            bend = (rng.normal(size=36) + 1j * rng.normal(size=36)) * 0.5
+        system = chart.system(numbers_along(start, p.astype(complex), bend))
+        ends = track(system, chart.coordinates(first), relative=True, hasty=True)
+        size = np.maximum(np.linalg.norm(ends.x, axis=1), 1)
+        y = ends.x[ends.followed & (ends.step < SIMPLE * size)]
+        if whole is None:
+            whole = chart
+        else:
+            y = whole.coordinates(chart.solutions(y))
+        known, every = len(best), np.concatenate([best, y])
+        size = np.maximum(np.linalg.norm(every, axis=1), 1)[:, None]
+        best = every[distinct(every / size, SAME)]
         if len(best) == MOST or (number and len(best) == known):
             break
-    return best
+    assert whole is not None
+    return whole, best

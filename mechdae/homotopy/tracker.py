@@ -18,6 +18,8 @@ FIRST_STEP, SECOND_STEP, DONE = 1e-2, 1e-6, 1e-8
 """Newton steps at a prediction: most of the first and the second, and what needs no ratio."""
 RATIO, WANTED = 0.3, 3e-4
 """Most of the second by the first, and the first that the length of a step aims at."""
+HASTY = (1e-1, 1e-3, 2e-2)
+"""Most of the first and the second step, and the first aimed at, where a jump is found out."""
 FINAL = 8
 
 System = Callable[[Any, Any], tuple[Any, Any, Any]]
@@ -37,9 +39,14 @@ class PathEnds:
 
 
 def solve(J: Any, F: Any) -> Any:
-    """Return J^-1 F for many systems; `nan` where J is singular."""
+    """Return J^-1 F for many systems F (n, k); `nan` where J is singular."""
+    return solve_all(J, F[..., None])[..., 0]
+
+
+def solve_all(J: Any, F: Any) -> Any:
+    """Return J^-1 F for many systems of several sides F (n, k, m); `nan` where J is singular."""
     try:
-        return np.linalg.solve(J, F[..., None])[..., 0]
+        return np.linalg.solve(J, F)
     except np.linalg.LinAlgError:
         result = np.full(F.shape, np.nan, complex)
         for row in range(len(F)):
@@ -71,20 +78,22 @@ def _ahead(last: Any, here: Any, rates: tuple[Any, Any], gap: Any, h: Any) -> An
     return value + (3 * s**2 - 2 * s**3) * here + (s**3 - s**2) * gap * now
 
 
-def track(system: System, x: Any, far: Any = FAR, relative: bool = False) -> PathEnds:
+def track(
+    system: System, x: Any, far: Any = FAR, relative: bool = False, hasty: bool = False
+) -> PathEnds:
     """Follow solutions of F(x, 0) = 0, each with steps of its own, to t = 1.
 
     Predicted by a cubic through the last two points, corrected by two Newton steps. What grows
     beyond `far`, one size or one for each unknown (complex ones: of real and imaginary parts), is
     at infinity. Corrections of `relative` paths count by the size of each unknown where that is
-    above one.
+    above one. `hasty` paths may jump to others, and are for those who count them.
     """
     with np.errstate(all="ignore"):
-        return _track(system, np.array(x, complex), far, relative)
+        return _track(system, np.array(x, complex), far, relative, hasty)
 
 
-def _track(system: System, x: Any, far: Any, relative: bool) -> PathEnds:
-    n = len(x)
+def _track(system: System, x: Any, far: Any, relative: bool, hasty: bool) -> PathEnds:
+    n, (most, finest, wanted) = len(x), HASTY if hasty else (FIRST_STEP, SECOND_STEP, WANTED)
     t, h = np.zeros(n), np.full(n, FIRST)
     _, J, Ft = system(x, t)
     v = -solve(J, Ft)
@@ -103,17 +112,17 @@ def _track(system: System, x: Any, far: Any, relative: bool) -> PathEnds:
         first = solve(J, F)
         y = y - first
         F, J, Ft = system(y, ahead)
-        second = solve(J, F)
+        both = solve_all(J, np.stack([F, Ft], axis=2))
+        second, rate = both[:, :, 0], -both[:, :, 1]
         y = y - second
         sizes = np.maximum(np.abs(y), 1) if relative else 1.0
         e1, e2 = _largest(first / sizes), _largest(second / sizes)
-        good = (e1 < FIRST_STEP) & (e2 < SECOND_STEP) & ((e2 <= RATIO * e1) | (e2 < DONE))
-        rate = -solve(J, Ft)
+        good = (e1 < most) & (e2 < finest) & ((e2 <= RATIO * e1) | (e2 < DONE))
         good &= np.isfinite(rate).all(axis=1)
         yes = own[good]
         last[yes], last_v[yes], last_t[yes] = x[yes], v[yes], t[yes]
         x[yes], v[yes], t[yes] = y[good], rate[good], ahead[good]
-        factor = np.clip(0.8 * (WANTED / np.maximum(e1, 1e-300)) ** 0.25, 0.5, 2.0)
+        factor = np.clip(0.8 * (wanted / np.maximum(e1, 1e-300)) ** 0.25, 0.5, 2.0)
         h[own] = np.where(good, step * factor, step / 2)
         least = SMALLEST * np.maximum(1 - t[own], NEARLY)  # solutions may nearly meet at the end
         going[own] = (h[own] > least) & _near(x[own], far)

@@ -10,7 +10,8 @@ import pytest
 
 import mechdae as md
 from mechdae.homotopy import certify, platforms
-from mechdae.homotopy.study import quadrics
+from mechdae.homotopy.study import displacement, quadrics
+from mechdae.homotopy.study_chart import StudyChart, all_apart, from_first_leg, numbers_along
 from tests.shared.paths import DATA
 
 
@@ -93,6 +94,74 @@ def test_certificates_refuse_what_is_no_solution() -> None:
     twice = np.concatenate([X, (2 - 1j) * X[:1]])
     assert certify.apart(certify.certify(X, Q))
     assert not certify.apart(certify.certify(twice, Q))
+
+
+def delta(*arms: float) -> tuple[Any, Any, Any]:
+    """Return base, platform and legs of a delta robot: pairs of parallel bars on three arms."""
+    base, platform = [], []
+    for k, arm in enumerate(arms):
+        c, s = np.cos(2 * np.pi * k / 3), np.sin(2 * np.pi * k / 3)
+        for side in (-0.05, 0.05):
+            along = side * np.array([-s, c, 0])
+            out = 0.2 + 0.25 * np.cos(arm)
+            base.append(along + np.array([out * c, out * s, -0.25 * np.sin(arm)]))
+            platform.append(along + np.array([0.06 * c, 0.06 * s, 0]))
+    return np.array(base), np.array(platform), np.full(6, 0.6)
+
+
+def test_poses_at_infinity_are_counted_and_certified() -> None:
+    """With equal arms twelve complex poses of a delta robot are at infinity, none of them real.
+
+    They come from afar: arms that differ by a little d have them some 1/d^2 away.
+    """
+    found = md.platform_poses(*delta(0.2, 0.2, 0.2))
+    assert found.proven
+    assert (found.regular, found.far, found.singular, len(found.position)) == (28, 12, 0, 16)
+    middle = np.abs(found.quaternion[:, 0]) > 1 - 1e-12  # three spheres meet in two points
+    out, down = 0.2 + 0.25 * np.cos(0.2) - 0.06, 0.25 * np.sin(0.2)
+    heights = np.sort(found.position[middle][:, 2])
+    assert np.allclose(heights, -down + np.sqrt(0.36 - out**2) * np.array([-1, 1]), atol=1e-12)
+    reach = []
+    for d in (0.8, 0.4):
+        near = md.platform_poses(*delta(0.2 + 0.3 * d, 0.2 - 0.1 * d, 0.2 + 0.5 * d))
+        assert near.proven
+        assert (near.regular, near.far) == (40, 0)
+        reach.append(np.sort(np.linalg.norm(displacement(near.every), axis=1))[-12:])
+    assert reach[1][0] > 1000
+    assert np.allclose(reach[1] / reach[0], 4, rtol=0.1)
+    for arms in ((0.2, 0.2, 0.3), (0.2001, 0.2, 0.2), (0.22, 0.19, 0.25)):
+        near = md.platform_poses(*delta(*arms))
+        assert near.proven
+        assert near.far > 0
+        assert near.regular + near.far == 40
+
+
+def test_certificates_in_the_chart_refuse_what_is_no_solution() -> None:
+    base, platform, legs = delta(0.2, 0.2, 0.2)
+    p = from_first_leg(base, platform, legs**2)
+    rng = np.random.default_rng(2)
+    chart = StudyChart(rng.normal(size=4) + 1j * rng.normal(size=4))
+    out, down = 0.2 + 0.25 * np.cos(0.2) - 0.06, 0.25 * np.sin(0.2)
+    rise = np.sqrt(0.36 - out**2)  # not turned: e = 1, f = t / 2
+    straight = np.array([[0, 0, -down - rise], [0, 0, -down + rise]])
+    X = np.zeros((2, 8))
+    X[:, 0] = 1.0
+    X[:, 5:] = (straight + platform[0] - base[0]) / 2
+    y = chart.coordinates(X.astype(complex))
+    F, J, Ft = chart.system(numbers_along(p, p))(y, np.ones(2))
+    assert np.abs(F).max() < 1e-14
+    assert np.abs(Ft).max() < 1e-14
+    step = 1e-6 * (rng.normal(size=6) + 1j * rng.normal(size=6))
+    ahead, behind = (
+        chart.system(numbers_along(p, p))(y + own, np.ones(2))[0] for own in (step, -step)
+    )
+    assert np.allclose((ahead - behind) / 2, J @ step, rtol=1e-7, atol=1e-16)
+    good = chart.certify(p, y)
+    assert good.simple.all()
+    assert not good.other.any()
+    assert all_apart(good)
+    assert not chart.certify(p, y + 1e-2 * rng.normal(size=y.shape)).simple.any()
+    assert not all_apart(chart.certify(p, np.concatenate([y, y[:1] + 1e-15])))
 
 
 def test_what_is_refused() -> None:

@@ -15,6 +15,7 @@ from mechdae.model.reduction import Scene
 
 LEGS = 6
 BASIS = f"homotopy: {MOST} complex poses are certified, as many as there can be"
+FAR = "homotopy: {} complex poses and {} at infinity are certified, as many as there can be"
 
 
 class SixLegs:
@@ -78,13 +79,13 @@ class SixLegs:
             self._coordinates(place, e)
             for place, e in zip(found.position, found.quaternion, strict=True)
         ]
-        basis = BASIS if found.proven else ""
+        basis = FAR.format(found.regular, found.far) if found.far else BASIS
         return GroupPoses(
             poses,
             found.proven,
-            basis,
+            basis if found.proven else "",
             generic=MOST,
-            singular=found.singular,
+            singular=found.singular + found.far,
             bounded=True,
             placed=(self._point, *found.complex_places(platform[0])),
         )
