@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from typing import Any, ClassVar
 
-from mechdae.describe.joints import JOINTS, Distance, Gear, Joint
+from mechdae.describe.joints import JOINTS, SENSES, TURNS, Distance, Gear, Joint
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
@@ -355,6 +355,9 @@ class PlanarPair(SpatialJoint):
     axis2: Direction | None = _other(AXIS2)
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
+    one_sided: str | None = key(
+        "text", None, choices=SENSES, doc="side along the axis on which the second body lies"
+    )
 
     kind: ClassVar[str] = "planar"
     letter: ClassVar[str] = "E"
@@ -431,6 +434,7 @@ class SpatialRack(Joint):
     mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
     point: str | None = key("reference", None, doc=PITCH)
     helix: Number | None = key("number", None, doc=HELIX, unit="rad")
+    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False

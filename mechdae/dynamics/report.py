@@ -37,6 +37,7 @@ def report(
     setup, states = run.setup, run.states
     q, v, a = observer.absolute(states)
     forces = Determined(observer, states, q)
+    _watch_unique(run, forces)
     shown = _Shown(task, run, (q, v, a), forces)
     scalars, work, balance = _energies(run, observer)
     drift, rates = observer.gaps(states, q, v)
@@ -84,6 +85,14 @@ def report(
         unique=forces.unique(),
         **shown.tables,
     )
+
+
+def _watch_unique(run: MotionRun, forces: Determined) -> None:
+    """Leave out one-sided contacts whose reactions are not unique, or not known, at any state."""
+    names, there = run.lifting.contacts.names, np.isfinite(run.states.a).all(axis=1)
+    if names and there.any():
+        open_ = {n for n in names if np.isnan(forces.reactions[n][there]).any(axis=1).all()}
+        run.lifting.leave_out(open_)
 
 
 class _Shown:

@@ -55,13 +55,15 @@ class OneSidedContacts:
     def holding(self, q: Any, reactions: dict[str, Any]) -> Any:
         """Return the forces (n, k) by which the contacts hold, negative where they would pull.
 
-        `q` (n, nq) are absolute coordinates, `reactions` (n, 3) by joint on the second body.
+        `q` (n, nq) are absolute coordinates, `reactions` (n, 3), in space (n, 6), by joint on the
+        second body.
         """
-        forms = self._forms(q, self.model.p_values)[0].reshape(len(q), -1, 4)
+        space = self.model.space
+        forms = self._forms(q, self.model.p_values)[0].reshape(len(q), -1, space.freedoms + 1)
         acting = np.stack([reactions[name] for name in self.names], axis=1)
-        push = np.sum(forms[:, :, :3] * acting, axis=2)
-        push -= np.abs(acting[:, :, 2]) / forms[:, :, 3]
-        every = np.stack([own[:, :2] for own in reactions.values()], axis=1)
+        push = np.sum(forms[:, :, :-1] * acting, axis=2)
+        push -= np.abs(acting[:, :, -1]) / forms[:, :, -1]
+        every = np.stack([own[:, : len(space.axes)] for own in reactions.values()], axis=1)
         largest = np.nanmax(np.abs(every), axis=(1, 2), initial=0.0)[:, None]
         turning = np.array([own.unit != "N" for own in self.found])
         rounding = NOTHING * np.where(turning, largest * self.scale, largest)
@@ -165,6 +167,24 @@ def sentence(arc: Arc, unit: str, spoken: Callable[[float], str]) -> str:
     )
 
 
+def at_rest(contacts: OneSidedContacts, q: Any, reactions: dict[str, Any]) -> list[str]:
+    """Return what is said of contacts in an equilibrium; arrays have one row."""
+    lost = [n for n in contacts.names if n not in reactions or np.isnan(reactions[n]).any()]
+    if lost or not contacts.found:
+        return [unwatched(lost)] if lost else []
+    return [
+        f"joint {own.name}: the one-sided contact would have to pull by {-force:.6g} {own.unit}: "
+        f"it lifts off, this equilibrium is that of a contact that holds"
+        for own, force in zip(contacts.found, contacts.holding(q, reactions)[0], strict=True)
+        if force < 0
+    ]
+
+
+def unwatched(names: list[str]) -> str:
+    """Return what is said of contacts whose reactions are open."""
+    return f"{', '.join(names)}: not watched for lifting off, the reaction is not unique"
+
+
 def along(
     statics: Statics, moving: Moving, answer: PoseForces, unique: Uniqueness | None
 ) -> tuple[list[dict[str, Any]], list[str]]:
@@ -181,8 +201,7 @@ def along(
         n for n in contacts.names if unique is not None and not unique.given(balance, n, "reaction")
     ]
     if lost:
-        text = f"{', '.join(lost)}: not watched for lifting off, the reaction is not unique"
-        return [], [text]
+        return [], [unwatched(lost)]
     count = statics.scene.model.q.numel()
 
     def holding(motion: Any, reactions: Any, there: Any) -> Any:

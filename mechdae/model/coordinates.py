@@ -13,6 +13,9 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, PLACE, CoordinateKind
 from mechdae.records import dataclass
 
+QUATERNION = ("e0", "e1", "e2", "e3")
+"""Coordinates of what turns about a ball joint, or hangs on bars: a unit quaternion."""
+
 
 @dataclass(frozen=True, eq=False)
 class Coordinate:
@@ -99,6 +102,15 @@ class Coordinates(tuple[Coordinate, ...]):
     def periods(self) -> Any:
         """Their periods (n,): a turn of angles, the range of a closed curve, 0 without one."""
         return np.array([c.period for c in self])
+
+    @cached_property
+    def balls(self) -> list[list[int]]:
+        """The places of the four components of each unit quaternion."""
+        found: dict[str, list[int]] = {}
+        for i, own in enumerate(self):
+            if own.name in QUATERNION:
+                found.setdefault(own.owner, []).append(i)
+        return list(found.values())
 
     def sizes(self, length: float) -> Any:
         """Return natural sizes (n,): 1 rad, a `length`, the range of a curve over 2 pi."""

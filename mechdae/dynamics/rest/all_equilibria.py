@@ -16,7 +16,6 @@ import numpy as np
 
 from mechdae.dynamics.rest.balance import ACCEPTED, SOLVED, EquilibriumEquations, stability
 from mechdae.dynamics.rest.chart import Chart
-from mechdae.dynamics.space.transfer import balls_of
 from mechdae.records import dataclass
 
 NEAR = 0.35
@@ -81,7 +80,7 @@ class Rests:
         self.balance, self.chart, self.x = balance, chart, x
         self.sizes = balance.sizes
         self.angle = balance.setup.released.coordinates.turns
-        self.balls = balls_of(balance.setup.released.coordinates)
+        self.balls = balance.setup.released.coordinates.balls
         self.found: list[Rest] = []
         self.whole, self.crossed = True, False
         self.steps = 0

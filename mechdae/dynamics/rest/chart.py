@@ -25,7 +25,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kinematics.prepared import Setting, prepare
-from mechdae.model.tree.spatial_frames import QUATERNION
+from mechdae.model.coordinates import QUATERNION
 
 INDEPENDENT = 1e-6
 """Share of a coordinate's gradient across the others from which it is independent."""

@@ -17,7 +17,6 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.dynamics.equations import Setup
-from mechdae.dynamics.space.transfer import balls_of
 from mechdae.errors import MechanismError
 from mechdae.kernels.run.call import Call
 from mechdae.model.motion_equations import Released
@@ -161,7 +160,7 @@ class SpatialSketch:
                 if own.owner in unknown:
                     width = np.pi if own.kind is ANGLE else 1.0
                     x[i] = self.closing.sizes[i] * draw.uniform(-width, width)
-            for ball in balls_of(coordinates):
+            for ball in coordinates.balls:
                 if coordinates[ball[0]].owner in unknown:
                     e = draw.normal(size=4)
                     x[ball] = e / np.linalg.norm(e)

@@ -11,8 +11,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.call import Call
-from mechdae.model.coordinates import Coordinates
-from mechdae.model.tree.spatial_frames import QUATERNION
+from mechdae.model.coordinates import QUATERNION, Coordinates
 from mechdae.setup.turning import quaternions
 
 SX = ca.SX
@@ -56,15 +55,6 @@ class Transfer:
             places = [self.target.places[owner, name] for name in QUATERNION]
             found[places] = quaternions(matrix[None])[0]
         return found
-
-
-def balls_of(coordinates: Coordinates) -> list[list[int]]:
-    """Return the places of the four components of each unit quaternion."""
-    found: dict[str, list[int]] = {}
-    for i, own in enumerate(coordinates):
-        if own.name in QUATERNION:
-            found.setdefault(own.owner, []).append(i)
-    return list(found.values())
 
 
 def wound(coordinates: Coordinates, x: Any, near: Mapping[tuple[str, str], float]) -> Any:

@@ -6,6 +6,7 @@ contact held.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.watchers.zeros import DEGREE, Looker, fitted
-from mechdae.forces.lift_off import OneSidedContacts, arcs, sentence
+from mechdae.forces.lift_off import OneSidedContacts, arcs, sentence, unwatched
 
 PLACES = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
 """Samples in a part of a step, as `fitted` takes them."""
@@ -28,6 +29,7 @@ class Lifting:
         self.contacts = OneSidedContacts(setup.model, setup.model.mechanism.joints)
         self.observer = Observer(setup) if self.contacts.found else None
         self.found: list[dict[str, Any]] = []
+        self.open: list[str] = []
 
     def holding(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
         """Return the forces (n, k) by which contacts hold, at states with the same signs."""
@@ -72,6 +74,11 @@ class Lifting:
             else:
                 self.found.append(arc)
 
+    def leave_out(self, names: Iterable[str]) -> None:
+        """Forget contacts whose reactions are not unique, or not known."""
+        self.open = [name for name in self.contacts.names if name in set(names)]
+        self.found = [arc for arc in self.found if arc["joint"] not in self.open]
+
     def events(self) -> list[dict[str, Any]]:
         """Return the events ``lift_off``."""
         return [
@@ -84,7 +91,8 @@ class Lifting:
 
     def notes(self) -> list[str]:
         """Return the same in sentences."""
-        return [
+        lost = [unwatched(self.open)] if self.open else []
+        return lost + [
             sentence(arc, self.contacts.unit[arc["joint"]], lambda t: f"t = {t:.6g} s")
             for arc in self.found
         ]

@@ -170,6 +170,8 @@ class Kernel:
         """Fix the scalings at a pose."""
         M, _, J, _ = self.value("parts", t, x, v, signs)
         ends = np.diag(M).copy()
+        for ball in self.released.coordinates.balls:  # one of the four has no inertia of its own
+            ends[ball] = ends[ball].mean()
         whole = ends / self.sizes**2 if self.n else ends
         mean = whole[ends > 0].mean() if (ends > 0).any() else 1.0
         ends[ends <= 0] = mean * self.sizes[ends <= 0] ** 2

@@ -11,6 +11,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.describe.joints import Joint
+from mechdae.describe.meshes import bearings
 from mechdae.model.forces.friction import tangent_of
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model
@@ -25,10 +27,10 @@ POSITIVE = ("left", "positive", "push")
 class OneSided:
     """A one-sided contact.
 
-    ``form`` (3,) is an expression of the coordinates; times the joint's reaction (force, and
-    moment about the second point) it is the force [N], of a gear the moment [N m], by which the
-    contact holds. Where ``half`` is given the moment over it is taken off: a block of that half
-    length tips before it lifts.
+    ``form`` (3,), in space (6,), is an expression of the coordinates; times the joint's reaction
+    (force, and moment about the second point) it is the force [N], of a gear the moment [N m], by
+    which the contact holds. Where ``half`` is given the moment over it is taken off: a block of
+    that half length tips before it lifts.
     """
 
     name: str
@@ -46,11 +48,15 @@ def one_sided(model: Model, among: Iterable[str]) -> list[OneSided]:
         if side is None:
             continue
         sign = 1.0 if side in POSITIVE else -1.0
+        unit = "N m" if joint.wheels == 2 else "N"
+        if model.space.behind:
+            result.append(OneSided(name, unit, sign * IN_SPACE[joint.kind](model, joint)))
+            continue
         ends = model.ends[name]
         form = sign * FORMS[joint.kind](ends)
         tilts = getattr(joint, "contact_length", None) is not None
         half = ends.number("contact_length") / 2 if tilts else None
-        result.append(OneSided(name, "N m" if joint.wheels == 2 else "N", form, half))
+        result.append(OneSided(name, unit, form, half))
     return result
 
 
@@ -85,3 +91,32 @@ FORMS = {
 }
 """By kind: what of the reaction on the second body is positive towards its left, its positive
 sense, or away from the first body."""
+
+
+def _gap_in_space(model: Any, joint: Joint) -> Any:
+    gap = model.point(joint.second) - model.point(joint.first)
+    return ca.vertcat(gap / ca.norm_2(gap), SX(3, 1))
+
+
+def _off_plane(model: Any, joint: Joint) -> Any:
+    return ca.vertcat(model.axes_of(joint.name)[0][:, 2], SX(3, 1))
+
+
+def _on_carrier(model: Any, joint: Joint) -> Any:
+    """Return the axis of the second member on the carrier and, of a wheel, its moment about it."""
+    own = bearings(model.mechanism, joint)[1]
+    axis = own.sense * model.axes_of(own.joint)[0][:, 2]
+    if joint.wheels == 1:
+        return ca.vertcat(axis, SX(3, 1))
+    arm = model.point(joint.second) - model.point(model.mechanism.joints[own.joint].second)
+    return ca.vertcat(ca.cross(axis, arm), axis)
+
+
+IN_SPACE = {
+    "distance": _gap_in_space,
+    "planar": _off_plane,
+    "gear": _on_carrier,
+    "rack": _on_carrier,
+}
+"""The same in space: away from the first body, along the normal of the plane, in the positive
+sense on the carrier."""

@@ -116,11 +116,6 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
     for joint in mechanism.joints.values():
         if joint.meshes and teeth:
             axes_of_mesh(mechanism, joint)
-        if getattr(joint, "one_sided", None) is not None:
-            raise UnavailableError(
-                "one-sided contacts are not computed in space by this version",
-                where=f"joints.{joint.name}.one_sided",
-            )
     links = check_bars(mechanism)
     for link in links.values():
         for end in (link.joint, *link.others):

@@ -8,8 +8,9 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
+from mechdae.model.coordinates import QUATERNION
 from mechdae.model.tree.pointers import told
-from mechdae.model.tree.spatial_frames import QUATERNION, TreeFrame
+from mechdae.model.tree.spatial_frames import TreeFrame
 from mechdae.model.tree.tree_model import TreeModel
 
 SX = ca.SX

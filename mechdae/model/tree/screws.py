@@ -11,8 +11,9 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.model.coordinates import QUATERNION
 from mechdae.model.tree.spanning import Edge
-from mechdae.model.tree.spatial_frames import QUATERNION, about_z
+from mechdae.model.tree.spatial_frames import about_z
 from mechdae.records import dataclass
 
 SX = ca.SX

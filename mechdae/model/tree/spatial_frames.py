@@ -12,6 +12,7 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.model.coordinates import QUATERNION
 from mechdae.model.tree.ways import Freedom, RigidPart, Way, X, back, freedoms
 from mechdae.records import dataclass
 
@@ -81,9 +82,6 @@ def by_quaternion(e: Any) -> Any:
         ca.horzcat(2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
         ca.horzcat(2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
     )
-
-
-QUATERNION = ("e0", "e1", "e2", "e3")
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
 from mechdae.describe.turnless import IdleLink, idle_links, points_of, without
 from mechdae.errors import UnavailableError
-from mechdae.model.coordinates import Coordinate, Coordinates, of_owner
+from mechdae.model.coordinates import QUATERNION, Coordinate, Coordinates, of_owner
 from mechdae.model.groups import Group, assur_groups, body_numbers, spatial_kind
 from mechdae.model.kept import Kept
 from mechdae.model.model import Row
@@ -40,7 +40,6 @@ from mechdae.model.tree.skeleton import Skeleton
 from mechdae.model.tree.solid import SPACE
 from mechdae.model.tree.spanning import Edge, edges
 from mechdae.model.tree.spatial_frames import (
-    QUATERNION,
     Play,
     TreeFrame,
     backward,
