@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,7 @@ def facts_text(result: Result, width: int) -> list[str]:
         lines.append(f"  closes to {', '.join(sizes)} (largest residual)")
     lines += force_facts(result, width)
     lines += _measures(result, unit, noise)
+    wheels = pairs_of_wheels(result)
     for event in result.events:
         if event["in_range"]:
             digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
@@ -71,7 +73,7 @@ def facts_text(result: Result, width: int) -> list[str]:
             place = driver_value(event["at"], each, digits, units)
             if "time" in event:
                 place = f"t = {event['time']:.{digits}g} s, {place}"
-            lines.append(f"  {word:9} {place}: {_happens(event, noise, units)}")
+            lines.append(f"  {word:9} {place}: {_happens(event, noise, wheels, units)}")
     for entry in summary.get("failed", []):
         ends = [driver_value(entry[end], unit, 12, units) for end in ("from", "to")]
         place = " .. ".join(ends)
@@ -91,17 +93,26 @@ def facts_text(result: Result, width: int) -> list[str]:
     return lines
 
 
-def _happens(event: Event, noise: dict[str, float], units: Units) -> str:
+def lift_off(event: Event, wheels: Collection[str], units: Units) -> str:
+    """Return what a one-sided contact would have to do; of two `wheels` it is a moment."""
+    own = units.of("N m" if event["joint"] in wheels else "N")
+    pull = -event["force"] * own.factor
+    return f"joint {event['joint']} would have to pull, by up to {pull:.6g} {own.name}"
+
+
+def pairs_of_wheels(result: Result) -> set[str]:
+    """Return the joints between two wheels: what they pass on is a moment."""
+    return {name for name, joint in result.mechanism.joints.items() if joint.wheels == 2}
+
+
+def _happens(event: Event, noise: dict[str, float], wheels: Collection[str], units: Units) -> str:
     """Return what an event is about."""
     if event["kind"] == "stationary":
         kind = "angle" if event["of"].endswith(".angle") else "length"
         value = quantity(event["value"], kind, noise[kind], units)
         return f"{event['of']} {event['extreme']} {value}"
     if event["kind"] == "lift_off":
-        force = units.by_si.get("N")
-        pull = -event["force"] * (force.factor if force else 1.0)
-        unit = f" {force.name}" if force else ""
-        return f"joint {event['joint']} would have to pull, by up to {pull:.6g}{unit}"
+        return lift_off(event, wheels, units)
     if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
         own = units.of("m")
         x, y = (zero(value, noise["length"]) * own.factor for value in event["position"])

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from mechdae.results import Event, Result
+from collections.abc import Collection
+
+from mechdae.results import Event, Result, Units
+from mechdae.tables.facts import lift_off, pairs_of_wheels
 
 ENDS = {
     "stiff": "load {load} is stiff (S6), its rate is {rate:.3g} 1/s",
@@ -11,6 +14,7 @@ ENDS = {
     "unbounded": "speeds grow without bound (S7)",
     "jammed": "no accelerations fit the laws of friction ({code})",
     "ambiguous": "the laws of friction do not decide ({code})",
+    "impact": "a law of time jumps in its place or its speed (S9)",
     "chatter": "{count} events of dry friction crowd (F4)",
 }
 """What ends a motion before its time, or slows it, in words."""
@@ -57,7 +61,8 @@ def motion_facts(result: Result) -> list[str]:
     )
     for name, work in list(result.work.items())[:MOST]:
         lines.append(f"  work      {name}: {work[-1]:.12g} J")
-    lines += [_event(event) for event in result.events[:MOST]]
+    wheels = pairs_of_wheels(result)
+    lines += [_event(event, wheels, result.units) for event in result.events[:MOST]]
     if len(result.events) > MOST:
         lines.append(f"  events    {MOST} of {len(result.events)} shown; --json prints all")
     return lines
@@ -89,7 +94,7 @@ def _freedoms(count: int) -> str:
     return "1 freedom" if count == 1 else f"{count} freedoms"
 
 
-def _event(event: Event) -> str:
+def _event(event: Event, wheels: Collection[str], units: Units) -> str:
     place = f"t = {event['time']:.12g} s"
     if event["kind"] == "singular":
         what = (
@@ -102,8 +107,11 @@ def _event(event: Event) -> str:
         what = f"{event.get('load') or event['joint']} sticks"
     elif event["kind"] == "slip":
         what = f"{event.get('load') or event['joint']} slips"
+    elif event["kind"] == "lift_off":
+        what = f"{lift_off(event, wheels, units)}, until t = {event['until']:.9g} s"
     elif event["kind"] in ENDS:
         what = ENDS[event["kind"]].format(**event)
     else:
         what = f"{event['name']} = {event['value']:g}, going {event['direction']}"
-    return f"  {event['kind']:9} {place}: {what}"
+    word = event["kind"].replace("_", " ")
+    return f"  {word:9} {place}: {what}"

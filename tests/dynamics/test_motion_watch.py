@@ -15,6 +15,7 @@ from mechdae.describe.file.load import from_dict
 from mechdae.dynamics.clock import Clock, StepLimit
 from mechdae.dynamics.watchers import zeros
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo
+from mechdae.tables import table
 from tests.attack import stuck
 from tests.shared.paths import ROOT
 
@@ -207,6 +208,7 @@ def test_a_law_with_a_corner_is_an_impact() -> None:
     assert "jumps in its speed" in result.fault
     assert result.time[-1] == pytest.approx(1.0, abs=1e-14)
     assert result.events[-1]["kind"] == "impact"
+    assert "a law of time jumps in its place or its speed (S9)" in table(result)
 
 
 # -- events --------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.table import Table
+from mechdae.tables import table
 
 G = 9.81
 BALL = (1e-3, 1e-3, 1e-3)
@@ -90,6 +91,9 @@ def test_a_stone_let_go_above_its_rope() -> None:
     rate = np.sqrt(2 * G / length * (np.cos(start - s**2) - np.cos(start)))
     time = float(np.sum(weights * edge / 2 * 2 * s / rate))
     assert event["until"] == pytest.approx(time, rel=1e-7)
+    pull = f"{-2.0 * G * np.cos(start):.6g} N"
+    told = f"lift off  t = 0 s: joint rope would have to pull, by up to {pull}, until t = "
+    assert told in table(result)
 
 
 @pytest.mark.parametrize("side", ["positive", "negative"])
@@ -157,6 +161,7 @@ def test_teeth_change_flanks_where_the_driven_wheel_is_slowed(side: str, sense: 
     assert (event["at"], event["until"]) == pytest.approx(wanted, rel=1e-9)
     assert event["force"] == pytest.approx(-0.3 * w**2 / 2, rel=1e-6)
     assert any("N m" in note for note in result.summary["notes"])
+    assert f"by up to {-event['force']:.6g} N m" in table(result)
 
 
 def test_a_rack_is_pushed_along_its_slide() -> None:
