@@ -134,7 +134,9 @@ class Sketched:
         if not bodies or not all(body in self.stage for body in bodies):
             return None
         model, contacts = self.scene.model, self.assembler.contacts
-        turns = c.is_angle or (c.on_curve and contacts.closed(c.part))
+        joint = model.mechanism.joints.get(c.part)
+        winds = joint is not None and joint.winds
+        turns = (c.is_angle and not winds) or (c.on_curve and contacts.closed(c.part))
         value = local(self.scene, c, lambda: model.coordinate(c))
         size = driver_size(model, c, self.assembler.size)
         return SketchNumber(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)

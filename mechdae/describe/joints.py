@@ -91,6 +91,11 @@ class Joint(Value):
         return "angle" in self.coordinates
 
     @property
+    def winds(self) -> bool:
+        """Its turn slides it along: after a whole turn it is elsewhere."""
+        return self.spatial and self.freedoms == 1 and self.turns and self.slides
+
+    @property
     def hinge(self) -> bool:
         """A turning pair."""
         return self.coincide and not self.keeps_angle

@@ -15,21 +15,23 @@ import pytest
 
 from mechdae.kinematics.prepared import SHAPES
 from mechdae.model.tree import closures
+from tests.attack import spatial_poses, spatial_structures, spatial_vectors, vector_structures
 from tests.attack.mutants import divided
-from tests.attack.spatial_poses import judged
-from tests.attack.spatial_structures import draw, structure
 from tests.shared.planting import Slip, plant
 
 SEED, SETS, POSES = 1, 5, 3
+PAIRS = (spatial_structures.structure, spatial_structures.draw, spatial_poses.judged)
+VECTORS = (vector_structures.structure, vector_structures.draw, spatial_vectors.judged)
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """A mistake and the number of the structure on which it is tried."""
+    """A mistake and the number of the structure on which it is tried, of those of a kind."""
 
     number: int
     plant: Callable[[pytest.MonkeyPatch], None]
     wheels: bool = False
+    kind: tuple[Callable[..., Any], ...] = PAIRS
 
 
 def slip(place: str, right: str, wrong: str) -> Callable[[pytest.MonkeyPatch], None]:
@@ -60,13 +62,25 @@ MUTANTS = {
     "a direction not quite of length 1": Mutant(
         0, slip("model.tree.sides", "a = a / ca.norm_2(a)", "a = 1.000000001 * a / ca.norm_2(a)")
     ),
+    "bounds of vectors divided by 100 000": Mutant(
+        0, partial(divided, divisor=1e5), kind=VECTORS
+    ),
+    "an elevation with the other sign": Mutant(
+        0, slip("model.tree.pointers", "length * ca.sin(e)", "-length * ca.sin(e)"),
+        kind=VECTORS,
+    ),
+    "a vector longer by a billionth": Mutant(
+        0, slip("model.tree.pointers", "level = length", "length *= 1.000000001; level = length"),
+        kind=VECTORS,
+    ),
 }  # fmt: skip
 
 
 def told(mutant: Mutant, patch: pytest.MonkeyPatch, planted: bool = True) -> int:
     """Return how many poses are wrong with a mistake, or without."""
     rng = np.random.default_rng((SEED, mutant.number))
-    drawn = draw(structure(rng, mutant.wheels), rng, SETS)
+    structure, draw, judged = mutant.kind
+    drawn = draw(structure(rng, mutant.wheels) if mutant.wheels else structure(rng), rng, SETS)
     SHAPES.clear()
     if planted:
         mutant.plant(patch)

@@ -35,10 +35,20 @@ HOLDING = {
     "wheels on a moving link": "o", "two loops": "+", "plates": "plate",
 }  # fmt: skip
 """What a structure's name says it holds: letters of its pairs, of wheels and racks, two chains."""
+LENGTHS = (".slide", ".length", ".x", ".y")
+"""How coordinates end that are lengths."""
 WIDE = 1e-9
 """Of the unit of length: bounds above are counted, of poses away from limit positions."""
+CLOSED = 1e-6
+"""Largest correction of a pose drawn that closes with the dimensions rounded."""
 BLURRED = 1e-13
 """Last step of Newton's method above which it has not found a solution: such poses are counted."""
+
+
+def driver_of(drawn: Any) -> str:
+    """Return the coordinate that is driven; of a structure of pairs it is that of a pair."""
+    k, word = drawn.structure.driven
+    return getattr(drawn.structure, "driver", f"J{k}.{word}")
 
 
 def solved(
@@ -48,10 +58,9 @@ def solved(
     numbers = [n for n, _ in drawn.mechanisms[0].numbers()]
     free = frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J"))
     held, found, words = Held(free), [], collections.Counter[str]()
-    k, word = drawn.structure.driven
-    name, column = f"J{k}.{word}", drawn.loops.driven
+    name, column = driver_of(drawn), drawn.loops.driven
     for i, mechanism in enumerate(drawn.mechanisms):
-        unit = float(drawn.unit[i]) if word == "slide" else 1.0
+        unit = float(drawn.unit[i]) if name.endswith(LENGTHS) else 1.0
         middle = float(drawn.start[0][i, column]) * unit
         way = reach * float(rng.uniform(0.1, 1)) * unit
         driver = md.Driver(name, from_=middle - way, to=middle + way)
@@ -73,17 +82,16 @@ class Reported:
 
     def __init__(self, drawn: Drawn, results: list[Any], which: list[int]) -> None:
         self.drawn, self.which = drawn, which
-        k, word = drawn.structure.driven
-        own = [results[i] for i in which]
+        name, own = driver_of(drawn), [results[i] for i in which]
         self.unit = drawn.unit[which]
-        self.u = np.array([r.drivers[f"J{k}.{word}"].position for r in own], EXACT)
-        if word == "slide":
+        self.straight = name.endswith(LENGTHS)
+        self.u = np.array([r.drivers[name].position for r in own], EXACT)
+        if self.straight:
             self.u /= self.unit[:, None].astype(EXACT)
         self.ok = np.array([[status == "ok" for status in r.status] for r in own])
         self.bound = np.array([r.bound.length for r in own]) / self.unit[:, None]
         self.turned = np.array([_bound_of_turns(r) for r in own])
         self.words = collections.Counter(str(w) for r in own for w in r.status)
-        self.places: dict[int, Any] = {}
         self.points: dict[tuple[int, str], Any] = {}
         for name, body, _ in drawn.points:
             at = f"b{body}.{name}"
@@ -105,11 +113,24 @@ class Reported:
     def state(self, m: Any, sets: Any) -> tuple[Any, Any]:
         """Return the closure's coordinates at the reported poses m (k,) of some sets."""
         drawn, every = self.drawn, np.array(self.which)[sets]
-        pick = (sets, m)
+        bodies = self.bodies((sets, m), every, drawn.structure.bodies)
+        loops = drawn.loops.chosen(every)
+        near = {
+            column: values[every]
+            for column, values in told(drawn.structure, drawn.loops, drawn.values).items()
+        }
+        for (k, _), values in self.angles.items():
+            near[drawn.loops.column((k, 0))] = values[sets, m]
+        c, spins = loops.read(bodies, near)
+        return loops.at(c, self.u[sets, m]), spins
+
+    def bodies(self, pick: Any, every: Any, count: int) -> dict[int, Any]:
+        """Return the places of bodies (k, 8) at some poses of sets, by points and orientations."""
+        drawn, sets = self.drawn, pick[0]
         still = np.zeros((len(sets), 8), EXACT)
         still[:, 0] = 1
         bodies = {0: still}
-        for body in range(1, drawn.structure.bodies + 1):
+        for body in range(1, count + 1):
             points = [(n, s) for n, b, s in drawn.points if b == body and (b, n) in self.points]
             q = self.turns[body][pick].astype(EXACT) if body in self.turns else None
             places = [self.points[body, n][pick].astype(EXACT) for n, _ in points[:2]]
@@ -118,15 +139,7 @@ class Reported:
                 q = _in_line(s[1] - s[0], places[1] - places[0])
             q = q / length(q)
             bodies[body] = moved(q, places[0] - vector_by(q, s[0]))
-        loops = drawn.loops.chosen(every)
-        near = {
-            column: values[every]
-            for column, values in told(drawn.structure, drawn.loops, drawn.values).items()
-        }
-        for (k, _), values in self.angles.items():
-            near[drawn.loops.column((k, 0))] = values[pick]
-        c, spins = loops.read(bodies, near)
-        return loops.at(c, self.u[pick]), spins
+        return bodies
 
     def errors(self, bodies: list[Any], m: Any, sets: Any) -> tuple[Any, Any]:
         """Return how far points are from their places in bodies (k, 8), and how turned bodies."""
@@ -153,15 +166,19 @@ def _in_line(s: Any, way: Any) -> Any:
 
 
 def judged(
-    drawn: Drawn, rng: Any, poses: int = POSES, reach: float = REACH
+    drawn: Any, rng: Any, poses: int = POSES, reach: float = REACH, kind: Any = None
 ) -> collections.Counter[str]:
-    """Return counts: poses that are ok, those that are wrong, and other words."""
+    """Return counts: poses that are ok, those that are wrong, and other words.
+
+    ``kind`` reads results of other structures than those of `spatial_structures`, as `Reported`.
+    """
     results, words = solved(drawn, rng, poses, reach)
     which = [i for i, result in enumerate(results) if result is not None]
     words["mechanisms"] += len(which)
+    words["lost"] += _lost(drawn, results)
     if not which:
         return words
-    own = Reported(drawn, results, which)
+    own = (kind or Reported)(drawn, results, which)
     words.update(own.words)
     middle = poses // 2
     first = (np.abs(np.arange(poses) - middle) + np.where(own.ok, 0, poses)).argmin(axis=1)
@@ -171,8 +188,20 @@ def judged(
         words["tracked"] += int((seen & own.ok).sum())
         _closed(own, seen, words)
         words["planted"] += _planted(own, drawn, first, sets)
-    words["wide"] += int((own.ok & _far(own, drawn) & (own.bound > WIDE)).sum())
+    words["wide"] += int((own.ok & _far(own) & (own.bound > WIDE)).sum())
     return words
+
+
+def _lost(drawn: Any, results: list[Any]) -> int:
+    """Return how many mechanisms close at the pose drawn, and have none that is ok."""
+    lost = [i for i, r in enumerate(results) if r is None or "ok" not in list(r.status)]
+    if not lost:
+        return 0
+    loops, near = drawn.loops.chosen(np.array(lost)), drawn.start[0][lost]
+    with np.errstate(all="ignore"):
+        c, _, first, last = loops.newton(near, {k: q[lost] for k, q in drawn.start[1].items()})
+        there = (first < CLOSED) & (last <= BLURRED) & (np.abs(c - near).max(axis=1) < CLOSED)
+    return int(there.sum())
 
 
 def _followed(own: Reported, first: Any, sets: Any, words: Any) -> Any:
@@ -233,12 +262,12 @@ def _compare(
         print(f"{float(off[i]):.2e} of {own.turned[sets[i], m[i]]:.2e}", flush=True)
 
 
-def _far(own: Reported, drawn: Drawn) -> Any:
+def _far(own: Reported) -> Any:
     """Return which poses are away from limit positions."""
     far = np.ones(own.ok.shape, bool)
     for k, limits in enumerate(own.limits):
         for limit in limits:
-            scale = own.unit[k] if drawn.structure.driven[1] == "slide" else 1.0
+            scale = own.unit[k] if own.straight else 1.0
             far[k] &= np.abs(own.u[k] - limit / scale) > 0.01
     return far
 
@@ -259,7 +288,26 @@ def _planted(own: Reported, drawn: Drawn, at: Any, sets: Any) -> int:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    run(str(__doc__), structure, draw, judged, by_kind, wheels=True)
+
+
+def run(
+    text: str, structures: Any, sets_of: Any, judge: Any, table: Any, wheels: bool = False
+) -> None:
+    """Draw structures and sets of them, judge these, write the counts: the command line.
+
+    Parameters
+    ----------
+    text
+        Description of the command.
+    structures, sets_of, judge
+        What `structure`, `draw` and `judged` are.
+    table
+        From entries of structures to counts of those that have something in common.
+    wheels
+        Whether ``structures`` may be asked for those with wheels alone.
+    """
+    parser = argparse.ArgumentParser(description=text)
     parser.add_argument("--structures", type=int, default=400)
     parser.add_argument("--sets", type=int, default=250)
     parser.add_argument("--seed", type=int, default=1)
@@ -273,12 +321,16 @@ def main() -> None:
         default=float("inf"),
         help="seconds of CPU time after which a structure gets no more sets",
     )
-    parser.add_argument("--wheels", action="store_true", help="structures with wheels and racks")
+    if wheels:
+        parser.add_argument(
+            "--wheels", action="store_true", help="structures with wheels and racks"
+        )
+    parser.add_argument("--chunk", type=int, default=CHUNK, help="sets that are drawn together")
     parser.add_argument("--out", type=Path, help="a JSON file for the counts")
     options = parser.parse_args()
     kept = {"near": options.near, "seed": options.seed, "poses": options.poses,
             "reach": options.reach, "sets": options.sets}  # fmt: skip
-    if options.wheels:
+    if wheels and options.wheels:
         kept["wheels"] = True
     done: list[dict[str, Any]] = []
     if options.out and options.out.exists():
@@ -289,12 +341,13 @@ def main() -> None:
         if time.process_time() > options.seconds:
             break
         rng, start = np.random.default_rng((options.seed, k)), time.process_time()
-        found = structure(rng, options.wheels)
+        found = structures(rng, True) if wheels and options.wheels else structures(rng)
         try:
             words = collections.Counter[str]()
-            for first in range(0, options.sets, CHUNK):
-                drawn = draw(found, rng, min(CHUNK, options.sets - first), options.near)
-                words.update(judged(drawn, rng, options.poses, options.reach))
+            for first in range(0, options.sets, options.chunk):
+                count = min(options.chunk, options.sets - first)
+                drawn = sets_of(found, rng, count, options.near)
+                words.update(judge(drawn, rng, options.poses, options.reach))
                 if time.process_time() - start > options.most:
                     break
         except Exception:  # whatever it is, it is no answer to a user
@@ -304,7 +357,7 @@ def main() -> None:
         done.append({"name": found.name, "driven": found.driven[1], "seconds": spent} | dict(words))
         print(k, done[-1], flush=True)
         if options.out:
-            _write(options.out, kept, done)
+            _write(options.out, kept, done, table)
     print("all", totals(done))
 
 
@@ -328,9 +381,9 @@ def by_kind(done: list[dict[str, Any]]) -> dict[str, dict[str, int]]:
     return table
 
 
-def _write(out: Path, kept: dict[str, Any], done: list[dict[str, Any]]) -> None:
+def _write(out: Path, kept: dict[str, Any], done: list[dict[str, Any]], table: Any) -> None:
     rows = ",\n  ".join(json.dumps(own) for own in done)
-    counts = {"counts": totals(done), "by kind": by_kind(done)}
+    counts = {"counts": totals(done), "by kind": table(done)}
     head = json.dumps(kept | {"drawn": len(done)} | counts, indent=1)[:-2]
     out.write_text(f'{head},\n "structures": [\n  {rows}\n ]\n}}\n')
 

@@ -18,6 +18,9 @@ from tests.attack.spatial_poses import by_kind, solved, totals
 from tests.attack.spatial_poses import judged as judge
 from tests.attack.spatial_sketches import assembled, sketched
 from tests.attack.spatial_structures import draw, structure
+from tests.attack.spatial_vectors import judged as judge_vectors
+from tests.attack.vector_structures import draw as draw_vectors
+from tests.attack.vector_structures import structure as vectors
 
 SLOW = ("RCCC", "RRRRRRR", "RUURR")
 
@@ -71,6 +74,16 @@ def test_wheels_of_many_sets(number: int) -> None:
     told = judge(draw(found, rng, 5), rng, poses=3)
     assert told["mechanisms"] >= 4
     assert told["tracked"] >= 8
+    assert told["wrong"] == told["turned wrong"] == 0
+
+
+@pytest.mark.parametrize("number", [0, 2, 3])
+def test_many_sets_of_one_structure_of_vectors(number: int) -> None:
+    """One loop, a loop beside a crank, two loops: a sample of `spatial_vectors`."""
+    rng = np.random.default_rng((1, number))
+    told = judge_vectors(draw_vectors(vectors(rng), rng, 6), rng, poses=3)
+    assert told["mechanisms"] >= 5
+    assert told["tracked"] >= 6
     assert told["wrong"] == told["turned wrong"] == 0
 
 

@@ -241,8 +241,16 @@ class Loops:
                     c[:, at + i] += TURN * np.round((near - c[:, at + i]) / TURN)
         return c, spins
 
-    def placed(self, c: Any, spins: dict[int, Any]) -> tuple[list[Any], Any, Any]:
+    def placed(self, c: Any, spins: dict[int, Any]) -> tuple[Any, Any, Any]:
         """Return the bodies, the gaps (k, rows) and their slopes (k, rows, n) by the freedoms."""
+        bodies, _, _, gaps, slopes = self._frames(c, spins)
+        every = [bodies[i] for i in sorted(bodies)]
+        return every, np.concatenate(gaps, axis=1), np.concatenate(slopes, axis=1)
+
+    def _frames(
+        self, c: Any, spins: dict[int, Any]
+    ) -> tuple[dict[int, Any], dict[int, Any], Any, list[Any], list[Any]]:
+        """Return bodies, of which freedoms each is moved (n,), their screws (k, 6, n), the rows."""
         kind, k = c.dtype, len(c)
         one = np.zeros((k, 8), kind)
         one[:, 0] = 1
@@ -284,8 +292,7 @@ class Loops:
             row = np.zeros((k, 1, self.count))
             row[:, 0, a], row[:, 0, b] = 1, -mesh.size
             slopes.append(row)
-        every = [bodies[i] for i in sorted(bodies)]
-        return every, np.concatenate(gaps, axis=1), np.concatenate(slopes, axis=1)
+        return bodies, ways, screws, gaps, slopes
 
     def _bar(self, pair: Pair, bodies: Any, ways: Any, screws: Any) -> tuple[Any, Any]:
         """Return how much too long a bar is (k, 1), and its slope (k, 1, n)."""

@@ -1,4 +1,4 @@
-"""Whole turns of bodies that leave every equation of gears, belts and racks unchanged.
+"""Whole turns of bodies that leave every equation of gears, belts, racks and screws unchanged.
 
 Two solutions whose angles differ by such turns, of all bodies at once, are the same pose. The
 turns are the integer null space of the equations that hold unwrapped angles: a lattice, worked
@@ -142,9 +142,15 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
 
 
 def _units(scene: Scene, own: Sequence[int]) -> list[list[int]]:
-    """Return single turns of each angle."""
-    angles = [j for j, i in enumerate(own) if scene.unknowns[i].kind is ANGLE]
+    """Return single turns of each angle but those of screws, which are elsewhere after a turn."""
+    unknowns, winding = [scene.unknowns[i] for i in own], _winding(scene)
+    angles = [j for j, c in enumerate(unknowns) if c.kind is ANGLE and c.owner not in winding]
     return [[int(k == j) for k in range(len(own))] for j in angles]
+
+
+def _winding(scene: Scene) -> set[str]:
+    """Return the screws."""
+    return {joint.name for joint in scene.model.mechanism.joints.values() if joint.winds}
 
 
 def _projected(scene: Scene, inside: Sequence[str], turned: Sequence[int]) -> list[list[int]]:
@@ -155,7 +161,8 @@ def _projected(scene: Scene, inside: Sequence[str], turned: Sequence[int]) -> li
     basis = null_space(equations, len(bodies))
     rows = [[row[column[name]] if name in column else 0 for name in owners] for row in basis]
     # the tangent's angle of a contact is in no such equation
-    loose = [k for k, name in enumerate(owners) if name not in column]
+    winding = _winding(scene)
+    loose = [k for k, name in enumerate(owners) if name not in column and name not in winding]
     return rows + [[int(j == k) for j in range(len(owners))] for k in loose]
 
 

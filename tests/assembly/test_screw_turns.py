@@ -1,0 +1,73 @@
+"""Modes of loops with screws: after a whole turn a nut is elsewhere, which is another mode."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import mechdae as md
+
+ARM, BAR, PITCH, SLIDE = 0.3, 0.4, 0.1, 0.5
+REACH = 15.0
+"""Turns of the search are counted to two and a half of each sense."""
+
+
+def nut_and_slider(sketched: float, jointed: bool) -> md.Mechanism:
+    """A nut's arm that a bar holds to a slide across; the bar a body on a cross, or a distance."""
+    bodies = [md.Body("nut", {"O": [0, 0, 0], "P": [ARM, 0, 0]}), md.Body("slider", {"C": [0] * 3})]
+    bar: list[md.Joint] = [md.Distance("bar", "nut.P", "slider.C", length=BAR)]
+    if jointed:
+        bodies.append(md.Body("bar", {"P": [0, 0, 0], "C": [BAR, 0, 0]}))
+        axes = {"axis": [0, 1, 0], "axis2": [0, 0, 1]}
+        bar = [md.Universal("U", "slider.C", "bar.C", **axes), md.Spherical("B", "nut.P", "bar.P")]
+    return md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"O": [0, 0, 0], "S": [0, 0, 0]}),
+        bodies=bodies,
+        joints=[
+            md.Screw("J", "ground.O", "nut.O", axis=[0, 0, 1], pitch=PITCH),
+            md.SpatialPrismatic("X", "ground.S", "slider.C", axis=[1, 0, 0]),
+            *bar,
+        ],
+        sketch={"X.slide": SLIDE, "J.angle": sketched},
+    )
+
+
+def roots() -> list[float]:
+    """Return the nut's angles: r2 + c2 - 2 r c cos t + (p t / 2 pi)2 = l2, by bisection."""
+
+    def gap(t: float) -> float:
+        height = PITCH * t / (2 * np.pi)
+        return ARM**2 + SLIDE**2 - 2 * ARM * SLIDE * np.cos(t) + height**2 - BAR**2
+
+    found, grid = [], np.linspace(-REACH, REACH, 601)
+    for low, high in itertools.pairwise(grid):
+        if gap(low) * gap(high) < 0:
+            for _ in range(60):
+                middle = (low + high) / 2
+                low, high = (middle, high) if gap(low) * gap(middle) > 0 else (low, middle)
+            found.append((low + high) / 2)
+    return found
+
+
+@pytest.mark.parametrize("jointed", [False, True])
+def test_each_turn_of_a_screw_is_a_mode_of_its_own(jointed: bool) -> None:
+    asked = md.Modes(driver=md.Driver("X.slide", at=[SLIDE]))
+    modes = md.solve(nut_and_slider(0.3, jointed), asked)
+    assert set(modes.status) == {"ok"}
+    angles = sorted(modes.joints["J"].angle[np.abs(modes.joints["J"].angle) < REACH])
+    expected = np.repeat(roots(), 1 + jointed)  # the bar's cross has two angles for each place
+    assert len(roots()) == 10
+    assert angles == pytest.approx(expected, abs=1e-12)
+    assert not modes.summary["proven"]  # turns of a screw are looked for, not counted
+
+
+@pytest.mark.parametrize("sketched", [0.3, 6.5, -13.0])
+def test_the_sketch_tells_the_turn_of_a_screw(sketched: float) -> None:
+    asked = md.Sweep(driver=md.Driver("X.slide", at=[SLIDE]))
+    result = md.solve(nut_and_slider(sketched, False), asked)
+    nearest = min(roots(), key=lambda t: abs(t - sketched))
+    assert list(result.status) == ["ok"]
+    assert result.joints["J"].angle[0] == pytest.approx(nearest, abs=1e-12)
