@@ -205,8 +205,9 @@ class Assembler:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
                 result = solver.solve(z, u) or self._of_loop(b, start, u)
                 lone = self._drawn(b, start, u) if result is None and drawn else None
-                if lone is not None:
-                    ahead += self._turned(b, [lone], start, u)
+                if lone is not None and lone[1]:
+                    self.shortened = True
+                    ahead += self._turned(b, [lone[0]], start, u)
                     proven = False
                     continue
                 if result is None and search and also is None:
@@ -239,7 +240,7 @@ class Assembler:
                     failure = NoPose(group, gap, infinite, starts, at, free)
                 own = self._turned(b, solutions, start, u)
                 if nearby and not sure and not (result is not None and result.free):
-                    exact = self.sketched.own_pose(b, start, u)
+                    exact = self._own_pose(b, start, u)
                     if exact is not None and not any(self.turns.same(b, exact, x) for x in own):
                         own, failure = [*own, exact], None
                 ahead += own
@@ -259,15 +260,23 @@ class Assembler:
         every = [turned for one in solutions for turned in self.turns.turned(b, one, x, u)]
         return self.turns.distinct(b, [self._polish(b, put(x, own, one), u) for one in every], u)
 
-    def _drawn(self, b: int, x: Any, u: Any) -> Any:
-        """Return the solution of a spatial block that the sketch is but for rounding, or None."""
+    def _drawn(self, b: int, x: Any, u: Any) -> tuple[Any, bool] | None:
+        """Return the solution of a spatial block that the sketch is but for rounding, or None.
+
+        The second value tells whether no other mode is as near to the sketch.
+        """
         if self.scene.model.mechanism.dimension == 2:
             return None
         from mechdae.assembly.spatial.drawn_pose import drawn_pose
 
-        found = drawn_pose(self.sketched, b, x, u)
-        self.shortened |= found is not None
-        return found
+        return drawn_pose(self.sketched, b, x, u)
+
+    def _own_pose(self, b: int, x: Any, u: Any) -> Any:
+        """Return x with the solution of a block that the sketch is but for rounding, or None."""
+        if self.scene.model.mechanism.dimension == 2:
+            return self.sketched.own_pose(b, x, u)
+        found = self._drawn(b, x, u)
+        return None if found is None else put(x, self.graphs.blocks[b].own, found[0])
 
     def _closed(
         self, group: Group, b: int | None, poses: list[Any], u: Any

@@ -215,9 +215,9 @@ def _share(total):
     return f"{1000 * total['refused'] / max(there, 1):.2f}"
 
 
-def page(text, figures):
+def page(text, tables):
     """Return the text of a page with its tables written anew, between their marks."""
-    for name, table in tables(figures).items():
+    for name, table in tables.items():
         start, end = f"<!-- {name} -->\n", "<!-- end -->"
         before, _, rest = text.partition(start)
         text = before + start + "\n" + table + "\n\n" + end + rest.partition(end)[2]
@@ -258,7 +258,7 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     if options.page:
         figures = json.loads(options.out.read_text(encoding="utf-8"))
-        text = page(options.page.read_text(encoding="utf-8"), figures)
+        text = page(options.page.read_text(encoding="utf-8"), tables(figures))
         options.page.write_text(text, encoding="utf-8")
         return 0
     import mechdae as md

@@ -420,7 +420,7 @@ def test_tables_of_random_mechanisms_are_those_of_the_figures() -> None:
 
     text = (ROOT / "docs/honesty.md").read_text(encoding="utf-8")
     figures = json.loads((ROOT / "docs/data/honesty.json").read_text(encoding="utf-8"))
-    assert honesty.page(text, figures) == text
+    assert honesty.page(text, honesty.tables(figures)) == text
     assert figures["total"]["faults"] == len(figures["faults"])
 
 

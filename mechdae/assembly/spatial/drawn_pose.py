@@ -1,8 +1,9 @@
-"""A block's mode that the sketch is but for rounding: no search can find a nearer one.
+"""A block's mode that the sketch is but for rounding, and whether a search can find a nearer one.
 
 The sketch tells each of the block's angles, and what fixes its lengths. Where Newton's method
 finds a solution next to it, another mode as near to the sketch would be as near to that solution;
-there is none within 1/(beta kappa) of it (Newton and Kantorovich), as in `multistart`.
+there is none within 1/(beta kappa) of it (Newton and Kantorovich), as in `multistart`. Next to a
+singular pose, which few starts of a search lead to, there may be.
 """
 
 from __future__ import annotations
@@ -18,16 +19,19 @@ CLOSE = 1e-6
 """Farthest a sketch is from the pose that it is but for rounding [rad, sizes]."""
 FARTHER = 10.0
 """Times the tie of two modes within which no other may lie: equations bend, lengths follow."""
+MET = 1e-13
+"""Largest residual of a solution, in sizes of the mechanism and radians."""
 APART = 0.01
 """Share of 1/beta within which a solution is the only one: equations of size 1 bend by a few."""
 NUDGE = 1e-6
-ITERATIONS, FITS = 8, 2
+ITERATIONS = 8
 
 
-def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> Any:
-    """Return the solution (n,) of block `b` nearer to the sketch than any other mode, or None.
+def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] | None:
+    """Return the solution (n,) of block `b` that the sketch is, None if it is none.
 
-    `x` (nx,) has the unknowns of earlier blocks, `u` (nd,) are the drivers' values.
+    The second value tells whether it is nearer to the sketch than any other mode. `x` (nx,) has
+    the unknowns of earlier blocks, `u` (nd,) are the drivers' values.
     """
     assembler = sketched.assembler
     graph, p = assembler.graphs.blocks[b], assembler.p
@@ -53,13 +57,15 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> Any:
     if lengths:
         columns = [own[k] for k in lengths]
         held = [e for e in sketched.entries if _tells(e, columns, own, x)]
-        for _ in range(FITS):
+        for _ in range(ITERATIONS):
             F, J = equations()
             gaps = [entry.gap(pose, u, p) for entry in held]
             A = np.vstack([J[:, lengths], _slopes(held, columns, size[lengths], pose, u, p)])
             step, _, _, values = np.linalg.lstsq(A, np.append(F, gaps))
             pose[columns] -= step * size[lengths]
             sigma = min(1.0, float(values[-1]))
+            if np.abs(step).max() < CLOSE:
+                break
     told, last, J = pose[own].copy(), np.inf, None
     for _ in range(ITERATIONS):
         F, J = equations()
@@ -67,7 +73,8 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> Any:
             return None
         step = np.linalg.lstsq(J, F)[0]
         moved = float(np.abs(step).max(initial=0.0))
-        if moved > CLOSE or (moved >= last and last > CLOSE**2):
+        met = float(np.abs(F).max(initial=0.0)) <= MET
+        if moved > CLOSE or (moved >= last and last > CLOSE**2 and not met):
             return None
         if moved >= last or moved == 0.0:
             break
@@ -75,7 +82,7 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> Any:
         last = moved
     far = float(np.abs((pose[own] - told) / size).max(initial=0.0)) + ROUNDING
     beta = float(np.linalg.svd(J, compute_uv=False)[-1])
-    return pose[own] if FARTHER * far < sigma * APART * beta else None
+    return pose[own], FARTHER * far < sigma * APART * beta
 
 
 def _tells(entry: SketchNumber, columns: list[int], own: list[int], x: Any) -> bool:

@@ -1,0 +1,68 @@
+"""Write what the runs in space have found into the page.
+
+python -m tests.attack.spatial_page docs/honesty.md
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from tests.attack.honesty import page, rows
+from tests.attack.spatial_poses import by_kind, totals
+
+DATA = Path(__file__).parents[2] / "docs/data"
+RUNS = {
+    "spatial-poses": "250 sets a structure",
+    "spatial-poses-many": "seed 2, 1000 sets",
+    "spatial-poses-third": "seed 3, 1000 sets",
+    "spatial-poses-wheels": "seed 4, 1000 sets, `--wheels`",
+}
+"""Files of counts, and how their mechanisms were drawn."""
+COUNTS = ("mechanisms", "ok", "tracked", "closed", "blurred")
+HEAD = ["structures", "mechanisms", "poses `ok`"]
+
+
+def runs() -> dict[str, list[dict[str, Any]]]:
+    """Return the structures of each run with their counts."""
+    return {
+        name: json.loads((DATA / f"{name}.json").read_text("utf-8"))["structures"] for name in RUNS
+    }
+
+
+def tables(found: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
+    """Return the tables of the page by name."""
+    every = [own for run in found.values() for own in run]
+    head = ["run", *HEAD, "on the motion", "close", "blurred", "outside of their bound", "refused"]
+    body = [
+        [f"[{RUNS[name]}](data/{name}.json)", len(run), *_counts(run)]
+        for name, run in found.items()
+    ]
+    kinds = [
+        [word, own["structures"], own["mechanisms"], own["ok"], _wrong(own), own["refused"]]
+        for word, own in by_kind(every).items()
+    ]
+    return {
+        "space runs": rows(head, [*body, ["**all**", len(every), *_counts(every)]]),
+        "space kinds": rows(["holds", *HEAD, "wrong", "refused"], kinds),
+    }
+
+
+def _counts(run: list[dict[str, Any]]) -> list[int]:
+    own = totals(run)
+    return [*(own[word] for word in COUNTS), _wrong(own), own["refused"]]
+
+
+def _wrong(own: dict[str, int]) -> int:
+    return own["wrong"] + own["turned wrong"]
+
+
+def main() -> None:
+    path = Path(sys.argv[1])
+    path.write_text(page(path.read_text("utf-8"), tables(runs())), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
