@@ -147,3 +147,20 @@ def test_points_and_their_forces_are_seen_on_faces_of_their_body():
         face = max(own.zorder for own in with_gid(axes, "body-plate-face"))
         for gid in ("point-plate.C", "load-push"):
             assert min(own.zorder for own in with_gid(axes, gid)) > face
+
+
+@pytest.mark.parametrize(
+    ("rows", "frame"), [([[0, 2], [1, 3]], "world"), ([[0, -2], [1, -3]], "arm")]
+)
+def test_the_torque_of_a_table_turns_about_its_axis(rows, frame) -> None:
+    """The size at 0.3 rad, in the sense of the same torque given by components."""
+    axis = np.array([0.0, 3.0, 4.0])
+    value = np.interp(0.3, *np.array(rows).T) * axis / 5
+    table = md.TableLoad("M", "A.angle", rows=rows, body="arm", axis=axis, frame=frame)
+    torque = md.Torque("M", "arm", value, frame=frame)
+    one, other = (drawn([load]) for load in (table, torque))
+    assert any("2.3" in text.get_text() for text in one.texts)
+    ours, theirs = (np.vstack(lines_of(axes, "load-M")).round(9) for axes in (one, other))
+    assert set(map(tuple, ours)) == set(map(tuple, theirs))  # equally near ones in any order
+    missing = md.TableLoad("M", "t", rows=[[0, 1], [1, 2]], body="arm", axis=axis)
+    assert len(lines_of(drawn([missing]), "load-M")) > len(lines_of(one, "load-M"))

@@ -23,8 +23,6 @@ from mechdae.dynamics.rest.small_motions import small_motions
 from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
-from mechdae.forces.lift_off import OneSidedContacts
-from mechdae.forces.lift_off import at_rest as lifted_at_rest
 from mechdae.forces.meshes import meshed
 from mechdae.records import dataclass
 from mechdae.results import EquilibriumResult, Named, Series, Summary, statuses
@@ -239,8 +237,7 @@ def _report(
         for i, row in enumerate(rows)
         if (row.owner, row.part) not in whole.held and tells(row)
     }
-    contacts = OneSidedContacts(model, model.mechanism.joints)
-    notes = whole.notes + more + reported.notes + lifted_at_rest(contacts, q, reactions)
+    notes = whole.notes + more + reported.notes + _lifted(whole, q, reactions)
     if whole.loads.slips:
         owners = ", ".join(slip.owner for slip in whole.loads.slips)
         notes.append(f"at rest {owners} resists nothing here: what it could hold is left out")
@@ -260,3 +257,14 @@ def _report(
         unique=Summary(sole.joints),
         **named,
     )
+
+
+def _lifted(whole: Setup, q: Any, reactions: dict[str, Any]) -> list[str]:
+    """Return what is said of one-sided contacts."""
+    joints = whole.model.mechanism.joints
+    if not any(getattr(joint, "one_sided", None) for joint in joints.values()):
+        return []
+    from mechdae.forces.lift_off import OneSidedContacts
+    from mechdae.forces.lift_off import at_rest as lifted
+
+    return lifted(OneSidedContacts(whole.model, joints), q, reactions)
