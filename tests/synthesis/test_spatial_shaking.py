@@ -53,6 +53,27 @@ def test_loops_shake_as_their_free_bodies_need(loop: str) -> None:
         assert moment[k] == pytest.approx(turning, abs=1e-11 * np.abs(turning).max())
 
 
+def test_nodes_of_vector_loops_are_points() -> None:
+    """Their own points tell their masses: one that is added would make bodies of them."""
+    data: dict[str, Any] = tomllib.loads(
+        library.find("spatial-slider-crank-loops").read_text(encoding="utf-8")
+    )
+    del data["expected"]
+    data["nodes"] = {"B": {"at": "crank.head"}, "C": {"at": "slide.head"}}
+    data["bodies"] = {"B": {"mass": 0.3}, "C": {"mass": 2.0}}
+    driver = md.Driver("crank.azimuth", at=[0.3, 2.0], speed=20.0)
+    result, force, moment = shaken(from_dict(data, "loops").mechanism, driver)
+    crank = np.array([0.3, 2.0])
+    B = 0.05 * np.stack([np.cos(crank), 0 * crank, np.sin(crank)], axis=1)
+    pulls = [(B, -0.3 * 400.0 * B)]  # towards the axis, with w^2 r
+    slide = result.joints["slide"]
+    e, a = np.deg2rad(14.3), np.deg2rad(23)
+    u = np.array([np.cos(e) * np.cos(a), np.sin(e), np.cos(e) * np.sin(a)])
+    pulls.append((result.points["C.C"].position, 2.0 * np.outer(slide.length_acceleration, u)))
+    assert force == pytest.approx(sum(pull for _, pull in pulls), abs=1e-11)
+    assert moment == pytest.approx(sum(np.cross(*own) for own in pulls), abs=1e-11)
+
+
 def rotor(**keys: Any) -> dict[str, Any]:
     """Return a rotor on an axis along z through (p, 0, 0) as a file, unbalanced in two planes."""
     return {
