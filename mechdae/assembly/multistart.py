@@ -15,6 +15,7 @@ import numpy as np
 from mechdae.assembly.elimination import BlockSolver
 from mechdae.assembly.platform import newton_steps
 from mechdae.assembly.turns.turn_lattice import Lattice
+from mechdae.assembly.turns.winding import turns_at_most
 from mechdae.kernels.run.batch import Batch
 from mechdae.records import dataclass
 
@@ -25,7 +26,10 @@ HITS = 4
 SPREAD = 4.0
 """Interval of lengths that are not fitted, in sizes of the mechanism."""
 TURNS = 5
-"""Whole turns of wheels on racks that starts are spread over."""
+"""Whole turns of wheels on racks and of screws that starts are spread over, where it is not known
+how many there can be."""
+MOST_TURNS = 64
+"""The most that they are spread over."""
 ITERATIONS = 60
 LARGEST_STEP = 0.7
 ROUNDING = 1e-13
@@ -117,9 +121,22 @@ class BlockSearch:
         steps = base ** -np.arange(1.0, self.n + 1)
         cube = np.mod(0.5 + np.arange(first, last)[:, None] * steps, 1.0) - 0.5
         whole = np.where(self.period > 0, self.period, 2 * np.pi)
-        whole *= TURNS if self.solver.unwinds else 1
+        whole *= self._turns() if self.solver.unwinds else 1
         whole[self.lengths] = SPREAD * self.scale[self.lengths]
         return cube * whole
+
+    def _turns(self) -> float:
+        """Return over how many whole turns the angles are spread."""
+        period = float(self.period[0])
+        if self.n > 1 or not period:
+            return TURNS
+
+        def values(x: Any) -> tuple[Any, Any]:
+            F, J = self._values(x[:, None])
+            return F[:, 0], J[:, 0, 0]
+
+        most = 2 * (1 + turns_at_most(values, period))
+        return min(most, MOST_TURNS) if np.isfinite(most) else TURNS
 
     def _values(self, x: Any) -> tuple[Any, Any]:
         """Return F (k, m) in units of the rows and J (k, m, n) in those of rows and unknowns."""

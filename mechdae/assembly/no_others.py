@@ -21,6 +21,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.multistart import BlockSearch
+from mechdae.assembly.turns.winding import turns_at_most
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
@@ -36,10 +37,9 @@ FIRST = 0.8
 WIDEST = 2.0
 """Bound of a chart's coordinates, which are looked at from -1 to 1."""
 TURNS = 64
-"""Whole turns of a wheel that are looked at."""
+"""Whole turns of a wheel or screw that are looked at."""
 FURTHEST = 500.0
 """Bound of all angles that are looked at [rad]."""
-GRID = 64
 UNIQUE = 0.9
 """Bound of |Y| M r within which a solution is the only one."""
 ROUNDED = 1e-12
@@ -192,18 +192,15 @@ class _Boxes:
 
     @np.errstate(all="ignore")
     def _wound(self) -> tuple[Any, Any]:
-        """Return where the one angle of a wheel on a rack has to be, and how far that reaches.
-
-        F = D x / P + T(x) with T of period P: |T| is at most what it is on a grid and what it can
-        change in between.
-        """
+        """Return where one angle of a wheel on a rack or of a screw has to be, and how far on."""
         period = float(self.search.period[0])
-        grid = np.linspace(0, period, GRID + 1)[:, None]
-        F, J = (part.reshape(-1) for part in self._values(grid))
-        rise, step = (F[-1] - F[0]) / period, period / GRID
-        T, slope = np.abs(F - rise * grid[:, 0]).max(), np.abs(J - rise).max()
-        bend = float(self.bends[0, 0, 0])
-        most = (T + slope * step / 2 + bend * step * step / 8) / abs(rise)
+
+        def values(x: Any) -> tuple[Any, Any]:
+            F, J = self._values(x[:, None])
+            return F[:, 0], J[:, 0, 0]
+
+        # a solution is in one of the turns [k P, (k + 1) P] with |k| at most that
+        most = (1 + turns_at_most(values, period, float(self.bends[0, 0, 0]))) * period
         return np.array([-most]), np.array([2 * most])
 
     @np.errstate(all="ignore")

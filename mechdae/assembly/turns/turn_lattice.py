@@ -20,7 +20,9 @@ import numpy as np
 from mechdae.assembly.elimination import rational
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import GROUND
+from mechdae.describe.meshes import bearings
 from mechdae.model.reduction import Scene
+from mechdae.model.space import PLANE
 
 MOST = 1000
 """Classes of whole turns that are listed; where there are more, they count as infinitely many."""
@@ -117,7 +119,7 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
     blocks = [list(own) for own in blocks]
     joints = scene.model.mechanism.joints
     inside = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
-    if not any(joints[name].meshes for name in inside):
+    if not any(joints[name].meshes or joints[name].winds for name in inside):
         key = ("single turns", *map(tuple, blocks))
         known: list[Lattice] = scene.kept(
             key, lambda: [Lattice(_units(scene, own), len(own)) for own in blocks]
@@ -155,15 +157,50 @@ def _winding(scene: Scene) -> set[str]:
 
 def _projected(scene: Scene, inside: Sequence[str], turned: Sequence[int]) -> list[list[int]]:
     """Return the turns of unknown angles that leave all equations unchanged, generators."""
-    bodies, equations = _equations(scene, inside)
-    column = {name: k for k, name in enumerate(bodies)}
-    owners = [scene.unknowns[i].owner for i in turned]
-    basis = null_space(equations, len(bodies))
+    plane = scene.model.space is PLANE
+    names, equations = _equations(scene, inside) if plane else _on_bearings(scene, inside)
+    column = {name: k for k, name in enumerate(names)}
+    owners = [scene.unknowns[i].owner if plane else scene.x_names[i] for i in turned]
+    basis = null_space(equations, len(names))
     rows = [[row[column[name]] if name in column else 0 for name in owners] for row in basis]
     # the tangent's angle of a contact is in no such equation
     winding = _winding(scene)
     loose = [k for k, name in enumerate(owners) if name not in column and name not in winding]
     return rows + [[int(j == k) for j in range(len(owners))] for k in loose]
+
+
+def _on_bearings(
+    scene: Scene, inside: Sequence[str]
+) -> tuple[list[tuple[str, str]], list[list[Fraction]]]:
+    """Return angles of joints in space, and the equations that their whole turns have to meet.
+
+    Wheels turn in one joint each on their carrier; a rack and a screw keep a wheel from turning.
+    """
+    mechanism, one = scene.model.mechanism, Fraction(1)
+    values = mechanism.values()
+    names = [c.key for c in scene.recovered if c.kind is ANGLE]
+    place = {name: k for k, name in enumerate(names)}
+    sums: list[dict[tuple[str, str], Fraction]] = []
+    for name in inside:
+        joint = mechanism.joints[name]
+        if joint.winds:
+            sums.append({(name, "angle"): one})
+        if not joint.meshes:
+            continue
+        first, second = bearings(mechanism, joint)
+        ratio = rational(joint.turn_ratio(values)) if joint.wheels > 1 else None
+        if ratio is None:
+            sums += [{(own.joint, own.word): one} for own in (first, second)]
+        else:
+            sums.append(
+                {
+                    (first.joint, first.word): Fraction(int(first.sense)),
+                    (second.joint, second.word): -ratio * int(second.sense),
+                }
+            )
+    sums += [{(driver.part, driver.word): one} for driver in scene.drivers]
+    rows = [[own.get(name, Fraction(0)) for name in place] for own in sums]
+    return names, [row for row in rows if any(row)]
 
 
 def _equations(scene: Scene, inside: Sequence[str]) -> tuple[list[str], list[list[Fraction]]]:
