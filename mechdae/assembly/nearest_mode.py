@@ -381,7 +381,7 @@ class Sketched:
     def hint(self, found: Nearest, u: Any) -> tuple[list[str], list[str]]:
         """Return keys of the sketch that tell the tied modes apart, and lines as one mode has them.
 
-        All keys are needed; where any of some does, they are joined by "or".
+        All keys are needed; where any of some does, they come as "one of".
         """
         keys, lines, p = [], [], self.assembler.p
         in_plane = self.scene.model.mechanism.dimension == 2
@@ -394,7 +394,8 @@ class Sketched:
                 first = telling[0]
                 value = first.value(left[0], u, p).item()
                 angle = first.coordinate.kind == "body angle"
-                keys.append(" or ".join(_key(e.coordinate, in_plane) for e in telling))
+                every = [_key(e.coordinate, in_plane) for e in telling]
+                keys.append(every[0] if len(every) == 1 else f"one of {', '.join(every)}")
                 shown = math.degrees(value) if angle else value
                 lines.append(f"{_key(first.coordinate, in_plane)} = {shown:.6g}")
                 left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= TIE]

@@ -193,28 +193,15 @@ def shown(unit: str, value: float) -> str:
     return f"{value:.6g} m" if unit == "m" else f"{value:.6g}"
 
 
-def _in_space(scene: Scene, q: dict[tuple[str, str], float]) -> dict[str, float]:
-    """Return the coordinates of joints [deg, m]; ball joints have none."""
-    found = {}
-    for own in scene.recovered:
-        joint = scene.model.mechanism.joints.get(own.owner)
-        if joint is None or own.name not in joint.coordinates:
-            continue
-        name = own.owner if own.name == joint.usual else f"{own.owner}.{own.name}"
-        if own.kind is ANGLE:
-            found[f"{name}_deg"] = round(math.degrees(q[own.key]), 3) + 0.0
-        else:
-            found[name] = q[own.key]
-    return found
-
-
-def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
-    """Return the angles of all bodies [deg], ready to paste into [sketch]."""
+def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, Any]:
+    """Return the angles of all bodies [deg], in space coordinates and points, for [sketch]."""
     q = assembler.coordinates(mode.x, u)
     angles = {}
     scene = assembler.scene
     if scene.model.mechanism.dimension == 3:
-        return _in_space(scene, q)
+        from mechdae.assembly.spatial.sketch_places import in_space
+
+        return in_space(assembler, mode, u, q)
     for own in scene.recovered:
         if own.kind is ANGLE and own.owner in scene.model.mechanism.bodies:
             angles[f"{own.owner}_deg"] = round(math.degrees(q[own.key]), 3) + 0.0

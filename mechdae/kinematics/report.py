@@ -276,6 +276,8 @@ def _in_order(setting: Setting, run: Run, events: list[dict[str, Any]]) -> tuple
 
 def _modes_at_start(setting: Setting, run: Run) -> str:
     """Return the modes at the first pose as sketches, for a start no motion reaches."""
+    from mechdae.results.sketch_lines import sketch_line
+
     u = run.values[0]
     modes, _, _ = setting.assembler.modes(u, limit=8)
     if not modes:
@@ -283,7 +285,7 @@ def _modes_at_start(setting: Setting, run: Run) -> str:
     text = "\n  it can be assembled there, but no motion from the sketch leads to it; its modes:"
     for mode in modes:
         sketch = start.as_sketch(setting.assembler, mode, u)
-        lines = ", ".join(f"{name} = {value:g}" for name, value in sketch.items())
+        lines = ", ".join(sketch_line(name, value) for name, value in sketch.items())
         text += f"\n  mode {mode.label}: [sketch] {lines}"
     return text
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result
+from mechdae.results.sketch_lines import sketch_line
 from mechdae.tables.text import WIDE, Column, cells, rows_of
 
 FAULTS = 4
@@ -21,7 +22,7 @@ def modes_text(result: Result, width: int) -> list[str]:
     ]
     rows = zip(result.labels or (), summary["sketches"], result.status, strict=True)
     for label, sketch, status in rows:
-        text = "  ".join(f"{name} = {value + 0.0:g}" for name, value in sketch.items())
+        text = "  ".join(sketch_line(name, value) for name, value in sketch.items())
         text = text if status == "ok" else f"{status}  {text}"
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
     if "homotopy" in summary.get("basis", ""):
