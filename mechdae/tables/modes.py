@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result
-from mechdae.results.sketch_lines import sketch_line
 from mechdae.tables.text import WIDE, Column, cells, rows_of
 
 FAULTS = 4
@@ -15,6 +14,8 @@ FAULTS = 4
 
 
 def modes_text(result: Result, width: int) -> list[str]:
+    from mechdae.results.sketch_lines import sketch_line
+
     summary = result.summary
     how = "proven" if summary["proven"] else "found, not proven"
     lines = [

@@ -20,7 +20,6 @@ import numpy as np
 from mechdae.assembly.elimination import rational
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.meshes import bearings
 from mechdae.model.reduction import Scene
 from mechdae.model.space import PLANE
 
@@ -176,6 +175,8 @@ def _on_bearings(
 
     Wheels turn in one joint each on their carrier; a rack and a screw keep a wheel from turning.
     """
+    from mechdae.describe.meshes import bearings
+
     mechanism, one = scene.model.mechanism, Fraction(1)
     values = mechanism.values()
     names = [c.key for c in scene.recovered if c.kind is ANGLE]
