@@ -241,11 +241,32 @@ class Sketched:
             by_turns = sorted(zip(whole, range(len(near)), strict=True))
             near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
         if len(near) > 1 and self.scene.model.mechanism.dimension == 3:
-            near = self._least_turned(part, near, u)
+            near = self._least_wound(near, u)
+            near = self._least_turned(part, near, u) if len(near) > 1 else near
         result.x = near[0]
         if len(near) > 1:
             result.doubtful.append(self._first_to_differ(part, near))
             result.tied.append((part, near))
+
+    def _least_wound(self, near: list[Any], u: Any) -> list[Any]:
+        """Return modes in space without those that are others with wheels or screws turned on."""
+        from mechdae.assembly.turns.least_wound import least_wound, wound
+
+        mechanism, p = self.scene.model.mechanism, self.assembler.p
+        angles = wound(self.scene, self.groups)
+        if not angles:
+            return near
+        told = {entry.coordinate.text: entry for entry in self.entries}
+        entries = {
+            name: told.get(name) or self._entry(coordinate(mechanism, name), 0.0)
+            for own in angles for name in own
+        }  # fmt: skip
+
+        def turned(name: str, x: Any) -> float:
+            entry = entries[name]
+            return 0.0 if entry is None else float(entry.gap(x, u, p, True))
+
+        return least_wound(near, angles, turned)
 
     def _least_turned(self, part: list[int], near: list[Any], u: Any) -> list[Any]:
         """Return of modes in which all points are at one place the one of the least angles.

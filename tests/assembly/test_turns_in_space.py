@@ -114,3 +114,31 @@ def test_turns_of_wheels_are_told_apart_as_in_the_plane(ratio: str, turns: int) 
     flat, solid = wheel(own[0] - own[1]), wheel(space.joints["wheel_pin"].angle)
     assert max(np.abs(solid - one).min() for one in flat) < 1e-11
     assert max(np.abs(flat - one).min() for one in solid) < 1e-11
+
+
+def test_a_sketch_that_is_silent_of_wheels_means_those_turned_least() -> None:
+    """A planet on a wheel that is held, too, by a bearing on the cage: its turns are open."""
+    mechanism = md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"O": (0, 0, 0)}),
+        bodies=[
+            md.Body("cage", {"O": (0, 0, 0), "P": (0.04, 0, 0)}),
+            md.Body("planet", {"P": (0, 0, 0), "T": (0, 0.026, 0)}),
+            md.Body("wheel", {"O": (0, 0, 0)}),
+        ],
+        joints=[
+            md.SpatialRevolute("C", "ground.O", "cage.O", axis=(0, 0, 1)),
+            md.SpatialWeld("W", "ground.O", "wheel.O", axis=(0, 0, 1)),
+            md.SpatialRevolute("O", "cage.O", "wheel.O", axis=(0, 0, 1)),
+            md.SpatialRevolute("P", "cage.P", "planet.P", axis=(1, 0, 0)),
+            md.SpatialGear("mesh", "wheel.O", "planet.P", carrier="cage", ratio="-16/24"),
+        ],
+        sketch={"C.angle": 0.0},
+    )
+    at = md.Driver("C.angle", at=(0.4,))
+    pose = md.solve(mechanism, md.Sweep(driver=at))
+    np.testing.assert_allclose(pose.joints["P"].angle, 1.5 * 0.4, atol=1e-13)
+    modes = md.solve(mechanism, md.Modes(driver=at))
+    assert modes.summary["count"] == 2  # a turn of the wheel is one and a half of the planet
+    turns = np.sort((modes.joints["P"].angle - 1.5 * 0.4) / (2 * np.pi))
+    np.testing.assert_allclose(np.abs(turns - turns[np.abs(turns).argmin()]).max(), 1.5, atol=1e-12)
