@@ -6,7 +6,7 @@ Without a problem everything is measured that ``docs/speed-and-error.md`` shows.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -18,7 +18,7 @@ from mechdae.describe.file.load import load
 TIGHT = (1e-10,)
 
 
-def more(quick: bool, say: Callable[[str], None]) -> list[dict[str, Any]]:
+def more(quick: bool, say: Callable[[str], None]) -> Iterator[list[dict[str, Any]]]:
     """Measure forces, a motion and studies, each with other methods beside; print the records."""
     sizes = kinematics.QUICK_SIZES if quick else kinematics.SIZES[2:]
     repeats = 3 if quick else 7
@@ -26,21 +26,24 @@ def more(quick: bool, say: Callable[[str], None]) -> list[dict[str, Any]]:
     compared = kinematics.QUICK_COMPARED if quick else kinematics.COMPARED
     records, text = forces.measured(sizes, repeats, compared)
     print(text)
+    yield records
     say("measuring a motion")
     work = motions.work_of(load("andrews-squeezer"))
     assert work is not None
     moved, notes = motions.measure(work, TIGHT, repeats, integrators.others)
     print(motions.table(moved, notes))
+    yield moved
+    say("measuring starts of processes")
+    started = startup.measured(3 if quick else 11)
+    print(startup.table(started))
+    yield started
     say("measuring studies")
     sets, rounds = (200, 1) if quick else (4096, 3)
     many = [
         studies.measured(entry, sets, rounds) for entry in studies.CASES[: 1 if quick else None]
     ]
     print(studies.page(many))
-    say("measuring starts of processes")
-    started = startup.measured(3 if quick else 11)
-    print(startup.table(started))
-    return [*records, *moved, *started, *(row for own in many for row in studies.records(own))]
+    yield [row for own in many for row in studies.records(own)]
 
 
 def main(words: list[str] | None = None) -> int:

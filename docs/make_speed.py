@@ -37,11 +37,8 @@ measures other methods beside them in the same run, as far as they can be had: a
 (where a compiler is), pylinkage, scipy, casadi's rootfinder, SUNDIALS. Times are ratios to a
 yardstick that runs interleaved with each: the closed-form four-bar in NumPy, two angles with two
 derivatives each, for the same number of poses ([yardstick.py](../mechdae/bench/yardstick.py)).
-Ratios carry from machine to machine, seconds do not. Medians of processor time are shown; each
-table is of one run. Rows of `rssr`, a spatial four-bar of which rocker angle and ball are asked
-for, are of a run of their own: there the planar four-bar took 1.1 yardsticks a pose with all its
-outputs and 0.84 with its rocker's angle, at 100,000 poses. `python docs/make_speed.py --measure`
-repeats all of this page but the aims.
+Ratios carry from machine to machine, seconds do not. Medians of processor time are shown. Of
+`rssr`, a spatial four-bar, rocker angle and ball are asked for.
 
 The error is the true one: one Newton step whose residual is evaluated in 80-bit floats, at 400
 of the poses, in radians or lengths of the mechanism. The bound is what the result itself
@@ -49,6 +46,7 @@ claims, for all poses.
 
 ![Time over error](../plots/speed_against_error.svg)
 
+{runs}
 ## Whole calls
 
 From the problem to the result with positions, velocities, accelerations, certificates and bounds of
@@ -57,6 +55,22 @@ disk; *again*: the same with another value of a dimension; *warm*: a call of an 
 another value, which the last columns are about; *arrays*: its `poses` at the same driver values,
 certified too, without a report.
 
+"""
+RUNS = """## Runs
+
+Every row of [bench.json](data/bench.json) tells its run, when it was measured, with which version
+and back end, and the load of the machine then: the mean number of processes that wanted a
+processor.
+`mechdae bench --out DIR` writes such rows, and `python docs/make_speed.py --measure` repeats
+all of this page but the aims in one run. {said}
+
+| run | measured | date | version | back end | load |
+|---|---|---|---|---|---|
+"""
+ONE = "All tables are of one run."
+SEVERAL = "Here tables are of {count} runs."
+UNTOLD = """
+What is empty was not written down at the time; those dates are when the rows were committed.
 """
 START = """
 ## From the start of a process
@@ -299,11 +313,47 @@ def forces(records: list[dict[str, Any]]) -> str:
     return f"{FORCES}{loaded}{MOTION}{moved}"
 
 
+def kind_of(record: dict[str, Any]) -> str:
+    """Return in words what a record is shown among."""
+    if "loops" in record:
+        return "growth with the mechanism"
+    if "of" in record:
+        return "whole tasks"
+    if record["method"] in ("md.study", "md.screen"):
+        return "many sets of numbers"
+    if "tolerance" in record:
+        return "a motion"
+    if record.get("task") == "start":
+        return "starts of processes"
+    return "forces" if record.get("task") == "reactions" else f"`{record['work']}`"
+
+
+def runs(records: list[dict[str, Any]]) -> str:
+    """Return the table of the runs that records are of."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for record in records:
+        found.setdefault(record["run"], []).append(record)
+    lines, untold = [], False
+    for k, own in enumerate(found.values(), start=1):
+        loads = [r["load"] for r in own if r["load"] is not None]
+        untold |= len(loads) < len(own)
+        load = f"{min(loads):.1f} to {max(loads):.1f}" if loads else ""
+        dates = sorted({r["date"] for r in own})
+        date = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
+        words = ", ".join(dict.fromkeys(kind_of(r) for r in own))
+        back_end = "; ".join(sorted({r["back_end"] or "" for r in own}))
+        version = ", ".join(sorted({r["version"] for r in own}))
+        lines.append((k, words, date.replace("T", " "), version, back_end, load))
+    said = ONE if len(lines) == 1 else SEVERAL.format(count=len(lines))
+    return RUNS.format(said=said) + rows(lines) + (UNTOLD if untold else "")
+
+
 def page(records: list[dict[str, Any]]) -> str:
     """Return the text of the page."""
+    head = HEAD.format(runs=runs(records))
     moving = [r for r in records if "loops" not in r and "task" not in r]
     return "".join(
-        (HEAD, calls(moving), started(records), beside(moving), tasks(records),
+        (head, calls(moving), started(records), beside(moving), tasks(records),
          chains([r for r in records if "loops" in r]), forces(records), aims(), ENDS)
     )  # fmt: skip
 

@@ -283,7 +283,12 @@ def test_bench_quick(capsys, tmp_path) -> None:
     records = json.loads((tmp_path / "bench.json").read_text())
     for record in records:
         assert {"work", "n", "ratio", "yardstick", "error", "seconds"} <= set(record)
+    assert len({record["run"] for record in records}) == 1
     for record in records:
+        assert record["version"] == md.__version__
+        assert record["back_end"]
+        assert record["load"] is None or record["load"] >= 0
+        assert record["date"].endswith("Z")
         assert record["error"] <= record["allowed"]
         assert record["error"] <= record["bound"]
         assert record["not_ok"] == 0

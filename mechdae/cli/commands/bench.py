@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,7 +35,7 @@ class Beside:
     poses, motions
         Other methods of sweeps and of motions.
     more
-        (quick, say) -> records of further works; each is printed.
+        (quick, say) -> records of further works, part by part; each is printed.
     """
 
     poses: Any
@@ -46,6 +45,7 @@ class Beside:
 
 def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
     from mechdae.bench import kinematics as bench
+    from mechdae.bench.runs import BenchRun
     from mechdae.describe.file.load import load
 
     problem = load(options.problem) if options.problem else None
@@ -57,29 +57,30 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
     else:
         works = []
     sizes, repeats = (bench.QUICK_SIZES, 3) if options.quick else (bench.SIZES, 7)
+    measured = BenchRun(Path(options.out) / "bench.json" if options.out else None)
     moving: list[dict[str, Any]] = []
     for item in works:
         message(f"measuring {item.name}", options.quiet)
         planar = item.problem.mechanism.dimension == 2
         others = beside.poses if beside is not None and planar else None
-        moving += bench.measure(item, sizes, repeats, others)
+        moving += measured.add(bench.measure(item, sizes, repeats, others))
     if moving:
         print(bench.table(moving))
-    records = [*moving]
     design = _design_task(problem)
     if problem is not None and design is not None:
-        records += _starts(problem, design, options)
+        measured.add(_starts(problem, design, options))
     released = []
     if problem is not None and "motion" in kinds:
-        released = _motion(problem, options, beside)
-        records += released
+        released = measured.add(_motion(problem, options, beside))
     if problem is None:
-        records += _tasks(options)
-        records += _chains(options)
+        measured.add(_tasks(options))
+        measured.add(_chains(options))
         if beside is not None:
-            records += beside.more(options.quick, partial(message, quiet=options.quiet))
+            for part in beside.more(options.quick, partial(message, quiet=options.quiet)):
+                measured.add(part)
     if options.out:
-        _write(options, records, moving, released)
+        message(f"written: {measured.path}", options.quiet)
+        _draw(options, moving, released)
     return 0
 
 
@@ -95,22 +96,15 @@ def _tasks(options: argparse.Namespace) -> list[dict[str, Any]]:
     return found
 
 
-def _write(
-    options: argparse.Namespace,
-    records: list[dict[str, Any]],
-    moving: list[dict[str, Any]],
-    released: list[dict[str, Any]],
+def _draw(
+    options: argparse.Namespace, moving: list[dict[str, Any]], released: list[dict[str, Any]]
 ) -> None:
-    """Write all records, and pictures of sweeps and of motions."""
+    """Write pictures of sweeps and of motions."""
     from mechdae.draw import save
     from mechdae.draw.precision import draw as draw_motion
     from mechdae.draw.speed import draw
 
     folder = Path(options.out)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "bench.json"
-    path.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
-    message(f"written: {path}", options.quiet)
     for name, make, shown in (
         ("bench", draw, moving),
         ("bench-motion", draw_motion, released),
