@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+ROUNDING = 1e-12
+"""Share of the largest component of a place that is shown as zero."""
+
 
 def sketch_line(name: str, value: Any) -> str:
     """Return a line of a sketch: a coordinate, or the place of a point."""
     if isinstance(value, list):
-        return f'"{name}" = [{", ".join(f"{part + 0.0:.5g}" for part in value)}]'
+        least = ROUNDING * max(map(abs, value))
+        shown = [f"{part + 0.0:.5g}" if abs(part) > least else "0" for part in value]
+        return f'"{name}" = [{", ".join(shown)}]'
     return f"{name} = {value + 0.0:g}"

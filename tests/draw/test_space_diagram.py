@@ -195,3 +195,12 @@ def test_pairs_of_an_open_chain_each_have_their_symbol():
     assert (
         wanted | {f"driver-{name}" for name in values} | {"support-H", "body-plate-face"} <= drawn
     )
+
+
+def test_a_place_keeps_no_name_of_a_joint_that_is_drawn_elsewhere(labels):
+    """Two hinges of a fork share a point: the one on the ground is drawn along its axis, named."""
+    result = solved("schatz", 5)
+    axes = md.plot(result, pose=0)
+    texts = [text.get_text() for text in axes.texts]
+    assert {"O", "A", "B", "C"} <= set(texts)
+    assert not [text for text in texts if "J" in text and "," in text]

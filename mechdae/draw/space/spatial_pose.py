@@ -12,7 +12,7 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.diagram.places import free_points, letters_of, places_of
+from mechdae.draw.diagram.places import Place, free_points, letters_of, places_of
 from mechdae.draw.labels.labels import Links, Writing, letter
 from mechdae.draw.sheet import Array, Sheet
 from mechdae.draw.space import solids
@@ -240,13 +240,13 @@ class SpatialPose:
 
     def letters(self, links: Links) -> list[Writing]:
         """Return the letters of joint places, of moved symbols and of free points."""
-        places = [own for own in places_of(self.scene, self.pose) if own.references]
+        every = [own for own in places_of(self.scene, self.pose) if own.references]
+        places = [self._staying(place) for place in every]
         names = letters_of(self.scene, self.pose, places)
         joints = self.scene.mechanism.joints
         rows: list[tuple[str, str, Array]] = []
         for place in places:
-            staying = [joint for joint in place.joints if joint.name not in self.moved]
-            if staying:
+            if any(joint.name not in self.moved for joint in place.joints):
                 ref = place.references[0]
                 rows.append((names[ref], ref, self.scene.place(ref, self.pose)))
         for name in self.moved:
@@ -268,6 +268,14 @@ class SpatialPose:
         for text, gid, spot in ((text, gid, self.at(at)[:2]) for text, gid, at in rows):
             result.append(letter(text, gid, spot, GAP, _arms(links, spot)))
         return result
+
+    def _staying(self, place: Place) -> Place:
+        """Return a place without the joints whose symbols are drawn elsewhere, with their names."""
+        staying = tuple(joint for joint in place.joints if joint.name not in self.moved)
+        if not staying or len(staying) == len(place.joints):
+            return place
+        ends = {end for joint in staying for end in (joint.first, joint.second)}
+        return Place(tuple(ref for ref in place.references if ref in ends), staying)
 
 
 def _arms(links: Links, spot: Array) -> list[Array]:
