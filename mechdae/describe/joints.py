@@ -54,8 +54,6 @@ class Joint(Value):
     """Its two points keep a ``length``."""
     wheels: ClassVar[int] = 0
     """How many of its bodies roll: their unwrapped angles are in its equation."""
-    winds: ClassVar[bool] = False
-    """Whether its own unwrapped angle is in its equation: a turn moves it along."""
     pivots: ClassVar[tuple[str, ...]] = ()
     """Numbers that never vanish, by which its equation may be solved for an angle."""
     held_by: ClassVar[str] = ""

@@ -270,7 +270,6 @@ class Screw(SpatialJoint):
     smoothed: ClassVar[bool] = True
     coordinates: ClassVar[tuple[str, ...]] = ("angle", "slide")
     straight: ClassVar[bool] = True
-    winds: ClassVar[bool] = True
     freedoms: ClassVar[int] = 1
     opening: ClassVar[int] = 2
 

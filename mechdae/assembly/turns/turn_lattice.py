@@ -118,7 +118,7 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
     blocks = [list(own) for own in blocks]
     joints = scene.model.mechanism.joints
     inside = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
-    if not any(joints[name].meshes or joints[name].winds for name in inside):
+    if not any(joints[name].meshes for name in inside):
         key = ("single turns", *map(tuple, blocks))
         known: list[Lattice] = scene.kept(
             key, lambda: [Lattice(_units(scene, own), len(own)) for own in blocks]
@@ -163,8 +163,7 @@ def _projected(scene: Scene, inside: Sequence[str], turned: Sequence[int]) -> li
     basis = null_space(equations, len(names))
     rows = [[row[column[name]] if name in column else 0 for name in owners] for row in basis]
     # the tangent's angle of a contact is in no such equation
-    winding = _winding(scene)
-    loose = [k for k, name in enumerate(owners) if name not in column and name not in winding]
+    loose = [k for k, name in enumerate(owners) if name not in column]
     return rows + [[int(j == k) for j in range(len(owners))] for k in loose]
 
 
