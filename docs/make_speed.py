@@ -325,7 +325,9 @@ def kind_of(record: dict[str, Any]) -> str:
         return "a motion"
     if record.get("task") == "start":
         return "starts of processes"
-    return "forces" if record.get("task") == "reactions" else f"`{record['work']}`"
+    if record.get("task") == "reactions":
+        return "forces"
+    return f"`{record['work']}`" if record["method"] in OURS else record["method"]
 
 
 def runs(records: list[dict[str, Any]]) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from mechdae.assembly.assembler import Assembler, Mode
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.run.local import local
-from mechdae.model.tree.spatial_frames import QUATERNION
+from mechdae.model.coordinates import QUATERNION
 
 FLAT = 1e-6
 """Share of their distances by which points have to lie beside a line to tell how a body turns."""
