@@ -60,11 +60,17 @@ class GroupPoses:
     row: tuple[tuple[str, bool], ...] = ()
     axes: Any = None
     placed: tuple[str, Any, Any] | None = None
+    by: str = "homotopy"
 
     @property
     def partly(self) -> str:
         """What is known where some solutions end elsewhere."""
         regular = self.generic - self.singular
+        if self.by != "homotopy":
+            return (
+                f"{self.by}: {regular} of {self.generic} complex poses are certified, the others "
+                f"are singular or at infinity"
+            )
         return (
             f"homotopy: {regular} of {self.generic} complex poses are certified, the paths of the "
             f"others end in singular poses or at infinity"
