@@ -449,7 +449,13 @@ class Assembler:
         if known is None:  # a mode is labelled where it was looked for
             found = self._searches[b](z, u, np.array(hint), most or MOST, crowd)
             sizes = self.natural[graph.own]
-            known = (found, moving(graph, found.x, x, u, self.p, sizes, self.size))
+            free = moving(graph, found.x, x, u, self.p, sizes, self.size)
+            if free.any():  # axes of the other sense are no pose of the group
+                every = [put(x, graph.own, own) for own in found.x]
+                fine = {id(pose) for pose in self.senses.possible(b, every, u)}
+                kept = np.array([id(pose) in fine for pose in every])
+                found, free = found.only(kept), free[kept]
+            known = (found, free)
             self._looked_for = {asked: known, **dict(list(self._looked_for.items())[:REMEMBERED])}
         found, free = known
         self.searched.setdefault(graph.block.group, []).append(found)
@@ -465,7 +471,7 @@ class Assembler:
         if not self.by_paths or group.index in self.counted or group in self.free:
             return False
         z = x[self.graphs.blocks[b].uses] if self.graphs.blocks[b].uses else np.zeros(0)
-        boxes = no_others(self._searches[b], found.x, z, u)
+        boxes = no_others(self._searches[b], found.x, z, u, (self.senses, b))
         self.looked_at.setdefault(group.index, []).append(boxes)
         return boxes > 0
 

@@ -59,11 +59,19 @@ class AxisSenses:
         """
         if not self._of.get(group.index) or len(poses) < FEW:
             return poses
-        if not self._told:
-            self._told = self._tell()
         if set(self.scene.blocks[b].x) & {i for own in self.quaternions for i in own}:
             poses = self._once(poses)
-        values = self._told.get(b)
+        return self.possible(b, poses, u)
+
+    def of_block(self, b: int) -> list[Any]:
+        """Return what must be positive of which block `b` is the last to tell."""
+        if not self._told:
+            self._told = self._tell()
+        return self._told.get(b, [])
+
+    def possible(self, b: int, poses: list[Any], u: Any) -> list[Any]:
+        """Return the poses whose axes have the right sense as far as block `b` tells of them."""
+        values = self.of_block(b)
         return self._positive(("senses", b, "block"), values, poses, u) if values else poses
 
     def _tell(self) -> dict[int, list[Any]]:

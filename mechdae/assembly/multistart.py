@@ -55,6 +55,10 @@ class BlockSolutions:
     hits: Any
     starts: int
 
+    def only(self, kept: Any) -> BlockSolutions:
+        """Return those of the solutions that are `kept` (k,)."""
+        return BlockSolutions(self.x[kept], self.hits[kept], self.starts)
+
 
 class BlockSearch:
     """Looks for the solutions of one block.

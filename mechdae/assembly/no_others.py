@@ -10,6 +10,10 @@ equation, or a row of Y F with Y = J(c)^-1, is further from zero in the middle t
 M being majorants of the second derivatives for all poses. Around a solution x found no other one
 lies within r where |Y| M r < 1 with Y = J(x)^-1. Boxes of which neither is known are halved in all
 directions. What gears make of a turn has a period of whole turns, so finitely many boxes are all.
+
+Where equations are superfluous all of them are looked at, Y being the inverse by least squares.
+They count as met where they are off by `MET` or less; what meets them so near a known solution is
+that solution. Boxes in which an axis has the other sense than its joint needs hold nothing.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.assembly.axis_senses import AxisSenses
 from mechdae.assembly.multistart import BlockSearch
 from mechdae.assembly.turns.winding import turns_at_most
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
@@ -44,9 +49,13 @@ UNIQUE = 0.9
 """Bound of |Y| M r within which a solution is the only one."""
 ROUNDED = 1e-12
 """Share of the sizes of an equation's terms that rounding may make of it."""
+MET = 1e-9
+"""Most that superfluous equations are off where they are met, by the size of the mechanism."""
 
 
-def no_others(search: BlockSearch, found: Any, z: Any, u: Any) -> int:
+def no_others(
+    search: BlockSearch, found: Any, z: Any, u: Any, senses: tuple[AxisSenses, int] | None = None
+) -> int:
     """Return after how many boxes it is known that a block has no other solutions, 0: it is not.
 
     Parameters
@@ -57,10 +66,12 @@ def no_others(search: BlockSearch, found: Any, z: Any, u: Any) -> int:
         Its solutions, one of each class of whole turns.
     z, u : arrays
         Earlier unknowns and drivers' values.
+    senses
+        What axes must point to, and the number of the block.
     """
     solver = search.solver
     turns = search.period[search.turning]
-    if not 0 < search.n <= LARGEST or not (turns > 0).all() or solver.graph.redundant:
+    if not 0 < search.n <= LARGEST or not (turns > 0).all():
         return 0
     if solver.unwinds and search.n > 1:
         return 0
@@ -68,8 +79,11 @@ def no_others(search: BlockSearch, found: Any, z: Any, u: Any) -> int:
     if charts is None:
         return 0
     total = 0
+    positive = None
+    if solver.graph.redundant and senses is not None and not len(search.lengths):
+        positive = solver.graph.kept("senses", lambda: _positive(search, *senses))
     for chart in charts:
-        count = _Boxes(search, chart, found, z, u).looked_at(MOST - total)
+        count = _Boxes(search, chart, positive, found, z, u).looked_at(MOST - total)
         if not count:
             return 0
         total += count
@@ -88,13 +102,43 @@ class ProjectiveChart:
     bends: Call
 
 
+@dataclass(frozen=True, eq=False)
+class PositiveSenses:
+    """What is positive in a block where axes have their senses: values with slopes, bends."""
+
+    values: Batch
+    bends: Call
+
+
+def _positive(search: BlockSearch, senses: AxisSenses, b: int) -> PositiveSenses | None:
+    """Return the senses that a block tells of, None where it tells of none."""
+    graph, scene = search.solver.graph, search.solver.scene
+    told = [scene.expression(value) for value in senses.of_block(b)]
+    if not told:
+        return None
+    S, given = ca.densify(ca.vertcat(*told)), [graph.z, scene.u, scene.model.p]
+    J = ca.jacobian(S, graph.x)
+    sizes = [SX.sym(f"size{k}", part.numel()) for k, part in enumerate(given[:2])]
+    try:
+        bound, _ = majorant(
+            ca.vec(ca.densify(ca.jacobian(ca.vec(ca.densify(J)), graph.x))),
+            [graph.x, graph.z, scene.u],
+            [ca.DM(np.full(search.n, FURTHEST)), *sizes],
+        )
+    except NoMajorant:
+        return None
+    values = ca.Function("SJ", [graph.x, *given], [S, ca.densify(ca.vec(J))])
+    bends = ca.Function("bends", [*sizes, scene.model.p], [ca.densify(bound)])
+    return PositiveSenses(Batch(values, shared=[1, 2, 3]), Call(bends))
+
+
 def _charts(search: BlockSearch) -> list[ProjectiveChart] | None:
     """Return the charts of a block, None where its equations are not of that form."""
-    solver, n, lengths = search.solver, search.n, search.lengths.tolist()
+    solver, lengths = search.solver, search.lengths.tolist()
     graph, u, p = solver.graph, solver.scene.u, solver.graph.p
     slid = graph.x[lengths] if lengths else SX(0, 1)
     A = ca.jacobian(graph.F, slid)
-    H = [ca.jacobian(A[i, :].T, slid) for i in range(n)]
+    H = [ca.jacobian(A[i, :].T, slid) for i in range(graph.rows)]
     if any(ca.depends_on(own, slid) for own in H if own.nnz()):
         return None
     nothing = SX.zeros(len(lengths))
@@ -106,7 +150,7 @@ def _charts(search: BlockSearch) -> list[ProjectiveChart] | None:
             m[0], m[one] = m[one], SX(1)
         s = scale * ca.vertcat(SX(0, 1), *m[1:])
         rows = []
-        for i in range(n):
+        for i in range(graph.rows):
             bent, straight = H[i].nnz() > 0, A[i, :].nnz() > 0
             row = free[i] * (m[0] ** 2 if bent else m[0] if straight else 1)
             row += (slope[i, :] @ s) * (m[0] if bent else 1) if straight else 0
@@ -133,14 +177,22 @@ class _Boxes:
     """Boxes of the unknowns of one block in one chart."""
 
     def __init__(
-        self, search: BlockSearch, chart: ProjectiveChart, found: Any, z: Any, u: Any
-    ) -> None:
+        self, search: BlockSearch, chart: ProjectiveChart, positive: PositiveSenses | None,
+        found: Any, z: Any, u: Any,
+    ) -> None:  # fmt: skip
         self.search, self.chart, n = search, chart, search.n
+        graph, scene = search.solver.graph, search.solver.scene
+        self.met = MET * search.row if graph.redundant else 0.0
+        self.positive = positive
+        if positive is not None:
+            self._told = (z, u, scene.model.p_values)
+            values = positive.bends(np.abs(z), np.abs(u), scene.model.p_values)[0]
+            self.turned = values.reshape(n, n, -1).transpose(2, 1, 0)
         scale, p = search.scale[search.lengths], search.solver.p
         self._known = (z, u, p, scale)
         values = chart.bends(np.abs(z), np.abs(u), p, scale)[0]
         # entries of J column by column, by x: (row, column, other)
-        self.bends = values.reshape(n, n, n).transpose(2, 1, 0)
+        self.bends = values.reshape(n, n, -1).transpose(2, 1, 0)
         self.found = self._seen(found, scale)
         turned = np.abs(_inverses(self._values(self.found)[1]))
         norms = np.einsum("kij,jlm->kilm", turned, self.bends).sum(axis=(2, 3))
@@ -165,7 +217,7 @@ class _Boxes:
     def _values(self, x: Any) -> tuple[Any, Any]:
         n = self.search.n
         F, J = self.chart.values(x, *self._known)
-        return F, J.reshape(-1, n, n).transpose(0, 2, 1)
+        return F, J.reshape(-1, n, F.shape[1]).transpose(0, 2, 1)
 
     def looked_at(self, most: int) -> int:
         """Return how many boxes it took to exclude all other solutions, 0 if it did not."""
@@ -209,8 +261,13 @@ class _Boxes:
         F, J = self._values(x)
         bent = np.einsum("ijk,j,k->i", self.bends, half, half) / 2
         reach = np.abs(J) @ half + bent
-        noise = ROUNDED * (np.abs(F) + np.abs(J).max(axis=(1, 2))[:, None] * WIDEST)
+        noise = ROUNDED * (np.abs(F) + np.abs(J).max(axis=(1, 2))[:, None] * WIDEST) + self.met
         left = ~((np.abs(F) - noise) > reach).any(axis=1)
+        if self.positive is not None:
+            S, turns = self.positive.values(x, *self._told)
+            turns = turns.reshape(-1, len(half), S.shape[1]).transpose(0, 2, 1)
+            bent_back = np.einsum("ijk,j,k->i", self.turned, half, half) / 2
+            left &= ~((S + np.abs(turns) @ half + bent_back) < -ROUNDED).any(axis=1)
         rows = np.flatnonzero(left)
         Y = _inverses(J[rows])
         away = np.abs(np.einsum("kij,kj->ki", Y, F[rows]))
@@ -227,7 +284,10 @@ class _Boxes:
 
 
 def _inverses(J: Any) -> Any:
-    """Return inverses of small matrices (k, n, n), nan where there are none."""
+    """Return inverses (k, n, m) of small matrices (k, m, n), nan where there are none."""
+    if J.shape[1] > J.shape[2]:
+        across = J.transpose(0, 2, 1)
+        return _inverses(across @ J) @ across
     result = np.full(J.shape, np.nan)
     det = np.linalg.det(J)
     size = np.prod(np.linalg.norm(J, axis=2), axis=1)

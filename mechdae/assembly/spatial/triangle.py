@@ -35,6 +35,8 @@ LARGEST, BALL = 0.25, 0.1
 BENDING = float(np.sqrt(3)) * (2 + 4 + 2) * (1 + BALL) ** 2
 """Bound of the second derivative in the ball, of polynomials whose coefficients sum up to 1."""
 SAMPLES, NEWTON, POLISH = 32, 8, 6
+REACHES = (1.0, 10.0, 100.0)
+"""Lengths at which the eliminant is sampled, in turn."""
 LOST = 1e-11
 """Coefficients of the eliminant below this share of the largest one are rounding."""
 TURNED = (0.7137, 2.1961, 1.3219)
@@ -100,11 +102,14 @@ def triangles(courses: Sequence[Course], distances: Sequence[float]) -> Triangle
     if not (size[:, 0, 0] > LEAST * terms.sum(axis=(1, 2))).all():
         return None
     system = _System(C / size, GRAIN * terms / size, [o.straight for o in own])
-    z = system.starts()
-    if z is None:
-        return None
-    solved = system.solved(z)
-    real, proven = system.judged(solved, most)
+    z = np.zeros((0, 3), complex)
+    for k in range(3):  # where roots lie far apart another unknown may tell what one does not
+        more = system.starts(k)
+        z = z if more is None else np.concatenate([z, more])
+        solved = system.solved(z)
+        real, proven = system.judged(solved, most)
+        if len(solved.z) >= most:
+            break
     values = np.empty((len(real), 3))
     for i, k in enumerate(order):
         if own[i].straight:
@@ -173,38 +178,44 @@ class _System:
 
     # -- elimination -----------------------------------------------------------------------
 
-    def starts(self) -> Any:
-        """Return places (n, 3) to look from, None where there is no eliminant."""
-        first = self._first()
+    def starts(self, k: int) -> Any:
+        """Return places (n, 3) to look from by way of unknown `k`, None without an eliminant."""
+        i, j = (other for other in range(3) if other != k)
+        a, b, c = self._of(k, i), self._of(k, j), self._of(i, j)
+        first = self._first(a, b, c, REACHES[k] if self.straight[k] else 0.0)
         if first is None:
             return None
         powers = first[:, None] ** np.arange(3)
-        second = _quadratic(powers @ self.C[0])
-        third = _quadratic(powers @ self.C[2])
-        n = len(first)
-        z = [
-            np.stack([first, second[:, i], third[:, j]], axis=1) for i, j in product((0, 1), (0, 1))
-        ]
-        found = np.concatenate(z).reshape(4 * n, 3)
-        return found[np.isfinite(found).all(axis=1)]
+        second, third = _quadratic(powers @ a), _quadratic(powers @ b)
+        found = np.empty((4, len(first), 3), complex)
+        for own, (m, n) in zip(found, product((0, 1), (0, 1)), strict=True):
+            own[:, k], own[:, i], own[:, j] = first, second[:, m], third[:, n]
+        every: Any = found.reshape(-1, 3)
+        return every[np.isfinite(every).all(axis=1)]
 
-    def _first(self) -> Any:
-        """Return the first unknowns (n,) of all solutions."""
+    def _of(self, i: int, j: int) -> Any:
+        """Return the coefficients of the equation of two unknowns, by powers of the first."""
+        own = self.C[PAIRS.index((min(i, j), max(i, j)))]
+        return own if i < j else own.T
+
+    @staticmethod
+    def _first(a: Any, b: Any, C: Any, reach: float) -> Any:
+        """Return the unknowns (n,) of all solutions: angles, or lengths of a size (reach > 0)."""
         w = np.exp(2j * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
-        if self.straight[0]:
-            powers, lowest = w[:, None] ** np.arange(3), 0
+        if reach:
+            powers, lowest = (reach * w)[:, None] ** np.arange(3), 0
         else:  # z = tan(a / 2): (1, z, z^2) cos^2(a / 2) on the unit circle of exp(ia)
             c, s = (w + 1 / w) / 2, (w - 1 / w) / 2j
             powers, lowest = np.stack([(1 + c) / 2, s / 2, (1 - c) / 2], axis=1), MOST[0] // 2
-        values = _eliminant(powers @ self.C[0], powers @ self.C[2], self.C[1])
+        values = _eliminant(powers @ a, powers @ b, C)
         turned = np.exp(-1j * np.pi * np.arange(SAMPLES) / SAMPLES)
         found = (np.fft.fft(values * w**lowest) / SAMPLES * turned)[: MOST[0] + 1]
         kept = np.flatnonzero(np.abs(found) > LOST * np.abs(found).max())
         if not len(kept) or not np.isfinite(found).all():
             return None
         roots = np.roots(found[kept[0] : kept[-1] + 1][::-1])
-        if self.straight[0]:
-            return roots
+        if reach:
+            return roots * reach
         with np.errstate(all="ignore"):
             z = -1j * (roots - 1) / (roots + 1)
         lost = [1j, -1j] if kept[0] > 0 or kept[-1] < MOST[0] else []
