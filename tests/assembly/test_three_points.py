@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.spatial.triangle import Course, triangles
+from mechdae.assembly.spatial.triangle import PointCourse, triangles
 from tests.reference.three_points import ExactCourse, first_unknowns
 from tests.shared.three_points import KINDS, MOST, DrawnPlatform
 
 pytest.importorskip("flint", reason="python-flint is not installed")
 
 
-def inexact(own: ExactCourse) -> Course:
+def inexact(own: ExactCourse) -> PointCourse:
     """Return a course in floating point."""
     c, u, v = (np.array([float(x) for x in part]) for part in (own.centre, own.u, own.v))
-    return Course(c, np.column_stack([u, v, np.cross(u, v)]), float(own.radius), own.straight)
+    return PointCourse(c, np.column_stack([u, v, np.cross(u, v)]), float(own.radius), own.straight)
 
 
 @pytest.mark.parametrize("kind", ["6-3", "one line", "two lines", "three lines"])

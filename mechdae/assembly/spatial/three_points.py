@@ -16,7 +16,7 @@ import numpy as np
 from mechdae.assembly.linkage.rigid_parts import GroupPoses, OtherShape
 from mechdae.assembly.spatial.known_sides import KnownSides
 from mechdae.assembly.spatial.tree_coordinates import TreeCoordinates
-from mechdae.assembly.spatial.triangle import MOST, PAIRS, Course, triangles
+from mechdae.assembly.spatial.triangle import MOST, PAIRS, PointCourse, triangles
 from mechdae.describe.joints import Joint
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
@@ -29,7 +29,7 @@ LEAST = 1e-9
 
 
 @dataclass(frozen=True)
-class Chain:
+class LegChain:
     """Joints from one body to a ball, and whether each leads on from its first side.
 
     ``free`` is the number of the one that no driver holds.
@@ -71,7 +71,7 @@ class ThreePoints:
         self.numbers: dict[str, Any] = {}
         self.hub, self.inward, self.legs = self._legs()
         self.tree = TreeCoordinates(scene, group)
-        chained = [j.name for leg in self.legs if isinstance(leg, Chain) for j, _ in leg.joints]
+        chained = [j.name for leg in self.legs if isinstance(leg, LegChain) for j, _ in leg.joints]
         sides = {
             f"{word} {name}": (name, word == "second")
             for name in chained
@@ -92,7 +92,7 @@ class ThreePoints:
 
     # -- what the legs are -----------------------------------------------------------------
 
-    def _legs(self) -> tuple[str, bool, list[Chain | TwoBars]]:
+    def _legs(self) -> tuple[str, bool, list[LegChain | TwoBars]]:
         """Return the body, whether legs begin on it, and the legs."""
         for hub in self._inner:
             for inward in (False, True):
@@ -102,9 +102,9 @@ class ThreePoints:
                     continue
         raise OtherShape
 
-    def _legs_of(self, hub: str, inward: bool) -> list[Chain | TwoBars]:
+    def _legs_of(self, hub: str, inward: bool) -> list[LegChain | TwoBars]:
         self.places, self.numbers = {}, {}
-        used, bodies, legs = set[str](), {hub}, list[Chain | TwoBars]()
+        used, bodies, legs = set[str](), {hub}, list[LegChain | TwoBars]()
         for ball in (j for j in self._own if j.ball):
             leg = self._chain(ball, hub, inward, len(legs))
             used |= {ball.name, *(joint.name for joint, _ in leg.joints)}
@@ -116,7 +116,7 @@ class ThreePoints:
             raise OtherShape
         return legs
 
-    def _chain(self, ball: Joint, hub: str, inward: bool, number: int) -> Chain:
+    def _chain(self, ball: Joint, hub: str, inward: bool, number: int) -> LegChain:
         """Return the leg behind a ball joint, from the body where it begins on."""
         ends = {end.split(".")[0]: end for end in (ball.first, ball.second)}
         outer = [
@@ -141,16 +141,16 @@ class ThreePoints:
         free = [k for k, (joint, _) in enumerate(row) if self._is_free(joint)]
         if len(free) != 1:
             raise OtherShape
-        return Chain(tuple(row), free[0], tip, other)
+        return LegChain(tuple(row), free[0], tip, other)
 
     def _is_free(self, joint: Joint) -> bool:
         if joint.rigid:
             return False
-        if joint.coordinates not in (("angle",), ("slide",)) or hasattr(joint, "pitch"):
+        if len(joint.coordinates) != 1 or not (joint.turns or joint.slides):
             raise OtherShape
         return joint.name not in self.driven
 
-    def _pairs(self, hub: str, inward: bool, number: int) -> list[Chain | TwoBars]:
+    def _pairs(self, hub: str, inward: bool, number: int) -> list[LegChain | TwoBars]:
         """Return the pairs of distances with a common point."""
         met: dict[str, list[tuple[str, Any]]] = {}
         for ends, length in self._bars:
@@ -160,7 +160,7 @@ class ThreePoints:
                 raise OtherShape
             point, other = (off[0], on[0]) if inward else (on[0], off[0])
             met.setdefault(point, []).append((other, length))
-        found: list[Chain | TwoBars] = []
+        found: list[LegChain | TwoBars] = []
         for k, (point, bars) in enumerate(met.items(), start=number):
             if len(bars) != 2:
                 raise OtherShape
@@ -192,12 +192,12 @@ class ThreePoints:
         if not area > LEAST * max(sizes) ** 2:
             return None
         courses = [
-            self._led(at, leg, u, max(sizes)) if isinstance(leg, Chain) else _circle(at, leg)
+            self._led(at, leg, u, max(sizes)) if isinstance(leg, LegChain) else _circle(at, leg)
             for leg in self.legs
         ]
         if any(course is None for course in courses):
             return None
-        known = [course for course in courses if isinstance(course, Course)]
+        known = [course for course in courses if isinstance(course, PointCourse)]
         if len(known) < len(courses):  # two spheres that do not meet
             return GroupPoses([], True, NONE, generic=MOST[0], bounded=True)
         if not all(own.straight or own.size > LEAST * max(sizes) for own in known):
@@ -222,7 +222,7 @@ class ThreePoints:
         return float(u[self.driven[joint.name]]) if joint.name in self.driven else free
 
     def _walk(
-        self, at: Mapping[str, Any], leg: Chain, u: Any, free: float
+        self, at: Mapping[str, Any], leg: LegChain, u: Any, free: float
     ) -> dict[str, tuple[Any, Any]]:
         """Return places and rotations of a leg's bodies, seen from where it begins."""
         frames, here = dict[str, tuple[Any, Any]](), (np.zeros(3), np.eye(3))
@@ -242,7 +242,7 @@ class ThreePoints:
             frames[joint.second_body if forward else joint.first_body] = here
         return frames
 
-    def _led(self, at: Mapping[str, Any], leg: Chain, u: Any, size: float) -> Course:
+    def _led(self, at: Mapping[str, Any], leg: LegChain, u: Any, size: float) -> PointCourse:
         """Return the circle or line of a leg's end, its value in the sense of the free joint."""
         joint, forward = leg.joints[leg.free]
         tip = at[leg.tip].ravel()
@@ -263,16 +263,16 @@ class ThreePoints:
         axis = axis if forward else -axis
         if joint.slides:
             across = np.linalg.svd(axis[None])[2][1:].T
-            return Course(place, np.column_stack([axis, across]), size, True)
+            return PointCourse(place, np.column_stack([axis, across]), size, True)
         arm = place - pivot
         out = arm - (arm @ axis) * axis
         radius = float(np.linalg.norm(out))
         along = out / radius if radius > 0 else np.linalg.svd(axis[None])[2][1]
         frame = np.column_stack([along, np.cross(axis, along), axis])
-        return Course(pivot + (arm @ axis) * axis, frame, radius)
+        return PointCourse(pivot + (arm @ axis) * axis, frame, radius)
 
     def _pose(
-        self, at: Mapping[str, Any], courses: list[Course], values: Any, points: Any, u: Any
+        self, at: Mapping[str, Any], courses: list[PointCourse], values: Any, points: Any, u: Any
     ) -> dict[tuple[str, str], float]:
         """Return a pose as coordinates, from the values of the three legs."""
         ends = np.stack([own.at(value) for own, value in zip(courses, values, strict=True)])
@@ -281,7 +281,7 @@ class ThreePoints:
         r = base.mean(axis=0) - R @ moved.mean(axis=0)
         frames = {self.hub: (r, R)}
         for leg, value in zip(self.legs, values, strict=True):
-            if not isinstance(leg, Chain):
+            if not isinstance(leg, LegChain):
                 continue
             for body, (s, S) in self._walk(at, leg, u, float(value)).items():
                 frames[body] = (r + R @ s, R @ S) if self.inward else (s, S)
@@ -298,7 +298,7 @@ def _triad(points: Any) -> Any:
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
-def _circle(at: Mapping[str, Any], leg: TwoBars) -> Course | bool | None:
+def _circle(at: Mapping[str, Any], leg: TwoBars) -> PointCourse | bool | None:
     """Return where two spheres meet: a circle, False where they do not, None where they touch."""
     (a, b), (L, M) = (
         (at[end].ravel() for end in leg.ends),
@@ -318,4 +318,6 @@ def _circle(at: Mapping[str, Any], leg: TwoBars) -> Course | bool | None:
     along, across = np.linalg.svd(axis[None])[2][1:]
     if np.cross(along, across) @ axis < 0:
         across = -across
-    return Course(a + height * axis, np.column_stack([along, across, axis]), float(np.sqrt(square)))
+    return PointCourse(
+        a + height * axis, np.column_stack([along, across, axis]), float(np.sqrt(square))
+    )

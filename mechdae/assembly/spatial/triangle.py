@@ -46,7 +46,7 @@ CLOSE = 1e-7
 
 
 @dataclass(frozen=True)
-class Course:
+class PointCourse:
     """Where a point is led: ``centre`` + ``size`` u, the columns of ``frame`` (3, 3) u, v, axis.
 
     On a circle of radius ``size`` it is u cos + v sin, on a line along u (``straight``) by lengths
@@ -79,7 +79,7 @@ class Triangles:
     proven: bool
 
 
-def triangles(courses: Sequence[Course], distances: Sequence[float]) -> Triangles | None:
+def triangles(courses: Sequence[PointCourse], distances: Sequence[float]) -> Triangles | None:
     """Return all places of three points, None where the equations do not tell any.
 
     Parameters
@@ -120,7 +120,7 @@ def triangles(courses: Sequence[Course], distances: Sequence[float]) -> Triangle
     return Triangles(values, len(solved.z), most, proven)
 
 
-def _polynomial(course: Course, turned: float) -> tuple[Any, Any]:
+def _polynomial(course: PointCourse, turned: float) -> tuple[Any, Any]:
     """Return the place (3,) as coefficients (3, 3) of powers of z, and the denominator (3,)."""
     u, v = course.frame[:, 0] * course.size, course.frame[:, 1] * course.size
     if course.straight:
@@ -132,7 +132,7 @@ def _polynomial(course: Course, turned: float) -> tuple[Any, Any]:
 
 
 def _equation(
-    one: Course, other: Course, turned: float, also: float, square: float
+    one: PointCourse, other: PointCourse, turned: float, also: float, square: float
 ) -> tuple[Any, Any]:
     """Return the coefficients (3, 3) of |P - Q|^2 = square, and the sizes of their terms.
 
@@ -141,8 +141,8 @@ def _equation(
     """
     c = one.centre - other.centre
     nothing = np.zeros(3)
-    p, d = _polynomial(Course(nothing, one.frame, one.size, one.straight), turned)
-    q, e = _polynomial(Course(nothing, other.frame, other.size, other.straight), also)
+    p, d = _polynomial(PointCourse(nothing, one.frame, one.size, one.straight), turned)
+    q, e = _polynomial(PointCourse(nothing, other.frame, other.size, other.straight), also)
     pp = one.size**2 * (np.array([0, 0, 1.0]) if one.straight else d)
     qq = other.size**2 * (np.array([0, 0, 1.0]) if other.straight else e)
     found = (c @ c - square) * np.outer(d, e) + np.outer(pp, e) + np.outer(d, qq)
