@@ -240,7 +240,7 @@ class Assembler:
                     failure = NoPose(group, gap, infinite, starts, at, free)
                 own = self._turned(b, solutions, start, u)
                 if nearby and not sure and not (result is not None and result.free):
-                    exact = self._own_pose(b, start, u)
+                    exact = self._own_pose(b, start, u, not len(solutions))
                     if exact is not None and not any(self.turns.same(b, exact, x) for x in own):
                         own, failure = [*own, exact], None
                 ahead += own
@@ -271,12 +271,22 @@ class Assembler:
 
         return drawn_pose(self.sketched, b, x, u)
 
-    def _own_pose(self, b: int, x: Any, u: Any) -> Any:
-        """Return x with the solution of a block that the sketch is but for rounding, or None."""
+    def _own_pose(self, b: int, x: Any, u: Any, alone: bool) -> Any:
+        """Return x with the solution of a block that the sketch is but for rounding, or None.
+
+        `alone` tells that no other was found: all that is said of a block in space is fitted then.
+        """
         if self.scene.model.mechanism.dimension == 2:
             return self.sketched.own_pose(b, x, u)
         found = self._drawn(b, x, u)
-        return None if found is None else put(x, self.graphs.blocks[b].own, found[0])
+        if found is not None:
+            return put(x, self.graphs.blocks[b].own, found[0])
+        if not alone:
+            return None
+        from mechdae.assembly.spatial.fitted_start import fitted_start
+
+        start = fitted_start(self.sketched, b, x, u)
+        return None if start is None else self.sketched.own_pose(b, x, u, start)
 
     def _closed(
         self, group: Group, b: int | None, poses: list[Any], u: Any

@@ -329,13 +329,14 @@ class Sketched:
 
     # -- the sketch as a pose ----------------------------------------------------------------
 
-    def own_pose(self, b: int, x: Any, u: Any) -> Any:
+    def own_pose(self, b: int, x: Any, u: Any, begun: Any = None) -> Any:
         """Return the solution of block `b` that the sketch is but for rounding, None: it is none.
 
         Angles and places on curves are those of the sketch, lengths the ones that fit best what
-        it says; Newton's method must not lead away from them.
+        it says, but where another start (nx,) is `begun` from; Newton's method must not lead away
+        from them.
         """
-        start = self._start(b, x, u)
+        start = self._start(b, x, u) if begun is None else begun
         if start is None:
             return None
         graph = self.assembler.graphs.blocks[b]

@@ -18,6 +18,7 @@ from tests.attack.spatial_poses import judged as judge
 from tests.attack.spatial_poses import solved
 from tests.attack.spatial_sketches import assembled, sketched
 from tests.attack.spatial_structures import draw, structure
+from tests.attack.spatial_vectors import ReportedVectors
 from tests.attack.spatial_vectors import judged as judge_vectors
 from tests.attack.vector_structures import draw as draw_vectors
 from tests.attack.vector_structures import structure as vectors
@@ -160,6 +161,19 @@ def test_a_change_point_whose_third_order_is_lost_to_rounding_is_singular() -> N
     found = draw(structure(rng), rng, 250, 0.3)
     results, _ = solved(replace(found, mechanisms=found.mechanisms[:79]), rng, 7, 0.3)
     assert list(results[78].status) == 3 * ["unassembled"] + ["singular"] + 3 * ["unassembled"]
+
+
+def test_a_plate_whose_sketch_is_a_pose_is_found_where_the_search_fails() -> None:
+    """One of its legs is 10 000 times shorter than others: 512 starts led to no pose of it."""
+    rng = np.random.default_rng((1, 13))
+    found = draw_vectors(vectors(rng), rng, 20)
+    driver = md.Driver(found.structure.driver, at=[float(found.start[0][17, found.loops.driven])])
+    result = md.solve(found.mechanisms[17], md.Sweep(driver=driver, derivatives=0))
+    assert list(result.status) == ["ok"]
+    own = ReportedVectors(found, [result] * 18, [17])
+    loops, first = found.loops.chosen([17]), np.zeros(1, int)
+    there = loops.placed(found.start[0][[17]], {k: q[[17]] for k, q in found.start[1].items()})
+    assert own.errors(there[0], first, first)[0] < 1e-9
 
 
 def test_the_page_tells_what_the_runs_have_found() -> None:

@@ -119,7 +119,7 @@ def structure(rng: Any) -> Net:
     """Return any structure of one freedom, on one to three loops or with a plate."""
     while True:
         found = _structure(rng)
-        if found is not None and sound(found, rng):
+        if found is not None and sound(found, rng) and not _needless(found):
             return found
 
 
@@ -165,6 +165,20 @@ def _structure(rng: Any) -> Net | None:
     kinds = "-".join(x or "." for x in own)
     found.name = f"{kind} {len(loops)}:{kinds}" + (f"@{joints}" if joints else "") + ties
     return found
+
+
+def _needless(found: Net) -> bool:
+    """Return whether both ends of a vector are fixed, or points of one body: it is refused."""
+    still = {i for i, place in enumerate(found.places) if 0 in dict(place.owners)}
+    given = [{line.tail, line.head} for line in found.lines if not line.unknown]
+    for _ in given:
+        still = still.union(*(ends for ends in given if ends & still))
+    for line in found.lines:
+        ends = {line.tail, line.head}
+        bodies = [set(dict(found.places[end].owners)) for end in ends - still]
+        if (line.unknown and ends <= still) or (len(bodies) == 2 and bodies[0] & bodies[1]):
+            return True
+    return False
 
 
 class _Drawing:
@@ -717,9 +731,10 @@ def _joints(drawn: Drawn, pose: _Pose, i: int, unit: float) -> list[Any]:
             keys["pitch"] = float(pose.frames[k, 0, "pitch"][i]) * unit
         joints.append(KINDS[letter](f"J{k}", *ends, **keys))
     for n, (kind, *ends) in enumerate(found.ties):
-        names = [found.point(own) for own in ends]
-        if not found.places[ends[0]].owners and ends[0] not in found.named:
-            names[0] = _end(found, ends[0])
+        names = [
+            found.point(own) if found.places[own].owners or own in found.named
+            else _end(found, own) for own in ends
+        ]  # fmt: skip
         if kind == "bar":
             tie = drawn.loops.ties[n]
             joints.append(md.Distance(f"T{n}", *names, length=float(tie.length[i]) * unit))
