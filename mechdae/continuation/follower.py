@@ -153,7 +153,7 @@ def _past(front: Front, b: int, step: float, rest: float, goal: float) -> float 
         tries.fold[key] = step / 4
         if to_fold(front, b, rest):
             return step
-    if step < tries.stretch.get(front.sense, WEAK * largest):
+    if step < tries.stretch.get(front.sense, WEAK * path.patience * largest):
         taken = front.stretched(LONGER * step, rest, goal)
         if taken:
             tries.fold.clear()

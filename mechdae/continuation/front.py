@@ -106,7 +106,8 @@ class Front:
             else:
                 path.counts.rejected += 1
                 step /= 2
-                if step < SHRUNK * rest and self.stretched(LONGER * step, rest, to):
+                weak = SHRUNK * path.patience * rest
+                if step < weak and self.stretched(LONGER * step, rest, to):
                     step = sense * (to - self.s)
                 elif step < 1e-3 * rest or self.s + sense * step == self.s:
                     return False

@@ -25,6 +25,8 @@ HAIR, MOVED = 1e-7, 1e3
 over that."""
 BESIDE = 1e-3
 """Largest steps before a limit position within which its own expansion tells the poses."""
+LARGEST = 0.6
+"""Share of the way to a limit position that a step may be."""
 STEADY = 0.2
 """Share of the way to a limit position below which steps are taken many at once."""
 NEAREST = 1e-6
@@ -85,7 +87,7 @@ def _approach(front: Front, limit: Limit, rest: float) -> bool:
     Stops where the goal lies before the limit, and where the steps do not hold.
     """
     path, sense, alive = front.path, front.sense, front.alive
-    share = 0.6  # of the distance; the steps that hold near a fold are a fixed share of it
+    share = LARGEST  # the steps that hold near a fold are a fixed share of the distance
     while True:
         distance = sense * (limit.s - front.s)
         if distance <= APPROACH * path.largest:
@@ -93,7 +95,8 @@ def _approach(front: Front, limit: Limit, rest: float) -> bool:
         if distance > rest:
             return False
         passed = front.s
-        step, taken, below = share * distance, 0.0, SHRUNK * distance
+        step, taken = share * distance, 0.0
+        below = SHRUNK * path.patience * distance
         while True:
             after, proved = front.step(step)
             bad = (alive & ~proved).nonzero()[0]
@@ -105,14 +108,14 @@ def _approach(front: Front, limit: Limit, rest: float) -> bool:
             step /= 2
             if step < below and distance > BESIDE * path.largest:
                 below = step / 4
-                taken = front.stretched(LONGER * step, share * distance, None)
+                taken = front.stretched(LONGER * step, LARGEST * distance, None)
                 if taken:
                     break
             if step < 1e-3 * distance:
                 # the proof is too weak here, not of what the fold depends on
                 before = path.graphs.ancestors(limit.block)[:-1]
                 return not set(before) & set(bad) and _into(front, limit)
-        share = 0.6 if taken else min(0.6, 1.5 * step / distance)
+        share = LARGEST if taken else min(LARGEST, 1.5 * step / distance)
         if not taken and step < STEADY * distance:
             share = _in_shares(front, limit, step / distance)
         rest -= sense * (front.s - passed)
@@ -142,7 +145,7 @@ def _in_shares(front: Front, limit: Limit, share: float) -> float:
         if held < count:
             path.counts.rejected += 1
             return share
-        share = min(0.6, 1.5 * share)
+        share = min(LARGEST, 1.5 * share)
 
 
 def _into(front: Front, limit: Limit) -> bool:

@@ -116,6 +116,15 @@ class Path(AnyPath):
         self.flips: list[list[float]] = [[] for _ in graphs.blocks]
 
     @cached_property
+    def patience(self) -> float:
+        """How much smaller steps become in space before one around a power series is tried.
+
+        That costs as much as five hundred others there, and is as long as a hundred of them.
+        """
+        spatial = any(graph.reaches is not None for graph in self.graphs.blocks)
+        return 1 / 64 if spatial else 1.0
+
+    @cached_property
     def expansion(self) -> Expansion:
         """What proves steps around power series."""
         sizes = self.graphs.scene.unknowns.sizes(self.constants.scale)

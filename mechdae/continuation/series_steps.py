@@ -78,6 +78,7 @@ class Expansion:
     def __init__(self, graphs: Graphs, constants: Constants, sizes: Any) -> None:
         self.graphs, self.constants, self.sizes = graphs, constants, sizes
         self._bounds: dict[int, tuple[Any, Any, Any, Any]] = {}
+        self._numbers: dict[int, Any] = {}
 
     def _function(self, b: int) -> SeriesFunction | None:
         """Return F and J of a block for series, None where it has no such form."""
@@ -89,7 +90,7 @@ class Expansion:
             if graph.redundant or self.graphs.course is not None:
                 return None
             try:
-                return SeriesFunction(without_repeats("FJ", inputs, results))
+                return SeriesFunction(without_repeats("FJ", inputs, results), (3,))
             except NoSeries:
                 return None
 
@@ -164,8 +165,10 @@ class Expansion:
             line = np.zeros(count)
             line[:2] = value, rate
             driven.append(BoundedPolynomial(line) if rate else float(value))
-        p = self.constants.p[graph.params].tolist()
-        F, J = function([own, z, driven, p])
+        values = [own, z, driven, self.constants.p[graph.params].tolist()]
+        if b not in self._numbers:
+            self._numbers[b] = function.numbers(values)
+        F, J = function(values, self._numbers[b])
         (f, ef), (j, ej) = coefficients(F, count), coefficients(J, count)
         n = graph.size
         return f, ef, j.reshape(count, n, n).transpose(0, 2, 1), ej.reshape(n, n).T

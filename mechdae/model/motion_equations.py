@@ -123,11 +123,9 @@ class Released:
         self.coordinates = Coordinates(c for c in map(model.of_symbol, left) if c)
         places = {symbol.element_hash(): j for j, symbol in enumerate(symbols)}
         self.free = [places[symbol.element_hash()] for symbol in left]
-        self.solved = [places[symbol.element_hash()] for symbol, _ in solved]
+        self.solved = [places[symbol.element_hash()] for symbol, _, _ in solved]
         expressions = dict(zip(self.free, left, strict=True))
-        expressions |= {
-            j: expression for j, (_, expression) in zip(self.solved, solved, strict=True)
-        }
+        expressions |= {j: own[1] for j, own in zip(self.solved, solved, strict=True)}
         self.q = ca.vertcat(*[expressions[j] for j in range(len(symbols))])
         self.phi = _column([expression for expression, _, _ in rest])
         self.residue = _column([expression for expression, _, _ in without])

@@ -81,6 +81,8 @@ class Scene:
         (owner, name) -> expression over (x, u, p) for every coordinate in the scene.
     reaches : dict
         Reaches of expressions that are reported in space, see `told`.
+    solved_from : dict
+        The equation that gave an eliminated coordinate, by the hash of its symbol.
     """
 
     model: Model
@@ -97,6 +99,7 @@ class Scene:
     recover: dict[tuple[str, str], Any] = field(default_factory=dict)
     kept: Kept = field(default_factory=Kept)
     reaches: dict[int, Any] = field(default_factory=dict)
+    solved_from: dict[int, Row] = field(default_factory=dict)
 
     def at(self, model: Model) -> Scene:
         """Return the same scene of the model with other numbers."""
@@ -229,8 +232,9 @@ def reduce(scene: Scene) -> None:
         rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
         equations = [(rows[k], scene.rows[i].unit, str(i)) for k, i in enumerate(group.rows)]
         solved, rest, left = eliminate(equations, [model.q[j] for j in group.columns], nonzero)
+        scene.solved_from |= {own[0].element_hash(): scene.rows[int(own[2])] for own in solved}
         names = {str(model.q[j]): model.q_names[j] for j in group.columns}
-        for symbol, expression in [*solved, *((symbol, symbol) for symbol in left)]:
+        for symbol, expression, *_ in [*solved, *((symbol, symbol) for symbol in left)]:
             scene.recover[names[str(symbol)]] = expression
         rest, without = with_unknowns(rest, left)
         _check_free(group, model, rest, left)
@@ -262,6 +266,8 @@ def reduce(scene: Scene) -> None:
 
 Equation = tuple[Any, str, str]
 """A residual, its unit and the joint or driver it belongs to."""
+Solved = tuple[Any, Any, str]
+"""An eliminated symbol, what it is, and the third entry of the equation that gave it."""
 
 
 def with_unknowns(
@@ -304,17 +310,17 @@ def own_freedom(group: Group, bodies: Sequence[str], joints: Sequence[str] = ())
 
 def eliminate(
     equations: list[Equation], unknowns: list[Any], nonzero: Sequence[Any]
-) -> tuple[list[tuple[Any, Any]], list[Equation], list[Any]]:
+) -> tuple[list[Solved], list[Equation], list[Any]]:
     """Eliminate variables with constant pivots.
 
     Returns
     -------
-    solved : list of (symbol, expression)
+    solved : list of Solved
         The expressions hold only symbols that are left (and inputs).
     rest, left
         Equations and unknowns that remain.
     """
-    solved: list[tuple[Any, Any]] = []
+    solved: list[Solved] = []
     left, rest = list(unknowns), list(equations)
     while left:
         rows = ca.vertcat(*[expression for expression, _, _ in rest])
@@ -328,12 +334,12 @@ def eliminate(
         for k in jacobian[:, j].sparsity().row():
             row, unit, owner = rest[k]
             rest[k] = (ca.substitute(row, symbol, expression), unit, owner)
-        rest.pop(i)
+        tag = rest.pop(i)[2]
         solved = [
-            (s, ca.substitute(e, symbol, expression) if ca.depends_on(e, symbol) else e)
-            for s, e in solved
+            (s, ca.substitute(e, symbol, expression) if ca.depends_on(e, symbol) else e, own)
+            for s, e, own in solved
         ]
-        solved.append((symbol, expression))
+        solved.append((symbol, expression, tag))
     return solved, rest, left
 
 

@@ -64,6 +64,10 @@ def plate() -> float:
     return _over("platform")
 
 
+def eliminated() -> float:
+    return _over("RPUC")
+
+
 def _over(loop: str) -> float:
     first, second, _ = worst(loop, np.random.default_rng(5))
     return max(first, second) - 1e-9
@@ -218,6 +222,8 @@ SLIPS = [
          "return across(place, freedom.axis)", reach, REACHES),
     Slip("kernels.bounds.reaches", "2 * ball(part) * own.after[k]", "ball(part) * own.after[k]",
          plate, REACHES),
+    Slip("kernels.graphs.row_reaches", "second + share * own.second", "second + 0 * own.second",
+         eliminated, REACHES),
     Slip("model.tree.meshes", 'number("phase") - second', 'number("phase") + second', wheels,
          CLOSURE),
     Slip("model.tree.screws", "2 * ca.cross(carried, going)", "ca.cross(carried, going)",

@@ -124,6 +124,7 @@ class Bounded:
     """
 
     symbols: list[Any]
+    size: Any
     first: list[Any]
     second: list[list[Any]]
     rounding: Any
@@ -168,7 +169,8 @@ def bounded(product: WayProduct, size: Size, ball: Norm, p: Any) -> Bounded:
     spread = [_spread(link.turn, p) * reach + _spread(link.place, p) * lever for link in links]
     data = sum(spread, ZERO) * factor + _spread(product.factor, p) * reach
     symbols = [symbol for _, _, symbol in each]
-    return Bounded(symbols, first, second, factor * (counted + PLACE * reach), data)
+    rounding = factor * (counted + PLACE * reach)
+    return Bounded(symbols, factor * reach, first, second, rounding, data)
 
 
 def _first(k: int, part: Freedom, start: Side, tip: Side, ball: Norm) -> Any:

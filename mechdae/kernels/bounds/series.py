@@ -7,12 +7,14 @@ Rounding is not in the bound.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
+
+from mechdae.kernels.bounds.walk import ARRAYS
 
 
 class NoSeries(Exception):
@@ -117,8 +119,17 @@ _OPERATIONS: dict[int, Callable[..., Value]] = {
 }
 
 
+_GIVEN = (ca.OP_INPUT, ca.OP_CONST)
+
+
 class SeriesFunction:
     """Evaluates an SX function with dense vector inputs and outputs for series.
+
+    Parameters
+    ----------
+    function
+    numbers
+        Positions of the inputs that hold floats only: of them any function may be taken.
 
     Raises
     ------
@@ -126,28 +137,57 @@ class SeriesFunction:
         The function holds other operations than sums, products, sines, cosines.
     """
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Any, numbers: Collection[int] = ()) -> None:
         self.sizes = [function.numel_out(i) for i in range(function.n_out())]
+        self._still: list[tuple[Any, ...]] = []
         self._line: list[tuple[Any, ...]] = []
+        known: dict[int, int] = {}
+        """Where registers of the function are now; those of numbers are never written again."""
+        still: set[int] = set()
         for k in range(function.n_instructions()):
             code = function.instruction_id(k)
             into, out_of = function.instruction_output(k), function.instruction_input(k)
-            if code == ca.OP_INPUT:
-                self._line.append(("in", into[0], tuple(out_of)))
-            elif code == ca.OP_CONST:
-                self._line.append(("number", into[0], function.instruction_constant(k)))
-            elif code == ca.OP_OUTPUT:
-                self._line.append(("out", tuple(into), out_of[0]))
-            elif code in _OPERATIONS:
-                self._line.append((_OPERATIONS[code], into[0], tuple(out_of)))
-            else:
-                raise NoSeries
+            if code == ca.OP_OUTPUT:
+                self._line.append(("out", tuple(into), known[out_of[0]]))
+                continue
+            source: Any = tuple(known[i] for i in out_of) if code not in _GIVEN else tuple(out_of)
+            alone = code == ca.OP_CONST or (
+                out_of[0] in numbers if code == ca.OP_INPUT else still.issuperset(source)
+            )
+            known[into[0]] = k
+            if alone:
+                still.add(k)
+            what: Any = "in"
+            if code == ca.OP_CONST:
+                what, source = "number", function.instruction_constant(k)
+            elif code != ca.OP_INPUT:
+                table = ARRAYS if alone and code not in _OPERATIONS else _OPERATIONS
+                if code not in table:
+                    raise NoSeries
+                what = table[code]
+            (self._still if alone else self._line).append((what, k, source))
 
-    def __call__(self, inputs: Sequence[Sequence[Value]]) -> list[list[Value]]:
-        """Return the outputs' entries, floats or series, for such entries of the inputs."""
+    def numbers(self, inputs: Sequence[Sequence[Value]]) -> dict[int, Value]:
+        """Return all that follows from the inputs that hold floats only, to be kept."""
         work: dict[int, Value] = {}
+        self._run(self._still, inputs, work, [])
+        return work
+
+    def __call__(
+        self, inputs: Sequence[Sequence[Value]], numbers: dict[int, Value] | None = None
+    ) -> list[list[Value]]:
+        """Return the outputs' entries, floats or series, for such entries of the inputs.
+
+        `numbers` are what `numbers` gives for the same floats.
+        """
+        work = dict(self.numbers(inputs) if numbers is None else numbers)
         results: list[list[Value]] = [[0.0] * size for size in self.sizes]
-        for what, target, source in self._line:
+        self._run(self._line, inputs, work, results)
+        return results
+
+    @staticmethod
+    def _run(line: list[tuple[Any, ...]], inputs: Any, work: Any, results: Any) -> None:
+        for what, target, source in line:
             if what == "in":
                 work[target] = inputs[source[0]][source[1]]
             elif what == "number":
@@ -156,7 +196,6 @@ class SeriesFunction:
                 results[target[0]][target[1]] = work[source]
             else:
                 work[target] = what(*[work[i] for i in source])
-        return results
 
 
 def coefficients(values: Sequence[Value], count: int) -> tuple[Any, Any]:

@@ -116,17 +116,16 @@ class BoundGraphs(PoseGraphs):
         )
         if graph.redundant:
             rounding += square @ size[0] + bends.data
-        kappa = column(
-            [norm(self.curved(graph, bend, w) / r[i]) for i, bend in enumerate(bends.second)]
-        )
+        kappa = self.lipschitz_of(graph, bends.second, w, r)
         mu = norm(ca.diag(1 / r) @ square @ ca.diag(w))
-        return [norm(kappa), ROUNDOFF * norm(rounding / r), mu]
+        return [kappa, ROUNDOFF * norm(rounding / r), mu]
 
     @staticmethod
-    def curved(graph: BlockGraph, bend: Any, w: Any) -> Any:
-        """Return the second derivatives of an equation by a block's own unknowns, weighted."""
+    def lipschitz_of(graph: BlockGraph, bends: list[Any], w: Any, r: Any) -> Any:
+        """Return the constant of a block's weighted Jacobian by bounds of second derivatives."""
         own = range(graph.size)
-        return ca.diag(w) @ bend[own, own] @ ca.diag(w)
+        rows = [norm(ca.diag(w) @ b[own, own] @ ca.diag(w)) for b in bends]
+        return norm(column(rows) / r)
 
     def _own(self, graph: BlockGraph, sizes: list[Any], ranges: list[Any]) -> Any:
         """Return sizes and ranges of what a block's equations hold: x, z, u."""

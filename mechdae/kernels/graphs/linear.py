@@ -40,10 +40,10 @@ def solution(balance: list[Any], lam: list[Any]) -> Any:
     if left:
         symbols = ca.vertcat(*left)
         replaced = ca.vertcat(*[values[str(symbol)] for symbol in left])
-        for symbol, expression in solved:
+        for symbol, expression, _ in solved:
             values[str(symbol)] = ca.substitute(expression, symbols, replaced)
     else:
-        values |= {str(symbol): expression for symbol, expression in solved}
+        values |= {str(symbol): expression for symbol, expression, _ in solved}
     return ca.vertcat(*[SX(values[str(symbol)]) for symbol in lam])
 
 

@@ -1,25 +1,28 @@
 """Bounds of equations and outputs of spatial mechanisms in the unknowns of a scene.
 
-Their reaches speak of coordinates of joints; where those follow from unknowns and drivers by sums
-with constant weights, so do the bounds. Other equations are bounded by majorants.
+Their reaches speak of coordinates of joints. Those follow from unknowns and drivers by sums with
+constant weights, or they were eliminated: what is known of the equation with the constant pivot
+bounds the coordinate and its derivatives, and the chain rule the scalar. Other equations are
+bounded by majorants.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import casadi as ca
 
 from mechdae.kernels.bounds.majorant import majorant
-from mechdae.kernels.bounds.reaches import Bounded, bounded
+from mechdae.kernels.bounds.reaches import bounded
 from mechdae.model.reduction import Scene
-from mechdae.model.tree.ways import Freedom, WayProducts
+from mechdae.model.tree.ways import Freedom, WayProduct, WayProducts
 from mechdae.records import dataclass
 
 SX = ca.SX
 ZERO = SX(0)
+DIVIDED = 4
+"""Roundings of an equation solved for a coordinate, of its size."""
 
 
 @dataclass
@@ -35,6 +38,27 @@ class Bends:
     second: list[Any]
     rounding: Any
     data: Any
+
+
+@dataclass
+class Reached:
+    """Bounds of one scalar over y: ``size`` of itself, the rest as of `Bends`."""
+
+    size: Any
+    first: Any
+    second: Any
+    rounding: Any
+    data: Any
+
+    def plus(self, other: Reached) -> Reached:
+        """Return those of the sum of two scalars."""
+        return Reached(
+            self.size + other.size,
+            self.first + other.first,
+            self.second + other.second,
+            self.rounding + other.rounding,
+            self.data + other.data,
+        )
 
 
 class RowReaches:
@@ -56,41 +80,66 @@ class RowReaches:
     ) -> None:
         self.scene, self.values, self.moving = scene, ca.densify(values), moving
         self.y, self.p = ca.vertcat(*moving), scene.model.p
-        self._known: dict[int, tuple[Any, Any, Any]] = {}
-        self.reaches = [
-            reach if reach is not None and self._straight(reach) else None for reach in reaches
-        ]
+        self.ends = [0, *_ends(moving)]
+        self.straight: dict[int, tuple[Any, Any, Any]] = {}
+        """Coordinates by their hash: expression, slope by y, what is left at y = 0."""
+        self.solved: dict[int, WayProducts] = {}
+        """Reaches of the coordinates that follow from an equation, by their hash."""
+        self._asked: set[int] = set()
+        own = [reach if reach is None else reach.unslid for reach in reaches]
+        self.reaches = [r if r is not None and self._known(r) else None for r in own]
 
     @property
     def any(self) -> bool:
         """Whether there is a scalar with a reach."""
         return any(reach is not None for reach in self.reaches)
 
-    def _straight(self, reach: WayProducts) -> bool:
-        """Return whether all coordinates of a reach are sums of unknowns and drivers."""
+    def _known(self, reach: WayProducts) -> bool:
+        """Return whether all coordinates of a reach are bounded."""
         parts = [part for product in reach.products for part in product.way]
         free = [part for part in parts if isinstance(part, Freedom)]
         return all(self._found(symbol, part.word) for part in free for symbol in part.symbols)
 
     def _found(self, symbol: Any, word: str) -> bool:
-        """Keep a coordinate's expression, its slope by y, what it is at y = 0, if it is straight.
+        """Keep what is known of a coordinate: a sum of unknowns and drivers, or an equation.
 
         An angle that the scalar does not depend on may hold anything.
         """
         key = symbol.element_hash()
-        if key not in self._known:
-            value = self.scene.expression(symbol)
-            slope = ca.jacobian(value, self.y)
-            if _others(value, self.y, self.p):
-                if word != "turn" or slope.nnz():
-                    return False
-                self._known[key] = (symbol, slope, ZERO)
-                return True
-            if ca.depends_on(slope, self.y):
+        if key in self.straight or key in self.solved:
+            return True
+        value = self.scene.expression(symbol)
+        slope = ca.jacobian(value, self.y)
+        if _others(value, self.y, self.p):
+            if word != "turn" or slope.nnz():
                 return False
+            self.straight[key] = (symbol, slope, ZERO)
+            return True
+        if not ca.depends_on(slope, self.y):
             rest = ca.substitute(value, self.y, SX.zeros(self.y.numel()))
-            self._known[key] = (value, slope, rest)
+            self.straight[key] = (value, slope, rest)
+            return True
+        if key in self._asked:
+            return False
+        self._asked.add(key)
+        reach = self._of_equation(symbol)
+        if reach is None or not self._known(reach):
+            return False
+        self.solved[key] = reach
         return True
+
+    def _of_equation(self, symbol: Any) -> WayProducts | None:
+        """Return the reach of a coordinate that was eliminated by an equation with one."""
+        row = self.scene.solved_from.get(symbol.element_hash())
+        if row is None or row.reach is None:
+            return None
+        pivot = ca.jacobian(row.expression, symbol)
+        rest = ca.substitute(SX(row.reach.rest), symbol, 0)
+        open_ = _others(pivot, SX(0, 1), self.p)
+        if open_ or _others(self.scene.expression(rest), self.y, self.p):
+            return None
+        own: WayProducts = row.reach.without(symbol, -1 / pivot, rest)
+        return own
 
     def bounds(self, sizes: list[Any], whole: bool) -> Bends:
         """Return bounds for all y of at most these sizes.
@@ -103,80 +152,110 @@ class RowReaches:
             The sizes are those of a whole sweep: no quaternion is longer than its components may
             be. Else they belong to a place, and its norm is that of the sizes.
         """
-        size = ca.vertcat(*sizes)
-        n, rows = size.numel(), []
-        for k, reach in enumerate(self.reaches):
-            own = self._terms(k, sizes) if reach is None else self._reached(reach, size, whole)
-            rows.append(own)
-        first = ca.vertcat(*[row[0] for row in rows]) if rows else SX(0, n)
+        at = Within(self, ca.vertcat(*sizes), whole)
+        rows = [
+            at.by_terms(self.values[k]) if reach is None else at.reached(reach)
+            for k, reach in enumerate(self.reaches)
+        ]
+        first = [ca.densify(row.first) for row in rows]
         return Bends(
-            first,
-            [row[1] for row in rows],
-            ca.vertcat(SX(0, 1), *[row[2] for row in rows]),
-            ca.vertcat(SX(0, 1), *[row[3] for row in rows]),
+            ca.vertcat(*first) if rows else SX(0, self.y.numel()),
+            [ca.densify(row.second) for row in rows],
+            ca.vertcat(SX(0, 1), *[row.rounding for row in rows]),
+            ca.vertcat(SX(0, 1), *[row.data for row in rows]),
         )
 
-    def _terms(self, k: int, sizes: list[Any]) -> tuple[Any, Any, Any, Any]:
-        return self._by_terms(self.values[k], sizes)
 
-    def _by_terms(self, value: Any, sizes: list[Any]) -> tuple[Any, Any, Any, Any]:
+class Within:
+    """Bounds of scalars for all y of at most some sizes (n,); see `RowReaches.bounds`."""
+
+    def __init__(self, rows: RowReaches, size: Any, whole: bool) -> None:
+        self.rows, self.size, self.whole = rows, size, whole
+        self.sizes = ca.vertsplit(size, rows.ends)
+        self.n = size.numel()
+        self._solved: dict[int, Reached] = {}
+
+    def by_terms(self, value: Any) -> Reached:
         """Return the bounds of a scalar by majorants."""
-        n = self.y.numel()
-        slope = ca.jacobian(value, self.y)
-        bend = ca.jacobian(slope.T, self.y)
-        by_p = ca.jacobian(value, self.p)
+        rows, n = self.rows, self.n
+        slope = ca.jacobian(value, rows.y)
+        bend = ca.jacobian(slope.T, rows.y)
+        by_p = ca.jacobian(value, rows.p)
         results = []
         for entries in (slope, bend, by_p):
-            found, _ = majorant(ca.vertcat(SX(0, 1), *entries.nonzeros()), self.moving, sizes)
+            found, _ = majorant(ca.vertcat(SX(0, 1), *entries.nonzeros()), rows.moving, self.sizes)
             results.append(SX(entries.sparsity(), found) if entries.nnz() else SX(*entries.shape))
-        _, rounding = majorant(value, self.moving, sizes, {})
-        data = ca.densify(results[2]) @ ca.fabs(self.p) if self.p.numel() else ZERO
-        return ca.densify(results[0]), ca.densify(ca.reshape(results[1], n, n)), rounding, data
+        size, rounding = majorant(value, rows.moving, self.sizes, {})
+        data = ca.densify(results[2]) @ ca.fabs(rows.p) if rows.p.numel() else ZERO
+        bent = ca.densify(ca.reshape(results[1], n, n))
+        return Reached(size, ca.densify(results[0]), bent, rounding, data)
 
-    def _reached(self, reach: WayProducts, size: Any, whole: bool) -> tuple[Any, Any, Any, Any]:
-        n = self.y.numel()
-        rest = SX(self.scene.expression(reach.rest))
-        first, second, rounding, data = SX(1, n), SX(n, n), ZERO, ZERO
+    def reached(self, reach: WayProducts) -> Reached:
+        """Return the bounds of a scalar with a reach."""
+        rest = SX(self.rows.scene.expression(reach.rest))
+        total = Reached(ca.fabs(rest), SX(1, self.n), SX(self.n, self.n), ZERO, ZERO)
         if not rest.is_constant():
-            sizes = ca.vertsplit(size, [0, *_ends(self.moving)])
-            first, second, rounding, data = self._by_terms(rest, sizes)
+            total = self.by_terms(rest)
         for product in reach.products:
-            found = bounded(
-                product, partial(self._size, size), partial(self._norm, size, whole), self.p
-            )
-            if found.symbols:
-                slopes = [ca.fabs(self._known[s.element_hash()][1]) for s in found.symbols]
-                D, m = ca.vertcat(*slopes), ca.vertcat(*found.first)
-                first = first + m.T @ D
-                second = second + D.T @ ca.vertcat(*[ca.horzcat(*r) for r in found.second]) @ D
-            off, moved = self._off(found, size)
-            rounding, data = rounding + found.rounding + off, data + found.data + moved
-        return ca.densify(first), ca.densify(second), rounding, data
+            total = total.plus(self._along(product))
+        return total
 
-    def _off(self, found: Bounded, size: Any) -> tuple[Any, Any]:
-        """Return how rounding and changes of parameters reach a product by its coordinates."""
-        off, moved = ZERO, ZERO
-        sizes = ca.vertsplit(size, [0, *_ends(self.moving)])
+    def _along(self, product: WayProduct) -> Reached:
+        """Return the bounds of a product along a way, by those of the way's coordinates."""
+        found = bounded(product, self._size, self._norm, self.rows.p)
+        first, second = SX(1, self.n), SX(self.n, self.n)
+        rounding, data = found.rounding, found.data
+        if found.symbols:
+            D, m = ca.vertcat(*map(self._slope, found.symbols)), ca.vertcat(*found.first)
+            first = m.T @ D
+            second = D.T @ ca.vertcat(*[ca.horzcat(*r) for r in found.second]) @ D
         for symbol, share in zip(found.symbols, found.first, strict=True):
-            value = self._known[symbol.element_hash()][0]
-            if value.is_leaf():
-                continue
-            _, rounding = majorant(value, self.moving, sizes, {})
-            slope = ca.jacobian(value, self.p)
-            held: list[Any] = slope.nonzeros()
-            entries, _ = majorant(ca.vertcat(SX(0, 1), *held), self.moving, sizes)
-            columns = slope.sparsity().get_triplet()[1]
-            change = sum((entries[i] * ca.fabs(self.p[j]) for i, j in enumerate(columns)), ZERO)
-            off, moved = off + share * rounding, moved + share * change
-        return off, moved
+            own = self.eliminated(symbol)
+            if own is not None:
+                second = second + share * own.second
+            off, moved = self._off(symbol) if own is None else (own.rounding, own.data)
+            rounding, data = rounding + share * off, data + share * moved
+        return Reached(found.size, first, second, rounding, data)
 
-    def _size(self, size: Any, symbol: Any) -> Any:
-        _, slope, rest = self._known[symbol.element_hash()]
-        return (ca.fabs(slope) @ size + ca.fabs(rest))[0]
+    def eliminated(self, symbol: Any) -> Reached | None:
+        """Return the bounds of a coordinate that follows from an equation, None of others."""
+        key = symbol.element_hash()
+        reach = self.rows.solved.get(key)
+        if reach is None:
+            return None
+        if key not in self._solved:
+            own = self.reached(reach)
+            own.rounding = own.rounding + DIVIDED * own.size
+            self._solved[key] = own
+        return self._solved[key]
 
-    def _norm(self, size: Any, whole: bool, ball: Freedom) -> Any:
-        parts = ca.vertcat(*[self._size(size, symbol) for symbol in ball.symbols])
-        return ca.mmax(parts) if whole else ca.sqrt(ca.sumsqr(parts))
+    def _slope(self, symbol: Any) -> Any:
+        own = self.eliminated(symbol)
+        return ca.fabs(self.rows.straight[symbol.element_hash()][1]) if own is None else own.first
+
+    def _off(self, symbol: Any) -> tuple[Any, Any]:
+        """Return how far a sum is off by rounding and by changes of parameters."""
+        value = self.rows.straight[symbol.element_hash()][0]
+        if value.is_leaf():
+            return ZERO, ZERO
+        p = self.rows.p
+        _, rounding = majorant(value, self.rows.moving, self.sizes, {})
+        slope = ca.jacobian(value, p)
+        held: list[Any] = slope.nonzeros()
+        entries, _ = majorant(ca.vertcat(SX(0, 1), *held), self.rows.moving, self.sizes)
+        columns = slope.sparsity().get_triplet()[1]
+        return rounding, sum((entries[i] * ca.fabs(p[j]) for i, j in enumerate(columns)), ZERO)
+
+    def _size(self, symbol: Any) -> Any:
+        own = self.eliminated(symbol)
+        if own is not None:
+            return own.size
+        _, slope, rest = self.rows.straight[symbol.element_hash()]
+        return (ca.fabs(slope) @ self.size + ca.fabs(rest))[0]
+
+    def _norm(self, ball: Freedom) -> Any:
+        parts = ca.vertcat(*map(self._size, ball.symbols))
+        return ca.mmax(parts) if self.whole else ca.sqrt(ca.sumsqr(parts))
 
 
 def _ends(moving: list[Any]) -> list[int]:

@@ -25,6 +25,8 @@ Pair = tuple[Any, Any]
 PATH_STEP_LIMIT = 0.45
 NEAR = 0.5
 """Share of a step by which its bounds hold around it where they are not for all poses."""
+SPATIAL_NEAR = 1 / 16
+"""How far around a step the bounds from reaches hold, in the units of the unknowns."""
 LEAST = 1e-4
 """The same at least, in the units of the unknowns, where drivers may stand still over a step."""
 
@@ -136,7 +138,7 @@ class Graphs(BoundGraphs):
         sizes = [ca.fabs(i) + ds * ca.fabs(di) + d for i, di, d in zip(x, v, away, strict=True)]
         limits = [*sizes, ca.fabs(u) + across, *map(ca.fabs, v), ca.fabs(du)]
         if graph.reaches is not None:
-            numbers = (beta, ds, kappa, rho)
+            numbers = (ds, rho)
             return self._reached_tube(b, x, v, away[1], u, du, limits, drift, numbers)
         ranges = self._step_ranges(b, *around, ds) if self.contacts else []
         turned = ca.jtimes(ca.vec(shape.J), shape.every, shape.rates)
@@ -193,34 +195,41 @@ class Graphs(BoundGraphs):
         drift: list[Any],
         numbers: tuple[Any, ...],
     ) -> list[Any]:
-        """Return the same for a block in space, from reaches: `away` of earlier unknowns."""
-        (beta, ds, kappa, rho), graph = numbers, self.blocks[b]
+        """Return the same for a block in space, from reaches: `away` of earlier unknowns.
+
+        All bounds are of the places within `SPATIAL_NEAR` of the tangent, which the radius must not
+        exceed: slides are nowhere near the largest that a sweep may have.
+        """
+        (ds, rho), graph = numbers, self.blocks[b]
         assert graph.reaches is not None
-        (w, r), found = self.weights(b), graph.reaches.bounds(limits[:3], whole=False)
-        rates = ca.vertcat(*limits[3:])
+        (w, r), own = self.weights(b), range(graph.size)
+        wide = [limits[0] + SPATIAL_NEAR * w, *limits[1:3]]
+        found, rates = graph.reaches.bounds(wide, whole=False), ca.vertcat(*limits[3:])
+        F, J, _ = graph.shape.at(*x, u)
+        inv, _ = self.inverse_of(b, J)
+        size = ca.fabs(ca.diag(1 / w) @ inv)
         off = ca.vertcat(SX(graph.size, 1), away, drift[0] if drift else SX(self.nu, 1))
         bent = [bend @ rates for bend in found.second]
         tau = ca.vertcat(*[ca.dot(rates, own) for own in bent])
-        residual = ds * ds * tau / 2 + ca.fabs(graph.shape.at(*x, u)[0]) + found.first @ off
-        own = range(graph.size)
+        residual = ds * ds * tau / 2 + ca.fabs(F) + found.first @ off + rho * r
         rows = [
             ds * one[own] + (bend @ off)[own] for one, bend in zip(bent, found.second, strict=True)
         ]
-        delta = beta * norm(ca.diag(1 / r) @ ca.horzcat(*rows).T @ ca.diag(w))
-        grown = beta / ca.fmax(1 - delta, 1e-9)
-        eta = grown * (norm(residual / r) + rho)
-        h = grown * kappa * eta
+        delta = norm(size @ ca.horzcat(*rows).T @ ca.diag(w))
+        left = ca.fmax(1 - delta, 1e-9)
+        eta = norm(size @ residual) / left
+        turned = [ca.diag(w) @ bend[own, own] @ ca.diag(w) for bend in found.second]
+        turned = [sum((size[j, i] * t for i, t in enumerate(turned)), SX(0)) for j in own]
+        h = norm(column([norm(t) for t in turned])) * eta / left
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         off = ca.vertcat(radius * w, off[graph.size :])
         spread = ds * ca.fabs(ca.vertcat(*v, du)) + off
-        ends = [0, graph.size, graph.size + away.numel(), spread.numel()]
-        spreads, parts = ca.vertsplit(spread, ends), ca.vertsplit(off, ends)
-        sizes = [ca.fabs(i) + d for i, d in zip((*x, u), spreads, strict=True)]
-        bends = graph.reaches.bounds(sizes, whole=False).second
-        bent = ca.vertcat(*[ca.dot(spread, bend @ spread) for bend in bends])
+        bent = ca.vertcat(*[ca.dot(spread, bend @ spread) for bend in found.second])
+        parts = ca.vertsplit(off, [0, graph.size, graph.size + away.numel(), off.numel()])
         pushed = found.first[:, -self.nu :] @ parts[2]
         reach = self._reach(b, x, u, parts, bent, rho, pushed)
-        return [ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius, reach]
+        test = ca.fmax(ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius / SPATIAL_NEAR)
+        return [test, radius, reach]
 
     def _reach(
         self, b: int, x: Pair, u: Any, off: list[Any], bent: Any, rho: Any, pushed: Any

@@ -47,6 +47,10 @@ class Freedom:
     def back(self) -> Freedom:
         return replace(self, sense=-self.sense)
 
+    def is_slide_of(self, symbol: Any) -> bool:
+        """Return whether this is the slide with that coordinate."""
+        return self.word == "slide" and self.symbols[0].element_hash() == symbol.element_hash()
+
     @property
     def turns(self) -> bool:
         return self.word in ("turn", "screw")
@@ -73,6 +77,14 @@ class WayProduct:
     tip: Any = None
     factor: Any = 1.0
 
+    @property
+    def unslid(self) -> WayProduct:
+        """The same product along a shorter way: slides do not turn directions."""
+        if self.start is None or self.tip is None:
+            return self
+        kept = (p for p in self.way if not (isinstance(p, Freedom) and p.word == "slide"))
+        return replace(self, way=joined(tuple(kept)))
+
 
 @dataclass(frozen=True, eq=False)
 class WayProducts:
@@ -80,6 +92,21 @@ class WayProducts:
 
     products: tuple[WayProduct, ...]
     rest: Any = field(default_factory=lambda: SX(0))
+
+    @property
+    def unslid(self) -> WayProducts:
+        """The same sum along ways without slides that move nothing."""
+        return replace(self, products=tuple(product.unslid for product in self.products))
+
+    def without(self, slide: Any, factor: Any, rest: Any) -> WayProducts:
+        """Return the sum times a factor where a slide, by its symbol, is zero; `rest` is so."""
+        products = []
+        for product in self.products:
+            kept = (p for p in product.way if not (isinstance(p, Freedom) and p.is_slide_of(slide)))
+            products.append(
+                replace(product, way=joined(tuple(kept)), factor=factor * product.factor)
+            )
+        return WayProducts(tuple(products), factor * rest).unslid
 
 
 def back(way: Way) -> Way:
