@@ -114,6 +114,18 @@ def test_what_has_no_series():
             )
 
 
+def test_of_numbers_any_function_may_be_taken():
+    x, p = ca.SX.sym("x"), ca.SX.sym("p", 2)
+    function = ca.Function("f", [x, p], [ca.sqrt(ca.sumsqr(p)) * x + ca.fabs(p[0]) / p[1]])
+    known, inputs = SeriesFunction(function, (1,)), [[BoundedPolynomial(np.array([2.0, 1.0]))]]
+    numbers = known.numbers([*inputs, [-3.0, 4.0]])
+    for own in (None, numbers):
+        ((value,),) = known([*inputs, [-3.0, 4.0]], own)
+        assert value.c.tolist() == [10.75, 5.0]
+    with pytest.raises(NoSeries):
+        SeriesFunction(function)
+
+
 def test_floats_and_series_side_by_side():
     c, e = coefficients([2.0, BoundedPolynomial(np.array([1.0, 3.0]), 0.5)], 2)
     assert c.tolist() == [[2.0, 1.0], [0.0, 3.0]]

@@ -35,6 +35,20 @@ def test_poses_are_where_the_closure_puts_them(loop: str) -> None:
     assert told["wide"] == 0
 
 
+@pytest.mark.parametrize(
+    ("loop", "seed", "most"), [("RHEC", 1, 60), ("RERC", 1, 48), ("RCRUP", 2, 200)]
+)
+def test_slides_do_not_shorten_steps(loop: str, seed: int, most: int) -> None:
+    """Bounded by their terms, the equations took 354, 267 and 641 steps for this."""
+    found = drawn(np.random.default_rng(seed), loop)
+    driver = md.Driver(found.driver, from_=-0.3, to=0.3)
+    result = md.solve(found.mechanism, md.Sweep(driver=driver, poses=3, derivatives=0))
+    assert list(result.status) == ["ok"] * 3
+    assert result.summary["work"]["path_steps"] <= most
+    for k in range(3):
+        assert error_of(found, result, k) <= result.bound.length[k] < 1e-9
+
+
 def test_the_closure_sees_a_point_that_is_off() -> None:
     """The judge of this file: a mechanism whose bar is 1e-9 longer is found out."""
     found = case(np.random.default_rng(3), "RSRC")
