@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mechdae.kernels.bounds import reaches
-from mechdae.kernels.graphs.row_reaches import Within
+from mechdae.kernels.graphs.row_reaches import BoundsWithin
 from tests.shared.reach_cases import parts, sampled, worst
 
 LOOPS = ("RSSP", "RUSR", "RHSC", "RERC", "RRSRR", "RCCC", "RCUC", "RCRUP", "RPUC")
@@ -40,7 +40,7 @@ def test_eliminated_slides_are_no_longer_than_bounded(loop: str) -> None:
         for key in rows.solved:
             symbol = next(s for s in whole.model.q.elements() if s.element_hash() == key)
             size, places = sampled(rows, whole, rng)
-            bound = Within(rows, ca.SX(ca.DM(size)), True).eliminated(symbol)
+            bound = BoundsWithin(rows, ca.SX(ca.DM(size)), True).eliminated(symbol)
             assert bound is not None
             both = ca.Function("v", [rows.y, rows.p], [whole.expression(symbol), bound.size])
             ratios += [

@@ -152,7 +152,7 @@ class RowReaches:
             The sizes are those of a whole sweep: no quaternion is longer than its components may
             be. Else they belong to a place, and its norm is that of the sizes.
         """
-        at = Within(self, ca.vertcat(*sizes), whole)
+        at = BoundsWithin(self, ca.vertcat(*sizes), whole)
         rows = [
             at.by_terms(self.values[k]) if reach is None else at.reached(reach)
             for k, reach in enumerate(self.reaches)
@@ -166,7 +166,7 @@ class RowReaches:
         )
 
 
-class Within:
+class BoundsWithin:
     """Bounds of scalars for all y of at most some sizes (n,); see `RowReaches.bounds`."""
 
     def __init__(self, rows: RowReaches, size: Any, whole: bool) -> None:
