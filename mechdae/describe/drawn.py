@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.joints import Joint
@@ -12,6 +14,18 @@ CLOSED = 1e-6
 """Share of the mechanism's size by which points of a joint may be apart as they are drawn."""
 TOLD = 3
 """Points that tell the orientation of a body."""
+
+
+def drawn_joints(joints: Mapping[str, Joint]) -> dict[str, Joint]:
+    """Return joints whose crossed pins are at angle 0 where they are drawn, if no zero is given."""
+    found = dict(joints)
+    for name, joint in joints.items():
+        if joint.spatial and getattr(joint, "crossed", False):
+            own: Any = joint
+            zero = own.axis2 if own.zero is None else own.zero
+            zero2 = own.axis if own.zero2 is None else own.zero2
+            found[name] = replace(own, zero=zero, zero2=zero2)
+    return found
 
 
 def drawn_sketch(
@@ -34,8 +48,13 @@ def drawn_sketch(
 
 
 def check_drawn(joints: Mapping[str, Joint], values: Mapping[str, float], size: float) -> None:
-    """Raise for a joint whose points coincide in every pose but not as they are drawn."""
+    """Raise for a joint whose points coincide in every pose but not as they are drawn.
+
+    So do its pins for one whose pins are at right angles in every pose.
+    """
     for name, joint in joints.items():
+        if joint.spatial and getattr(joint, "crossed", False):
+            _check_pins(name, values)
         if not joint.coincide:
             continue
         gap = sum(
@@ -47,3 +66,16 @@ def check_drawn(joints: Mapping[str, Joint], values: Mapping[str, float], size: 
                 where=f"joints.{name}.between",
                 hint='with frames = "drawn" all points are places in one assembled pose',
             )
+
+
+def _check_pins(name: str, values: Mapping[str, float]) -> None:
+    first, second = ([values[f"{name}.{key}.{x}"] for x in "xyz"] for key in ("axis", "axis2"))
+    cosine = sum(a * b for a, b in zip(first, second, strict=True))
+    cosine /= math.hypot(*first) * math.hypot(*second)
+    if abs(cosine) > CLOSED:
+        raise MechanismError(
+            f"its pins are drawn at {math.degrees(math.acos(cosine)):.6g} degrees, those of a "
+            "cross are at right angles",
+            where=f"joints.{name}.axis2",
+            hint='with frames = "drawn" all directions are those in one assembled pose',
+        )

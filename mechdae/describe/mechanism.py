@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.curve import check_curve, extent
-from mechdae.describe.drawn import check_drawn, drawn_sketch
+from mechdae.describe.drawn import check_drawn, drawn_joints, drawn_sketch
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints import JOINTS, Joint, follows_curve
 from mechdae.describe.loads import Load
@@ -157,6 +157,7 @@ class Mechanism:
                 raise MechanismError(
                     f"'drawn' in space or nothing, not {self.frames!r}", where="frames"
                 )
+            put("joints", Table(drawn_joints(self.joints)))
             put(
                 "sketch",
                 Table({**drawn_sketch(self.joints, self.bodies, self.sketch), **self.sketch}),
