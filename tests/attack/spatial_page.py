@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tests.attack import spatial_vectors
 from tests.attack.honesty import page, rows
 from tests.attack.spatial_poses import by_kind, totals
 
@@ -21,7 +22,9 @@ RUNS = {
     "spatial-poses-wheels": "seed 4, 1000 sets, `--wheels`",
 }
 """Files of counts, and how their mechanisms were drawn."""
+VECTORS = "spatial-vectors"
 COUNTS = ("mechanisms", "ok", "tracked", "closed", "blurred")
+TOLD = ["on the motion", "close", "blurred", "outside of their bound", "refused"]
 HEAD = ["structures", "mechanisms", "poses `ok`"]
 
 
@@ -32,10 +35,28 @@ def runs() -> dict[str, list[dict[str, Any]]]:
     }
 
 
+def vectors() -> list[dict[str, Any]]:
+    """Return the structures of vector loops with their counts."""
+    found: list[dict[str, Any]] = json.loads((DATA / f"{VECTORS}.json").read_text("utf-8"))[
+        "structures"
+    ]
+    return found
+
+
+def of_vectors(found: list[dict[str, Any]]) -> dict[str, str]:
+    """Return the table of vector loops by its name."""
+    head = ["holds", *HEAD, *TOLD]
+    body = [
+        [word, own["structures"], *(own[count] for count in COUNTS), _wrong(own), own["refused"]]
+        for word, own in spatial_vectors.by_kind(found).items()
+    ]
+    return {"space vectors": rows(head, [*body, ["**all**", len(found), *_counts(found)]])}
+
+
 def tables(found: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
     """Return the tables of the page by name."""
     every = [own for run in found.values() for own in run]
-    head = ["run", *HEAD, "on the motion", "close", "blurred", "outside of their bound", "refused"]
+    head = ["run", *HEAD, *TOLD]
     body = [
         [f"[{RUNS[name]}](data/{name}.json)", len(run), *_counts(run)]
         for name, run in found.items()
@@ -61,7 +82,7 @@ def _wrong(own: dict[str, int]) -> int:
 
 def main() -> None:
     path = Path(sys.argv[1])
-    path.write_text(page(path.read_text("utf-8"), tables(runs())), "utf-8")
+    path.write_text(page(path.read_text("utf-8"), tables(runs()) | of_vectors(vectors())), "utf-8")
 
 
 if __name__ == "__main__":

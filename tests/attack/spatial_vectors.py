@@ -19,6 +19,7 @@ from tests.attack.spatial_poses import judged as judge
 from tests.attack.vector_structures import draw, structure
 from tests.reference.vector_nets import WORDS
 
+COUNTS = ("mechanisms", "ok", "tracked", "closed", "blurred", "wrong", "turned wrong", "refused")
 HALVES = 2 * 3**0.5
 """How far the ends of a vector together may be off at most, by the bound of their coordinates."""
 
@@ -78,7 +79,7 @@ def judged(
 
 
 def by_kind(done: list[dict[str, Any]]) -> dict[str, dict[str, int]]:
-    """Return structures, mechanisms, poses that are ok, wrong and refused of each kind."""
+    """Return structures, mechanisms and poses by what is told of them, of each kind."""
     return {word: _counted([one for one in done if holds(one)]) for word, holds in KINDS.items()}
 
 
@@ -116,8 +117,7 @@ KINDS = {
 
 def _counted(own: list[dict[str, Any]]) -> dict[str, int]:
     return {"structures": len(own)} | {
-        count: sum(one.get(count, 0) for one in own)
-        for count in ("mechanisms", "ok", "wrong", "turned wrong", "refused")
+        count: sum(one.get(count, 0) for one in own) for count in COUNTS
     }
 
 

@@ -13,7 +13,8 @@ from tests.attack.honesty import page
 from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
 from tests.attack.spatial_mutants import MUTANTS
 from tests.attack.spatial_mutants import told as told_by
-from tests.attack.spatial_page import DATA, runs, tables
+from tests.attack.spatial_page import DATA, of_vectors, runs, tables
+from tests.attack.spatial_page import vectors as vectors_found
 from tests.attack.spatial_poses import judged as judge
 from tests.attack.spatial_poses import solved
 from tests.attack.spatial_sketches import assembled, sketched
@@ -177,6 +178,27 @@ def test_a_change_point_whose_third_order_is_lost_to_rounding_is_singular() -> N
     assert list(results[78].status) == 3 * ["unassembled"] + ["singular"] + 3 * ["unassembled"]
 
 
+def test_a_sum_of_numbers_that_cancel_counts_in_the_bound() -> None:
+    """A nearly level vector is as long as the heights of two others leave: 6e-12 of it was lost."""
+    (l0, e0), (l2, e2) = (
+        (0.912039233088773, 3.0574626321697385),
+        (1.0568871063952663, -0.0725772791),
+    )
+    e1 = 9.593927823292603e-07
+    mechanism = md.from_loops(
+        [md.Vector("v0", length=l0, elevation=e0), md.Vector("v1", elevation=e1),
+         md.Vector("v2", length=l2, elevation=e2)],
+        {"L": ("v0", "-v1", "v2")}, dimension=3,
+        sketch={"v0.azimuth": -2.29, "v1.azimuth": 2.2, "v2.azimuth": -3.1},
+    )  # fmt: skip
+    wide = np.longdouble
+    exact = (l0 * np.sin(wide(e0)) + l2 * np.sin(wide(e2))) / np.sin(wide(e1))
+    driver = md.Driver("v0.azimuth", from_=-2.29, to=-2.2)
+    result = md.solve(mechanism, md.Sweep(driver=driver, poses=3, derivatives=0))
+    assert set(result.status) == {"ok"}
+    assert 0 < np.abs(result.joints["v1"].length - exact).max() <= result.bound.length.min()
+
+
 def test_a_plate_whose_sketch_is_a_pose_is_found_where_the_search_fails() -> None:
     """One of its legs is 10 000 times shorter than others: 512 starts led to no pose of it."""
     rng = np.random.default_rng((1, 13))
@@ -192,5 +214,5 @@ def test_a_plate_whose_sketch_is_a_pose_is_found_where_the_search_fails() -> Non
 
 def test_the_page_tells_what_the_runs_have_found() -> None:
     text = (DATA.parent / "honesty.md").read_text("utf-8")
-    assert page(text, tables(runs())) == text
+    assert page(text, tables(runs()) | of_vectors(vectors_found())) == text
     assert "| **all** |" in text

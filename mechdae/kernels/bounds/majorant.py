@@ -15,7 +15,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.bounds.walk import SYMBOLIC, replay, symbolic
+from mechdae.kernels.bounds.walk import SYMBOLIC, number_rounding, replay, symbolic
 
 SX = ca.SX
 ZERO, ONE = SX(0), SX(1)
@@ -108,7 +108,7 @@ def _rounded(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, A
     a, ea, _ = inputs[0]
     b, eb, _ = inputs[1] if len(inputs) > 1 else (ZERO, ZERO, None)
     if value is not None:
-        return size, ea if code in (ca.OP_NEG, ca.OP_TWICE) else _times(SX(4), size), value
+        return size, number_rounding(code, value, [(v, e) for _, e, v in inputs]), value
     if code in (ca.OP_ADD, ca.OP_SUB):
         return size, _sum(ea, eb, a, b), None
     if code == ca.OP_MUL:

@@ -47,6 +47,10 @@ NAMES: dict[int, tuple[str, str]] = {
     ca.OP_FMAX: ("fmax", "maximum"),
 }
 """The names of the other operations in casadi and in NumPy."""
+ULPS = 4
+"""Rounding of one operation on exact numbers, functions included, in units of the roundoff."""
+KEPT = (ca.OP_NEG, ca.OP_TWICE)
+"""Operations that are exact."""
 LOGIC: dict[int, tuple[Callable[..., Any], Callable[..., Any]]] = {
     ca.OP_LT: (lambda a, b: a < b, lambda a, b: np.less(a, b) * 1.0),
     ca.OP_LE: (lambda a, b: a <= b, lambda a, b: np.less_equal(a, b) * 1.0),
@@ -157,3 +161,34 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
         ca.reshape(ca.vertcat(*values), *expression.shape) if values else expression
         for values, expression in zip(results, dense, strict=True)
     ]
+
+
+def number_rounding(code: int, result: Any, inputs: Sequence[tuple[Any, Any]]) -> Any:
+    """Return the error of an operation on numbers, in units of the roundoff.
+
+    Parameters
+    ----------
+    code
+        The operation, of casadi.
+    result
+        Its value as an expression.
+    inputs
+        Value and error of each operand.
+    """
+    (a, ea), (b, eb) = inputs[0], inputs[-1]
+    size = ca.fabs(result)
+    if code in KEPT:
+        return 2 * ea if code == ca.OP_TWICE else ea
+    if all(error.is_zero() for _, error in inputs):
+        return ULPS * size
+    if code in (ca.OP_ADD, ca.OP_SUB):
+        return ea + eb + size
+    if code == ca.OP_MUL:
+        return ca.fabs(a) * eb + ca.fabs(b) * ea + size
+    if code == ca.OP_SQ:
+        return 2 * ca.fabs(a) * ea + size
+    if code == ca.OP_DIV:
+        return (ea + size * eb) / ca.fabs(b) + size
+    if code in (ca.OP_SIN, ca.OP_COS):
+        return ea + ULPS * size
+    return ULPS * size

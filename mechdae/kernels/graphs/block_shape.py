@@ -13,13 +13,11 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.bounds.walk import replay, symbolic, with_trig
+from mechdae.kernels.bounds.walk import number_rounding, replay, symbolic, with_trig
 from mechdae.model.kept import Kept
 from mechdae.records import dataclass
 
 SX = ca.SX
-EXACT = (ca.OP_NEG, ca.OP_TWICE)
-"""Operations that do not round."""
 
 
 class BlockShape:
@@ -114,7 +112,7 @@ class Equations:
         """Return (expression, noise) of what is a number, else the place of a new step."""
         if all(isinstance(value, tuple) for value in inputs):
             result = symbolic(code, *[value[0] for value in inputs])
-            return result, inputs[0][1] if code in EXACT else 4 * ca.fabs(result)
+            return result, number_rounding(code, result, inputs)
         self.steps.append((code, *map(self._place, inputs)))
         return len(self.steps) - 1
 
