@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.crossings.change_points import CrossingFinder, Scaling
-from mechdae.kernels.graphs.bounds import ROUNDOFF
+from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.singular import vertex
 from mechdae.kernels.run.call import Call
 from mechdae.records import dataclass

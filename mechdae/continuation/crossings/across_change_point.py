@@ -22,8 +22,8 @@ from mechdae.continuation.crossings.change_points import (
 )
 from mechdae.continuation.crossings.missed import INNER
 from mechdae.continuation.interpolate import quintic_rates
+from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.blocks import ADJUGATE_LIMIT
-from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
 from mechdae.setup.scales import Constants

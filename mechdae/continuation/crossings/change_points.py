@@ -20,7 +20,7 @@ import numpy as np
 
 from mechdae.continuation.crossings.missed import LEAST, Missed
 from mechdae.continuation.crossings.residuals import Residuals
-from mechdae.kernels.graphs.bounds import ROUNDOFF
+from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.singular import crossing, jets
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call

@@ -49,6 +49,8 @@ NAMES: dict[int, tuple[str, str]] = {
 """The names of the other operations in casadi and in NumPy."""
 ULPS = 4
 """Rounding of one operation on exact numbers, functions included, in units of the roundoff."""
+ROUNDOFF = 2.0**-53
+TINY = 1e-300
 KEPT = (ca.OP_NEG, ca.OP_TWICE)
 """Operations that are exact."""
 LOGIC: dict[int, tuple[Callable[..., Any], Callable[..., Any]]] = {
@@ -164,7 +166,7 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
 
 
 def number_rounding(code: int, result: Any, inputs: Sequence[tuple[Any, Any]]) -> Any:
-    """Return the error of an operation on numbers, in units of the roundoff.
+    """Return the error of an operation on numbers, in units of the roundoff, to first order.
 
     Parameters
     ----------
@@ -189,6 +191,14 @@ def number_rounding(code: int, result: Any, inputs: Sequence[tuple[Any, Any]]) -
         return 2 * ca.fabs(a) * ea + size
     if code == ca.OP_DIV:
         return (ea + size * eb) / ca.fabs(b) + size
-    if code in (ca.OP_SIN, ca.OP_COS):
+    if code in (ca.OP_SIN, ca.OP_COS, ca.OP_FABS):
         return ea + ULPS * size
-    return ULPS * size
+    if code in (ca.OP_FMIN, ca.OP_FMAX):
+        return ea + eb
+    if code == ca.OP_SQRT:  # sqrt(a + e) - sqrt(a) is less than e / sqrt(a), and than sqrt(e)
+        return ca.fmin(ea / ca.fmax(result, TINY), ca.sqrt(ea / ROUNDOFF)) + ULPS * size
+    symbols = [ca.SX.sym(f"n{k}") for k in range(len(inputs))]
+    slope = ca.gradient(symbolic(code, *symbols), ca.vertcat(*symbols))
+    slope = ca.substitute(slope, ca.vertcat(*symbols), ca.vertcat(*[v for v, _ in inputs]))
+    moved = ca.fabs(slope).T @ ca.vertcat(*[error for _, error in inputs])
+    return moved + ULPS * size

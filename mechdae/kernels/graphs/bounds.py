@@ -13,6 +13,7 @@ import casadi as ca
 
 from mechdae.kernels.bounds.intervals import enclosure
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
+from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed
 from mechdae.kernels.graphs.pose import PoseGraphs
 from mechdae.kernels.graphs.row_reaches import RowReaches
@@ -21,7 +22,6 @@ from mechdae.kernels.stored.functions import stored_property
 from mechdae.model.kept import kept_property
 
 SX = ca.SX
-ROUNDOFF = 2.0**-53
 ALLOWANCE = 1 + 2.0**-10
 """By what reported bounds are larger than their formula, which rounding makes uncertain."""
 
