@@ -29,7 +29,7 @@ from mechdae.continuation.output_bounds import ILL, spread
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.values import Number
-from mechdae.kernels.graphs.bounds import ROUNDOFF
+from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.run.call import Call
 from mechdae.kinematics.near_numbers import NearNumbers
 from mechdae.kinematics.poses import PoseArrays

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import PLACE, UNIT
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import GROUND
-from mechdae.kernels.graphs.bounds import ROUNDOFF
+from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.model.curve_contacts import Contact
