@@ -20,6 +20,8 @@ RUNS = {
     "spatial-poses-many": "seed 2, 1000 sets",
     "spatial-poses-third": "seed 3, 1000 sets",
     "spatial-poses-wheels": "seed 4, 1000 sets, `--wheels`",
+    "spatial-poses-fifth": "seed 5, 250 sets, after the mends below",
+    "spatial-poses-sixth": "seed 6, 250 sets, `--wheels`, after the mends below",
 }
 """Files of counts, and how their mechanisms were drawn."""
 VECTORS = "spatial-vectors"
