@@ -267,7 +267,6 @@ REFUSED = [
     ({"loads": [md.Force("f", "rocker.C", [1, 2])]}, "three numbers are needed, not 2"),
     ({"loads": [md.Torque("t", "bar", [1, 0, 0])]}, "bar spins freely"),
     ({"loads": [md.Force("f", "rocker.C", [1, 2, 3], frame="bar")]}, "it has no axes"),
-    ({"axes": ["body"]}, "axes of bodies are not computed in space"),
     ({"bar": {"center": [0.1, 0.02, 0]}}, "beside the line of its ball joints"),
     ({"bar": {"inertia": [0, 0.1, 0.2]}}, "not the same in all directions"),
 ]

@@ -343,7 +343,7 @@ def test_sketch_that_does_not_tell_the_mode() -> None:
     problem = md.load("gorshkov-seven-link")
     sketch = {"crank": 0.7, "rod": 1.3, "connecting_rod": -0.7}
     poor = replace(problem, mechanism=replace(problem.mechanism, sketch=sketch))
-    with pytest.raises(md.MechanismError, match=r"rocker_deg or coupler_deg"):
+    with pytest.raises(md.MechanismError, match=r"one of rocker_deg, coupler_deg"):
         md.solve(poor, "pose")
 
 
