@@ -39,32 +39,39 @@ def checker_of(mechanism: dict[str, Any], modes: bool = False) -> Any:
     return check_modes if modes else check
 
 
-def left_out(mechanism: dict[str, Any], bodies: dict[str, Any], at: str) -> list[str]:
-    """Return as many equations as there are superfluous ones, those that others tell at a pose.
+def left_out(mechanism: dict[str, Any], places: Sequence[tuple[dict[str, Any], str]]) -> list[str]:
+    """Return as many equations as there are superfluous ones, those that others tell.
 
-    Of all equations those that change most with what the others before leave free are kept.
+    They are equations of joints, one after the other those that carry most of the self-stresses,
+    the combinations of equations in which nothing changes, at each of the `places` (bodies,
+    driver's value): what is kept is regular there.
     """
     m = _checked(mechanism, square=False)
+    slopes = [_slopes(mechanism, m, *place) for place in places]
+    stresses = [np.linalg.svd(J)[0][:, m.n :] for J in slopes]
+    choice = [k for k, kind in enumerate(m.kinds) if kind != "norm"]
+    chosen = list[int]()
+    for _ in range(len(slopes[0]) - m.n):
+        shares = {k: min(_least(S[[*chosen, k]]) for S in stresses) for k in choice}
+        chosen.append(max(shares, key=shares.__getitem__))
+        choice.remove(chosen[-1])
+    return [str(k) for k in sorted(chosen)]
+
+
+def _least(rows: Any) -> float:
+    return float(np.linalg.svd(rows, compute_uv=False)[-1])
+
+
+def _slopes(mechanism: dict[str, Any], m: Any, bodies: dict[str, Any], at: str) -> Any:
+    """Return the derivatives of all equations at a pose, in rows of length 1 or `LAST_KEPT`."""
     z = m.claimed({"bodies": bodies}, check.exact(at, "at"), "at")
     own = checker_of(mechanism)
     rows = m.equations([own.Dual(x, {k: own.ONE}) for k, x in enumerate(z)])[0]
     J = np.array([[float(row.d.get(k, own.ZERO)) for k in range(m.n)] for row in rows])
     J *= np.array(m.scale[: m.n])
     J /= np.linalg.norm(J, axis=1, keepdims=True)
-    J *= np.array(
-        [
-            LAST_KEPT if kind in ("universal", "screw") else 1.0
-            for kind in (*m.kinds, *[""] * (len(J) - len(m.kinds)))
-        ]
-    )[:, None]
-    kept = list[int]()
-    while len(kept) < m.n:
-        k = int(np.argmax(np.linalg.norm(J, axis=1)))
-        kept.append(k)
-        unit = J[k] / np.linalg.norm(J[k])
-        J = J - np.outer(J @ unit, unit)
-        J[kept] = 0.0
-    return [str(k) for k in range(len(rows)) if k not in kept]
+    weights = [LAST_KEPT if kind in ("universal", "screw") else 1.0 for kind in m.kinds]
+    return J * np.array([*weights, *[1.0] * (len(J) - len(weights))])[:, None]
 
 
 def names_of(mechanism: dict[str, Any]) -> list[tuple[str, str]]:

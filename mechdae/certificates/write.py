@@ -44,6 +44,9 @@ from mechdae.model.reduction import Scene
 from mechdae.results import ModesResult, Result, Status
 from mechdae.setup.drivers import plan
 
+LOOKED_AT = 64
+"""Places of a path at which superfluous equations are chosen."""
+
 
 def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
     """Return the certificate of a task as plain data; it is not checked yet.
@@ -157,9 +160,10 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
         assert isinstance(done.path, Legs)
         path = corners_of(done.path, arc, frames)
     if setting.scene.redundant:
-        middle = [path, *path["steps"]][len(path["steps"]) // 2]
-        at = middle["to"] if "to" in middle else middle["at"]
-        mechanism["superfluous"] = left_out(mechanism, middle["bodies"], at)
+        every = [path, *path["steps"]]
+        some = [every[k] for k in np.unique(np.linspace(0, len(every) - 1, LOOKED_AT, dtype=int))]
+        places = [(own["bodies"], own["to"] if "to" in own else own["at"]) for own in some]
+        mechanism["superfluous"] = left_out(mechanism, places)
     return {
         "kind": "sweep",
         "mechanism": mechanism,
@@ -282,7 +286,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         mechanism, groups = with_motion(mechanism, groups, frames.at(every[0].x, u), as_text(u[0]))
     elif setting.scene.redundant and every:
         first = frames.at(every[0].x, u)
-        mechanism["superfluous"] = left_out(mechanism, first, as_text(u[0]))
+        mechanism["superfluous"] = left_out(mechanism, [(first, as_text(u[0]))])
     if setting.assembler.free and not setting.scene.redundant:
         names = ", ".join(sorted({group.name for group in setting.assembler.free}))
         raise UnavailableError(

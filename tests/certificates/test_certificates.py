@@ -74,6 +74,15 @@ def test_certificates_are_checked(word: str, written: Any, tmp_path: Path) -> No
         assert f" {CASES[word][2]} poses" in proved
 
 
+def test_superfluous_equations_are_left_out_for_a_whole_turn(tmp_path: Path) -> None:
+    """Of Schatz' linkage what others tell in the middle of the turn is needed elsewhere."""
+    problem = md.load("schatz")
+    problem = problem.with_task("turn", replace(problem.tasks["turn"], poses=5))
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(md.certify(problem, "turn")))
+    assert " 5 poses, 0 limit positions, 1 superfluous" in md.check_certificate(path)
+
+
 def test_altered_certificates_are_refused(written: Any, tmp_path: Path) -> None:
     """A number by 1e-6, a step or a mode left out, ...: refused, and it is said where."""
     rng, seen, path = random.Random(5), set(), tmp_path / "c.json"
