@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
@@ -51,7 +50,14 @@ def screwed(pitch):
     grid = np.linspace(-most, most, 20001)
     values = np.array([gap(a) for a in grid])
     at = np.flatnonzero(values[:-1] * values[1:] < 0)
-    return [brentq(gap, grid[k], grid[k + 1], xtol=1e-13) for k in at]
+    found = []
+    for k in at:
+        low, high = grid[k], grid[k + 1]
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if gap(middle) * gap(low) > 0 else (low, middle)
+        found.append(middle)
+    return found
 
 
 @pytest.mark.parametrize("pitch", [0.06, -0.045])
