@@ -15,13 +15,19 @@ import pytest
 
 from mechdae.kinematics.prepared import SHAPES
 from mechdae.model.tree import closures
-from tests.attack import spatial_poses, spatial_structures, spatial_vectors, vector_structures
+from tests.attack import (
+    spatial_poses,
+    spatial_structures,
+    spatial_vectors,
+    vector_sets,
+    vector_structures,
+)
 from tests.attack.mutants import divided
 from tests.shared.planting import Slip, plant
 
 SEED, SETS, POSES = 1, 5, 3
 PAIRS = (spatial_structures.structure, spatial_structures.draw, spatial_poses.judged)
-VECTORS = (vector_structures.structure, vector_structures.draw, spatial_vectors.judged)
+VECTORS = (vector_structures.structure, vector_sets.draw, spatial_vectors.judged)
 
 
 @dataclass(frozen=True)

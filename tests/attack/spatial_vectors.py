@@ -16,7 +16,8 @@ import numpy as np
 
 from tests.attack.spatial_poses import POSES, REACH, Reported, run
 from tests.attack.spatial_poses import judged as judge
-from tests.attack.vector_structures import draw, structure
+from tests.attack.vector_sets import draw
+from tests.attack.vector_structures import structure
 from tests.reference.vector_nets import WORDS
 
 COUNTS = ("mechanisms", "ok", "tracked", "closed", "blurred", "wrong", "turned wrong", "refused")

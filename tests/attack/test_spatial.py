@@ -21,7 +21,7 @@ from tests.attack.spatial_sketches import assembled, sketched
 from tests.attack.spatial_structures import draw, structure
 from tests.attack.spatial_vectors import ReportedVectors
 from tests.attack.spatial_vectors import judged as judge_vectors
-from tests.attack.vector_structures import draw as draw_vectors
+from tests.attack.vector_sets import draw as draw_vectors
 from tests.attack.vector_structures import structure as vectors
 
 SLOW = ("RCCC", "RRRRRRR", "RUURR")

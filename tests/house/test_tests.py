@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -60,3 +61,23 @@ def test_folders_are_rooms() -> None:
             assert path.name in rooms or path.name in FOLDERS, path.name
         else:
             assert path.name in ("__init__.py", "__pycache__", "conftest.py"), path.name
+
+
+def test_tests_need_no_package_beyond_those_of_the_second_command() -> None:
+    """What other extras bring is imported where a test skips without it; scripts may need more."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    extras = {
+        name: {own.partition(">")[0] for own in packages}
+        for name, packages in project["optional-dependencies"].items()
+    }
+    beyond = set().union(*extras.values()) - extras["dev"]
+    assert {"scipy", "pymoo", "mujoco"} <= beyond
+    for path in TESTS.rglob("*.py"):
+        if path.is_relative_to(TESTS / "scripts"):
+            continue
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            names = [alias.name for alias in getattr(node, "names", ())]
+            if isinstance(node, ast.ImportFrom):
+                names = [node.module or ""]
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                assert not beyond & {name.split(".")[0] for name in names}, path

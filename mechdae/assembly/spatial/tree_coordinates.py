@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly.linkage.rigid_parts import OtherShape
+from mechdae.model.coordinates import QUATERNION
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 from mechdae.setup.turning import quaternions
 
-QUATERNION = ("e0", "e1", "e2", "e3")
 READ = {"angle", "slide", "x", "y", *QUATERNION}
 
 
