@@ -165,10 +165,11 @@ class Closing:
 def worst(F: Any, block: Block, size: float) -> Gap:
     """Return the joint of a block's equations that stays open most.
 
-    `F` are the residuals, lengths divided by `size`.
+    `F` are the residuals, lengths divided by `size`; lengths of quaternions are no gaps of joints.
     """
+    rows = list(zip(F, zip(block.owners, block.units, strict=True), strict=True))
     open_by: dict[tuple[str, str], float] = {}
-    for value, key in zip(F, zip(block.owners, block.units, strict=True), strict=True):
+    for value, key in [row for row in rows if row[1][1] != "1"] or rows:
         open_by[key] = float(np.hypot(open_by.get(key, 0.0), value))
     (joint, unit), most = max(open_by.items(), key=lambda item: item[1])
     return Gap(most * (size if unit == "m" else 1.0), unit, joint)

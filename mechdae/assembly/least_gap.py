@@ -20,6 +20,8 @@ MOST, SEED = 600, 1
 BEST = 8
 """Starts that are followed."""
 ITERATIONS = 60
+STIFF = 1e3
+"""Weight of the equations of quaternions' lengths: bodies are not to grow so that joints close."""
 SMALL = 1e-14
 """Share of a radian or of the mechanism's length: a shorter step ends the search."""
 
@@ -32,7 +34,8 @@ def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
     Levenberg and Marquardt from the best of many places.
     """
     graph, size = solver.graph, solver.size
-    units = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
+    sizes = {"m": size, "1": 1 / STIFF}
+    units = np.array([sizes.get(unit, 1.0) for unit in graph.block.units])
     widths = np.where(solver.angle, 1.0, size)
     lengths = _lengths(solver, model)
     z = x[graph.uses] if graph.uses else np.zeros(0)

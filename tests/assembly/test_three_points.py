@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -114,6 +115,19 @@ def test_even_legs_short_legs_and_a_flat_platform() -> None:
     flat = md.solve(*three_rps((0.4, 0.4, 0.4)))
     assert not flat.summary["proven"]
     assert "8 of 16 complex poses are certified" in flat.summary["basis"]
+
+
+def test_legs_that_are_too_short_stay_open_by_a_length() -> None:
+    """The platform must not grow, which a quaternion longer than 1 would let it: it said "1".
+
+    Tips are a triangle of 0.8 around the middle at least, the platform's points one of 0.6.
+    """
+    mechanism, asked = three_rps((0.2, 0.2, 0.2))
+    with pytest.raises(md.AssemblyError) as caught:
+        md.solve(mechanism, md.Sweep(drivers=asked.drivers))
+    found = re.search(r"joint S[0-2] stays open by (\S+) m", str(caught.value))
+    assert found is not None, str(caught.value)
+    assert 0.2 * np.sqrt(3) - 1e-3 < float(found[1]) < 1.6
 
 
 def test_pairs_of_bars_that_do_not_meet() -> None:
