@@ -75,6 +75,13 @@ def base_of(
             raise InputError(f"say which task is {what}", where="of", hint=", ".join(known))
         return next(iter(chosen.items()))
     if name not in known:
+        if name in problem.tasks:
+            kind = problem.tasks[name].kind
+            raise InputError(
+                f"'{name}' is a task of kind {kind}: {what} are sweeps, reactions, motions and "
+                f"equilibria",
+                where="of", hint=", ".join(known),
+            )  # fmt: skip
         raise UnknownName("task", name, known, where="of")
     return name, known[name]
 

@@ -299,7 +299,7 @@ def lists_by_name(value: Any) -> Table[tuple[Number, ...]]:
     result = entries(value, numbers, check=text)
     empty = next((entry for entry, items in result.items() if not items), None)
     if empty is not None:
-        raise InputError("a list of numbers is needed", where=empty)
+        raise InputError("a list with a number at least is needed", where=empty)
     return Table(result)
 
 

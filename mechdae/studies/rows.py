@@ -255,8 +255,9 @@ def row_of(
 
     try:
         result = solve(problem.with_values(values), name)
-    except SolveError:
-        return SetRow(None, Status.UNASSEMBLED)
+    except SolveError as error:  # of sweeps the status says it
+        fault = "" if isinstance(problem.tasks[name], Sweep) else str(error.what)
+        return SetRow(None, Status.UNASSEMBLED, fault)
     except InputError as error:
         return SetRow(None, Status.UNASSEMBLED, str(error.what), error)
     words = [str(word) for word in result.status]

@@ -86,6 +86,9 @@ def study(
     if collector.errors:
         summary["estimated_error"] = collector.errors
     reached = any(word == "ok" for word in status)
+    none = f"none of {len(sets)} sets is assembled at all poses"
+    if collector.faults:
+        none = "{}; set {}: {}".format(none, *min(collector.faults.items()))
     return StudyResult(
         problem.name,
         name,
@@ -96,7 +99,7 @@ def study(
         table=collector.tables(),
         status=np.array(status),
         summary=Summary(summary),
-        fault=None if reached else f"none of {len(sets)} sets is assembled at all poses",
+        fault=None if reached else none,
         definition=task,
     )
 

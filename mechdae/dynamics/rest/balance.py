@@ -110,7 +110,8 @@ class EquilibriumEquations:
         """Return what is left of the forces at a pose, over the largest load on a body."""
         f, J, _ = self.light(x)
         size = self.weight(x)
-        return float(np.max(np.abs(f - J.T @ self.multipliers(f, J)))) / size if size > 0 else 0.0
+        left = np.abs(f - J.T @ self.multipliers(f, J)).max(initial=0.0)
+        return float(left) / size if size > 0 else 0.0
 
     def stiffness(self, x: Any) -> tuple[Any, Any]:
         """Return the forces (k,) and the stiffness (k, k) along the freedoms, and their basis."""

@@ -124,7 +124,8 @@ class Chart:
         """Return absolute coordinates, values of the drivers, and the Jacobian with their rows."""
         moved, slope = self._place(0.0, x, np.zeros(len(x)), self.setup.loose)
         moved, nq = np.ravel(moved), self.setup.model.q.numel()
-        return moved[:nq], moved[nq:], np.reshape(slope, (-1, len(x)), order="F")
+        rows = self.setup.released.phi.numel() + len(self.coordinates)
+        return moved[:nq], moved[nq:], np.reshape(slope, (rows, len(x)), order="F")
 
     def slope(self, x: Any) -> Any:
         """Return the gradients of constraints and coordinates at a pose, by rows."""

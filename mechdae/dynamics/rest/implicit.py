@@ -92,7 +92,7 @@ class Implicit:
         A, B = self._function(ca.jacobian(whole, both), ca.jacobian(whole, self.model.p))
         k = self.whole.kernel
         # natural sizes, and multipliers in units of the largest stiffness
-        stiff = max(float(np.abs(A[: k.n, : k.n] * np.outer(k.sizes, k.sizes)).max()), 1e-300)
+        stiff = np.abs(A[: k.n, : k.n] * np.outer(k.sizes, k.sizes)).max(initial=1e-300)
         rows = np.concatenate([k.sizes / stiff, 1 / k.gaps])
         columns = np.concatenate([k.sizes, stiff / k.gaps])
         A, right = A * np.outer(rows, columns), -(B @ self.dp) * rows[:, None]

@@ -281,7 +281,7 @@ class SeriesBatch:
         self, march: March, trace: Followed, ends: Any, values: Any, grid: Any
     ) -> None:
         """Follow lanes that ended on one side to their other end: poses may be there too."""
-        low, high = trace.low.max(axis=0), trace.high.min(axis=0)
+        low, high = trace.whole
         ended = np.isfinite(low) != np.isfinite(high)
         outside = (values.max() > high) | (values.min() < low)
         rows = np.flatnonzero(ended & outside & ~trace.left)
@@ -289,8 +289,8 @@ class SeriesBatch:
             return
         anchor = np.where(np.isfinite(low[rows]), low[rows] + TURN, high[rows] - TURN)
         march.go(trace, ends, rows, anchor, grid, first=True)
-        low, high = trace.low.max(axis=0)[rows], trace.high.min(axis=0)[rows]
-        trace.left[rows[np.isinf(low) | np.isinf(high)]] = True
+        low, high = trace.whole
+        trace.left[rows[np.isinf(low[rows]) | np.isinf(high[rows])]] = True
 
     def _shaped(self, k: int, values: Any) -> Any:
         path = self.outputs[k]

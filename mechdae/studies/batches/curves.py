@@ -24,7 +24,7 @@ def curve_facts(track: LaneTrack, columns: Sequence[int]) -> dict[str, Any]:
     """Return ``length`` [m], ``area`` [m^2] and ``closed`` (1 or 0) of a point's path (k,).
 
     The area is positive counter-clockwise in the sense of the poses, and nan where the path is not
-    closed; all are nan where the point does not move.
+    closed, or in space; all are nan where the point does not move.
     """
     every = np.arange(len(track.scale))
     moving = (track.travel(columns) > AT_REST * track.scale).any(axis=0)
@@ -33,7 +33,7 @@ def curve_facts(track: LaneTrack, columns: Sequence[int]) -> dict[str, Any]:
     length, area = (np.where(moving, own, np.nan) for own in total)
     with np.errstate(invalid="ignore"):
         closed = np.abs(ends[1] - ends[0]).max(axis=0) <= CLOSED * length
-    area = np.where(closed, track.sense * area, np.nan)
+    area = np.where(closed & (len(columns) == 2), track.sense * area, np.nan)
     return {"length": length, "area": area, "closed": np.where(moving, closed, np.nan)}
 
 
@@ -47,7 +47,7 @@ def _stops(track: LaneTrack, columns: Sequence[int]) -> tuple[Any, Any]:
 
     zeros = track.zeros(family)
     y = track.at(zeros.lane, zeros.s)
-    speed, bend = (np.hypot(*track.column(y, order, columns)) for order in (1, 2))
+    speed, bend = (np.hypot.reduce(track.column(y, order, columns)) for order in (1, 2))
     unit = track.unit[zeros.lane]
     grain = np.maximum(CUSP, 8 * np.finfo(float).eps * np.abs(zeros.s) / unit)
     still = speed <= grain * unit * bend
@@ -83,7 +83,7 @@ def _integrals(track: LaneTrack, columns: Sequence[int], parts: tuple[Any, ...],
         owners = np.repeat(lane, len(PLACES))
         y = track.at(owners, places.ravel())
         x, v = track.column(y, 0, columns) - start[:, owners], track.column(y, 1, columns)
-        values = np.stack([np.hypot(v[0], v[1]), (x[0] * v[1] - x[1] * v[0]) / 2])
+        values = np.stack([np.hypot.reduce(v), (x[0] * v[1] - x[1] * v[0]) / 2])
         values = values.reshape(2, len(lane), -1) * (b - a)[:, None]
         fine = values @ KRONROD
         gap = np.abs(fine - values @ GAUSS)

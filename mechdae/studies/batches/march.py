@@ -64,6 +64,11 @@ class Followed:
     nodes: list[tuple[Any, Any, Any]] = field(default_factory=list)
     steps: int = 0
 
+    @property
+    def whole(self) -> tuple[Any, Any]:
+        """Between which places (k,) all blocks follow the path; infinite where they go on."""
+        return self.low.max(axis=0, initial=-np.inf), self.high.min(axis=0, initial=np.inf)
+
 
 @dataclass
 class FrontStates:

@@ -83,7 +83,7 @@ class LaneNodes:
             states[place[done : done + len(own)]] = columns.T
             done += len(own)
         trace.nodes.clear()
-        self._enter(lanes[order], s[order], states.reshape(-1, 3, nx), count)
+        self._enter(lanes[order], s[order], states.reshape(len(s), 3, nx), count)
 
     def _enter(self, lanes: Any, s: Any, states: Any, count: int) -> None:
         self.lanes, self.s, self.states = lanes, s, states
@@ -250,8 +250,7 @@ class LanePoses:
                 whole[:, bad] = part
             better = self._good(again, x, kappa, rho, sign, size)
             good[:, bad] = better if living is None else better | ~living[:, bad]
-        count = len(self.asked.columns)
-        y = np.split(results[-1], range(count, len(results[-1]), count)) if count else [results[-1]]
+        y = np.split(results[-1], self.asked.order + 1)
         return y, good.all(axis=0), results[2]
 
     def certified(self, lanes: Lanes, guess: Any, u: Any) -> tuple[Any, Any]:
@@ -312,8 +311,9 @@ def _alive(trace: Followed, values: Any, turns: bool) -> tuple[Any, Any]:
     direct = alive.all(axis=0)
     if not turns or direct.all():
         return alive, places
-    first = np.maximum(trace.first, trace.low.max(axis=0))[:, None]
-    last = np.minimum(trace.last, trace.high.min(axis=0))[:, None]
+    whole = trace.whole
+    first = np.maximum(trace.first, whole[0])[:, None]
+    last = np.minimum(trace.last, whole[1])[:, None]
     way = np.where(values > last, -1.0, 1.0)
     nearest = np.where(way < 0, last - values, first - values) / TURN
     shift = way * np.ceil(np.abs(nearest) - HARDLY)

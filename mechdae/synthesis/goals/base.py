@@ -152,6 +152,7 @@ class Goal:
         """Return a free parameter."""
         return d[..., self.space.names.index(name)]
 
-    def poses_of(self, values: Mapping[str, Any]) -> Any:
-        """Return the unknowns (k, nx) of the goal's poses."""
-        return np.reshape(values[self.own("x")], (-1, max(self.space.poses.nx, 1)))
+    def poses_of(self, values: Mapping[str, Any], count: int) -> Any:
+        """Return the unknowns (k, nx) of the goal's poses; `count` of them where nx is zero."""
+        nx = self.space.poses.nx
+        return np.reshape(values[self.own("x")], (-1 if nx else count, nx))

@@ -268,9 +268,7 @@ class ExtremeGoal(Goal):
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         nodes = given.get(self.own("nodes"), self.quantity.nodes)
-        if not self.space.poses.nx:  # the driver's body alone
-            return nodes, np.zeros((len(nodes), 0))
-        x = self.poses_of(values)
+        x = self.poses_of(values, len(nodes))
         return nodes[: len(x)], x
 
     # -- the true extremes ---------------------------------------------------------------------

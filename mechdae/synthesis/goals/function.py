@@ -169,7 +169,8 @@ class Function(Goal):
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         begin = self._value(values, "begin", self.asked.input_start)
-        return begin + given.get(self.own("inputs"), self.inputs), self.poses_of(values)
+        inputs = given.get(self.own("inputs"), self.inputs)
+        return begin + inputs, self.poses_of(values, len(inputs))
 
     # -- starts ------------------------------------------------------------------------------
 

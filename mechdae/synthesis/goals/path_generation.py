@@ -174,7 +174,7 @@ class VisitsGoal(Goal):
         return {self.own("worst"): [max(sizes)]}
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
-        x = self.poses_of(values)
+        x = self.poses_of(values, self.count)
         if self.asked.timing == "free":
             return np.array(values[self.own("u")]), x
         if self.asked.timing == "any":
@@ -362,7 +362,7 @@ class VisitsGoal(Goal):
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
         if self.exact or self.asked.timing not in ("free", "any") or self.deviations is not None:
             return None
-        u, x = np.array(values[self.own("u")]), self.poses_of(values)
+        u, x = np.array(values[self.own("u")]), self.poses_of(values, self.count)
         d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
         best = self._best_times(spread, d, float(u[0]), x[0])
         if best is None:

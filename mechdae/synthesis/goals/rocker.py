@@ -136,7 +136,7 @@ class RockerGoal(Goal):
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         begin = float(values[self.own("begin")][0])
         stroke = float(values[self.own("stroke")][0]) if self.stroke is None else self.stroke
-        return begin + given[self.own("sense")] * stroke * np.arange(2), self.poses_of(values)
+        return begin + given[self.own("sense")] * stroke * np.arange(2), self.poses_of(values, 2)
 
     # -- starts ------------------------------------------------------------------------------
 

@@ -144,7 +144,8 @@ class StraightGoal(Goal):
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         shares = given.get(self.own("nodes"), self.shares)
-        return values[self.own("begin")][0] + self.asked.arc * shares, self.poses_of(values)
+        x = self.poses_of(values, len(shares))
+        return values[self.own("begin")][0] + self.asked.arc * shares, x
 
     # -- starts ------------------------------------------------------------------------------
 
