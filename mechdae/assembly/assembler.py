@@ -19,6 +19,7 @@ from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses, moving
 from mechdae.assembly.mode_labels import ModeLabels
+from mechdae.assembly.mode_tree import ModeTree
 from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.turns.block_turns import BlockTurns, put
 from mechdae.assembly.turns.whole_turns import WholeTurns
@@ -32,7 +33,6 @@ from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene, own_freedom
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
-from mechdae.records import dataclass
 from mechdae.setup.drivers import Sketch
 
 if TYPE_CHECKING:
@@ -63,18 +63,6 @@ def _in_space(scene: Scene, group: Group, p: Any) -> Any:
 
 WAYS = (_three_legs, _linkage, _in_space)
 """Ways to find all poses of a group whose blocks have no closed form, tried in this order."""
-
-
-@dataclass(frozen=True)
-class Mode:
-    """One assembly mode: unknowns, labels of the groups in the order of the formula."""
-
-    x: Any
-    labels: tuple[str, ...]
-
-    @property
-    def label(self) -> str:
-        return ",".join(self.labels)
 
 
 class Assembler:
@@ -518,30 +506,14 @@ class Assembler:
 
     # -- whole scene -----------------------------------------------------------------------
 
-    def modes(
-        self, u: Any, limit: int | None = None, by_paths: bool = False
-    ) -> tuple[list[Mode], bool, NoPose | None]:
-        """Return all modes, whether the count is proven, and the group that failed last.
+    def modes(self, u: Any, by_paths: bool = False) -> ModeTree:
+        """Return all modes at driver values `u`.
 
         With `by_paths` larger groups are solved by paths through complex dimensions too: only
         these can prove that a search has missed none.
         """
         self.by_paths = by_paths
-        found = [Mode(np.zeros(self.graphs.nx), ())]
-        proven, failure = True, None
-        for group in self.scene.groups:
-            ahead = []
-            for mode in found:
-                poses, sure, failed = self.candidates(group, mode.x, u)
-                proven &= sure
-                failure = failed or failure
-                labels = self.labels.of_group(group, poses, u)
-                for x, label in zip(poses, labels, strict=True):
-                    own = (label,) if self.labelled(group) else ()
-                    ahead.append(Mode(x, mode.labels + own))
-            found = ahead
-        found.sort(key=lambda mode: [(text[0] != "+", len(text), text) for text in mode.labels])
-        return found[:limit], proven, failure if not found else None
+        return ModeTree(self, u)
 
     @cached_property
     def sketched(self) -> Sketched:

@@ -15,12 +15,14 @@ TRIED = 256
 """Poses of groups that are tried at one of them."""
 
 
-def assembles(assembler: Assembler, u: Any) -> bool | None:
-    """Return whether the mechanism has any assembly mode at `u`; None where that is not known.
+def assembles(assembler: Assembler, signs: list[str], u: Any) -> bool | None:
+    """Return whether the mechanism assembles at `u` in the mode with these `signs` of its groups.
 
-    Groups without a closed form are not searched for.
+    None where it is not known: groups without a closed form are not searched for, and two modes of
+    a larger group may have one sign.
     """
     groups = assembler.scene.groups
+    wanted = dict(zip(filter(assembler.labelled, groups), signs, strict=True))
     waiting: list[tuple[int, Any]] = [(0, np.zeros(assembler.graphs.nx))]
     known = True
     for _ in range(TRIED):
@@ -28,20 +30,29 @@ def assembles(assembler: Assembler, u: Any) -> bool | None:
             return False if known else None
         done, x = waiting.pop()
         if done == len(groups):
-            return True
+            return True if all(map(assembler.labels.signs_tell, wanted)) else None
+        group = groups[done]
         try:
-            poses, sure, _ = assembler.candidates(groups[done], x, u, search=False, measured=False)
+            poses, sure, _ = assembler.candidates(group, x, u, search=False, measured=False)
         except FreedomError:
             return None
         known &= sure
+        if group in wanted:
+            poses = [
+                pose for pose in poses if assembler.labels.sign(group, pose, u) == wanted[group]
+            ]
         waiting += [(done + 1, pose) for pose in poses]
     return None
 
 
-def assembled(assembler: Assembler, values: Any, rows: Any) -> dict[int, bool | None]:
-    """Return the numbers of the poses `rows` that can be assembled; of many, a sample is tried.
+def assembled(
+    assembler: Assembler, start: tuple[Any, Any], values: Any, rows: Any
+) -> dict[int, bool | None]:
+    """Return whether the poses `rows` can be assembled in the mode of the pose `start`, (x, u).
 
-    `values` (n, nd) are the drivers' values.
+    `values` (n, nd) are the drivers' values; of many rows a sample is tried.
     """
+    labels, groups = assembler.labels, assembler.scene.groups
+    signs = [labels.sign(group, *start) for group in groups if assembler.labelled(group)]
     chosen = rows[np.linspace(0, len(rows) - 1, min(len(rows), CHECKED)).astype(int)]
-    return {int(k): assembles(assembler, values[k]) for k in dict.fromkeys(chosen.tolist())}
+    return {int(k): assembles(assembler, signs, values[k]) for k in dict.fromkeys(chosen.tolist())}

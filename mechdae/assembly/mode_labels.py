@@ -82,7 +82,7 @@ class ModeLabels:
         Whole turns of a dyad's body, which gears tell apart, are counted from the sketch.
         """
         signs = [self.sign(group, x, u) for x in poses]
-        if self._signs_tell(group):
+        if self.signs_tell(group):
             return [sign + self._whole(group, x, u) for sign, x in zip(signs, poses, strict=True)]
         order = [self._rank(group, x, u) for x in poses]
         labels = []
@@ -98,7 +98,7 @@ class ModeLabels:
             if not self.assembler.labelled(group):
                 continue
             sign = self.sign(group, x, u)
-            if self._signs_tell(group):
+            if self.signs_tell(group):
                 labels.append(sign + self._whole(group, x, u))
                 continue
             poses, _, _ = self.assembler.candidates(group, x, u)
@@ -119,7 +119,7 @@ class ModeLabels:
         ]
         return "".join(f":{number}" for number in numbers) if any(numbers) else ""
 
-    def _signs_tell(self, group: Group) -> bool:
+    def signs_tell(self, group: Group) -> bool:
         """Return whether the sign, with whole turns, tells the modes of a group apart."""
         return group.is_dyad or all(self.solvers[b].linear for b in self.assembler.blocks_of(group))
 

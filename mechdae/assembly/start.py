@@ -8,14 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.assembler import Assembler, Mode
+from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.closure import NoPose
+from mechdae.assembly.mode_tree import Mode
 from mechdae.assembly.nearest_mode import MOST_BEGUN
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.errors import AssemblyError, MechanismError, UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.slips import long_length, odd_lengths
+
+MOST_NAMED = 64
+"""Assembly modes that a message names."""
 
 
 def sketched_pose(assembler: Assembler, plan: DriverPlan) -> tuple[Any, Any]:
@@ -123,15 +127,17 @@ def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
     UnknownName
         No such mode; the message lists those there are.
     """
-    modes, _, failure = assembler.modes(u, by_paths=True)
+    modes = assembler.modes(u, by_paths=True)
     wanted = label.replace(" ", "")
-    for mode in modes:
+    for mode in modes.having(wanted.split(",")):
         if mode.label == wanted:
             return mode
-    if failure is not None:
-        raise not_assembled(assembler.scene, failure, u)
-    error = UnknownName("assembly mode", label, [mode.label for mode in modes])
-    error.hint = "the modes here are " + "  ".join(mode.label for mode in modes)
+    if modes.failure is not None:
+        raise not_assembled(assembler.scene, modes.failure, u)
+    there = [mode.label for mode in modes.first(MOST_NAMED)]
+    more = f"  and {modes.count - MOST_NAMED} more" if modes.count > MOST_NAMED else ""
+    error = UnknownName("assembly mode", label, there)
+    error.hint = "the modes here are " + "  ".join(there) + more
     raise error
 
 

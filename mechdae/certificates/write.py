@@ -281,7 +281,10 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     )  # refusals come before all else
     result = modes(problem, name, task)
     frames = _frames(setting.scene, mechanism)
-    every, _, _ = setting.assembler.modes(u, by_paths=True)
+    tree = setting.assembler.modes(u, by_paths=True)
+    if len(result.status) < tree.count:
+        raise UnavailableError("no certificate is written of some modes only", where="limit")
+    every = tree.first(None)
     if wide and every:
         mechanism, groups = with_motion(mechanism, groups, frames.at(every[0].x, u), as_text(u[0]))
     elif setting.scene.redundant and every:
@@ -294,8 +297,6 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
             f"{names}",
             hint="such poses are not alone: no count proves that there are no others",
         )
-    if len(result.status) < len(every):
-        raise UnavailableError("no certificate is written of some modes only", where="limit")
     labelled = [
         (setting.assembler.labelled(group), bool(_groups([group], mechanism["bodies"])))
         for group in setting.scene.groups

@@ -54,26 +54,28 @@ class Spans:
         nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
         inner = nodes[(nodes > low) & (nodes < high)]
         places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
-        positions, alive = poses.y[0], poses.alive
-        self.later = Later(lambda: self._found(evaluator, path, places, positions, alive))
+        self.later = Later(lambda: self._found(evaluator, path, places, poses))
 
     def summary(self) -> Summary:
         """Return ``swing`` and ``stroke``, to be computed when they are read."""
         return Summary(swing=self.later, stroke=self.later)
 
     def _found(
-        self, evaluator: Evaluator, path: Path, places: list[float], positions: Floats, alive: Any
+        self, evaluator: Evaluator, path: Path, places: list[float], poses: Poses
     ) -> dict[str, dict[str, float]]:
         """Return ``swing`` [rad] by body and ``stroke`` [m] by joint, those that there are.
 
         In space swings are of joints; one that has several angles or lengths is told with each.
+        Poses that are reached by turning the driver the other way round count where they are on
+        the path: the driver swings as far as its arc is long.
         """
         before = evaluator.pose.evaluations, evaluator.refined
         at_nodes = evaluator.at(path, np.array(places))
         columns = np.array([column for column, _, _ in self.entries])
         known = [
-            np.where(living.all(axis=1)[:, None], y[:, columns], np.nan)
-            for living, y in ((alive, positions), (at_nodes.alive, at_nodes.y[0]))
+            np.where(own.alive.all(axis=1)[:, None], own.y[0][:, columns], np.nan)
+            - _whole_turns(evaluator, path, own, columns)
+            for own in (poses, at_nodes)
         ]  # no body goes further than the mechanism does
         least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
         most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])
@@ -87,6 +89,16 @@ class Spans:
         self.refined = evaluator.refined - before[1]
         evaluator.pose.evaluations, evaluator.refined = before
         return {word: table for word, table in result.items() if table}
+
+
+def _whole_turns(evaluator: Evaluator, path: Path, poses: Poses, columns: Integers) -> Any:
+    """Return by how much quantities (n, k) are off their values on the path, whole turns away."""
+    turned = poses.s - poses.places
+    if not turned.any():
+        return 0.0
+    place = poses.places[np.argmax(turned != 0)]
+    one, other = evaluator.at(path, np.array([place, place + 2 * np.pi])).y[0][:, columns]
+    return turned[:, None] * (other - one) / (2 * np.pi)
 
 
 def _spanned(outputs: Outputs) -> list[tuple[int, str, str]]:

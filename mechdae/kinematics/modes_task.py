@@ -9,7 +9,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly import start
-from mechdae.assembly.assembler import Assembler, Mode
+from mechdae.assembly.assembler import Assembler
+from mechdae.assembly.mode_tree import Mode, ModeTree
 from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.single_pose import certified
 from mechdae.describe.coordinates import NamedCoordinate
@@ -26,12 +27,15 @@ from mechdae.setup.named_outputs import NamedOutputs
 from mechdae.setup.outputs import Outputs
 from mechdae.types import Floats
 
+LISTED = 1000
+"""Modes that are listed where the task sets no limit; all are counted."""
+
 
 @dataclass
 class _Modes:
     """Assembly modes of one pose: those found, those listed, and with what.
 
-    ``every`` are all that were found, ``listed`` those that are reported, ``certain`` their bounds,
+    ``tree`` has all that were found, ``listed`` are those reported, ``certain`` their bounds,
     ``y`` (n, ny) their outputs; ``u`` and ``coordinates`` those of the drivers.
     """
 
@@ -40,8 +44,7 @@ class _Modes:
     expressions: NamedOutputs
     coordinates: tuple[NamedCoordinate, ...]
     u: Floats
-    every: list[Mode]
-    proven: bool
+    tree: ModeTree
     fault: str | None
     listed: list[Mode]
     certain: Any
@@ -99,21 +102,21 @@ def _found(problem: Problem, task: Modes) -> _Modes:
     setting = prepare(problem, Sweep(drivers=tuple(held), outputs=task.outputs, derivatives=0))
     assembler, outputs, expressions = setting.assembler, setting.outputs, setting.expressions
     the_scene, graphs = assembler.scene, assembler.graphs
-    every, proven, failure = assembler.modes(u, by_paths=True)
-    found = every[: task.limit]
+    tree = assembler.modes(u, by_paths=True)
+    found = tree.first(LISTED if task.limit is None else task.limit)
     certain = certified(graphs, np.array([m.x for m in found]).reshape(len(found), graphs.nx), u)
     found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]
     inputs = [the_scene.x, the_scene.u, the_scene.model.p]
     function = graphs.kept("outputs", lambda: ca.Function("y", inputs, [outputs.expression]))
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
     y = np.array(rows).reshape(len(found), graphs.ny)
-    fault = None if failure is None else str(start.not_assembled(the_scene, failure, u))
+    fault = None if tree.failure is None else str(start.not_assembled(the_scene, tree.failure, u))
     return _Modes(
         assembler,
         outputs,
         expressions,
         numbers.coordinates,
-        *(u, every, bool(proven), fault, found, certain, y),
+        *(u, tree, fault, found, certain, y),
     )
 
 
@@ -122,8 +125,8 @@ def _summary(modes: _Modes) -> Summary:
     assembler, found, u = modes.assembler, modes.listed, modes.u
     the_scene = assembler.scene
     summary = Summary(
-        count=len(modes.every),
-        proven=modes.proven,
+        count=modes.tree.count,
+        proven=modes.tree.proven,
         basis=assembler.basis(),
         formula=formula(the_scene.groups),
         groups=[g.name for g in the_scene.groups if assembler.labelled(g)],
@@ -165,6 +168,6 @@ def _notes(modes: _Modes) -> list[str]:
             f"each whole turn of bodies of group {', '.join(names)} puts bodies solved later "
             f"elsewhere: listed are modes nearest to the sketch, there may be others"
         )
-    if len(found) < len(modes.every):
-        notes.append(f"the first {len(found)} of {len(modes.every)} modes are listed")
+    if len(found) < modes.tree.count:
+        notes.append(f"the first {len(found)} of {modes.tree.count} modes are listed")
     return notes

@@ -279,7 +279,7 @@ def _modes_at_start(setting: Setting, run: Run) -> str:
     from mechdae.results.sketch_lines import sketch_line
 
     u = run.values[0]
-    modes, _, _ = setting.assembler.modes(u, limit=8)
+    modes = setting.assembler.modes(u).first(8)
     if not modes:
         return "; no assembly mode exists at the first pose"
     text = "\n  it can be assembled there, but no motion from the sketch leads to it; its modes:"
@@ -373,7 +373,7 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
         return []
     from mechdae.assembly.beyond_reach import assembled
 
-    there = assembled(setting.assembler, run.values, np.flatnonzero(lost))
+    there = assembled(setting.assembler, _start(run), run.values, np.flatnonzero(lost))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
     places, plan = run.places, setting.plan
     intervals = []

@@ -246,14 +246,14 @@ def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
     s, x = ways.start_of(run.path)
     u = run.path.drivers(np.array([s]))[0]
     try:
-        found, proven, _ = setting.assembler.modes(u)
+        found = setting.assembler.modes(u)
     except (MechdaeError, NoMajorant):
         return []
-    if len(found) > 32:
+    if found.count > 32:
         return []
     own = setting.assembler.labels.of_pose(x, u)
     modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
-    return [{**mode, "own": mode["label"] == own, "proven": bool(proven)} for mode in modes]
+    return [{**mode, "own": mode["label"] == own, "proven": found.proven} for mode in modes]
 
 
 def shape_of(setting: Setting, sliders: Sequence[str]) -> dict[str, list[int]]:

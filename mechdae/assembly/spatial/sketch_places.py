@@ -9,7 +9,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.assembler import Assembler, Mode
+from mechdae.assembly.assembler import Assembler
+from mechdae.assembly.mode_tree import Mode
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.run.local import local
 from mechdae.model.coordinates import QUATERNION

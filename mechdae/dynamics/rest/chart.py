@@ -203,8 +203,7 @@ class Chart:
             return []
         assert self.setting is not None
         q, u, _ = self._at(x)
-        found, _, _ = self.setting.assembler.modes(u)
-        return [self._lifted(q, mode.x, u) for mode in found]
+        return [self._lifted(q, mode.x, u) for mode in self.setting.assembler.modes(u)]
 
     def on_mode(self, x: Any, label: str) -> Any:
         """Return the free coordinates of the mode with that label at the coordinates of a pose.
