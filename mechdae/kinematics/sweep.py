@@ -9,9 +9,10 @@ import numpy as np
 from mechdae.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import Evaluator, in_time
 from mechdae.continuation.follower import extend
+from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.many_poses import swept
 from mechdae.continuation.path import Path
-from mechdae.continuation.reachable_arc import arc_of
+from mechdae.continuation.reachable_arc import NEARER, TIMES, arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import SolveError
@@ -37,6 +38,10 @@ MOST_BACK = 8
 """Turns back from a limit position after which gears that are not back are given up."""
 BACK = 1e-9
 """Share of its size within which a coordinate is back where it was."""
+FLAT = ("dead_point", "ambiguous", "unproved")
+"""Ends of an assembled arc at which there is no certified pose, and in front of which there is."""
+SINGULAR = 1e6
+"""Condition from which a pose is next to a singular one."""
 MOST_STEPS = 4096
 """Steps along a law for its fastest moment, beside four times those for its whole way."""
 
@@ -161,7 +166,9 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
         summary["swing"] = summary["stroke"] = spans.later
         if task.measures:  # they follow the path further
             spans.later.parts()
-    events = limit_events(setting, path, low, high)
+    ends = arc_of(path).ends if plan.values is None else ()
+    met = [low, high, *(end for end in ends if end is not None)]
+    events = limit_events(setting, path, min(met), max(met))
     if "limits" not in summary and not laws:
         limits = arc_of(path).ends
         if any(end is not None for end in limits):
@@ -263,9 +270,29 @@ def _assembled(
     if low is None or high is None:
         ways = " and ".join(w for w, end in (("down", low), ("up", high)) if end is None)
         notes.append(f"no end of the assembled arc was found {ways}: one span of it is shown")
+    arc = arc_of(path)
+    first = _before_end(path, evaluator, arc.low, first, -1)
+    last = _before_end(path, evaluator, arc.high, last, 1)
     grid = first + (last - first) * (np.arange(count) / max(count - 1, 1))
     grid[0], grid[-1] = first, last
     return grid, [low, high]
+
+
+def _before_end(
+    path: Path, evaluator: Evaluator, end: Limit | None, place: float, way: int
+) -> float:
+    """Return the outermost place of the assembled arc whose pose is certified.
+
+    It is a limit position itself, and a hair in front of ends at which several branches meet.
+    """
+    if end is None or end.kind not in FLAT:
+        return place
+    s = place - way * path.largest * NEARER ** np.arange(TIMES, 0.0, -1)
+    poses = evaluator.at(path, s)
+    sure = poses.alive.all(axis=1) & ~poses.uncertain & ~poses.singular
+    if end.kind == "unproved":  # elsewhere it is the proof that failed, not the mechanism
+        sure &= poses.condition > SINGULAR
+    return float(s[np.argmax(sure)]) if sure.any() else place
 
 
 def _closed(path: Path) -> Any:

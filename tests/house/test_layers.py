@@ -33,7 +33,7 @@ ROOMS = {
     "draw": "composition describe errors formulas results",
     "jobs": "errors",
     "setup": "describe errors kernels model results types",
-    "assembly": "describe errors homotopy kernels model modules numerics results setup",
+    "assembly": "describe errors homotopy kernels model modules numerics results setup types",
     "continuation": "assembly errors kernels numerics setup",
     "measures": "continuation describe errors model numerics setup",
     "kinematics": "assembly continuation describe errors kernels measures model results setup "
