@@ -295,7 +295,9 @@ def picture_of(kind: str) -> Picture:
     if kind == PAGE:
         raise UnavailableError("a page is no picture on axes", hint="md.page, or mechdae page")
     if kind not in PICTURES:
-        raise UnknownName("kind of picture", str(kind), [*PICTURES, PAGE])
+        error = UnknownName("kind of picture", str(kind), [*PICTURES, PAGE])
+        error.hint = error.hint or f"one of {', '.join([*PICTURES, PAGE])}"
+        raise error
     return PICTURES[kind]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
@@ -26,6 +27,8 @@ from mechdae.errors import (
 SCHEMA = 1
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
+HEAD = re.compile(r"\s*\[?\[?([^=\[\]]+)[=\]]")
+"""A key with its sign of equality, or the head of a table."""
 TOML_HINT = "expressions stand in quotes, decimals have a point, lists end with ]"
 TOP = (
     "schema title source dimension frames gravity parameters sizes ground bodies joints sketch "
@@ -72,7 +75,8 @@ def _parse(path: Path) -> dict[str, Any]:
             )
         if not path.is_file():
             raise ProblemFileError("not a file", where=str(path))
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        text = path.read_bytes().decode("utf-8-sig")
+        return tomllib.loads(text)
     except OSError as problem:
         raise ProblemFileError(
             f"cannot be read: {problem.strerror or problem}", where=str(path)
@@ -82,8 +86,22 @@ def _parse(path: Path) -> dict[str, Any]:
             "not a text file in UTF-8", where=str(path), hint="save it with the encoding UTF-8"
         ) from None
     except tomllib.TOMLDecodeError as problem:
-        hint = "a name is given twice" if "Cannot" in str(problem) else TOML_HINT
+        hint = _given_twice(text, str(problem)) if "Cannot" in str(problem) else TOML_HINT
         raise ProblemFileError(f"not valid TOML: {problem}", where=str(path), hint=hint) from None
+
+
+def _given_twice(text: str, problem: str) -> str:
+    """Return which name of a file is given twice, and in which line first."""
+    place = re.search(r"at line (\d+)", problem)
+    lines = text.splitlines()[: int(place[1])] if place else []
+    name = HEAD.match(lines[-1]) if lines else None
+    if name is None:
+        return "a name is given twice"
+    for k in range(len(lines) - 1, 0, -1):
+        before = HEAD.match(lines[k - 1])
+        if before and before[0].split() == name[0].split():
+            return f"{name[1].strip()} is given in line {k} and again in line {len(lines)}"
+    return f"{name[1].strip()} is given twice"
 
 
 def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:

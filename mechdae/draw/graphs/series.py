@@ -91,7 +91,8 @@ def lines_of(result: Any, path: str) -> list[Line]:
         works = [(own, _known("load", own, result.work)) for own in loads]
         return [_line(f"work/{own}", own, "work", array, "J") for own, array in works]
     known = [*KINDS, "efforts", "bound", "condition", "centres", *result.scalars, "work"]
-    raise UnknownName("path", path, known)
+    parts = [f"{kind}/{name}" for kind in KINDS for name in getattr(result, kind)]
+    raise UnknownName("path", path, [*known, *parts])
 
 
 def vector_of(result: Any, path: str) -> tuple[str, str, str, Array]:

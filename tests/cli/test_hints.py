@@ -1,0 +1,35 @@
+"""Hints name what is there: where a name was given first, the kinds of pictures, whole paths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from mechdae.cli import main
+
+TWICE = {
+    "[joints]\nA = { kind = 'revolute' }\nB = 1\nA = { kind = 'revolute' }\n": "A is given in line 3",
+    "[ground]\n[joints]\n[ground]\n": "ground is given in line 2",
+}
+
+
+@pytest.mark.parametrize("text", TWICE)
+def test_a_name_given_twice(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "twice.toml"
+    path.write_text("schema = 1\n" + text, encoding="utf-8")
+    assert main(["solve", str(path)]) == 2
+    last = 1 + text.count("\n")
+    assert f"{TWICE[text]} and again in line {last}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "hint"),
+    [
+        (["--kind", "graph"], "one of diagram, animation, plans, curves"),
+        (["--kind", "curves", "--of", "coupler.P"], "did you mean points/coupler.P"),
+    ],
+)
+def test_pictures(options: list[str], hint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plot", "four-bar-crank-rocker", *options]) == 2
+    assert hint in capsys.readouterr().err
