@@ -9,7 +9,7 @@ import pytest
 from mechdae.cli import main
 
 TWICE = {
-    "[joints]\nA = { kind = 'revolute' }\nB = 1\nA = { kind = 'revolute' }\n": "A is given in line 3",
+    "[joints]\nA = { kind = 'gear' }\nB = 1\nA = { kind = 'gear' }\n": "A is given in line 3",
     "[ground]\n[joints]\n[ground]\n": "ground is given in line 2",
 }
 
