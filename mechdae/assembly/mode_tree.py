@@ -44,7 +44,7 @@ class Mode:
         return ",".join(self.labels)
 
 
-class Solving(Protocol):
+class Branching(Protocol):
     """What is needed of the assembler whose modes are listed."""
 
     graphs: Graphs
@@ -60,21 +60,21 @@ class Solving(Protocol):
 
 
 @dataclass(frozen=True)
-class Pose:
+class GroupPose:
     """A pose of one group: its unknowns, its label, and what its later groups may be."""
 
     values: Floats
     label: str
-    later: list[Choice]
+    later: list[GroupChoice]
     count: int
 
 
 @dataclass(frozen=True)
-class Choice:
+class GroupChoice:
     """The poses of one group, best label first, at given poses of the groups it depends on."""
 
     group: int
-    poses: list[Pose]
+    poses: list[GroupPose]
 
     @property
     def count(self) -> int:
@@ -82,7 +82,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Solved:
+class GroupSolutions:
     """Solutions of one group: its unknowns by pose, labels, whether these are proven to be all."""
 
     values: list[Floats]
@@ -116,7 +116,7 @@ class ModeTree:
         The groups depend on each other so that there are too many to be counted.
     """
 
-    def __init__(self, assembler: Solving, u: Floats) -> None:
+    def __init__(self, assembler: Branching, u: Floats) -> None:
         self.assembler, self.scene, self.u = assembler, assembler.scene, u
         self.groups = self.scene.groups
         self.own = [
@@ -126,7 +126,7 @@ class ModeTree:
         self.needs, self.held = self._dependencies()
         self.proven = True
         self._failed: tuple[int, NoPose] | None = None
-        self._solved: dict[tuple[int, bytes], Solved] = {}
+        self._solved: dict[tuple[int, bytes], GroupSolutions] = {}
         self.root = self._later(list(range(len(self.groups))), self._start(), 0)
         self.count = 0 if self.root is None else math.prod(choice.count for choice in self.root)
         self.failure = None if self.count or self._failed is None else self._failed[1]
@@ -166,7 +166,7 @@ class ModeTree:
 
     # -- building ----------------------------------------------------------------------------
 
-    def _later(self, ks: list[int], x: Floats, depth: int) -> list[Choice] | None:
+    def _later(self, ks: list[int], x: Floats, depth: int) -> list[GroupChoice] | None:
         """Return the choices among groups `ks` at the earlier poses in `x`; None where one fails.
 
         What depends on a group with a single pose stands beside it.
@@ -176,7 +176,9 @@ class ModeTree:
             (k, *rest), at = waiting.pop()
             solved = self._poses(k, at)
             if len(solved.values) == 1:
-                choices.append(Choice(k, [Pose(solved.values[0], solved.labels[0], [], 1)]))
+                choices.append(
+                    GroupChoice(k, [GroupPose(solved.values[0], solved.labels[0], [], 1)])
+                )
                 placed = self._placed(k, at, solved.values[0])
                 waiting += [(part, placed) for part in reversed(self._parts(rest))]
                 continue
@@ -187,11 +189,11 @@ class ModeTree:
                 later = self._later(rest, self._placed(k, at, values), depth + 1)
                 if later is not None:
                     count = math.prod(choice.count for choice in later)
-                    poses.append(Pose(values, label, later, count))
+                    poses.append(GroupPose(values, label, later, count))
             if not poses:
                 return None
             poses.sort(key=lambda pose: order(pose.label))
-            choices.append(Choice(k, poses))
+            choices.append(GroupChoice(k, poses))
         return choices
 
     def _placed(self, k: int, x: Floats, values: Floats) -> Floats:
@@ -218,7 +220,7 @@ class ModeTree:
             parts.setdefault(of(k), []).append(k)
         return list(parts.values())
 
-    def _poses(self, k: int, x: Floats) -> Solved:
+    def _poses(self, k: int, x: Floats) -> GroupSolutions:
         """Return the poses of group `k`, solved once for all poses of others it does not hold."""
         key = (k, x[self.held[k]].tobytes())
         if key not in self._solved:
@@ -230,7 +232,7 @@ class ModeTree:
             if self.assembler.labelled(group):
                 labels = self.assembler.labels.of_group(group, poses, self.u)
             values = [pose[self.own[k]] for pose in poses]
-            self._solved[key] = Solved(values, labels, proven, failure)
+            self._solved[key] = GroupSolutions(values, labels, proven, failure)
             self.proven &= proven
             if failure is not None and (self._failed is None or self._failed[0] <= k):
                 self._failed = (k, failure)
@@ -255,7 +257,7 @@ class ModeTree:
 
     def having(self, wanted: Sequence[str]) -> Iterator[Mode]:
         """Give the modes whose labels begin with those `wanted`."""
-        waiting: list[tuple[list[Choice], Floats, tuple[str, ...]]] = []
+        waiting: list[tuple[list[GroupChoice], Floats, tuple[str, ...]]] = []
         if self.root is not None:
             waiting.append((self.root, self._start(), ()))
         while waiting:
