@@ -19,7 +19,6 @@ from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses, moving
 from mechdae.assembly.mode_labels import ModeLabels
-from mechdae.assembly.mode_tree import ModeTree
 from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.turns.block_turns import BlockTurns, put
 from mechdae.assembly.turns.whole_turns import WholeTurns
@@ -37,6 +36,7 @@ from mechdae.setup.drivers import Sketch
 
 if TYPE_CHECKING:
     from mechdae.assembly.linkage.rigid_parts import GroupPoses
+    from mechdae.assembly.mode_tree import ModeTree
     from mechdae.assembly.multistart import BlockSearch, BlockSolutions
 
 REMEMBERED = 15
@@ -512,6 +512,8 @@ class Assembler:
         With `by_paths` larger groups are solved by paths through complex dimensions too: only
         these can prove that a search has missed none.
         """
+        from mechdae.assembly.mode_tree import ModeTree
+
         self.by_paths = by_paths
         return ModeTree(self, u)
 

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.closure import NoPose
-from mechdae.assembly.mode_tree import Mode
 from mechdae.assembly.nearest_mode import MOST_BEGUN
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.errors import AssemblyError, MechanismError, UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.slips import long_length, odd_lengths
+
+if TYPE_CHECKING:
+    from mechdae.assembly.mode_tree import Mode
 
 MOST_NAMED = 64
 """Assembly modes that a message names."""
