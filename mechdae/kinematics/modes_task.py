@@ -17,11 +17,13 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
 from mechdae.errors import InputError
+from mechdae.kinematics.lost_poses import reason
 from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.undercut import cuts
 from mechdae.model.groups import formula
 from mechdae.records import dataclass
 from mechdae.results import ModesResult, Named, Series, Status, Summary
+from mechdae.results.lost import Cause
 from mechdae.setup.drivers import plan
 from mechdae.setup.named_outputs import NamedOutputs
 from mechdae.setup.outputs import Outputs
@@ -29,6 +31,11 @@ from mechdae.types import Floats
 
 LISTED = 1000
 """Modes that are listed where the task sets no limit; all are counted."""
+UNSURE = {
+    Cause.RANK: "not certified, modes meet within the rounding of the data",
+    Cause.CERTIFICATE: "not certified, though the equations keep their rank there",
+    Cause.OPEN: "not certified, Newton's method does not close them",
+}
 
 
 @dataclass
@@ -157,11 +164,13 @@ def _notes(modes: _Modes) -> list[str]:
     """Return what there is to say of modes."""
     notes, found, assembler = [], modes.listed, modes.assembler
     sure = modes.certain.sure
-    unsure = [",".join(m.labels) for m, own in zip(found, sure, strict=True) if not own]
-    if unsure:
-        notes.append(
-            f"not certified, modes meet within the rounding of the data: {', '.join(unsure)}"
-        )
+    unsure: dict[Cause, list[str]] = {}
+    for mode, own in zip(found, sure, strict=True):
+        if not own:
+            graphs, constants = assembler.graphs, modes.certain.constants
+            why = reason(graphs, constants, mode.x, modes.u, range(graphs.nb))
+            unsure.setdefault(why.cause, []).append(",".join(mode.labels))
+    notes += [f"{UNSURE[cause]}: {', '.join(labels)}" for cause, labels in unsure.items()]
     if any(assembler.turns.endless) and found:
         names = sorted({group.name for group in assembler.endless_groups})
         notes.append(

@@ -13,6 +13,7 @@ from mechdae.continuation.evaluate import Poses
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
+from mechdae.kinematics.lost_poses import reason
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
@@ -30,6 +31,7 @@ from mechdae.results import (
     counts,
     events_of,
 )
+from mechdae.results.lost import Cause, why_lost
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.named_outputs import time_of
 
@@ -398,7 +400,7 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
         if group is not None:
             joint = _left_curve(run.path, group, (first + last) / 2) or group.key_joint
             entry |= {"group": list(group.bodies), "joint": joint, "name": group.name}
-            entry |= _gap(setting, run, group, range(a, b))
+            entry |= _gap(setting, run, group, range(a, b)) or _cause(run, status, range(a, b))
         intervals.append(entry)
     return intervals
 
@@ -445,6 +447,21 @@ def _gap(setting: Setting, run: Run, group: Group, poses: range) -> dict[str, An
         if failure is not None and failure.at is not None and np.isfinite(failure.gap):
             return {"joint": failure.at.joint, "gap": failure.gap, "unit": failure.at.unit}
     return {}
+
+
+def _cause(run: Run, status: Any, poses: range) -> dict[str, Any]:
+    """Return why poses that are singular have no values: the worst reason of some of them."""
+    singular = [k for k in poses if status[k] == CODES[Status.SINGULAR]]
+    if len(singular) < len(poses):
+        return {}
+    found = []
+    for k in {singular[0], singular[len(singular) // 2], singular[-1]}:
+        lost = ~run.poses.alive[k][run.evaluator.block_group]
+        place = run.poses.places[[k]]
+        at = run.path.guess(place)[0], run.path.drivers(place)[0]
+        found.append(reason(run.path.graphs, run.path.constants, *at, np.flatnonzero(lost)))
+    order = list(Cause)
+    return min(found, key=lambda own: (order.index(own.cause), own.least)).entry()
 
 
 def _first_lost(setting: Setting, alive: Any) -> Group | None:
@@ -505,11 +522,13 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     stops = [e for e in events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
     stopped = bool(stops)
     away = stopped or any(one.get("assembles", False) is not False for one in failed)
-    text = f"{lost} of {len(status)} poses {'are not reached' if away else 'do not assemble'}"
-    if "name" in entry and entry.get("assembles"):
+    words = "are not reached" if away else "do not assemble"
+    words = "have no values" if "cause" in entry else words
+    text = f"{lost} of {len(status)} poses {words}"
+    if "name" in entry and entry.get("assembles") and "cause" not in entry:
         text += f": group {entry['name']} stops the driver before"
-    elif "name" in entry and (not stopped or "gap" in entry):
-        text += f": group {entry['name']} opens at joint {entry['joint']}"
+    elif "name" in entry and (not stopped or "gap" in entry or "cause" in entry):
+        text += f": group {entry['name']} {why_lost(entry)}"
         text += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
     interval = [start.shown(c.unit, entry[end]) for end in ENDS]
     if "time" in entry:

@@ -257,10 +257,14 @@ class Model:
         inputs = []
         for coordinate in coordinates:
             u = SX.sym(f"u_{coordinate.text}")
-            residual = self.coordinate(coordinate) - u
-            rows.append(Row(coordinate.text, "driver", residual, coordinate.unit, driver=True))
+            residual, reach = self.coordinate(coordinate) - u, self.driver_reach(coordinate, u)
+            rows.append(Row(coordinate.text, "driver", residual, coordinate.unit, True, reach))
             inputs.append(u)
         return rows, ca.vertcat(*inputs) if inputs else SX(0, 1)
+
+    def driver_reach(self, coordinate: NamedCoordinate, u: Any) -> Any:
+        """Return what bounds of a driver's equation are made of, None: its terms."""
+        return None
 
     @kept_property
     def phi(self) -> Any:

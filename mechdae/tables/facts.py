@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Event, Result, Units
+from mechdae.results.lost import why_lost
 from mechdae.tables.force_facts import force_facts
 from mechdae.tables.text import (
     MOST,
@@ -79,10 +80,8 @@ def facts_text(result: Result, width: int) -> list[str]:
         place = " .. ".join(ends)
         if "time" in entry:
             place = f"t = {entry['time'][0]:.12g} .. {entry['time'][1]:.12g} s"
-        group = (
-            f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
-        )
-        if entry.get("assembles"):
+        group = f": group {entry['name']} {why_lost(entry)}" if "name" in entry else ""
+        if entry.get("assembles") and "cause" not in entry:
             group = ": assembles, but no motion from the sketch leads there"
         if "gap" in entry:
             gap = units.of(entry["unit"])

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
+from mechdae.model.tree.spatial_frames import placed
 from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, X, Z, back, joined
 from mechdae.records import dataclass
 
@@ -73,9 +74,22 @@ class CutJoint:
         end = None if tip is None else UNIT[tip]
         return WayProducts((WayProduct(self.way, UNIT[start], end),), SX(rest))
 
+    @property
+    def turned(self) -> bool:
+        """Whether a quaternion turns a part of the gap."""
+        return bool(self.hung) or (self.way is not None and self._inside)
+
+    @property
+    def _inside(self) -> bool:
+        """Whether quaternions turn more of the gap than what is hung on its ends."""
+        words = [part.word for part in self.way or () if isinstance(part, Freedom)]
+        return "ball" in words[1:-1] or words.count("ball") != len(self.hung)
+
     @cached_property
     def half_square(self) -> Any:
         """Half the square of the gap; quaternions turn their parts of it, whatever their norm."""
+        if self.way is not None and self._inside:
+            return half_square_of(self.way)
         rest = self.gap - sum((sense * part for sense, part, _ in self.hung), SX(3, 1))
         total = ca.sumsqr(rest) / 2
         for k, (sense, part, length) in enumerate(self.hung):
@@ -84,13 +98,23 @@ class CutJoint:
         return total
 
     def square_reach(self, factor: Any, rest: Any) -> WayProducts | None:
-        """Return that of half the square of the gap: no quaternion lies inside of the way."""
+        """Return that of half the square of the gap."""
         if self.way is None:
             return None
-        free = [part.word for part in self.way if isinstance(part, Freedom)]
-        if "ball" in free[1:-1] or free.count("ball") != len(self.hung):
-            return None
         return WayProducts((WayProduct(self.way, None, None, factor),), SX(rest))
+
+
+def half_square_of(way: Way) -> Any:
+    """Return half the square of the length of a way: what a quaternion turns stays as long.
+
+    Of two parts v and R(e) w it is |v|^2 / 2 + v.R(e) w + |w|^2 / 2, and so on for those of w.
+    """
+    for k, part in enumerate(way):
+        if isinstance(part, Freedom) and part.word == "ball":
+            v, w = placed(way[:k])[0], placed(way[k + 1 :])[0]
+            A = placed(way[: k + 1])[1]
+            return ca.sumsqr(v) / 2 + ca.dot(v, A @ w) + half_square_of(way[k + 1 :])
+    return ca.sumsqr(placed(way)[0]) / 2
 
 
 def together(cut: CutJoint) -> Rows:
@@ -145,7 +169,7 @@ def pitched(cut: CutJoint) -> Rows:
 def at_distance(cut: CutJoint) -> Rows:
     """|g|^2 - length^2 = 0, divided by 2 length: a length again."""
     reach = cut.square_reach(1 / cut.length, -cut.length / 2)
-    if not cut.hung:
+    if not cut.turned:
         return [Closed("l", (ca.sumsqr(cut.gap) / cut.length - cut.length) / 2, "m", reach)]
     return [Closed("l", cut.half_square / cut.length - cut.length / 2, "m", reach)]
 

@@ -48,9 +48,11 @@ from mechdae.model.tree.spatial_frames import (
     placed,
 )
 from mechdae.model.tree.tree_forces import TreeForces
-from mechdae.model.tree.ways import WayProduct, WayProducts, apart
+from mechdae.model.tree.ways import Freedom, WayProduct, WayProducts, Z, apart
 
 SX = ca.SX
+SLIDES = ("slide", "x", "y")
+"""Coordinates of joints along axes."""
 
 
 class TreeModel(TreeForces):
@@ -458,11 +460,21 @@ class TreeModel(TreeForces):
         return [WayProducts((WayProduct(way, row, column),)) for column in UNIT for row in UNIT]
 
     def relative_reach(self, joint: str, word: str) -> WayProducts | None:
-        """Return the reach of a coordinate of a joint that is no coordinate of the tree."""
+        """Return the reach of a coordinate of a joint, None of angles and of screws of the tree."""
+        own = self._of.get((joint, word))
+        if own is not None and own.unit == "m" and word in SLIDES:
+            return WayProducts((WayProduct((Freedom("slide", (own.symbol,)),), UNIT[Z]),))
         screw = (joint, "angle") in self._of and self._lead(joint) is not None
-        if (joint, word) in self._of or screw:
+        if own is not None or screw:
             return None
         return self.cut(joint).reach("xy".find(word) % 3)
+
+    def driver_reach(self, coordinate: NamedCoordinate, u: Any) -> WayProducts | None:
+        if coordinate.kind == "point":
+            known = self.point_reaches(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
+        else:
+            known = self.relative_reach(coordinate.part, coordinate.word)
+        return None if known is None else replace(known, rest=known.rest - u)
 
     def sharing(self, owners: list[str]) -> list[str]:
         """Return with the cut joints those of their loops, in the order they are declared."""
