@@ -84,6 +84,7 @@ class Assembler:
         self.places = {
             c: value
             for c, value in sketch.places.items()
+            if self.scene.model.knows(c)
             if set(joints[c.part].bodies if c.part in joints else (c.part,)) <= inside
         }
         self.p = self.scene.model.p_values

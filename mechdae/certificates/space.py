@@ -13,6 +13,7 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
 from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
+from mechdae.errors import UnavailableError
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.pointers import WORDS
 from mechdae.setup.turning import quaternions
@@ -29,6 +30,12 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
     model: Any = scene.model
     mechanism, numbers = model.mechanism, model.mechanism.values()
     idle = model.idle
+    for spin in model.spins:
+        raise UnavailableError(
+            f"no certificate of {', '.join(spin.bodies)}: they spin freely about the line of their "
+            "ball joints",
+            hint=f"a universal joint in place of one of {', '.join(spin.joints)}",
+        )
     bodies = [body for group in scene.groups for body in group.bodies if body not in idle]
     names = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
     points: dict[str, dict[str, list[str]]] = {body: {} for body in (GROUND, *bodies)}

@@ -66,8 +66,14 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
     loads = tuple(_load(load) for load in mechanism.loads.values())
     outputs = tuple(mechanism.outputs.items())
     aliases = tuple(mechanism.aliases.items())
-    space = (mechanism.dimension, mechanism.order if mechanism.dimension == 3 else None)
+    space = (mechanism.dimension, _in_space(mechanism) if mechanism.dimension == 3 else None)
     return (numbers, parameters, bodies, joints, loads, outputs, aliases, space)
+
+
+def _in_space(mechanism: Mechanism) -> Hashable:
+    from mechdae.describe.turnless import on_lines
+
+    return mechanism.order, on_lines(mechanism)
 
 
 def _joint(joint: Joint, mechanism: Mechanism, free: frozenset[str]) -> Hashable:

@@ -8,7 +8,7 @@ import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.records import dataclass
-from mechdae.results.lost import Cause
+from mechdae.results.status import Cause
 from mechdae.setup.scales import Constants
 
 RANK = 1e-6

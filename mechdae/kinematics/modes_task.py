@@ -17,13 +17,12 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
 from mechdae.errors import InputError
-from mechdae.kinematics.lost_poses import reason
 from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.undercut import cuts
 from mechdae.model.groups import formula
 from mechdae.records import dataclass
 from mechdae.results import ModesResult, Named, Series, Status, Summary
-from mechdae.results.lost import Cause
+from mechdae.results.status import Cause
 from mechdae.setup.drivers import plan
 from mechdae.setup.named_outputs import NamedOutputs
 from mechdae.setup.outputs import Outputs
@@ -162,8 +161,11 @@ def _summary(modes: _Modes) -> Summary:
 
 def _notes(modes: _Modes) -> list[str]:
     """Return what there is to say of modes."""
-    notes, found, assembler = [], modes.listed, modes.assembler
+    found, assembler = modes.listed, modes.assembler
+    notes = list(assembler.scene.model.left_out)
     sure = modes.certain.sure
+    from mechdae.kinematics.lost_poses import reason
+
     unsure: dict[Cause, list[str]] = {}
     for mode, own in zip(found, sure, strict=True):
         if not own:

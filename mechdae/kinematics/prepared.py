@@ -201,10 +201,11 @@ def _again(
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
     """Return driver values and unknowns of the pose the path starts from."""
+    setting.notes[:] = setting.scene.model.left_out
     if task.mode is None:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
         slips = driver_slips(task, setting.scene.model.mechanism)
-        setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u, slips)
+        setting.notes += start.doubts(setting.assembler, setting.plan, x, u, slips)
         return u, x
     first = setting.plan.first
     u = np.where(np.isnan(first), start.start_values(setting.plan), first)

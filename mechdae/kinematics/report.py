@@ -13,7 +13,6 @@ from mechdae.continuation.evaluate import Poses
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.kinematics.lost_poses import reason
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
@@ -31,7 +30,7 @@ from mechdae.results import (
     counts,
     events_of,
 )
-from mechdae.results.lost import Cause, why_lost
+from mechdae.results.status import Cause, why_lost
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.named_outputs import time_of
 
@@ -451,6 +450,8 @@ def _gap(setting: Setting, run: Run, group: Group, poses: range) -> dict[str, An
 
 def _cause(run: Run, status: Any, poses: range) -> dict[str, Any]:
     """Return why poses that are singular have no values: the worst reason of some of them."""
+    from mechdae.kinematics.lost_poses import reason
+
     singular = [k for k in poses if status[k] == CODES[Status.SINGULAR]]
     if len(singular) < len(poses):
         return {}

@@ -320,7 +320,7 @@ def count_mobility(mechanism: Mechanism) -> dict[str, Any]:
 
 def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
     """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
-    from mechdae.describe.turnless import points_of
+    from mechdae.describe.turnless import points_of, spins
 
     joints = list(mechanism.joints.values())
     n = len(mechanism.bodies) - sum(j.rigid for j in joints)
@@ -333,7 +333,7 @@ def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
     if points and len(points) == n:
         return {"n": n, "p": sum(taken), "W": 3 * n - sum(taken)}
     pairs = {f"p{k}": taken.count(k) for k in (5, 4, 3, 2, 1)}
-    idle = list(idle_links(mechanism))
+    idle = [*idle_links(mechanism), *(" + ".join(spin.bodies) for spin in spins(mechanism))]
     if not points:
         return {"n": n, **pairs, "W": 6 * n - sum(taken), "idle": idle}
     bodies = n - len(points)

@@ -158,6 +158,15 @@ class Model:
         """Bodies that spin freely: their frames are not known."""
         return ()
 
+    @property
+    def left_out(self) -> Iterable[str]:
+        """What is to be told of bodies that spin freely."""
+        return ()
+
+    def knows(self, coordinate: NamedCoordinate) -> bool:
+        """Return whether a coordinate has a value: not what turns with bodies that spin freely."""
+        return True
+
     def frame(self, body: str) -> Frame:
         """Return the frame of a body or of the ground; its origin is `anchor`."""
         return self._frames[body]
@@ -256,6 +265,7 @@ class Model:
         rows = list(self.rows)
         inputs = []
         for coordinate in coordinates:
+            self.demand(coordinate)
             u = SX.sym(f"u_{coordinate.text}")
             residual, reach = self.coordinate(coordinate) - u, self.driver_reach(coordinate, u)
             rows.append(Row(coordinate.text, "driver", residual, coordinate.unit, True, reach))
@@ -265,6 +275,9 @@ class Model:
     def driver_reach(self, coordinate: NamedCoordinate, u: Any) -> Any:
         """Return what bounds of a driver's equation are made of, None: its terms."""
         return None
+
+    def demand(self, coordinate: NamedCoordinate) -> None:
+        """Raise for a coordinate that has no value."""
 
     @kept_property
     def phi(self) -> Any:

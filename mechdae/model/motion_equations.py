@@ -45,7 +45,7 @@ class Law:
     value: Any
 
 
-AUXILIARY = ("norm", "angle", "angle2")
+AUXILIARY = ("norm", "spin", "angle", "angle2")
 """Equations in space that hold nothing: of unit quaternions, and of angles of cut joints."""
 
 

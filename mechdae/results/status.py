@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from typing import Any
 
@@ -99,3 +99,24 @@ class StatusOfPoses:
         """Keep statuses given as texts or bytes."""
         result.__dict__.pop("_status", None)
         result.__dict__["_codes"] = coded(status)
+
+
+class Cause(StrEnum):
+    """What keeps a pose from having values: told apart, for statuses do not."""
+
+    OPEN = "open"
+    RANK = "rank"
+    CERTIFICATE = "certificate"
+
+
+def why_lost(entry: Mapping[str, Any]) -> str:
+    """Return what an entry of `failed` says of its group: how it is there."""
+    cause, least = entry.get("cause", Cause.OPEN), entry.get("least_singular_value")
+    if cause == Cause.RANK:
+        return f"loses rank there (least singular value {least:.2g} of the largest)"
+    if cause == Cause.CERTIFICATE:
+        return (
+            f"assembles there and keeps its rank (least singular value {least:.2g} of the "
+            "largest), but no certificate holds"
+        )
+    return f"opens at joint {entry['joint']}"

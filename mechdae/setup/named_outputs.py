@@ -35,6 +35,7 @@ def requests(model: Model, names: Sequence[str]) -> list[Request]:
     mechanism = model.mechanism
     for text in dict.fromkeys(c for name in names for c in coordinates_of(mechanism, name)):
         c = coordinate(mechanism, text)
+        model.demand(c)
         joints = mechanism.joints
         bodies = joints[c.part].bodies if c.part in joints else (c.part,)
         moving = tuple(body for body in bodies if body != GROUND)

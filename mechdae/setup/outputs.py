@@ -144,7 +144,7 @@ class Outputs:
         joint = model.mechanism.joints[name]
         bodies = tuple(body for body in joint.bodies if body != GROUND)
         if is_tree(model):
-            for word in joint.coordinates:
+            for word in filter(partial(model.has_value, name), joint.coordinates):
                 known = (model.relative_reach(name, word),)
                 self._add("joints", name, word, model.relative(name, word), bodies, known)
             return

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Event, Result, Units
-from mechdae.results.lost import why_lost
+from mechdae.results.status import why_lost
 from mechdae.tables.force_facts import force_facts
 from mechdae.tables.text import (
     MOST,

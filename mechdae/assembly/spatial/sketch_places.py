@@ -27,7 +27,8 @@ def in_space(
     balls = {own.owner for own in scene.recovered if own.name in QUATERNION}
     for own in scene.recovered:
         joint = scene.model.mechanism.joints.get(own.owner)
-        if joint is None or own.name not in joint.coordinates:
+        told = joint is not None and scene.model.has_value(own.owner, own.name)
+        if not told or own.name not in joint.coordinates:
             continue
         name = own.owner if own.name == joint.usual else f"{own.owner}.{own.name}"
         if own.kind is ANGLE:
@@ -55,6 +56,8 @@ def _spread(model: Any, body: str) -> list[str]:
     values, chosen = model.mechanism.values(), []
     places = np.zeros((0, 3))
     for point in model.mechanism.bodies[body].points:
+        if not model.has_place(f"{body}.{point}"):
+            continue
         place = [values[f"{body}.{point}.{axis}"] for axis in model.mechanism.axes]
         more = np.vstack([places, place])
         spans = more[1:] - more[0]

@@ -16,21 +16,34 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.mechanism import MOMENTS, Mechanism
-from mechdae.describe.turnless import IdleLink, idle_links, points_of
+from mechdae.describe.turnless import (
+    ROUND,
+    IdleLink,
+    Line,
+    Spin,
+    idle_links,
+    places_of,
+    points_of,
+    share_of,
+    spins,
+)
 from mechdae.errors import InputError, UnavailableError
 from mechdae.model.tree.teeth import axes_of_mesh
 
 SX = ca.SX
-ROUND = 1e-9
-"""Share by which moments of inertia across a bar may differ, and its centre may lie beside it."""
 
 
 def tensor(model: Any, name: str) -> Any:
-    """Return the inertia (3, 3) about the centre in the body's frame, None where none is given."""
+    """Return the inertia (3, 3) about the centre in the body's frame, None where none is given.
+
+    What spins freely has none about its line: its frame turns about it as no body does.
+    """
     if f"{name}.inertia.xx" not in model.numbers:
         return None
     xx, yy, zz, xy, xz, yz = (model.numbers.get(f"{name}.inertia.{w}", SX(0)) for w in MOMENTS)
-    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+    J = ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+    way = model.spun_about(name)
+    return J if way is None else J - way @ way.T * ca.dot(way, J @ way)
 
 
 class SpinningBar:
@@ -116,16 +129,19 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
     for joint in mechanism.joints.values():
         if joint.meshes and teeth:
             axes_of_mesh(mechanism, joint)
-    links = check_bars(mechanism)
-    for link in links.values():
-        for end in (link.joint, *link.others):
+    links, held = check_bars(mechanism), spins(mechanism)
+    spun = {body: spin.joints for spin in held for body in spin.bodies}
+    spun |= {name: (link.joint, *link.others) for name, link in links.items()}
+    for name, ends in spun.items():
+        for end in ends:
             if mechanism.values().get(f"{end}.friction", 0.0):
                 raise UnavailableError(
-                    f"{link.name} spins freely about the line of its ball joints: how fast they "
+                    f"{name} spins freely about the line of its ball joints: how fast they "
                     f"rub is not determined",
                     where=f"joints.{end}.friction",
-                    hint=f"a universal joint at one end of {link.name}",
+                    hint=f"a universal joint at one end of {name}",
                 )
+    _check_points(mechanism, held)
     points = points_of(mechanism)
     for load in mechanism.loads.values():
         for key in ("body", "frame"):
@@ -136,7 +152,7 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
                     where=f"loads.{load.name}.{key}",
                     hint="forces on nodes, or a load along a coordinate of a vector",
                 )
-            if name in links:
+            if name in spun:
                 raise InputError(
                     f"{name} spins freely about the line of its ball joints: "
                     + ("nothing holds it against a torque" if key == "body" else "it has no axes"),
@@ -145,18 +161,58 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
                 )
 
 
+def _check_points(mechanism: Mechanism, held: list[Spin]) -> None:
+    """Raise for loads on points that turn with bodies that spin together."""
+    lines = {body: line for spin in held for body, line in spin.lines.items()}
+    joints = [mechanism.joints[name] for spin in held for name in spin.joints]
+    ends = {side for joint in joints for side in (joint.first, joint.second)}
+    spun = {body for spin in held for body in spin.bodies}
+    sleeves = {spin.sleeve for spin in held}
+    for load in mechanism.loads.values():
+        own = getattr(load, "coordinate", None) or ""
+        if own.partition(".")[0] in sleeves and own.endswith(".angle"):
+            raise UnavailableError(
+                f"the bodies of {own.partition('.')[0]} spin freely about its axis: {own} has no "
+                "value",
+                where=f"loads.{load.name}",
+                hint="nothing holds them against a torque",
+            )
+        for point in (getattr(load, "point", None), *(getattr(load, "between", None) or ())):
+            if point is None or point.split(".")[0] not in spun or point in ends:
+                continue
+            if share_of(mechanism, lines, point) is None:
+                raise UnavailableError(
+                    f"{point.split('.')[0]} spins freely about the line of its ball joints: "
+                    f"{point} has no place",
+                    where=f"loads.{load.name}",
+                    hint="points on that line have one",
+                )
+
+
 def check_bars(mechanism: Mechanism) -> dict[str, IdleLink]:
-    """Return the links that spin freely; raise `InputError` where one has no mass of a bar."""
+    """Return the links that spin freely; raise `InputError` where a body has no mass of a bar."""
     links = idle_links(mechanism)
     for link in links.values():
-        _check_bar(mechanism, link)
+        _check_bar(mechanism, link.name, link.own)
+    for spin in spins(mechanism):
+        for body in spin.bodies:
+            own = mechanism.bodies[body]
+            if body in spin.lines:
+                _check_bar(mechanism, body, spin.lines[body])
+            elif own.mass is not None or own.inertia is not None:
+                raise InputError(
+                    f"{body} spins freely with {', '.join(spin.bodies)}, and its mass does not lie "
+                    "about one line",
+                    where=f"bodies.{body}",
+                    hint="a universal joint at one end, or no mass",
+                )
     return links
 
 
-def _check_bar(mechanism: Mechanism, link: IdleLink) -> None:
-    """Raise for a link that spins freely although its mass does not lie about its line."""
-    values, name = mechanism.values(), link.name
-    start, end = (np.array([values[f"{own}.{axis}"] for axis in "xyz"]) for own in link.own)
+def _check_bar(mechanism: Mechanism, name: str, line: Line) -> None:
+    """Raise for a body that spins freely although its mass does not lie about its line."""
+    values = mechanism.values()
+    start, end = (np.array(place) for place in places_of(mechanism, name, line))
     size = float(np.linalg.norm(end - start))
     unit = (end - start) / size
     hint = f"{name} spins freely about that line, its motion about it has no equation"

@@ -30,7 +30,7 @@ def columns_of(model: Any, rows: Sequence[Row]) -> list[Wrench]:
     for row in rows:
         if row.driver:
             result.append(model.gradient(coordinate(model.mechanism, row.owner)))
-        elif row.part == "norm" or model.mechanism.joints[row.owner].meshes:
+        elif row.part in ("norm", "spin") or model.mechanism.joints[row.owner].meshes:
             result.append(Model.columns_of(model, [row])[0])
         else:
             if row.owner not in made:

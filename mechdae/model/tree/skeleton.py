@@ -6,6 +6,7 @@ a tree of joints are the same. It is never evaluated at a pose.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import casadi as ca
@@ -13,7 +14,7 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
-from mechdae.describe.turnless import points_of
+from mechdae.describe.turnless import Spin, points_of
 from mechdae.model.coordinates import Coordinates, of_owner
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model, Row
@@ -34,9 +35,11 @@ class Skeleton(Model):
     ----------
     mechanism
         Without links that spin freely.
+    spins
+        Bodies that spin freely together: an equation stands for each.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, spins: Iterable[Spin] = ()) -> None:
         self.mechanism, self.kept, self._free = mechanism, Kept(), set()
         self._make_parameters()
         self._anchors, self.contacts = {}, {}
@@ -66,6 +69,17 @@ class Skeleton(Model):
                 self.rows += [Row(name, *row) for row in kept]
                 continue
             self.rows += [Row(name, *row[:3]) for row in rows_of(joint.kind, self._cut(name))]
+
+        for spin in spins:
+            self.rows.append(self._unspun(spin))
+            if spin.sleeve:
+                self.rows.append(Row(spin.sleeve, "spin", self._moved(spin.sleeve, "angle"), "1"))
+
+    def _unspun(self, spin: Spin) -> Row:
+        """Return a stand-in for what holds a spin: it is of the bodies on both sides of a joint."""
+        joint = self.mechanism.joints[spin.joints[0]]
+        one, other = (self._frames[body].side(SX.eye(3)) for body in joint.bodies[:2])  # type: ignore[attr-defined]
+        return Row(joint.name, "spin", ca.dot(one[:, 2], other[:, 0]), "1")
 
     def _cut(self, name: str) -> CutJoint:
         joint = self.mechanism.joints[name]

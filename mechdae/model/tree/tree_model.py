@@ -16,8 +16,14 @@ from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
-from mechdae.describe.turnless import IdleLink, idle_links, points_of, without
-from mechdae.errors import UnavailableError
+from mechdae.describe.turnless import (
+    IdleLink,
+    Line,
+    idle_links,
+    points_of,
+    spins,
+    without,
+)
 from mechdae.model.coordinates import QUATERNION, Coordinate, Coordinates, of_owner
 from mechdae.model.groups import Group, assur_groups, body_numbers, spatial_kind
 from mechdae.model.kept import Kept
@@ -47,6 +53,7 @@ from mechdae.model.tree.spatial_frames import (
     forward,
     placed,
 )
+from mechdae.model.tree.spins import Spinning
 from mechdae.model.tree.tree_forces import TreeForces
 from mechdae.model.tree.ways import Freedom, WayProduct, WayProducts, Z, apart
 
@@ -55,7 +62,7 @@ SLIDES = ("slide", "x", "y")
 """Coordinates of joints along axes."""
 
 
-class TreeModel(TreeForces):
+class TreeModel(Spinning, TreeForces):
     """Symbols and equations of one spatial mechanism.
 
     Parameters
@@ -73,6 +80,8 @@ class TreeModel(TreeForces):
         The tree, in the order in which it places the bodies.
     idle : dict
         Links that spin freely between two ball joints, by name.
+    spins : list of Spin
+        Bodies that spin freely together; their frames are those of one spin.
     tree : set of str
         Joints that are edges.
     points : set of str
@@ -91,6 +100,10 @@ class TreeModel(TreeForces):
         self.drivers, self.space, self.contacts, self.ends = tuple(drivers), SPACE, {}, {}
         named = [c.part for c in drivers if c.kind == "point"]
         self.idle = idle_links(mechanism, named)
+        self.spins = spins(mechanism, self.drivers)
+        self._lines: dict[str, Line] = {name: link.own for name, link in self.idle.items()}
+        for spin in self.spins:
+            self._lines |= spin.lines
         self._spun = {n: link for link in self.idle.values() for n in (link.joint, *link.others)}
         self._make_parameters()
         self._values = mechanism.values()
@@ -111,6 +124,7 @@ class TreeModel(TreeForces):
         self._cut_joints = [j.name for j in joints if j.name not in self.tree]
         for name in self._cut_joints:
             self.rows += self._closed(name)
+        self.rows += self._unspun()
         for joint in self.mechanism.joints.values():
             if joint.pointer:
                 self.senses += [(joint.name, value) for value in self._usual(joint.name)]
@@ -127,7 +141,7 @@ class TreeModel(TreeForces):
         return joint is not None and "." in entry and literal(joint)
 
     def _skeleton(self) -> Skeleton:
-        return Skeleton(without(self.mechanism, self.idle))
+        return Skeleton(without(self.mechanism, self.idle), self.spins)
 
     def _first(self) -> set[str]:
         """Return the joints that must be edges: driven ones, bearings of wheels, screws."""
@@ -363,7 +377,7 @@ class TreeModel(TreeForces):
 
     @property
     def spinning(self) -> Iterable[str]:
-        return tuple(self.idle)
+        return (*self.idle, *(body for spin in self.spins for body in spin.bodies))
 
     def bodies_of(self, part: str) -> tuple[str, ...]:
         """Return the bodies that place a body or a joint: of an idle link its neighbours."""
@@ -381,11 +395,7 @@ class TreeModel(TreeForces):
         link = self.idle[body]
         share = self._share(link, reference)
         if share is None:
-            raise UnavailableError(
-                f"{body} spins freely about the line of its ball joints: {reference} has no place",
-                where=f"bodies.{body}",
-                hint="points on that line have one",
-            )
+            raise self._beside(reference)
         first, second = (self.point(end) for end in link.ends)
         return first + (second - first) * share
 
@@ -395,22 +405,21 @@ class TreeModel(TreeForces):
             return SX(float(reference == link.own[1]))
         along, here = self._span(*link.own), self._span(link.own[0], reference)
         held = [i for i, part in enumerate(along) if not part.is_zero()]
-        if len(held) > 1 or any(not v.is_zero() for i, v in enumerate(here) if i not in held):
+        if len(held) == 1 and all(v.is_zero() for i, v in enumerate(here) if i not in held):
+            return here[held[0]] / along[held[0]]
+        moved = any(f"{reference}.{axis}" in self._free for axis in self.mechanism.axes)
+        if moved or not self.has_place(reference):
             return None
-        return here[held[0]] / along[held[0]]
+        way = ca.vertcat(*along)
+        return ca.dot(way, ca.vertcat(*here)) / ca.sumsqr(way)
 
     def reported(self, chosen: Selection, listed: bool) -> Selection:
-        """Return what of a selection has a value: not what turns with a link that spins freely."""
-        still = {*self.idle, *self.points}
+        """Return what of a selection has a value: not what turns with bodies that spin freely."""
+        still = {*self.spinning, *self.points}
         bodies = tuple(name for name in chosen.bodies if name not in still)
-        lost = [
-            point
-            for point in chosen.points
-            if (link := self.idle.get(point.split(".")[0])) is not None
-            and self._share(link, point) is None
-        ]
+        lost = [point for point in chosen.points if not self.has_place(point)]
         if listed and lost:
-            self.point(lost[0])
+            raise self._beside(lost[0])
         points = tuple(point for point in chosen.points if point not in lost)
         return replace(chosen, bodies=bodies, points=points)
 
@@ -512,7 +521,7 @@ class TreeModel(TreeForces):
         columns: list[list[int]] = [[] for _ in found]
         for i, row in enumerate(rows):
             owner = part_of.get(row.owner, row.owner)
-            stays = self._placed.get(owner) if row.part == "norm" else None
+            stays = self._placed.get(owner) if row.part in ("norm", "spin") else None
             own_rows[latest(stays or owner)].append(i)
         for j, c in enumerate(self.coordinates):
             part = c.owner if c.owner in self._cut_joints else self._placed[c.owner]
