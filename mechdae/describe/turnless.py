@@ -158,9 +158,10 @@ def _spin(
 def _between(mechanism: Mechanism, points: list[str]) -> dict[str, Line]:
     """Return the line through points of one body, nothing where they are one."""
     places = [place_of(mechanism, point) for point in points]
-    far = max(range(len(points)), key=lambda k: math.dist(places[k], places[0]))
-    same = places[far] == places[0]
-    return {} if same else {points[0].split(".")[0]: (points[0], points[far])}
+    for point, place in zip(points, places, strict=True):
+        if place != places[0]:
+            return {point.split(".")[0]: (points[0], point)}
+    return {}
 
 
 def _along_slide(mechanism: Mechanism, points: list[str], joints: list[Joint]) -> dict[str, Line]:
@@ -178,7 +179,8 @@ def places_of(mechanism: Mechanism, body: str, line: Line) -> tuple[Place, Place
     """Return two places on a line of a body."""
     if len(line) == 2:
         return place_of(mechanism, line[0]), place_of(mechanism, line[1])
-    joint, values = mechanism.joints[line[0]], mechanism.values()
+    joint: Any = mechanism.joints[line[0]]
+    values = mechanism.values()
     second = joint.second_body == body
     x, y, z = place_of(mechanism, joint.second if second else joint.first)
     axis = joint.side(second)[0]

@@ -24,11 +24,13 @@ def in_space(
 ) -> dict[str, Any]:
     """Return the coordinates of joints [deg, m], and points of bodies on balls and bars [m]."""
     scene, found = assembler.scene, {}
+    tree: Any = scene.model
     balls = {own.owner for own in scene.recovered if own.name in QUATERNION}
     for own in scene.recovered:
         joint = scene.model.mechanism.joints.get(own.owner)
-        told = joint is not None and scene.model.has_value(own.owner, own.name)
-        if not told or own.name not in joint.coordinates:
+        if joint is None or own.name not in joint.coordinates:
+            continue
+        if not tree.has_value(own.owner, own.name):
             continue
         name = own.owner if own.name == joint.usual else f"{own.owner}.{own.name}"
         if own.kind is ANGLE:

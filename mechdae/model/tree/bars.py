@@ -131,15 +131,15 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
             axes_of_mesh(mechanism, joint)
     links, held = check_bars(mechanism), spins(mechanism)
     spun = {body: spin.joints for spin in held for body in spin.bodies}
-    spun |= {name: (link.joint, *link.others) for name, link in links.items()}
-    for name, ends in spun.items():
+    spun |= {link.name: (link.joint, *link.others) for link in links.values()}
+    for body, ends in spun.items():
         for end in ends:
             if mechanism.values().get(f"{end}.friction", 0.0):
                 raise UnavailableError(
-                    f"{name} spins freely about the line of its ball joints: how fast they "
+                    f"{body} spins freely about the line of its ball joints: how fast they "
                     f"rub is not determined",
                     where=f"joints.{end}.friction",
-                    hint=f"a universal joint at one end of {name}",
+                    hint=f"a universal joint at one end of {body}",
                 )
     _check_points(mechanism, held)
     points = points_of(mechanism)

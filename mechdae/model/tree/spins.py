@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -63,11 +62,12 @@ class Spinning:
         joints = [j for j in self.mechanism.joints.values() if body in j.bodies[:2]]
         own = [j.first if j.first_body == body else j.second for j in joints]
         places = [place_of(self.mechanism, point) for point in own]
-        far = max(range(len(own)), key=lambda i: math.dist(places[i], places[0]))
-        if places[far] == places[0]:
+        other = next((i for i, place in enumerate(places) if place != places[0]), None)
+        if other is None:
             return [SX(1), SX(0), SX(0)]
-        way = ca.vertcat(*self._span(own[0], own[far]))
-        return (way / ca.sqrt(ca.sumsqr(way))).elements()
+        way = ca.vertcat(*self._span(own[0], own[other]))
+        found: list[Any] = (way / ca.sqrt(ca.sumsqr(way))).elements()
+        return found
 
     def spun_about(self, body: str) -> Any:
         """Return the direction about which a body spins with others, None of any other."""
