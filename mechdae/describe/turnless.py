@@ -241,6 +241,27 @@ def without(mechanism: Mechanism, links: dict[str, IdleLink]) -> Mechanism:
     )
 
 
+def rollers(mechanism: Mechanism) -> list[str]:
+    """Return the bodies that hang on one pin and on nothing else, and that no load names."""
+    joints = list(mechanism.joints.values())
+    named = {
+        str(getattr(load, key, "")).split(".")[0]
+        for load in mechanism.loads.values()
+        for key in ("body", "point", "coordinate")
+    }
+    named |= {
+        end.split(".")[0]
+        for load in mechanism.loads.values()
+        for end in getattr(load, "between", None) or ()
+    }
+    found = []
+    for body in mechanism.bodies:
+        own = [joint for joint in joints if body in joint.bodies]
+        if len(own) == 1 and own[0].hinge and body not in named and own[0].name not in named:
+            found.append(body)
+    return found
+
+
 def points_of(mechanism: Mechanism) -> set[str]:
     """Return the bodies that are points at the ends of vectors: they do not turn.
 

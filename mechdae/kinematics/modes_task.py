@@ -162,7 +162,7 @@ def _summary(modes: _Modes) -> Summary:
 def _notes(modes: _Modes) -> list[str]:
     """Return what there is to say of modes."""
     found, assembler = modes.listed, modes.assembler
-    notes = list(assembler.scene.model.left_out)
+    notes = assembler.scene.left_out
     sure = modes.certain.sure
     from mechdae.kinematics.lost_poses import reason
 

@@ -201,7 +201,7 @@ def _again(
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
     """Return driver values and unknowns of the pose the path starts from."""
-    setting.notes[:] = setting.scene.model.left_out
+    setting.notes[:] = setting.scene.left_out
     if task.mode is None:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
         slips = driver_slips(task, setting.scene.model.mechanism)

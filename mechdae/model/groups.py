@@ -13,13 +13,16 @@ groups have more of them than coordinates.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 
+from mechdae.describe.coordinates import coordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.table import Table
 from mechdae.describe.turnless import idle_links
 from mechdae.errors import MechanismError
 from mechdae.model.model import Model, Row
@@ -96,10 +99,20 @@ def body_numbers(mechanism: Mechanism) -> dict[str, int]:
     }
 
 
-def assur_groups(model: Model, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
+def loose_bodies(model: Model, rows: Sequence[Row]) -> list[str]:
+    """Return the bodies that constraints are missing for, by structure."""
+    pattern = ca.jacobian(ca.vertcat(*[row.expression for row in rows]), model.q).sparsity()
+    _, _, columns, _, _, _, coarse = pattern.btf()
+    return list(dict.fromkeys(model.q_names[j][0] for j in columns[coarse[2] : coarse[4]]))
+
+
+def assur_groups(
+    model: Model, rows: Sequence[Row], coarse: bool = False, out: Collection[str] = ()
+) -> list[Group]:
     """Return the groups in solve order.
 
     With `coarse` the bodies with superfluous equations are one group, but for the driven ones.
+    Bodies that are `out` are in no group, nor are the equations that hold them.
 
     Raises
     ------
@@ -107,6 +120,8 @@ def assur_groups(model: Model, rows: Sequence[Row], coarse: bool = False) -> lis
         Constraints are missing by structure; the message names the bodies that can still
         move.
     """
+    if out:
+        return _without(model, rows, out)
     phi = ca.vertcat(*[row.expression for row in rows])
     pattern = ca.jacobian(phi, model.q).sparsity()
     _, rowperm, colperm, _, _, coarse_rows, coarse_cols = pattern.btf()
@@ -135,6 +150,34 @@ def assur_groups(model: Model, rows: Sequence[Row], coarse: bool = False) -> lis
         if component[i] != component[j]:
             after[component[i]].add(component[j])
     return _ordered(model, rows, block_of_row, block_of_column, component, members, after)
+
+
+def _without(model: Model, rows: Sequence[Row], out: Collection[str]) -> list[Group]:
+    """Return the groups of a mechanism without some bodies: numbers are those of the whole."""
+    mechanism = model.mechanism
+    gone = {name for name, joint in mechanism.joints.items() if set(out) & set(joint.bodies)}
+    rest = replace(
+        mechanism,
+        bodies=Table({n: body for n, body in mechanism.bodies.items() if n not in out}),
+        joints=Table({n: joint for n, joint in mechanism.joints.items() if n not in gone}),
+        loads=Table(),
+        outputs=Table(),
+        sketch=Table(),
+    )
+    kept = [i for i, row in enumerate(rows) if row.owner not in gone]
+    drivers = [coordinate(rest, rows[i].owner) for i in kept if rows[i].driver]
+    part = Model(rest, free=model._free)
+    own_rows, _ = part.driven(drivers)
+    numbers, columns = body_numbers(mechanism), [model.places[key] for key in part.q_names]
+    return [
+        replace(
+            group,
+            rows=tuple(kept[i] for i in group.rows),
+            columns=tuple(columns[j] for j in group.columns),
+            numbers=tuple(numbers[name] for name in group.bodies),
+        )
+        for group in assur_groups(part, own_rows)
+    ]
 
 
 def _components(size: int, arrows: set[tuple[int, int]]) -> list[int]:

@@ -19,9 +19,10 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
-from mechdae.errors import FreedomError
+from mechdae.describe.turnless import rollers
+from mechdae.errors import FreedomError, MechanismError
 from mechdae.model.coordinates import Coordinates
-from mechdae.model.groups import Group
+from mechdae.model.groups import Group, loose_bodies
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import Model, Row
 from mechdae.model.tree.choice import groups_of
@@ -159,6 +160,21 @@ class Scene:
         return after
 
     @property
+    def idle(self) -> list[str]:
+        """Bodies on one pin that constraints are missing for: they are in no group."""
+        held = {name for group in self.all_groups for name in group.bodies}
+        mechanism = self.model.mechanism
+        if len(held) == len(mechanism.bodies) or mechanism.dimension == 3:
+            return []
+        return [name for name in rollers(mechanism) if name not in held]
+
+    @property
+    def left_out(self) -> list[str]:
+        """What is to be told of bodies that turn or spin freely."""
+        idle = [f"{name} turns freely on its pin: it is left out" for name in self.idle]
+        return [*self.model.left_out, *idle]
+
+    @property
     def not_in_scene(self) -> list[str]:
         """Bodies of groups that no requested output depends on."""
         solved = {name for group in self.groups for name in group.bodies}
@@ -191,23 +207,55 @@ def scene(
     `loaded` are the bodies that forces act on: those of their groups are kept too.
     """
     rows, u = model.driven(drivers)
-    groups = groups_of(model, rows, coarse)
     chosen = selection(model.mechanism, outputs, forces=loaded is not None)
     chosen = model.reported(chosen, outputs is not None)
+    try:
+        groups = groups_of(model, rows, coarse)
+    except MechanismError:
+        chosen, out = _left_out(model, rows, chosen, outputs is not None, loaded or ())
+        if not out:
+            raise
+        groups = groups_of(model, rows, coarse, out)
     kept = groups if outputs is None else _needed(model, groups, chosen, loaded or ())
     result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen)
     reduce(result)
     return result
 
 
-def _needed(
-    model: Model, groups: list[Group], chosen: Selection, loaded: Iterable[str]
-) -> list[Group]:
+def _asked(model: Model, chosen: Selection, loaded: Iterable[str]) -> set[str]:
+    """Return the bodies that a selection and loads are about."""
     bodies = set(loaded) | set(chosen.bodies) | {point.split(".")[0] for point in chosen.points}
     for name in chosen.joints:
         bodies |= set(model.mechanism.joints[name].bodies)
-    bodies |= bodies_of(model.mechanism, chosen.named)
-    bodies.discard(GROUND)
+    return (bodies | bodies_of(model.mechanism, chosen.named)) - {GROUND}
+
+
+def _left_out(
+    model: Model, rows: Sequence[Row], chosen: Selection, listed: bool, loaded: Iterable[str]
+) -> tuple[Selection, set[str]]:
+    """Return the selection, and the bodies left out that constraints are missing for.
+
+    These are bodies that nothing asks for. Where all are asked for, a body that hangs on one pin
+    alone, an idle roller, is none of them: what hangs on its turn is taken out of the selection.
+    """
+    out, mechanism = set(loose_bodies(model, rows)), model.mechanism
+    if mechanism.dimension == 3:
+        return chosen, set()
+    if not listed:
+        idle = out & set(rollers(mechanism))
+        chosen = replace(
+            chosen,
+            bodies=tuple(name for name in chosen.bodies if name not in idle),
+            points=tuple(name for name in chosen.points if name.split(".")[0] not in idle),
+            joints=tuple(n for n in chosen.joints if not idle & set(mechanism.joints[n].bodies)),
+        )
+    return chosen, set() if out & _asked(model, chosen, loaded) else out
+
+
+def _needed(
+    model: Model, groups: list[Group], chosen: Selection, loaded: Iterable[str]
+) -> list[Group]:
+    bodies = _asked(model, chosen, loaded)
     wanted = {group.index for group in groups if group.driven or bodies & set(group.bodies)}
     front = list(wanted)
     while front:

@@ -63,6 +63,8 @@ def structure(problem: Problem) -> dict[str, Any]:
         if key not in seen:
             seen[key] = _driven(problem, task, model)
             result["formulas"].append(seen[key])
+            if idle := seen[key].pop("idle", None):
+                result["mobility"]["idle"] = idle
             if result["mobility"]["rank"] is None:
                 result["mobility"]["rank"] = seen[key].pop("rank", None)
             seen[key].pop("rank", None)
@@ -113,6 +115,7 @@ def _driven(problem: Problem, task: Driven, model: Model | None) -> dict[str, An
             entry["assembly"] = str(start.not_assembled(whole, found.failure, u))
     except MechdaeError as error:
         entry["error"] = str(error)
+    entry |= {"idle": whole.idle} if whole.idle else {}
     closing = modules(problem.mechanism, whole.groups, entry["drivers"])
     return entry | {
         "formula": formula(whole.groups),
@@ -149,7 +152,7 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
     """
     model = whole.model
     scale = model.mechanism.scale
-    values = np.array([q[name] for name in model.q_names])
+    values = np.array([q.get(name, 0.0) for name in model.q_names])  # what is idle turns nothing
     function = ca.Function("J", [model.q, model.p], [ca.densify(model.phi_q)])
     jacobian = np.array(function(values, model.p_values))
     jacobian = jacobian * model.coordinates.sizes(scale)

@@ -48,7 +48,9 @@ def _lines(data: dict[str, Any]) -> list[str]:
     parts = f" = {count['W'] - len(idle)} + {len(idle)} idle" if idle else ""
     lines.append(f"  by count: W = {_counted(count)} = {count['W']}{parts}   ({pairs})")
     if idle:
-        lines.append(f"  idle: {', '.join(idle)} spin(s) freely between ball joints")
+        flat = "p3" not in count
+        how = "turn(s) freely on a pin" if flat else "spin(s) freely between ball joints"
+        lines.append(f"  idle: {', '.join(idle)} {how}")
     rank = count["rank"]
     if rank:
         lines.append(

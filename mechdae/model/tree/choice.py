@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, TypeGuard
 
 from mechdae.describe.coordinates import NamedCoordinate
@@ -41,8 +41,10 @@ def released_model(
     return Model(mechanism, free=free)
 
 
-def groups_of(model: Model, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
+def groups_of(
+    model: Model, rows: Sequence[Row], coarse: bool = False, out: Collection[str] = ()
+) -> list[Group]:
     """Return the Assur groups of a model's rows in solve order; see `assur_groups`."""
     if is_tree(model):
         return model.groups(rows, coarse)
-    return assur_groups(model, rows, coarse)
+    return assur_groups(model, rows, coarse, out)
