@@ -31,6 +31,7 @@ from mechdae.schemes.losses import rubbing_of
 from mechdae.schemes.scheme import Scheme
 from mechdae.schemes.shape import Wanted, distances
 from mechdae.schemes.targets.visits import errors_of
+from mechdae.schemes.verified import verified
 
 ANGLES = 360
 """Crank angles by which ends of guides are found."""
@@ -171,6 +172,13 @@ def design_of(
         sign = OBJECTIVES[own][1]
         if sign * measured[own] > sign * limit * (1 + 1e-9 * sign):
             return {"reasons": [f"{own} is {measured[own]:.6g} over the whole turn"]}
+    text = text_of_design(problem)
+    start = crank_angle(scheme, place)
+    at = np.array([start]) if place.at is None else start + place.at
+    coordinate = values_at.get("output", point)
+    wrong = verified(text, asked, error, coordinate, at, aim.unit)
+    if wrong:
+        return {"reasons": wrong}
     compared = measured | {"error": max(error, ROUNDED * aim.unit)}
     values = [float(compared[own]) for own in asked.objectives]
     drawn = DRAWN if aim.what == CURVE else FINELY
@@ -184,7 +192,7 @@ def design_of(
         "link_points": [[names[k] for k in own] for own in scheme.links],
         "path": [[float(z.real), float(z.imag)] for z in found.curve[::drawn]],
         **({} if loss is None else {"loss": loss}), **values_at, **_guides(scheme, place),
-        "parameters": dict(dimensions(problem.mechanism)), "problem": text_of_design(problem),
+        "parameters": dict(dimensions(problem.mechanism)), "problem": text,
     }  # fmt: skip
 
 

@@ -11,11 +11,10 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.file.writing import dumps
 from mechdae.describe.tasks.constraints import Box, TransmissionAngle
-from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.records import dataclass
-from mechdae.synthesis.design_motion import PATH, DesignMotion
+from mechdae.synthesis.design_motion import DesignMotion
 from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.fourbar.cognates import are_cognates
 from mechdae.synthesis.fourbar.starts import FourBarStarts
@@ -23,7 +22,9 @@ from mechdae.synthesis.goals.path_generation import VisitsGoal
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import STIFF, Nlp
 from mechdae.synthesis.search import Search
-from mechdae.synthesis.verify import Design, driven
+from mechdae.synthesis.verification.claims import disagreement
+from mechdae.synthesis.verification.verify import measured
+from mechdae.synthesis.verify import Design
 
 FEASIBLE = 1e-7
 """Largest violation of a (dimensionless) constraint at an optimum that counts."""
@@ -45,10 +46,6 @@ ROUNDING = 1e-16
 """The same where rounding is all that is left of it, after the polish."""
 MET = 1e-9
 """Share of the unit of the objective up to which exact solutions have met their targets."""
-AGREES = 1e-6
-"""Share by which the sweep's objective may differ from that of the NLP."""
-FINER = 0.5
-"""The same where the sweep looks between the nodes of the NLP: what it finds is reported."""
 KEEPS = 1e-7
 """By how much a transmission angle may be below its limit in the sweep of a design [rad]."""
 SMOOTH = "Solve_Succeeded"
@@ -155,13 +152,14 @@ def designs(
 
 
 def motions(search: Search, kept: Sequence[dict[str, Any]]) -> dict[str, DesignMotion]:
-    """Return how designs move, by the text of their problems."""
+    """Return how designs move, by the text of their problems; takes their files out of them."""
     name, full = search.problem.name, search.asked.full_turn
-    return {
-        text: DesignMotion(from_dict(tomllib.loads(text), name), design["at"], full)
-        for design in kept
-        for text in [design["problem"]]
-    }
+    found = {}
+    for design in kept:
+        text, file = design["problem"], design.pop("file", None)
+        problem = from_dict(tomllib.loads(text), name) if file is None else file.problem
+        found[text] = DesignMotion(problem, design["at"], full)
+    return found
 
 
 def _one(search: Search, first: dict[str, Any], second: dict[str, Any]) -> bool:
@@ -262,8 +260,7 @@ def defective(search: Search) -> list[dict[str, Any]]:
         free = len(search.space.box)
         values = {"d": drawn.d[:free]}
         given = {"choice": drawn.d[free:]}
-        design = Design(search.problem, search.space, values, given, drawn.u, drawn.x[0])
-        task = Sweep(Driver(search.asked.driver, at=(float(drawn.u[0]),)))
+        design = Design(search.problem, search.space, values, given, drawn.u[:1], drawn.x[0])
         found.append(
             {
                 "objective": 0.0,
@@ -275,7 +272,7 @@ def defective(search: Search) -> list[dict[str, Any]]:
                 "active": {},
                 "class": "any",
                 "hits": 1,
-                "problem": dumps(design.as_problem({**design.others, PATH: task})),
+                "problem": design.text,
             }
         )
     return found
@@ -284,56 +281,59 @@ def defective(search: Search) -> list[dict[str, Any]]:
 def judged_design(
     search: Search, nlp: Nlp, found: Optimum, candidate: Candidate, hits: int
 ) -> dict[str, Any]:
-    """Return a design as it is reported, or why it is not."""
+    """Return a design as its own file is measured, or why it is not reported."""
     given = {"choice": np.zeros(0), **candidate.given}
     values = nlp.read(found.z)
     u, x = search.lead.programme(values, given)
     design = Design(search.problem, search.space, values, given, np.asarray(u), x[0], search.around)
-    worths = [goal.worth(design) for goal in search.goals]
-    defects = [text for worth in worths for text in worth.defects]
+    file = design.file
+    claims = [goal.claim(values, given) for goal in search.goals]
+    parts = [measured(g.stated, c, file) for g, c in zip(search.goals, claims, strict=True)]
+    defects = [text for part in parts for text in part.defects]
     for limit in search.limits:
-        defects += limit.worth(design).defects
-    defects += design.turn[1]
+        defects += measured(limit.stated, limit.claim(values, given), file).defects
+    defects += file.turn[1]
     defects += _missed_limits(search, design)
-    objective = search.objective([worth.value for worth in worths])
+    objective = search.objective([part.value for part in parts])
     claimed = search.claimed(nlp.terms_at(found.z, given))
-    share, least = (FINER, 1e-5) if search.between_nodes else (AGREES, 1e-9)
-    gap = abs(objective - claimed)  # of a front each objective is compared, see `front`
-    met = gap <= share * abs(claimed) + least * search.objective_unit
-    if not met and not search.asked.objectives:
-        defects.append(f"the sweep gives {objective:.6g}, not {claimed:.6g}")
+    if not search.asked.objectives:  # of a front each objective is compared, see `front`
+        gap = disagreement(objective, claimed, search.objective_unit, search.between_nodes)
+        defects += [gap] if gap else []
     defects = list(dict.fromkeys(defects))
     if defects and search.all_solutions is None:
         return {"objective": claimed, "reasons": defects}
-    last = u[0] + 2 * np.pi if search.asked.full_turn else u[-1]
-    task = Sweep(driven(search.asked.driver, float(u[0]), float(last)))
-    lead = worths[search.goals.index(search.lead)]
+    lead = parts[search.goals.index(search.lead)]
+    senses = [int(claim.sense) for goal, claim in zip(search.goals, claims, strict=True)
+              if isinstance(goal.asked, FunctionTargets)]  # fmt: skip
     result = {
         "term": found.objective,
         "branch": given["sigma"],
+        "file": file,
         "objective": objective if np.isfinite(objective) else claimed,
         "parameters": design.parameters,
         "errors": np.asarray(lead.errors).tolist(),
         "at": np.asarray(u).tolist(),
         "defects": defects,
-        "transmission_angle_min": design.transmission,
+        "transmission_angle_min": file.transmission,
         "active": active(search, nlp, found),
         "class": search.kinds[candidate.kind] or "any",
         "hits": hits,
-        "problem": dumps(design.as_problem({**design.others, PATH: task})),
+        "problem": design.text,
     }
+    if senses:
+        result["sense"] = senses[0] if len(senses) == 1 else senses
     if nlp.bent and found.status != SMOOTH:
         result["note"] = KINK
     if search.robust is not None:
-        result["robust"] = [worth.robust for worth in worths]
+        result["robust"] = [part.robust for part in parts]
     if len(search.goals) > 1:
-        result["goals"] = [float(worth.value) for worth in worths]
+        result["goals"] = [float(part.value) for part in parts]
     return result
 
 
 def _missed_limits(search: Search, design: Design) -> list[str]:
     """Return which limits the fine sweep over a turn finds missed."""
-    found, _ = design.turn
+    found, _ = design.file.turn
     if found is None:
         return []
     mechanism, defects = search.problem.mechanism, []
@@ -348,7 +348,7 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
         joint = search.space.dyad(asked.between).joint
         for goal in search.goals:
             at, _ = goal.programme(design.values, design.given)
-            least = float(np.min(design.transmissions(np.unique(at))[joint]))
+            least = float(np.min(design.file.transmissions(np.unique(at))[joint]))
             if not least >= asked.min - KEEPS:
                 word = f"the transmission angle in {joint} is {np.degrees(least):.4g} deg"
                 defects.append(f"{word} at a pose of the goal")

@@ -22,9 +22,7 @@ from mechdae.describe.tasks.kinds import Synthesis
 from mechdae.numerics.dominance import best_of, hypervolume, thinned, undominated
 from mechdae.results import Summary, SynthesisResult
 from mechdae.synthesis.designs import (
-    AGREES,
     FEASIBLE,
-    FINER,
     Candidate,
     judged_design,
     motions,
@@ -46,6 +44,7 @@ from mechdae.synthesis.synthesize import (
     solved_in_rounds,
     synthesize,
 )
+from mechdae.synthesis.verification.claims import AGREES, FINER
 
 WIDE = 30.0
 """Ratio of the ends of a positive objective from which its levels are evenly spread by logs."""

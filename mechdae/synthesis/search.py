@@ -22,7 +22,7 @@ from mechdae.model.tree.bars import check_bars
 from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.synthesis.goals.dynamic import Dynamic
-from mechdae.synthesis.goals.extreme import ExtremeGoal, quantity_of
+from mechdae.synthesis.goals.extreme import ExtremeGoal
 from mechdae.synthesis.goals.function import Function
 from mechdae.synthesis.goals.path_generation import VisitsGoal
 from mechdae.synthesis.goals.rocker import RockerGoal
@@ -34,6 +34,7 @@ from mechdae.synthesis.quantity import Quantity
 from mechdae.synthesis.robust.asked import nominal_notes, robust_goals
 from mechdae.synthesis.space import TURN, DesignSpace
 from mechdae.synthesis.starts.spread import Spread
+from mechdae.synthesis.verification.quantities import quantity_of
 from mechdae.synthesis.verify import sketched
 from mechdae.synthesis.watch import watched
 
@@ -332,11 +333,7 @@ class Search:
     @property
     def between_nodes(self) -> bool:
         """Whether a sweep finds more than the nodes of the NLP see."""
-        return any(
-            not (isinstance(goal, VisitsGoal | RockerGoal) or getattr(goal, "exactly", False))
-            for goal in self.goals
-            if not goal.exact
-        )
+        return any(goal.between_nodes for goal in self.goals if not goal.exact)
 
     # -- starts ------------------------------------------------------------------------------
 

@@ -26,6 +26,8 @@ def designs_text(result: Result, width: int) -> list[str]:
     for rank, design in enumerate(designs, 1):
         sizes = [together(f"{k} = {v:.9g}") for k, v in design["parameters"].items()]
         lines += fact(f"design {rank}", ", ".join(sizes), width)
+        if design.get("defects"):
+            lines += fact("defects", "; ".join(design["defects"]), width)
         if design.get("note"):
             lines += fact("note", design["note"], width)
         if design.get("active"):
@@ -61,6 +63,9 @@ def _ranked(
     if any(value is not None for value in worst):
         shown = ["-" if value is None else f"{value:.4g}" for value in worst]
         columns.append(("largest error", shown))
+    if any("sense" in design for design in designs):
+        every = [np.atleast_1d(design.get("sense", 0)) for design in designs]
+        columns.append(("sense", [" ".join(f"{own:+d}" for own in senses) for senses in every]))
     if any("hits" in design for design in designs):
         columns.append(("hits", [str(design.get("hits", "-")) for design in designs]))
     sizes = [max(len(title), *map(len, own)) + 2 for title, own in columns]

@@ -16,6 +16,7 @@ from mechdae.synthesis.goals.straight import lines_of
 from mechdae.synthesis.synthesize import synthesize
 from mechdae.synthesis.timing import ordered
 from mechdae.synthesis.trace import maxima
+from tests.attack.planted_designs import wrong
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared.planting import Slip
 
@@ -190,6 +191,13 @@ def path() -> float:
     )  # fmt: skip
 
 
+def planted() -> float:
+    """Designs that do not do what is asked are seen, and sound ones are not."""
+    bad = [name for kind in ("functions", "paths") for name in wrong(kind, 2)[1]]
+    return np.inf if bad else 0.0
+
+
+SEEN = "synthesis/test_verification.py::test_designs_that_do_something_else_are_seen"
 SUITE = "synthesis/test_exact.py::"
 SLIPS = [
     Slip(
@@ -298,17 +306,31 @@ SLIPS = [
         "attack/test_slips.py::test_nothing_is_off_without_a_slip",
     ),
     Slip(
-        "synthesis.goals.path_generation",
-        "float(np.sum(self.weights * errors**2))",
-        "float(np.sum(self.weights * errors))",
+        "synthesis.verification.visits",
+        "float(np.sum(weights * errors**2))",
+        "float(np.sum(weights * errors))",
         path,
         "synthesis/test_synthesis_planted.py::test_path_of_a_four_bar",
     ),
     Slip(
-        "synthesis.verify",
+        "synthesis.verification.design_file",
         'e["min"]',
         'e["max"]',
         path,
         "synthesis/test_synthesis.py::test_path_cases_reach_their_bar_without_defects",
+    ),
+    Slip(
+        "synthesis.verification.functions",
+        'claim.sense if asked.sense == "free" else 1.0',
+        "claim.sense",
+        planted,
+        SEEN,
+    ),
+    Slip(
+        "synthesis.verification.visits",
+        "((steps > 0).all() or (steps < 0).all())",
+        "(steps != 0).all()",
+        planted,
+        SEEN,
     ),
 ]

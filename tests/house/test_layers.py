@@ -49,7 +49,7 @@ ROOMS = {
     "kinematics measures model numerics results setup solver",
     "synthesis": "derivatives describe errors forces homotopy jobs kernels kinematics measures "
     "model numerics results setup solver studies",
-    "schemes": "composition describe errors jobs numerics results solver",
+    "schemes": "composition describe errors jobs numerics results solver synthesis",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results schemes setup solver studies synthesis",
     "ranking": "composition describe errors numerics results tasks",

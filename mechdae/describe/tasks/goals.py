@@ -22,6 +22,7 @@ from mechdae.records import dataclass
 FITS = ("least-squares", "exact", "minimax")
 UNIT_LENGTH = 1e-4
 """By how much a quaternion may differ from length 1: digits that a file left out."""
+SENSES = ("given", "free")
 REDUCTIONS = ("mean", "peak", "rms", "least")
 Rows = tuple[tuple[float, ...], ...]
 
@@ -184,7 +185,8 @@ class FunctionTargets(GoalDescription):
     """An output coordinate is a function of the driver.
 
     Either ``function`` of x over ``range``, drawn on ``input_range`` and ``output_range``, or
-    ``targets``. Starts are numbers, names of free parameters, or None: free.
+    ``targets``. Starts are numbers, names of free parameters, or None: free. The output turns as
+    its values say; with a free ``sense`` the other way round too, from where its scale starts.
     """
 
     input: str | None = key("text", None, doc="the driver's coordinate")
@@ -196,9 +198,15 @@ class FunctionTargets(GoalDescription):
     input_start: Number | None = key("expression", None)
     output_start: Number | None = key("expression", None)
     targets: Any = key("pairs", None, doc="[[input, output], ...]")
-    measure: str = key("text", "least-squares", choices=("least-squares", "minimax"))
+    sense: str = key("text", "given", choices=SENSES, doc="free: the output turns either way")
+    measure: str = key("text", "least-squares", choices=FITS)
 
     kind: ClassVar[str] = "function"
+
+    @property
+    def senses(self) -> tuple[int, ...]:
+        """The senses in which the output may turn, by that of its values."""
+        return (1, -1) if self.sense == "free" else (1,)
 
     @property
     def nodes(self) -> int:

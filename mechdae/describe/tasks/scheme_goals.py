@@ -86,6 +86,13 @@ def asked_function(goal: FunctionTargets) -> FunctionNodes:
     if output not in OUTPUTS:
         raise UnknownName("output", output, OUTPUTS, where="output")
     goal.check_given()
+    if goal.measure == "exact" or goal.sense == "free":
+        word = "measure" if goal.measure == "exact" else "sense"
+        raise InputError(
+            "errors of schemes are made small, not zero" if word == "measure"
+            else "the output of a composition turns as its values say", where=word,
+            hint='"least-squares" or "minimax"' if word == "measure" else "values the other way",
+        )  # fmt: skip
     starts = []
     for word in ("input_start", "output_start"):
         value = getattr(goal, word)

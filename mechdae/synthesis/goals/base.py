@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +12,10 @@ from mechdae.records import dataclass
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.robust.deviations import Deviations
 from mechdae.synthesis.space import DesignSpace
+from mechdae.synthesis.verification.claims import Claim, Stated
 
 if TYPE_CHECKING:
     from mechdae.synthesis.starts.spread import Spread
-    from mechdae.synthesis.verify import Design
 
 
 @dataclass(frozen=True)
@@ -46,20 +45,6 @@ class Drawn:
     residual: float
 
 
-@dataclass(frozen=True)
-class Worth:
-    """What a goal says about a design that was swept.
-
-    ``value`` in the goal's unit; ``errors`` (k,) at its targets; ``defects`` are sentences;
-    ``robust`` says what a robust value is made of.
-    """
-
-    value: float
-    errors: Any
-    defects: list[str] = field(default_factory=list)
-    robust: dict[str, float] | None = None
-
-
 class Goal:
     """One goal of a task.
 
@@ -71,13 +56,20 @@ class Goal:
         What the goal's term in the objective is multiplied with to be its value.
     sense
         1 where less is better.
+    asked, bounds
+        As it is described; bounds of a limit, None for a goal.
     exact
         Whether it only constrains.
+    between_nodes
+        Whether a sweep finds more than the nodes of the NLP see.
     deviations
         Of the poses by tolerances, where the goal is robust.
     """
 
     name = "goal"
+    asked: Any
+    bounds: tuple[float, float] | None = None
+    between_nodes = True
     unit = 1.0
     sense = 1
     exact = False
@@ -120,9 +112,14 @@ class Goal:
         """Return driver values (k,) and unknowns (k, nx) of the goal's poses at a point."""
         raise NotImplementedError
 
-    def worth(self, design: Design) -> Worth:
-        """Return what certified sweeps say about a design."""
-        raise NotImplementedError
+    @property
+    def stated(self) -> Stated:
+        """What is asked, as the file of a design is measured."""
+        return Stated(self.asked, self.bounds, self.unit, robust=self.deviations)
+
+    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+        """Return where a design is said to do it, as a point of the NLP has it."""
+        return Claim(self.programme(values, given)[0])
 
     def moved_by(self, name: str) -> bool:
         """Return whether the goal depends on a parameter that no pose depends on."""

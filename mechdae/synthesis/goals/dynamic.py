@@ -10,15 +10,14 @@ import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.errors import MechdaeError
-from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.goals.base import Drawn, Goal
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.outcome import Called, Outcome
 from mechdae.synthesis.starts.spread import Spread
-from mechdae.synthesis.verify import Design, sketched
+from mechdae.synthesis.verification.claims import Claim
+from mechdae.synthesis.verify import sketched
 
 SX = ca.SX
-NEAR = 1e-6
-"""Share by which the task of a design may miss a limit."""
 TRIES = 8
 """Dimensions that are drawn for each start."""
 
@@ -38,7 +37,7 @@ class Dynamic(Goal):
         Of a limit, None for a goal.
     """
 
-    exactly = True
+    between_nodes = False
     """There are no nodes: the task is solved as it is."""
 
     def __init__(
@@ -119,25 +118,6 @@ class Dynamic(Goal):
         _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), [self.start])
         return {self.own("x"): x}, {}
 
-    # -- what a design is worth --------------------------------------------------------------
-
-    def worth(self, design: Design) -> Worth:
-        try:
-            path = self.asked.path
-            found = self.outcome.run.of(design.solved(self.asked.task, (path,)), path)
-        except MechdaeError as error:
-            return Worth(np.inf, np.zeros(0), [f"task {self.asked.task}: {error.what}"])
-        defects = []
-        d = np.array([design.parameters[name] for name in self.outcome.names])
-        own = self.outcome.value(d)
-        if not abs(found - own) <= NEAR * max(abs(own), self.unit):
-            defects.append(
-                f"{self.asked.path} is {found:.6g} from the pose of the design, {own:.6g} from "
-                "the sketch of the file"
-            )
-        if self.bounds is not None:
-            low, high = self.bounds
-            slack = NEAR * max(abs(found), self.unit)
-            if not low - slack <= found <= high + slack:
-                defects.append(f"{self.asked.path} is {found:.6g}, the limit is missed")
-        return Worth(found, np.zeros(0), defects)
+    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        return Claim(value=self.outcome.value(d))

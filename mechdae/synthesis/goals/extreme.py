@@ -14,19 +14,16 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme as Asked
-from mechdae.errors import InputError, MechdaeError
+from mechdae.errors import InputError
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.parameters import parameters_of
-from mechdae.results import FINE
-from mechdae.synthesis.extremes import largest, values_of
-from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.goals.base import Drawn, Goal
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
 from mechdae.synthesis.robust.quantity import (
     lifted,
     mean_slopes,
-    of_task,
     row_of,
     sigma_of_mean,
 )
@@ -34,13 +31,11 @@ from mechdae.synthesis.robust.values import deviation, variables
 from mechdae.synthesis.space import TURN
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
-from mechdae.synthesis.verify import Design
+from mechdae.synthesis.verification.quantities import reduced
 
 SX = ca.SX
 SAMPLES = 4_000
 COARSE = 12
-NEAR = 2e-3
-"""Share by which a limit may be missed between its nodes."""
 
 
 class ExtremeGoal(Goal):
@@ -86,6 +81,10 @@ class ExtremeGoal(Goal):
     def _dimension(self) -> int:
         """Components of forces and places: moments of reactions follow them."""
         return self.space.poses.mechanism.dimension
+
+    @property
+    def between_nodes(self) -> bool:  # type: ignore[override]
+        return not self.exactly
 
     @property
     def exactly(self) -> bool:
@@ -386,77 +385,3 @@ class ExtremeGoal(Goal):
         rows = [np.array(self.at_pose(x[k], nodes[k], drawn.d)).ravel() for k in range(len(nodes))]
         worst = self._rough(np.array(rows))
         return {self.own("x"): x, self.own("worst"): [worst]}, {}
-
-    # -- what a design is worth --------------------------------------------------------------
-
-    def worth(self, design: Design) -> Worth:
-        try:
-            found = design.solved(self.asked.task)
-        except MechdaeError as error:
-            return Worth(np.inf, np.zeros(0), [f"task {self.asked.task}: {error.what}"])
-        defects = []
-        bad = [str(word) for word in found.status if str(word) not in FINE]
-        if bad:
-            defects.append(f"task {self.asked.task}: {len(bad)} poses are {bad[0]}")
-        if self.deviations is not None:
-            try:
-                value, parts = of_task(design, self.asked, self.deviations)
-            except MechdaeError as error:
-                return Worth(np.inf, np.zeros(0), [f"task {self.asked.task}: {error.what}"])
-            return Worth(value, np.zeros(0), defects, parts)
-        if self.bounds is None:
-            return Worth(self._reached(design, found), np.zeros(0), defects)
-        low, high = self.bounds
-        series = values_of(found, self.asked.path)
-        slack = NEAR * max(float(np.max(np.abs(series))), self.unit)
-        reached = (
-            [quantity_of(found, self.asked)] * 2
-            if self.asked.reduce in ("mean", "rms")
-            else self._ends(design, found)
-        )
-        for value in dict.fromkeys(reached):
-            if not low - slack <= value <= high + slack:
-                defects.append(f"{self.asked.path} is {value:.6g}, the limit is missed")
-        return Worth(float(np.max(series)), np.zeros(0), defects)
-
-    def _reached(self, design: Design, found: Any) -> float:
-        """Return the reduced quantity, extremes refined."""
-        if self._averaged:
-            return quantity_of(found, self.asked)
-        if self.asked.reduce == "least":
-            return self._ends(design, found)[0]
-        return largest(design, found, self.asked, np.abs)
-
-    def _ends(self, design: Design, found: Any) -> tuple[float, float]:
-        """Return the least and the largest value over the task, refined."""
-        if self.asked.path in MEANS:
-            value = quantity_of(found, self.asked)
-            return value, value
-        if self.quantity.transmission:
-            own = found.summary["transmission"][self.asked.path.split("/")[1]]
-            return float(own["min"]), float(own["max"])
-        low = -largest(design, found, self.asked, np.negative)
-        return low, largest(design, found, self.asked, np.positive)
-
-
-def quantity_of(found: Any, asked: Asked) -> float:
-    """Return the reduced quantity of a solved task."""
-    series = values_of(found, asked.path)
-    if len(series) == 1:
-        return float(series[0])
-    if asked.reduce in ("mean", "rms") and len(series) > 2:
-        weights = np.ones(len(series))
-        weights[[0, -1]] = 0.5
-        powered = series**2 if asked.reduce == "rms" else series
-        mean = float(weights @ powered / weights.sum())
-        return float(np.sqrt(mean)) if asked.reduce == "rms" else mean
-    return reduced(series, asked.reduce)
-
-
-def reduced(series: Any, word: str) -> float:
-    """Return mean, rms, largest magnitude or least value."""
-    if word == "mean":
-        return float(np.mean(series))
-    if word == "rms":
-        return float(np.sqrt(np.mean(series**2)))
-    return float(np.max(np.abs(series))) if word == "peak" else float(np.min(series))

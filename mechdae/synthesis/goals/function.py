@@ -2,7 +2,8 @@
 
 Nodes are those of Chebyshev and Lobatto: the error of the best design is largest near the
 ends. Least squares, or minimax with a bound t of |error| at all nodes. The ranges of the scales
-are given, where they start may be free; so is the sense of the output.
+are given, where they start may be free, and so may be the sense of the output. Exact targets are
+constraints.
 """
 
 from __future__ import annotations
@@ -17,26 +18,23 @@ import numpy as np
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.constraints import TransmissionAngle
 from mechdae.describe.tasks.goals import FunctionTargets
-from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
 from mechdae.synthesis.fourbar.freudenstein import function_starts
 from mechdae.synthesis.fourbar.starts import FourBarStarts
-from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.goals.base import Drawn, Goal
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.robust.values import (
     Row,
     deviation,
     moments,
-    of_largest,
-    of_squares,
     summed,
     variables,
 )
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
-from mechdae.synthesis.verify import Design
+from mechdae.synthesis.verification.claims import Claim
 
 SX = ca.SX
 SAMPLES = 30_000
@@ -44,8 +42,6 @@ COARSE = 9
 """Nodes at which samples are compared."""
 LEAST = 0.05
 """Least sine of the transmission angle of starts where no limit is asked for."""
-FINE = 721
-"""Places at which a design is judged."""
 
 
 class Function(Goal):
@@ -56,6 +52,9 @@ class Function(Goal):
     def __init__(self, asked: FunctionTargets, name: str) -> None:
         self.asked, self.name = asked, name
         self.minimax = asked.measure == "minimax"
+        self.exact = asked.measure == "exact"
+        self.between_nodes = not asked.targets
+        self.senses = asked.senses
         self.inputs, self.outputs = self._scales(asked.nodes)
         self.size = float(np.ptp(self.outputs)) or 1.0
         self.unit = self.size if self.minimax else self.size**2
@@ -98,7 +97,9 @@ class Function(Goal):
                 A = self._deviation(x[:, i], begin + inputs[i], d)
                 rows.append((1.0 / count, error, A))
                 bound = worst - self.deviations.factor * deviation(A)
-            if self.minimax:
+            if self.exact:
+                nlp.constrain("target", error, unit=self.size)
+            elif self.minimax:
                 nlp.constrain("error", error - bound, -np.inf, 0.0)
                 nlp.constrain("error", error + bound, 0.0, np.inf)
             else:
@@ -204,7 +205,7 @@ class Function(Goal):
         )
         found = function_starts(
             self.inputs, self.outputs, keep=count, seed=generator, lengths=(low, high),
-            least=max(least, 1e-3),
+            least=max(least, 1e-3), senses=self.senses,
         )  # fmt: skip
         return [self._placed(start, starts, ground) for start in found]
 
@@ -256,7 +257,7 @@ class Function(Goal):
         d, first = d[kept], first[kept]
         value = self.space.poses.part(values, self.asked.output)[..., 0]
         ranked, senses, ends = [], [], []
-        for sense in (1, -1):
+        for sense in self.senses:
             error = value - sense * coarse_out
             end = self._ends(d, error)
             rms = np.sqrt(np.mean((error - end[:, None]) ** 2, axis=1)) / self.size
@@ -266,7 +267,7 @@ class Function(Goal):
         whole, end = np.concatenate(ranked), np.concatenate(ends)
         good = np.flatnonzero(np.isfinite(whole))
         order = good[np.argsort(whole[good], kind="stable")]
-        for i in spread.distinct(np.vstack([d, d]), order, count):
+        for i in spread.distinct(np.vstack([d] * len(self.senses)), order, count):
             k = i % len(d)
             u = first[k] + self.inputs
             on, poses, found = spread.followed(d[k], x[k, 0], float(u[0]), u)
@@ -312,9 +313,8 @@ class Function(Goal):
             begin = float(given_start)
         _, x, found = spread.followed(drawn.d, drawn.x[0], start, begin + self.inputs)
         value = self.space.poses.part(found, self.asked.output)[:, 0]
-        gaps = [value - s * self.outputs for s in (1.0, -1.0)]
-        sense = 1.0 if np.ptp(gaps[0]) <= np.ptp(gaps[1]) else -1.0
-        error = gaps[0] if sense > 0 else gaps[1]
+        sense = float(min(self.senses, key=lambda s: np.ptp(value - s * self.outputs)))
+        error = value - sense * self.outputs
         own = {
             self.own("x"): x, self.own("begin"): [begin], self.own("end"): [error.mean()],
             self.own("worst"): [np.ptp(error) / 2 / self.size],
@@ -363,64 +363,12 @@ class Function(Goal):
         }
         return own, {self.own("inputs"): inputs, self.own("outputs"): outputs}
 
-    # -- what a design is worth --------------------------------------------------------------
-
-    def worth(self, design: Design) -> Worth:
-        begin = self._value(design.values, "begin", self.asked.input_start)
-        end = self._value(design.values, "end", self.asked.output_start)
-        shares = np.linspace(0, 1, FINE)
+    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+        at, _ = self.programme(values, given)
         refined = self.minimax and not self.asked.targets
-        if refined:  # largest errors lie between any nodes
-            shares = np.unique([*shares, *self._extremes(design.values, design.given)[2]])
-        inputs, outputs = (
-            (self.inputs, self.outputs)
-            if self.asked.targets
-            else (np.array(part) for part in self.asked.scales(shares.tolist()))
-        )
-        found, defects = design.swept(begin + inputs, (self.asked.output,))
-        if found is None:
-            return Worth(np.inf, np.full(len(inputs), np.nan), defects)
-        c = coordinate(design.problem.mechanism, self.asked.output)
-        value = _series(found, c)
-        errors = value - end - design.given[self.own("sense")] * outputs
-        if c.is_angle:
-            errors = errors - TURN * np.round(np.nanmedian(errors) / TURN)
-        size = np.abs(errors)
-        own, parts = float(size.max()) if self.minimax else float(np.mean(errors**2)), None
-        if self.deviations is not None:
-            own, parts = self._robust(begin + inputs, design, errors)
-        if refined:
-            errors = errors[np.isin(shares, np.linspace(0, 1, FINE))]
-        return Worth(own, errors, defects, parts)
-
-    def _robust(self, at: Any, design: Design, errors: Any) -> tuple[float, dict[str, float]]:
-        """Return the robust value, by the derivatives of a task of sensitivity."""
-        assert self.deviations is not None
-        factor, sigmas = self.deviations.factor, self.deviations.sigmas
-        path, columns = _path(coordinate(design.problem.mechanism, self.asked.output))
-        task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-        _, slopes = design.slopes(task, (path,), self.deviations.names)[path]
-        slopes = slopes[:, columns] * sigmas
-        if self.minimax:
-            return of_largest(np.abs(errors), slopes, factor)
-        weights = np.full(len(errors), 1.0 / len(errors))
-        return of_squares(errors[:, None], slopes, weights, factor)
-
-
-def _path(c: Any) -> tuple[str, slice]:
-    """Return the path of a coordinate in results, and its place among the values there."""
-    if c.kind == "body angle":
-        return f"bodies/{c.part}/angle", slice(0, 1)
-    if c.kind == "point":
-        return f"points/{c.part}.{c.point}/position", slice(c.axis, c.axis + 1)
-    return f"joints/{c.part}/{c.text.rpartition('.')[2]}", slice(0, 1)
-
-
-def _series(found: Any, c: Any) -> Any:
-    """Return the values of a coordinate."""
-    if c.kind == "body angle":
-        return found.bodies[c.part].angle
-    if c.kind == "point":
-        return found.points[f"{c.part}.{c.point}"].position[:, c.axis]
-    word = c.text.rpartition(".")[2]
-    return found.joints[c.part][word]
+        return Claim(
+            at, sense=float(given[self.own("sense")]),
+            input_start=self._value(values, "begin", self.asked.input_start),
+            output_start=self._value(values, "end", self.asked.output_start),
+            between=self._extremes(values, given)[2] if refined else (),
+        )  # fmt: skip

@@ -19,15 +19,13 @@ from mechdae.model.model import Model
 from mechdae.synthesis.exact.complete import Follow, here
 from mechdae.synthesis.fourbar.solutions import WithinBounds, freedoms_left, solutions
 from mechdae.synthesis.fourbar.starts import FourBarStarts
-from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.goals.base import Drawn, Goal
 from mechdae.synthesis.goals.visited import visited
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.robust.values import (
     Row,
     deviation,
     moments,
-    of_largest,
-    of_squares,
     summed,
     variables,
 )
@@ -37,7 +35,6 @@ from mechdae.synthesis.starts.similar import Similar
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.timing import PLACES, closed_in, ordered
 from mechdae.synthesis.trace import around
-from mechdae.synthesis.verify import Design
 
 SX = ca.SX
 SAMPLES = 20_000
@@ -52,14 +49,13 @@ BETTER = 1e-6
 """Share by which other times of the same design must be better to be taken."""
 NOTHING = 1e-12
 """A (dimensionless) objective that no other times need make less."""
-EXACT = 1e-9
-"""Error of an exact target, relative to the spread of the targets."""
 
 
 class VisitsGoal(Goal):
     """A point's places or a body's poses."""
 
     deviates = True
+    between_nodes = False
 
     def __init__(self, asked: Asked, name: str) -> None:
         self.asked, self.name = asked, name
@@ -373,47 +369,6 @@ class VisitsGoal(Goal):
         if not best[2] < now * (1 - BETTER) or now <= NOTHING:
             return None
         return best[0], best[1]
-
-    # -- what a design is worth --------------------------------------------------------------
-
-    def worth(self, design: Design) -> Worth:
-        at, _ = self.programme(design.values, design.given)
-        found, defects = design.swept(at, (self.asked.what,))
-        if found is None:
-            return Worth(np.inf, np.full(self.count, np.nan), defects)
-        defects = defects + self._order(at, design)
-        errors = self.visited.errors(found, design)
-        if self.exact:
-            worst = float(np.max(errors))
-            if not worst <= EXACT * self.size:
-                defects.append(f"a target is missed by {worst:.3g}")
-            return Worth(worst, errors, defects)
-        if self.deviations is not None:
-            return self._robust(at, design, errors, defects)
-        if self.minimax:
-            return Worth(float(np.max(errors)), errors, defects)
-        return Worth(float(np.sum(self.weights * errors**2)), errors, defects)
-
-    def _robust(self, at: Any, design: Design, errors: Any, defects: list[str]) -> Worth:
-        """Return the robust value, by the derivatives of a task of sensitivity."""
-        assert self.deviations is not None
-        factor, sigmas = self.deviations.factor, self.deviations.sigmas
-        gaps, slopes = self.visited.deviated(at, design, self.deviations.names)
-        if self.minimax:
-            value, parts = of_largest(errors, slopes * sigmas, factor)
-        else:
-            value, parts = of_squares(gaps, slopes * sigmas, self.weights, factor)
-        return Worth(value, errors, defects, parts)
-
-    def _order(self, at: Any, design: Design) -> list[str]:
-        """Return the defect of order: targets that are not visited one after the other."""
-        if self.asked.timing != "free":
-            return []
-        gaps = np.diff(at) * design.given[self.own("sense")]
-        whole = abs(at[-1] - at[0])
-        if (gaps <= 0).any() or (self.space.turned and whole >= TURN):
-            return ["the targets are not visited in order within a turn"]
-        return []
 
 
 def wound(u: Any) -> Any:

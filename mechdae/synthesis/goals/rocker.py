@@ -16,18 +16,17 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.tasks.goals import Rocker as Asked
 from mechdae.model.model import Model
-from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.goals.base import Drawn, Goal
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.starts.spread import Spread
-from mechdae.synthesis.verify import Design
+from mechdae.synthesis.verification.claims import Stated
 
 SX = ca.SX
 SAMPLES = 4_000
 NODES = 36
 FAST = 100.0
 """Largest rate of an unknown by the driver, in sizes of the mechanism."""
-EXACT = 1e-9
 LEAST = 1e-3
 """Least way between the ends, and least part of a turn of a stroke, where they are free."""
 
@@ -56,7 +55,8 @@ class RockerGoal(Goal):
         self, asked: Asked, name: str, word: str = "", sense: int = 0, bounds: Any = None,
         typical: float = 1.0, path: str = "",
     ) -> None:  # fmt: skip
-        self.asked, self.name, self.word, self.bounds = asked, name, word, bounds
+        self.asked: Asked = asked
+        self.name, self.word, self.bounds = name, word, bounds
         self.path = path
         self.exact = not sense
         self.sense = sense or 1
@@ -64,6 +64,12 @@ class RockerGoal(Goal):
         self.unit = typical if word == "reach" else 1.0
         ratio = asked.time_ratio
         self.stroke = None if ratio is None else TURN * ratio / (1 + ratio)
+
+    between_nodes = False
+
+    @property
+    def stated(self) -> Stated:
+        return Stated(self.asked, self.bounds, self.unit, self.word, self.path)
 
     @cached_property
     def slides(self) -> bool:
@@ -201,37 +207,3 @@ class RockerGoal(Goal):
         sense = 1.0 if abs(rise - wanted) < abs(TURN - rise - wanted) else -1.0
         own, given = self._own(float(u[ends[0]]), rise, sense)
         return own | {self.own("x"): x[ends]}, given
-
-    # -- what a design is worth --------------------------------------------------------------
-
-    def worth(self, design: Design) -> Worth:
-        at, _ = self.programme(design.values, design.given)
-        found, defects = design.turn
-        if found is None:
-            return Worth(np.inf, np.full(2, np.nan), list(defects))
-        defects = list(defects)
-        table = found.summary.get("stroke" if self.slides else "swing", {})
-        way = table.get(self.part)
-        ends, own = design.swept(at, self.bodies())
-        defects += own
-        if ends is None or way is None:
-            word = "the joint does not slide" if self.slides else "the body does not swing"
-            return Worth(np.inf, np.full(2, np.nan), [*defects, word])
-        series = ends.joints[self.part].slide if self.slides else ends.bodies[self.part].angle
-        reached = float(np.ptp(series))
-        size = max(self.size, self.asked.reach or 0.0)
-        wanted = way if self.asked.reach is None else self.asked.reach
-        errors = np.array([way - wanted, reached - way])
-        if np.abs(errors).max() > EXACT * size:
-            shown = f"{way:.9g} m" if self.slides else f"{np.degrees(way):.6g} deg"
-            defects.append(f"{self.part} goes to and fro by {shown}")
-        turned = float(abs(at[1] - at[0]))
-        value = {"reach": float(way), "time_ratio": turned / (TURN - turned)}.get(self.word)
-        if value is not None and self.bounds is not None:
-            low, high = self.bounds
-            slack = 1e-7 * max(abs(value), self.unit)
-            if not low - slack <= value <= high + slack:
-                defects.append(f"{self.path} is {value:.6g}, the limit is missed")
-        if value is None or self.exact:
-            value = float(np.abs(errors).max())
-        return Worth(value, errors, defects)

@@ -14,24 +14,20 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.goals import StraightLine
-from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
-from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.goals.base import Drawn, Goal
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.robust.values import deviation, of_largest
+from mechdae.synthesis.robust.values import deviation
 from mechdae.synthesis.space import FAR, TURN, WIDE
 from mechdae.synthesis.starts.similar import Similar
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
-from mechdae.synthesis.verify import Design
+from mechdae.synthesis.verification.claims import Claim
 
 SX = ca.SX
 SAMPLES = 40_000
 COARSE = 13
-FINE = 721
-BACK = 1e-5
-"""Share of the stroke by which the point may move back between the nodes."""
 NONE = 1e-13
 """Deviation per stroke that is rounding."""
 LEAST = 0.05
@@ -271,34 +267,10 @@ class StraightGoal(Goal):
         }
         return own, {self.own("nodes"): nodes}
 
-    # -- what a design is worth --------------------------------------------------------------
-
-    def worth(self, design: Design) -> Worth:
-        begin = float(design.values[self.own("begin")][0])
-        fine = np.linspace(0, 1, FINE)
-        shares = np.unique([*fine, *self._extremes(design.values, design.given)[1]])
-        at = begin + self.asked.arc * shares
-        found, defects = design.swept(at, (self.asked.point,))
-        if found is None:
-            return Worth(np.inf, np.full(FINE, np.nan), defects)
-        places = found.points[self.asked.point].position
-        way, offset = (float(design.values[self.own(word)][0]) for word in ("way", "offset"))
-        along = places @ np.array([np.cos(way), np.sin(way)])
-        errors = places @ np.array([-np.sin(way), np.cos(way)]) - offset
-        stroke = float(along[-1] - along[0])
-        back = float(np.max(np.maximum.accumulate(along) - along))
-        if back > BACK * stroke:
-            defects.append(f"the point moves back by {back:.3g} within the stroke")
-        value, parts = float(np.abs(errors).max()) / stroke, None
-        if self.deviations is not None:
-            task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-            path = f"points/{self.asked.point}/position"
-            slopes = design.slopes(task, (path,), self.deviations.names)[path][1]
-            slopes = np.array([-np.sin(way), np.cos(way)]) @ slopes * self.deviations.sigmas
-            value, parts = of_largest(
-                np.abs(errors), slopes[:, None], self.deviations.factor, stroke
-            )
-        return Worth(value, errors[np.isin(shares, fine)], defects, parts)
+    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+        begin, way, offset = (float(values[self.own(w)][0]) for w in ("begin", "way", "offset"))
+        between = self._extremes(values, given)[1]
+        return Claim((begin,), direction=way, offset=offset, between=between)
 
 
 def lines_of(places: Any) -> tuple[Any, Any, Any, Any, Any]:

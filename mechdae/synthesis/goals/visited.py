@@ -7,24 +7,16 @@ norm of R - R* by sqrt 2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.goals import Visits
-from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.errors import InputError
 from mechdae.model.model import Model
-from mechdae.results import Result
 from mechdae.results.rotations import matrices
 from mechdae.synthesis.nlp import Nlp
-
-TURN = 2 * np.pi
-ORIGIN = "origin_of_the_frame"
-AXES = tuple(f"{ORIGIN}_{axis}" for axis in "xyz")
-"""Names of the points that a design has where deviations of a body are asked for."""
 
 
 class Visited:
@@ -72,18 +64,6 @@ class Visited:
         gap = values[..., : self.width] - wanted[..., : self.width]
         return np.sum(gap**2, axis=-1) / self.size**2
 
-    def errors(self, found: Result, design: Any) -> Any:
-        """Return the errors (k,) of swept poses [m]."""
-        gap = found.points[self.what].position - self.places
-        return np.sqrt(np.sum(gap**2, axis=1))
-
-    def deviated(self, at: Any, design: Any, names: Sequence[str]) -> tuple[Any, Any]:
-        """Return residuals (k, m) [m] at driver values, and derivatives (k, m, nt) by names."""
-        task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-        path = f"points/{self.what}/position"
-        value, slopes = design.slopes(task, (path,), names)[path]
-        return value - self.places, slopes
-
 
 class PlanarPoses(Visited):
     """Poses (k, 3) of a body: origin of its frame and angle."""
@@ -103,24 +83,6 @@ class PlanarPoses(Visited):
 
     def squares(self, values: Any, wanted: Any) -> Any:
         return super().squares(values, wanted) + 2 - 2 * np.cos(values[..., 2] - wanted[..., 2])
-
-    def deviated(self, at: Any, design: Any, names: Sequence[str]) -> tuple[Any, Any]:
-        task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-        paths = (f"points/{self.what}.{ORIGIN}/position", f"bodies/{self.what}/angle")
-        found = design.slopes(task, paths, names, self.what)
-        (places, moved), (angle, turned) = (found[path] for path in paths)
-        turn = angle[:, 0] - self.wanted[:, 2]
-        residuals = np.column_stack(
-            [places - self.places, self.size * np.sin(turn), self.size * (1 - np.cos(turn))]
-        )
-        slopes = self.size * np.stack([np.cos(turn), np.sin(turn)], axis=1)[:, :, None] * turned
-        return residuals, np.concatenate([moved, slopes], axis=1)
-
-    def errors(self, found: Result, design: Any) -> Any:
-        angle = found.bodies[self.what].angle
-        turn = (angle - self.wanted[:, 2] + np.pi) % TURN - np.pi
-        gap = np.hypot(*(design.origin(found, self.what) - self.places).T)
-        return np.hypot(gap, self.size * 2 * np.sin(np.abs(turn) / 2))
 
 
 class SpatialPoses(Visited):
@@ -156,22 +118,6 @@ class SpatialPoses(Visited):
     def squares(self, values: Any, wanted: Any) -> Any:
         turned = values[..., 3:] - wanted[..., 3:]
         return super().squares(values, wanted) + np.sum(turned**2, axis=-1) / 2
-
-    def deviated(self, at: Any, design: Any, names: Sequence[str]) -> tuple[Any, Any]:
-        task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-        paths = tuple(f"points/{self.what}.{point}/position" for point in (ORIGIN, *AXES))
-        found = design.slopes(task, paths, names, self.what)
-        (place, moved), *ends = (found[path] for path in paths)
-        share = self.size / np.sqrt(2)
-        turned = np.concatenate([end - place for end, _ in ends], axis=1) - self.wanted[:, 3:]
-        slopes = [moved, *(share * (slope - moved) for _, slope in ends)]
-        residuals = np.concatenate([place - self.places, share * turned], axis=1)
-        return residuals, np.concatenate(slopes, axis=1)
-
-    def errors(self, found: Result, design: Any) -> Any:
-        turned = _columns(found.bodies[self.what].orientation)
-        values = np.concatenate([design.origin(found, self.what), turned], axis=1)
-        return self.size * np.sqrt(self.squares(values, self.wanted))
 
 
 def _columns(quaternions: Any) -> Any:

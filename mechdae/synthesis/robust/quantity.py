@@ -7,23 +7,18 @@ of the deviations, with their signs; what deviates of an extreme is the quantity
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme
-from mechdae.describe.tasks.kinds import Sweep
-from mechdae.describe.tasks.shaking import shaking_paths
-from mechdae.errors import InputError
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.parameters import parameters_of
 from mechdae.synthesis.nlp import SPREAD, Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
 from mechdae.synthesis.robust.deviations import Deviations
-from mechdae.synthesis.robust.values import of_largest, variables
-from mechdae.synthesis.verify import POSES, Design
+from mechdae.synthesis.robust.values import variables
 
 SX = ca.SX
 
@@ -97,62 +92,3 @@ def sigma_of_mean(asked: Extreme, sums: Any, mean: Any, powers: Any) -> Any:
     elif asked.path not in MEANS and asked.reduce == "rms":
         sums = sums / mean
     return ca.norm_2(sums)
-
-
-def of_task(design: Design, asked: Extreme, deviations: Deviations) -> tuple[float, dict[str, Any]]:
-    """Return the robust value of a quantity by the derivatives of the task itself.
-
-    Of an extreme it is that of the poses of the task, 721 where they are not named.
-    """
-    names, factor, sigmas = deviations.names, deviations.factor, deviations.sigmas
-    paths = shaking_paths(asked.path, design.problem.mechanism.dimension)
-    task = design.others[asked.task]
-    assert isinstance(task, Sweep)
-    found = design.slopes(asked.task if asked.path in MEANS else fine(task), paths, names)
-    value = np.concatenate([found[path][0] for path in paths], axis=1)
-    slopes = np.concatenate([found[path][1] for path in paths], axis=1) * sigmas
-    if not np.isfinite(slopes).all():
-        raise InputError(f"{asked.path} has no derivative by {', '.join(names)} at all poses")
-    width = min(value.shape[1], design.problem.mechanism.dimension)
-    value, slopes = value[:, :width], slopes[:, :width]
-    sense = -asked.sense * factor
-    if asked.path in MEANS or asked.reduce in ("mean", "rms"):
-        weights = np.ones(len(value))
-        if len(value) > 2:
-            weights[[0, -1]] = 0.5
-        weights /= weights.sum()
-        nominal, sigma = _averaged(asked, value, slopes, weights)
-        total = nominal - sense * sigma
-        return total, {"nominal": nominal, "sigma": sigma, "value": total}
-    if asked.reduce == "peak":
-        sizes, along = _sizes(value, slopes)
-        return of_largest(sizes, along[:, None], factor)
-    total, parts = of_largest(-value[:, 0], slopes, factor)
-    return -total, {"nominal": -parts["nominal"], "sigma": parts["sigma"], "value": -total}
-
-
-def fine(task: Sweep) -> Sweep:
-    """Return a task with enough poses for extremes."""
-    if any(driver.at is not None or driver.times is not None for driver in task.all_drivers):
-        return task
-    return replace(task, poses=max(task.poses or 0, POSES))
-
-
-def _sizes(value: Any, slopes: Any) -> tuple[Any, Any]:
-    """Return lengths (n,) of vectors and their deviations (n, nt)."""
-    sizes = np.linalg.norm(value, axis=1)
-    unit = value / np.maximum(sizes, 1e-300)[:, None]
-    return sizes, np.einsum("nw,nwt->nt", unit, slopes)
-
-
-def _averaged(asked: Extreme, value: Any, slopes: Any, weights: Any) -> tuple[float, float]:
-    """Return a mean or root mean square over poses and its standard deviation."""
-    if asked.path not in MEANS and asked.reduce == "rms":
-        nominal = float(np.sqrt(weights @ np.sum(value**2, axis=1)))
-        along = np.einsum("n,nw,nwt->t", weights, value, slopes) / nominal
-    else:
-        if value.shape[1] > 1:
-            value, slopes = (part[:, None] for part in _sizes(value, slopes))
-        nominal = float(weights @ value[:, 0])
-        along = weights @ slopes[:, 0]
-    return nominal, float(np.linalg.norm(along))

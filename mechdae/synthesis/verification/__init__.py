@@ -1,0 +1,1 @@
+"""Designs measured on their own files: what was asked for, with no code of the search."""
