@@ -75,7 +75,7 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class Measured:
+class Worth:
     """What the file of a design does.
 
     ``value`` in the goal's unit; ``errors`` (k,) at its targets; ``defects`` are sentences;

@@ -12,7 +12,7 @@ from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.results import Result
 from mechdae.synthesis.robust.values import of_largest, of_squares
-from mechdae.synthesis.verification.claims import Claim, Measured, Stated
+from mechdae.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.synthesis.verification.design_file import TURN, DesignFile
 
 FINE = 721
@@ -21,7 +21,7 @@ EXACT = 1e-9
 """Error of an exact target, by the spread of the outputs."""
 
 
-def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
+def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return the errors of the output, and their measure."""
     asked = stated.asked
     assert isinstance(asked, FunctionTargets)
@@ -33,7 +33,7 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
     sense = claim.sense if asked.sense == "free" else 1.0
     found, defects = design.swept(begin + inputs, (asked.output,))
     if found is None:
-        return Measured(np.inf, np.full(len(inputs), np.nan), defects)
+        return Worth(np.inf, np.full(len(inputs), np.nan), defects)
     c = coordinate(design.problem.mechanism, asked.output)
     errors = _series(found, c) - end - sense * outputs
     if c.is_angle and np.isfinite(errors).any():
@@ -48,7 +48,7 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
         value, parts = _robust(stated, begin + inputs, design, errors)
     if not asked.targets:
         errors = errors[np.isin(shares, even)]
-    return Measured(value, errors, defects, parts)
+    return Worth(value, errors, defects, parts)
 
 
 def _wanted(asked: FunctionTargets, shares: Any) -> tuple[Any, Any]:

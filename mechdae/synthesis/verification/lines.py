@@ -7,7 +7,7 @@ import numpy as np
 from mechdae.describe.tasks.goals import StraightLine
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.synthesis.robust.values import of_largest
-from mechdae.synthesis.verification.claims import Claim, Measured, Stated
+from mechdae.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.synthesis.verification.design_file import DesignFile
 
 FINE = 721
@@ -18,7 +18,7 @@ STROKE = 1e-7
 """Share by which the stroke may differ from the one that is asked for."""
 
 
-def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
+def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return deviations from a line, and the largest of them by the stroke."""
     asked = stated.asked
     assert isinstance(asked, StraightLine)
@@ -27,7 +27,7 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
     at = float(claim.at[0]) + asked.arc * shares
     found, defects = design.swept(at, (asked.point,))
     if found is None:
-        return Measured(np.inf, np.full(FINE, np.nan), defects)
+        return Worth(np.inf, np.full(FINE, np.nan), defects)
     places = found.points[asked.point].position
     along = places @ np.array([np.cos(claim.direction), np.sin(claim.direction)])
     normal = np.array([-np.sin(claim.direction), np.cos(claim.direction)])
@@ -45,4 +45,4 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
         slopes = design.slopes(task, (path,), stated.robust.names)[path][1]
         slopes = normal @ slopes * stated.robust.sigmas
         value, parts = of_largest(np.abs(errors), slopes[:, None], stated.robust.factor, stroke)
-    return Measured(value, errors[np.isin(shares, fine)], defects, parts)
+    return Worth(value, errors[np.isin(shares, fine)], defects, parts)

@@ -22,7 +22,7 @@ from mechdae.results import FINE, Result
 from mechdae.synthesis.quantity import MEANS, TRANSMISSION
 from mechdae.synthesis.robust.deviations import Deviations
 from mechdae.synthesis.robust.values import of_largest
-from mechdae.synthesis.verification.claims import Claim, Measured, Stated
+from mechdae.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.synthesis.verification.design_file import POSES, DesignFile
 
 NEAR = 2e-3
@@ -33,7 +33,7 @@ TOPS, ZOOM, ROUNDS = 3, 17, 3
 """Brackets that are closed in, places in each, how often it is narrowed."""
 
 
-def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
+def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return the reduced quantity of another task, and where it misses its limits."""
     asked = stated.asked
     assert isinstance(asked, Asked)
@@ -42,7 +42,7 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
     try:
         found = design.solved(asked.task)
     except MechdaeError as error:
-        return Measured(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
+        return Worth(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
     defects = []
     bad = [str(word) for word in found.status if str(word) not in FINE]
     if bad:
@@ -51,10 +51,10 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
         try:
             value, parts = of_task(design, asked, stated.robust)
         except MechdaeError as error:
-            return Measured(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
-        return Measured(value, np.zeros(0), defects, parts)
+            return Worth(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
+        return Worth(value, np.zeros(0), defects, parts)
     if stated.bounds is None:
-        return Measured(_reached(design, found, asked), np.zeros(0), defects)
+        return Worth(_reached(design, found, asked), np.zeros(0), defects)
     low, high = stated.bounds
     series = values_of(found, asked.path)
     slack = NEAR * max(float(np.max(np.abs(series))), stated.unit)
@@ -66,17 +66,17 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
     for value in dict.fromkeys(reached):
         if not low - slack <= value <= high + slack:
             defects.append(f"{asked.path} is {value:.6g}, the limit is missed")
-    return Measured(float(np.max(series)), np.zeros(0), defects)
+    return Worth(float(np.max(series)), np.zeros(0), defects)
 
 
-def _number(stated: Stated, asked: Asked, claim: Claim, design: DesignFile) -> Measured:
+def _number(stated: Stated, asked: Asked, claim: Claim, design: DesignFile) -> Worth:
     """Return a number of a motion or an equilibrium, which is that from the asked sketch too."""
     path = asked.path
     try:
         solved = design.solved(asked.task, (path,))
         found = np.asarray(figure(solved, path if is_figure(path) else solved.whole_path(path)))
     except MechdaeError as error:
-        return Measured(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
+        return Worth(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
     value, defects = float(found.ravel()[0]), []
     if not abs(value - claim.value) <= SAME * max(abs(claim.value), stated.unit):
         defects.append(
@@ -88,7 +88,7 @@ def _number(stated: Stated, asked: Asked, claim: Claim, design: DesignFile) -> M
         slack = SAME * max(abs(value), stated.unit)
         if not low - slack <= value <= high + slack:
             defects.append(f"{path} is {value:.6g}, the limit is missed")
-    return Measured(value, np.zeros(0), defects)
+    return Worth(value, np.zeros(0), defects)
 
 
 def _reached(design: DesignFile, found: Result, asked: Asked) -> float:

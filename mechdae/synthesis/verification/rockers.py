@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.describe.tasks.goals import Rocker
-from mechdae.synthesis.verification.claims import Claim, Measured, Stated
+from mechdae.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.synthesis.verification.design_file import TURN, DesignFile
 
 EXACT = 1e-9
@@ -14,13 +14,13 @@ TIMED = 1e-7
 """Miss of a stroke of the driver [rad]."""
 
 
-def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
+def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return how far way and times are from what is asked for."""
     asked = stated.asked
     assert isinstance(asked, Rocker)
     found, defects = design.turn
     if found is None:
-        return Measured(np.inf, np.full(2, np.nan), list(defects))
+        return Worth(np.inf, np.full(2, np.nan), list(defects))
     defects, part = list(defects), asked.coordinate.rpartition(".")[0]
     table = found.summary.get("stroke" if asked.slides else "swing", {})
     way = table.get(part)
@@ -28,7 +28,7 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
     defects += own
     if ends is None or way is None:
         word = "the joint does not slide" if asked.slides else "the body does not swing"
-        return Measured(np.inf, np.full(2, np.nan), [*defects, word])
+        return Worth(np.inf, np.full(2, np.nan), [*defects, word])
     series = ends.joints[part].slide if asked.slides else ends.bodies[part].angle
     reached = float(np.ptp(series))
     size = max(design.problem.mechanism.scale if asked.slides else 1.0, asked.reach or 0.0)
@@ -50,4 +50,4 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
             defects.append(f"{stated.path} is {value:.6g}, the limit is missed")
     if value is None or stated.bounds is not None:
         value = float(np.abs(errors).max())
-    return Measured(value, errors, defects)
+    return Worth(value, errors, defects)

@@ -14,7 +14,7 @@ from mechdae.describe.tasks.goals import (
     Visits,
 )
 from mechdae.synthesis.verification import functions, lines, quantities, rockers, visits
-from mechdae.synthesis.verification.claims import Claim, Measured, Stated
+from mechdae.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.synthesis.verification.design_file import DesignFile
 
 KINDS: Mapping[type, ModuleType] = {
@@ -27,7 +27,7 @@ KINDS: Mapping[type, ModuleType] = {
 }
 
 
-def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
+def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return what the file of a design does of a goal or a limit."""
-    found: Measured = KINDS[type(stated.asked)].measured(stated, claim, design)
+    found: Worth = KINDS[type(stated.asked)].measured(stated, claim, design)
     return found

@@ -15,7 +15,7 @@ from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.results import Result
 from mechdae.results.rotations import matrices
 from mechdae.synthesis.robust.values import of_largest, of_squares
-from mechdae.synthesis.verification.claims import Claim, Measured, Stated
+from mechdae.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.synthesis.verification.design_file import AXES, ORIGIN, TURN, DesignFile
 
 EXACT = 1e-9
@@ -24,23 +24,23 @@ TIMED = 1e-9
 """By how much driver values may differ from those asked for, in turns or largest values."""
 
 
-def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
+def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return the errors of visited targets, and their measure."""
     asked = stated.asked
     assert isinstance(asked, Visits)
     at, count = np.asarray(claim.at, float), len(asked.targets)
     if len(at) != count:
-        return Measured(np.inf, np.full(count, np.nan), [f"{len(at)} poses for {count} targets"])
+        return Worth(np.inf, np.full(count, np.nan), [f"{len(at)} poses for {count} targets"])
     found, defects = design.swept(at, (asked.what,))
     if found is None:
-        return Measured(np.inf, np.full(count, np.nan), defects)
+        return Worth(np.inf, np.full(count, np.nan), defects)
     defects = defects + _timing(asked, at, design.turned)
     errors, size, weights = _errors(asked, found, design), size_of(asked), np.array(asked.weights)
     if asked.measure == "exact":
         worst = float(np.max(errors))
         if not worst <= EXACT * size:
             defects.append(f"a target is missed by {worst:.3g}")
-        return Measured(worst, errors, defects)
+        return Worth(worst, errors, defects)
     if stated.robust is not None:
         factor, sigmas = stated.robust.factor, stated.robust.sigmas
         gaps, slopes = _deviated(asked, at, design, stated.robust.names)
@@ -48,10 +48,10 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Measured:
             value, parts = of_largest(errors, slopes * sigmas, factor)
         else:
             value, parts = of_squares(gaps, slopes * sigmas, weights, factor)
-        return Measured(value, errors, defects, parts)
+        return Worth(value, errors, defects, parts)
     if asked.measure == "minimax":
-        return Measured(float(np.max(errors)), errors, defects)
-    return Measured(float(np.sum(weights * errors**2)), errors, defects)
+        return Worth(float(np.max(errors)), errors, defects)
+    return Worth(float(np.sum(weights * errors**2)), errors, defects)
 
 
 def size_of(asked: Visits) -> float:
