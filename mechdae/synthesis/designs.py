@@ -18,9 +18,11 @@ from mechdae.synthesis.design_motion import DesignMotion
 from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.fourbar.cognates import are_cognates
 from mechdae.synthesis.fourbar.starts import FourBarStarts
+from mechdae.synthesis.goals.function import Function
 from mechdae.synthesis.goals.path_generation import VisitsGoal
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import STIFF, Nlp
+from mechdae.synthesis.remarks import drawn_backwards
 from mechdae.synthesis.search import Search
 from mechdae.synthesis.verification.claims import disagreement
 from mechdae.synthesis.verification.verify import measured
@@ -209,7 +211,7 @@ def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
     """
     value = design["objective"] * search.sense
     lead = search.lead
-    exact = isinstance(lead, VisitsGoal) and lead.exact
+    exact = isinstance(lead, VisitsGoal | Function) and lead.exact
     least = MET if exact else ROUNDING if _zero(search) else 0.0
     if abs(value) <= least * search.objective_unit:
         value = 0.0
@@ -322,8 +324,10 @@ def judged_design(
     }
     if senses:
         result["sense"] = senses[0] if len(senses) == 1 else senses
-    if nlp.bent and found.status != SMOOTH:
-        result["note"] = KINK
+    notes = [KINK] if nlp.bent and found.status != SMOOTH else []
+    notes += drawn_backwards(search.problem.mechanism, design.parameters)
+    if notes:
+        result["note"] = "; ".join(notes)
     if search.robust is not None:
         result["robust"] = [part.robust for part in parts]
     if len(search.goals) > 1:

@@ -31,6 +31,8 @@ BRANCH = 1e-6
 """Least |determinant| of a pose relative to its columns, sin(theta4 - theta3) of a four-bar."""
 WELL = 1e-3
 """The same over a whole turn, between whose nodes nothing is asked."""
+TURNS = 1e-6
+"""Least slack of Grashof's inequalities, in sizes of the mechanism, where none is given."""
 WATCHED = 4
 """Poses of a turn, beside its nodes, at which a transmission angle is least."""
 CLASSES = ("crank-rocker", "drag-link")
@@ -314,7 +316,8 @@ class DesignSpace:
             slack = [r3 + r4 - r2 - r1, r1 + r4 - r2 - r3, r1 + r3 - r2 - r4]
         else:
             slack = [r3 + r4 - r1 - r2, r2 + r4 - r1 - r3, r2 + r3 - r1 - r4]
-        margin = self.asked.margin / self.size
+        given = self.asked.margin
+        margin = TURNS if given is None else given / self.size
         nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size)
         own = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.between))]
         least = max((float(asked.min) for asked in own), default=0.0)

@@ -20,6 +20,7 @@ from mechdae.synthesis.fourbar.reach import out_of_reach
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.remarks import left_out
 from mechdae.synthesis.search import Search
 
 Job = tuple[int, Seed]
@@ -96,14 +97,16 @@ def synthesize(
         },
     }  # fmt: skip
     summary |= _verdict(search)
-    if search.notes:
-        summary["notes"] = search.notes
-    fault = None
+    fault, missing = None, left_out(search)
+    notes = [*search.notes, *([missing] if missing and sound else [])]
+    if notes:
+        summary["notes"] = notes
     if not sound:
         fault, conflicts = fault_of(problems, jobs, optima, candidates, rejected)
         proof = out_of_reach(search) or _none_is_faultless(search)
         if proof:
             fault, summary["status"] = f"{proof}; {fault}", "none exists"
+        fault = f"{fault}; {missing}" if missing else fault
         summary["conflicts"] = conflicts
     return SynthesisResult(
         problem.name, name, task.kind, problem.mechanism, problem.title,

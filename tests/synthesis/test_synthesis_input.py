@@ -96,7 +96,9 @@ def test_all_targets_in_one_place():
         ({"targets": [[0, 0], [1, 1]]}, InputError, "goal"),
         ({"input_range": None}, InputError, "goal"),
         ({"input_start": "phi9"}, MechdaeError, "goal.input_start"),
-        ({"measure": "exact"}, UnknownName, "goal.measure"),
+        ({"measure": "exact"}, InputError, "goal.measure"),
+        ({"measure": "exactly"}, UnknownName, "goal.measure"),
+        ({"sense": "fre"}, UnknownName, "goal.sense"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else None,
 )

@@ -142,7 +142,9 @@ class FullTurn(Constraint):
     """The driver turns fully."""
 
     coordinate: str | None = key("text", None, doc="the driver's")
-    margin: Any = key("number", 1e-6, doc="of the inequalities", unit="m")
+    margin: Any = key(
+        "number", None, doc="of the inequalities; absent: 1e-6 of the mechanism's size", unit="m"
+    )
 
     kind: ClassVar[str] = "full-turn"
 

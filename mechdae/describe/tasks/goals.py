@@ -249,6 +249,11 @@ class FunctionTargets(GoalDescription):
             raise InputError("give either 'function' or 'targets'")
         if self.function is not None:
             self._check_range()
+        if self.function is not None and self.measure == "exact":
+            raise InputError(
+                "a formula is met nearly, not at every value of its range", where="measure",
+                hint='targets = [[input, output], ...] for "exact"',
+            )  # fmt: skip
 
     def _check_range(self) -> None:
         for word in ("range", "input_range", "output_range"):

@@ -66,9 +66,10 @@ class Demand:
         return bool(self.of(FullTurn))
 
     @property
-    def margin(self) -> float:
-        """Margin of the inequalities of the full turn [m]."""
-        return float([FullTurn(), *self.of(FullTurn)][-1].margin)
+    def margin(self) -> float | None:
+        """Margin of the inequalities of the full turn [m]; None: by the mechanism's size."""
+        given = [FullTurn(), *self.of(FullTurn)][-1].margin
+        return None if given is None else float(given)
 
     def of(self, kind: type[C]) -> tuple[C, ...]:
         """Return the constraints of a kind."""

@@ -108,6 +108,28 @@ def function_starts(
     return _apart(found, keep)
 
 
+def three_pairs(phi: Any, psi: Any) -> Any:
+    """Return crank, coupler and rocker by their ground that meet three pairs of angles exactly.
+
+    The solution is the only one but for the sign of the coupler; crank and rocker may be
+    negative: such a link points from its pin the other way. None where no link is that long.
+
+    Parameters
+    ----------
+    phi, psi : (3,)
+        Angles of crank and rocker from the ground line [rad].
+    """
+    A = np.stack([np.cos(psi), -np.cos(phi), np.ones(3)], axis=1)
+    with np.errstate(all="ignore"):
+        try:
+            K = np.linalg.solve(A, np.cos(phi - psi))
+        except np.linalg.LinAlgError:
+            return None
+        a, c = 1 / K[0], 1 / K[1]
+        found = np.array([a, np.sqrt(1 + a * a + c * c - 2 * a * c * K[2]), c])
+    return found if np.isfinite(found).all() else None
+
+
 class FunctionRows:
     """Errors of the output, and what lengths exceed their bounds, of one branch.
 

@@ -39,7 +39,7 @@ class FourBarStarts:
         steps: Any,
     ) -> list[StartingFourBar]:  # fmt: skip
         """Return the best mutually distant starts of a Grashof class."""
-        ordered = {"absolute": self._absolute(steps), "steps": steps}
+        ordered = {"absolute": self.absolute(steps), "steps": steps}
         return screened(
             targets, generator, samples, count, kind, ordered.get(timing), timing,
             self._fixed_frame(), self.limits(),
@@ -132,11 +132,16 @@ class FourBarStarts:
         angle = ca.substitute(scene.turn_of(self.loop.crank), scene.u, u)
         return ca.Function("crank", [u, d], [self.space.over_free(angle, d)])
 
-    def _absolute(self, steps: Any) -> Any:
+    def absolute(self, steps: Any) -> Any:
         """Return the crank's angles from the ground line at the driver's values."""
         middle = self.space.middle
         crank, _, _, ground = np.array(self._angles(middle)).ravel()
         return steps + float(self._crank(0.0, middle)) + crank - ground
+
+    def output(self, values: Any) -> Any:
+        """Return the rocker's angles from the ground line at angles of its body."""
+        _, _, rocker, ground = np.array(self._angles(self.space.middle)).ravel()
+        return values + rocker - ground
 
     def _fixed_frame(self) -> tuple[complex, float] | None:
         """Return pivot and direction of the ground line where no free parameter moves them."""
