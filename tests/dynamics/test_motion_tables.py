@@ -160,6 +160,33 @@ def test_a_table_that_ends_before_the_motion() -> None:
     result = md.solve(pushed({"rows": [[0, 0], [1, 2]]}), "m")
     assert result.fault is not None
     assert "table of load F ends before the motion" in result.fault
+    assert result.time[-1] == 1.0
+    assert result.joints["G"].slide_velocity[-1] == pytest.approx(1.0, rel=1e-12)
+
+
+def test_nothing_is_said_behind_the_end_of_a_table() -> None:
+    """Random rows of forces and of laws: all states are within, those of forces by quadrature."""
+    generator = np.random.default_rng(5)
+    for k in range(12):
+        t = np.append(0.0, np.cumsum(generator.uniform(0.2, 0.9, 4)))
+        values = np.append(0.0, generator.normal(size=4))
+        table = {"rows": np.stack([t, values], axis=1).tolist()}
+        count = int(generator.integers(5, 40))
+        forced = bool(k % 2)
+        problem = pushed(table, poses=count) if forced else from_dict(driven(table, poses=count))
+        result = md.solve(problem, "m")
+        assert result.fault is not None
+        assert "ends before the motion" in result.fault
+        step = 5.0 / (count - 1)
+        assert t[-1] - step - 1e-9 <= result.time[-1] <= t[-1] * (1 + 1e-12)
+        assert (np.asarray(result.status) == "ok").all()
+        if not forced:
+            continue
+        for own, speed in zip(result.time, result.joints["G"].slide_velocity, strict=True):
+            inside = np.append(t[t < own], own)
+            force = np.interp(inside, t, values)
+            area = float(np.sum((force[1:] + force[:-1]) / 2 * np.diff(inside)))
+            assert speed == pytest.approx(area, abs=1e-9)
 
 
 # -- laws ----------------------------------------------------------------------------------------

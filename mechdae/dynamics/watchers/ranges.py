@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
-from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 
 SLACK = 1e-9
 """Share of a table's range by which an abscissa may lie outside."""
@@ -46,20 +46,23 @@ class Ranges:
         at = self.setup.released.moved(ca.vertcat(*self._at))
         return self.setup.kernel.function("abscissae", [ca.densify(at)])
 
-    def look(self, nodes: Nodes) -> None:
-        """Look at accepted steps."""
+    def look(self, nodes: Nodes) -> Cut | None:
+        """Look at accepted steps; return the last state at which all of them are within."""
         if not self._ends:
-            return
+            return None
         lay = self.integrator.layout
         t, x, v = (lay.of(nodes.states, name) for name in ("t", "x", "v"))
         abscissae = self.setup.kernel.batch("abscissae", self._abscissae)
         values = abscissae(t[:, None], x, v, nodes.signs)[0]
+        last = len(t)
         for k, (name, low, high) in enumerate(self._ends):
             slack = SLACK * (high - low)
             outside = (values[:, k] < low - slack) | (values[:, k] > high + slack)
-            if outside.any() and name not in self.left:
+            if outside.any():
                 first = int(np.argmax(outside))
                 self.left[name] = (float(t[first]), float(values[first, k]))
+                last = min(last, first)
+        return Cut(nodes.states[max(last - 1, 0)]) if last < len(t) else None
 
     def faults(self) -> list[str]:
         """Return what is wrong with the motion because of it."""
@@ -71,6 +74,6 @@ class Ranges:
             advice = "a longer range" if word == "joint" else "add rows, or periodic = true"
             faults.append(
                 f"{what} ends before the motion does: nothing is given at {at:.6g}, reached by "
-                f"t = {t:.6g} s; what follows is not valid. Try {advice}"
+                f"t = {t:.6g} s. Try {advice}"
             )
         return faults
