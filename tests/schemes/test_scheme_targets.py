@@ -396,6 +396,13 @@ WRONG = [
     ({"kind": "function", "targets": [[0, 1], [1, 1], [2, 1]]}, {}, "goal.targets", "the same"),
     ({"kind": "function", "targets": [[0, 1], [9, 2], [2, 1]]}, {}, "goal.targets", "515"),
     ({**FUNCTION, "function": "log(x)"}, {}, "goal.function", ""),
+    ({**FUNCTION, "sense": "free"}, {}, "goal.sense", "turns as its values say"),
+    (
+        {"kind": "function", "targets": [[0, 1], [1, 2], [2, 4]], "measure": "exact"},
+        {},
+        "goal.measure",
+        "made small",
+    ),
     (FUNCTION, {"points": 3}, "points", "4 points"),
     (FUNCTION, {"within": {"points": 3}}, "within.points", "four-bar"),
     (FUNCTION, {"pairs": []}, "pairs", "turns"),
