@@ -98,8 +98,7 @@ def synthesize(
     }  # fmt: skip
     summary |= _verdict(search)
     fault, missing = None, left_out(search)
-    notes = [*search.notes, *([missing] if missing and sound else [])]
-    if notes:
+    if notes := [*search.notes, *([missing] if missing and sound else [])]:
         summary["notes"] = notes
     if not sound:
         fault, conflicts = fault_of(problems, jobs, optima, candidates, rejected)
