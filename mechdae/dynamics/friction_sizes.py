@@ -6,6 +6,7 @@ below 1 there is one solution; else they are counted.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
-from mechdae.forces.friction_solutions import solutions_of
+from mechdae.dynamics.watchers.lift_off import Contacts
+from mechdae.forces.friction_solutions import SAME, apart, solutions_of
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.forces.feedback import ACROSS
 
@@ -35,10 +37,29 @@ def pressing(k: Any) -> Any:
 
 
 class Sizes:
-    """Counts the sizes of friction that fit their laws at states of a motion."""
+    """Counts the sizes of friction that fit their laws at states of a motion.
+
+    Attributes
+    ----------
+    started : set of int
+        Slips that began to move from rest where one of several solutions fits that: it is followed
+        while they move on.
+    notes : dict
+        By the rules that ruled solutions out, what to say of the first time.
+    """
 
     def __init__(self, setup: Setup) -> None:
         self.setup, self.kernel = setup, setup.kernel
+        self.started: set[int] = set()
+        self.notes: dict[tuple[str, ...], str] = {}
+
+    @cached_property
+    def _contacts(self) -> Contacts:
+        return Contacts(self.setup)
+
+    @cached_property
+    def _rates(self) -> Any:
+        return self.kernel.batch("rhs", lambda: self.kernel.rhs)
 
     @cached_property
     def _coupling(self) -> Any:
@@ -95,14 +116,18 @@ class Sizes:
     def _laws(self) -> list[str]:
         return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
 
-    def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
-        """Return all sizes of friction that fit their laws, and accelerations of x with each."""
+    def _parts(self, t: float, x: Any, v: Any, signs: Any) -> tuple[Any, Any, Any]:
+        """Return solutions by unit of friction, the linear forms and their slopes, see `Kernel`."""
         columns, starts, slopes = (
             part[0] for part in self._coupling(np.array([[t]]), x[None, :], v[None, :], signs)
         )
-        n, rubs, places = self.kernel.n, self.kernel.rubs, self.kernel.places
-        slopes = slopes.reshape(rubs, -1).T
-        columns = columns.reshape(rubs + 1, -1).T
+        rubs = self.kernel.rubs
+        return columns.reshape(rubs + 1, -1).T, starts, slopes.reshape(rubs, -1).T
+
+    def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
+        """Return all sizes of friction that fit their laws, and accelerations of x with each."""
+        columns, starts, slopes = self._parts(t, x, v, signs)
+        n, places = self.kernel.n, self.kernel.places
         parts = ([every[place] for place in places] for every in (starts, slopes))
         found, _ = solutions_of(self._laws, *parts)
         return [(m, columns[:n, 0] + columns[:n, 1:] @ m) for m in found]
@@ -113,8 +138,75 @@ class Sizes:
         own = self.setup.released.rubbing.feedbacks
         return list(dict.fromkeys(feedback.joint for feedback in own if feedback.friction))
 
-    def check(self, t: float, x: Any, v: Any, signs: Any) -> None:
+    def pulls(self, t: float, x: Any, v: Any, signs: Any, m: Any = None) -> bool:
+        """Return whether a contact that is declared one-sided would have to pull.
+
+        With the sizes of friction that Newton's method finds, or others.
+        """
+        if not self._contacts.names:
+            return False
+        at = (np.array([[t]]), np.atleast_2d(x), np.atleast_2d(v))
+        if m is None:
+            a, inner = self._rates(*at, signs)
+        else:
+            columns = self._parts(t, x, v, signs)[0]
+            whole = columns[:, 0] + columns[:, 1:] @ m
+            n = self.kernel.n
+            a, inner = whole[None, :n], np.concatenate([whole[n:], m])[None, :]
+        return bool((self._contacts.holding(*at, signs, a, inner) < 0).any())
+
+    def _one_left(
+        self, t: float, x: Any, v: Any, signs: Any, found: list[Any],
+        agrees: Callable[[Any], bool] | None,
+    ) -> bool:  # fmt: skip
+        """Return whether all solutions but one are ruled out.
+
+        Contacts declared one-sided do not pull, what starts moves the way its friction says, and
+        the solution of slips that have started is followed. A rule that none agrees with is none.
+        """
+        own = self._rates(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
+        own = own[len(own) - self.kernel.rubs :]
+        rubbing = self.setup.released.rubbing
+        places = [j for j, k in enumerate(rubbing.owners) if k in self.started]
+
+        def follows(m: Any) -> bool:
+            return apart(m[places], own[places]) <= SAME
+
+        rules = {
+            "contacts that are declared one-sided would have to pull": (
+                lambda m: not self.pulls(t, x, v, signs, m)
+            ),
+            "what starts would move against its friction": agrees,
+            "it is not the one that these pairs have started with": follows if places else None,
+        }
+        count, used = len(found), []
+        for text, rule in rules.items():
+            kept = found if rule is None else [entry for entry in found if rule(entry[0])]
+            if len(found) > 1 and 0 < len(kept) < len(found):
+                found, used = kept, [*used, text]
+        if len(found) > 1 or apart(found[0][0], own) > SAME:  # Newton's method is elsewhere
+            return False
+        told = (
+            f"from t = {t:.9g} s on {count} solutions fit the dry friction of "
+            f"{', '.join(self.joints)}, all but one are ruled out: {'; '.join(used)}"
+        )
+        self.notes.setdefault(tuple(used), told)
+        return True
+
+    def check(
+        self, t: float, x: Any, v: Any, signs: Any, agrees: Callable[[Any], bool] | None = None
+    ) -> bool:
         """Raise where the laws of friction give no accelerations, or several.
+
+        Parameters
+        ----------
+        agrees
+            Sizes of friction -> whether slips that start move the way their friction says.
+
+        Returns
+        -------
+        bool
+            Whether of several solutions all but one are ruled out.
 
         Raises
         ------
@@ -122,13 +214,15 @@ class Sizes:
             With the accelerations of each solution, and the friction up to which there is one.
         """
         if not self.kernel.rubs:
-            return
+            return False
         bound = float(self.contractions(t, x, v, signs)[0])
         if bound < 1:
-            return
+            return False
         found = self.solutions(t, x, v, signs)
         if len(found) == 1:
-            return
+            return False
+        if found and self._one_left(t, x, v, signs, found, agrees):
+            return True
         joints = self.joints
         names = [".".join(c.key) for c in self.kernel.released.coordinates]
         text = f"dry friction of {', '.join(joints)}"

@@ -136,7 +136,7 @@ def _notes(run: MotionRun, of_outputs: list[str]) -> list[str]:
     """Return what there is to say beside what forces have to."""
     setup = run.setup
     notes = setup.notes + setup.rubbing.assumptions + of_outputs
-    notes += run.stiffness.notes() + run.lifting.notes()
+    notes += run.stiffness.notes() + run.lifting.notes() + list(run.sticking.sizes.notes.values())
     if run.begin.correction > CORRECTED:
         notes.append(
             f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "
@@ -207,9 +207,12 @@ def _events(run: MotionRun) -> tuple[Event, ...]:
         entry |= {"of": own.crossing.coordinate, "value": own.crossing.crosses}
         found.append(entry | {"direction": "up" if own.rises else "down"})
     loads = run.setup.problem.mechanism.loads
-    for t, name, sign, kind in run.sticking.found:
+    for t, signs, kind in run.sticking.found:
+        (name, sign), *more = signs.items()
         owner = "load" if name in loads else "joint"
-        found.append({"kind": kind, "at": t, "time": t, owner: name, "sign": sign})
+        entry = {"kind": kind, "at": t, "time": t, owner: name, "sign": sign}
+        together = {"group": list(signs), "signs": list(signs.values())}
+        found.append(entry | (together if more else {}))
     found += run.stiffness.events() + run.lifting.events()
     found += [run.ends] if run.ends is not None else []
     found.sort(key=lambda entry: float(entry["at"]))

@@ -28,7 +28,7 @@ from mechdae.records import dataclass
 MOST = 400_000
 """States that are kept."""
 CROWD = 20
-"""Events of friction so near each other that the motion does not go on."""
+"""Events of friction of one pair so near each other that the motion does not go on."""
 CLOSE = 1e-6
 """Share of the whole time that is near."""
 
@@ -38,8 +38,8 @@ class MotionRun:
     """What an integration gave.
 
     ``watchers`` look at all accepted steps in this order, each up to where the one before it cut
-    them; ``last`` is the last state, ``ends`` the event with which a motion ends before its time,
-    ``fault`` what is said of it.
+    them; ``turns`` are the times and pairs of events of friction, ``last`` is the last state,
+    ``ends`` the event with which a motion ends before its time, ``fault`` what is said of it.
     """
 
     setup: Setup
@@ -56,6 +56,7 @@ class MotionRun:
     ends: dict[str, Any] | None = None
     marks: list[tuple[Any, Any]] = field(default_factory=list)
     undecided: tuple[float, str] = (-1.0, "")
+    turns: list[tuple[float, str]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         parts = (self.setup, self.integrator)
@@ -182,17 +183,19 @@ def _turned(run: MotionRun, turn: Turn, signs: Any) -> tuple[Any, Any]:
     lay, after = integrator.layout, turn.state
     t = float(lay.of(after, "t"))
     x, v, w = (after[lay[part]] for part in ("x", "v", "w"))
+    before = signs
     try:
-        signs, v = sticking.settled(t, x, v, sticking.sides(signs), turn)
+        signs, v = sticking.settled(t, x, v, sticking.sides(before), turn)
     except NoWay as verdict:
         run.verdict(t, verdict)
         return after, signs
-    sticking.note(t, turn, signs)
-    recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
-    if len(recent) >= CROWD:
-        owners = list(dict.fromkeys(entry[1] for entry in recent))
+    sticking.note(t, turn, before, signs)
+    run.turns.append((t, sticking.names[turn.slip]))
+    recent = [name for at, name in run.turns if t - at <= CLOSE * setup.end]
+    if recent.count(recent[-1]) >= CROWD:
+        owners = list(dict.fromkeys(recent))
         fault = (
-            f"{CROWD} events of dry friction (F4) of {', '.join(owners)} within "
+            f"{len(recent)} events of dry friction (F4) of {', '.join(owners)} within "
             f"{CLOSE * setup.end:.2g} s before t = {t:.9g} s: the motion does not go on"
         )
         event = {"kind": "chatter", "code": "F4", "at": t, "time": t, "count": len(recent)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, fields
 from typing import Any
 
@@ -110,11 +110,16 @@ class ValueEvent(Event):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RubbingEvent(Event):
-    """A pair sticks, slips or reverses: of a joint, or of a load that resists."""
+    """A pair sticks, slips or reverses: of a joint, or of a load that resists.
+
+    Where several do so in one instant ``group`` names them all, with ``signs`` in its order.
+    """
 
     sign: float
     joint: str | None = None
     load: str | None = None
+    group: Sequence[str] | None = None
+    signs: Sequence[float] | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

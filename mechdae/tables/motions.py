@@ -18,6 +18,12 @@ ENDS = {
     "chatter": "{count} events of dry friction crowd (F4)",
 }
 """What ends a motion before its time, or slows it, in words."""
+RUBBING = {
+    "reversal": ("the speed of {} vanishes", "the speeds of {} vanish"),
+    "stick": ("{} sticks", "{} stick together"),
+    "slip": ("{} slips", "{} slip together"),
+}
+"""Events of dry friction in words: of one pair, and of several in one instant."""
 MOST = 12
 """Events, works and named values that are shown."""
 
@@ -101,12 +107,9 @@ def _event(event: Event, wheels: Collection[str], units: Units) -> str:
             f"the rank of the constraints drops by {event['rank_drop']}, continued by inertia; "
             "the branch is not unique"
         )
-    elif event["kind"] == "reversal":
-        what = f"the speed of {event.get('load') or event['joint']} vanishes"
-    elif event["kind"] == "stick":
-        what = f"{event.get('load') or event['joint']} sticks"
-    elif event["kind"] == "slip":
-        what = f"{event.get('load') or event['joint']} slips"
+    elif event["kind"] in RUBBING:
+        names = event.get("group") or [event.get("load") or event["joint"]]
+        what = RUBBING[event["kind"]][len(names) > 1].format(", ".join(names))
     elif event["kind"] == "lift_off":
         what = f"{lift_off(event, wheels, units)}, until t = {event['until']:.9g} s"
     elif event["kind"] in ENDS:

@@ -355,7 +355,7 @@ def test_f5_no_way_to_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """700 random pairs of guides at rest had a way; that none is left is put in by hand."""
     from mechdae.dynamics.watchers.sticking import Sticking
 
-    monkeypatch.setattr(Sticking, "_fits", lambda *_: False)
+    monkeypatch.setattr(Sticking, "_fits", lambda *_: (False, -1.0))
     data = pushed("1.0")
     data["gravity"] = [0, -10.0]
     data["joints"]["guide"]["friction"] = 0.4
@@ -458,13 +458,18 @@ def test_a_start_from_rest_that_newtons_method_misses() -> None:
     """P = 8 at p = -0.06, h = 0.15, mu = 0.6: kappa = 1.8, and M = -(h - p) P + kappa |M|.
 
     It cannot stick, 2 mu |p| < L; it starts along the push with |M| = (h - p) P/(1 + kappa). The
-    other size, (h - p) P/(kappa - 1), pushes back: then both fit, which is F2 and not F5.
+    other size, (h - p) P/(kappa - 1), pushes back: from rest that is no start, and a block that
+    slides already is left with both, F2.
     """
     problem = md.load("eccentric-slider")
     values = {"mu": 0.6, "h": 0.15, "p": -0.06, "P": 8.0, "side": 0.0}
     result = md.solve(problem.with_values(values), "motion")
-    (event,) = [event for event in result.events if "code" in event]
-    assert event["code"] == "F2"
-    found = sorted(own["block.x"] for own in event["solutions"])
     sizes = [0.21 * 8 / (1.8 - 1), 0.21 * 8 / (1 + 1.8)]
-    assert found == pytest.approx([(8 - 2 * 0.6 * m / 0.1) / 2 for m in sizes], rel=1e-12)
+    wanted = [(8 - 2 * 0.6 * m / 0.1) / 2 for m in sizes]
+    assert result.fault is None
+    assert result.joints["guide"].slide_acceleration == pytest.approx(wanted[1], rel=1e-12)
+    assert any("would move against its friction" in note for note in result.summary["notes"])
+    moving = problem.with_values(values | {"side": 1.0})
+    (event,) = [event for event in md.solve(moving, "motion").events if "code" in event]
+    assert event["code"] == "F2"
+    assert sorted(own["block.x"] for own in event["solutions"]) == pytest.approx(wanted, rel=1e-12)

@@ -21,34 +21,44 @@ PLACES = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
 """Samples in a part of a step, as `fitted` takes them."""
 
 
-class Lifting:
-    """The arcs of time over which contacts would have to pull."""
+class Contacts:
+    """The forces by which contacts that are declared one-sided hold, at states of a motion."""
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
-        self.setup, self.integrator = setup, integrator
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
         self.contacts = OneSidedContacts(setup.model, setup.model.mechanism.joints)
-        self.observer = Observer(setup) if self.contacts.found else None
-        self.found: list[dict[str, Any]] = []
-        self.open: list[str] = []
+        self.names = self.contacts.names
+        self.observer = Observer(setup) if self.names else None
 
-    def holding(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
-        """Return the forces (n, k) by which contacts hold, at states with the same signs."""
+    def holding(self, t: Any, x: Any, v: Any, signs: Any, a: Any, lam: Any) -> Any:
+        """Return the forces (n, k) by which contacts hold, at states with the same signs.
+
+        `a` and `lam` are accelerations and what goes with them, (n, .) each.
+        """
         observer, setup = self.observer, self.setup
         assert observer is not None
-        a, lam = self.integrator.rates(t, x, v, signs)
         rows = setup.sided(t, x, v, np.broadcast_to(signs, (len(x), len(signs))))
         states = observer.complete(States(t[:, 0], x, v, a, lam, np.zeros((len(x), 0)), rows))
         q = observer.absolute(states)[0]
         return self.contacts.holding(q, observer.reactions(states, q, observer.multipliers(states)))
 
+
+class Lifting:
+    """The arcs of time over which contacts would have to pull."""
+
+    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+        self.integrator, self.contacts = integrator, Contacts(setup)
+        self.found: list[dict[str, Any]] = []
+        self.open: list[str] = []
+
     def look(self, nodes: Nodes) -> None:
         """Look at the forces inside accepted steps."""
-        if self.observer is None or len(nodes.states) < 2:
+        if not self.contacts.names or len(nodes.states) < 2:
             return
         lay, signs = self.integrator.layout, nodes.signs
 
         def values(t: Any, x: Any, v: Any) -> Any:
-            return self.holding(t, x, v, signs)
+            return self.contacts.holding(t, x, v, signs, *self.integrator.rates(t, x, v, signs))
 
         looker, k = Looker(self.integrator, nodes, values), len(self.contacts.names)
         begins = lay.of(nodes.states, "t")
@@ -93,6 +103,6 @@ class Lifting:
         """Return the same in sentences."""
         lost = [unwatched(self.open)] if self.open else []
         return lost + [
-            sentence(arc, self.contacts.unit[arc["joint"]], lambda t: f"t = {t:.6g} s")
+            sentence(arc, self.contacts.contacts.unit[arc["joint"]], lambda t: f"t = {t:.6g} s")
             for arc in self.found
         ]

@@ -11,7 +11,8 @@ import numpy as np
 from mechdae.dynamics.integrate import Cut, Nodes
 from mechdae.dynamics.watchers.ball_loads import BallLoads
 from mechdae.dynamics.watchers.glides import LEAST
-from mechdae.dynamics.watchers.slips import IDLE, RANK, SLACK, Slips, Turn
+from mechdae.dynamics.watchers.slips import IDLE, RANK, SLACK, Turn
+from mechdae.dynamics.watchers.ways import Ways
 from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
 
 CLOSE = 1e-13
@@ -26,44 +27,60 @@ RELEASED = ("below", "above", "slack")
 """What is watched of forces that hold."""
 
 
-class Sticking(Slips):
+class Sticking(Ways):
     """Watches the slips of a motion for events, see `Slips`."""
 
-    def _starts(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
-        """Return what is left (n,) until locks of one freedom, more than it needs, give way.
+    def _starts(self, k: int, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left (n,) until locks that share their forces give way.
 
         The accelerations to both sides with friction at rest, over those without friction.
+
+        Parameters
+        ----------
+        k
+            The first of the slips.
         """
         t = np.ravel(t)
         sides = self.sides(signs).copy()
-        locked = np.flatnonzero(self.glides.still(sides))
+        every = np.flatnonzero(self.glides.still(sides)).tolist()
         along = self._along(float(t[0]), x[0], v[0])
-        forward = np.sign(along[:, 0])
-        for group in self.glides.groups:
-            size = float(np.linalg.norm(along[group, 0]))
-            forward[group] = along[group, 0] / max(size, LEAST)
-        ways, worst = forward[locked], np.full(len(t), -np.inf)
+        unit = next(unit for unit in self._sharing(along, sides) if unit[0] == k)
+        alone, locked = along.shape[1] == 1, np.array(unit)
+        ways, worst = self._forward(along, unit), np.full(len(t), -np.inf)
         free = self.values(t, x, v, self.setup.loose)[1][:, locked]
         size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
-        idle = np.flatnonzero(sides == IDLE)
+        idle = np.flatnonzero(sides == IDLE) if alone else np.zeros(0, int)
         others = np.sign(along[idle, 0])
         for direction in (1.0, -1.0):
             own = sides.copy()
             own[locked] = direction * ways
             own[idle] = np.where(others == 0, IDLE, direction * others)
-            rates = self.values(t, x, v, self.signs(own, locked))[1][:, locked]
-            rates = rates * own[locked] / self._sizes()[locked]
-            for group in self.glides.groups:
-                at = np.flatnonzero(np.isin(locked, group))
-                rates[:, at] = rates[:, at].sum(axis=1, keepdims=True)
-            worst = np.maximum(worst, rates.min(axis=1))
+            begun = self.signs(own, every)
+            slowest = self._slowest(own, unit, self.values(t, x, v, begun)[1])
+            strong = np.flatnonzero(self.sizes.contractions(t, x, v, begun) >= 1)
+            for i in strong.tolist():  # there Newton's method finds one of them at most
+                answers = self._answers(float(t[i]), x[i], v[i], begun)
+                rates = np.array([found[0] for found in answers]).reshape(-1, self.k)
+                slowest[i] = self._slowest(own, unit, rates).max(initial=-np.inf)
+            worst = np.maximum(worst, slowest)
         return STARTS * size - worst
 
-    def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
-        """Return whether the forces of locked slips are unique."""
-        locked = np.flatnonzero(self.glides.still(self.sides(signs)))
-        along = self._along(t, x, v)
-        return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
+    def _slowest(self, sides: Any, unit: list[int], rates: Any) -> Any:
+        """Return the least rate (n,) of speeds of slips to their sides, over natural sizes."""
+        found = rates[:, unit] * sides[unit] / self._sizes()[unit]
+        for group in self.glides.groups:
+            at = np.flatnonzero(np.isin(unit, group))
+            found[:, at] = found[:, at].sum(axis=1, keepdims=True)
+        return found.min(axis=1)
+
+    def _sharing(self, along: Any, sides: Any) -> list[list[int]]:
+        """Return the locked slips, those together that hold with forces that are not unique."""
+        locked = np.flatnonzero(self.glides.still(sides)).tolist()
+        if np.linalg.matrix_rank(along[locked], RANK) == len(locked):
+            return []
+        if along.shape[1] == 1:
+            return [locked]
+        return [unit.slips for unit in self._units(along, locked) if unit.shared]
 
     def look(self, nodes: Nodes) -> Cut | None:
         """Return the first event in accepted steps, or the state without a way; None for none."""
@@ -82,9 +99,8 @@ class Sticking(Slips):
         lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
         t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
         sides = self.sides(signs)
-        stuck = bool(self.glides.still(sides).any())
-        shared = stuck and not self.unique(float(t[0]), x[0], v[0], signs)
-        watched = self._watched(sides, shared)
+        along = self._along(float(t[0]), x[0], v[0]) if self.glides.still(sides).any() else None
+        watched = self._watched(sides, [] if along is None else self._sharing(along, sides))
         watched += self._nearing(float(t[0]), x[0], v[0], signs, sides)
         values = self._functions(watched, signs)
         for (k, word), own in zip(watched, values(t[:1, None], x[:1], v[:1])[0], strict=True):
@@ -133,11 +149,14 @@ class Sticking(Slips):
                 found = Turn(state, k, False, False, word == "sharp")
         return found
 
-    def _watched(self, sides: Any, shared: bool) -> list[tuple[int, str]]:
-        """Return what is watched, and what happens to a slip where it falls below zero."""
+    def _watched(self, sides: Any, sharing: list[list[int]]) -> list[tuple[int, str]]:
+        """Return what is watched, and what happens to a slip where it falls below zero.
+
+        `sharing` are the locked slips whose forces are not unique, those together that start so.
+        """
         found: list[tuple[int, str]] = []
         still = self.glides.still(sides)
-        locked = np.flatnonzero(still).tolist()
+        first = {k: unit[0] for unit in sharing for k in unit}
         for k, side in enumerate(sides.tolist()):
             if k in self.glides.first:
                 if self.glides.first[k] != k:
@@ -145,14 +164,16 @@ class Sticking(Slips):
                 ball = [(k, "pivot" if still[k] else "sharp")] if k in self.balls.sizes else []
                 if not still[k]:
                     found += [(k, "glide"), *ball]
-                elif shared:
-                    found += [(k, "starts")] if locked[0] == k else []
+                elif k in first:
+                    found += [(k, "starts")] if first[k] == k else []
                 else:
                     found += [(k, "slack"), *ball]
             elif abs(side) == 1:
                 found.append((k, "speed"))
-            elif shared:
-                found += [(k, "starts")] if locked and k == locked[0] else []
+            elif k in first:
+                found += [(k, "starts")] if first[k] == k else []
+            elif side == IDLE and self._other[k] in first:
+                continue
             else:
                 found += [(k, "pressed")] if side == IDLE else [(k, "below"), (k, "above")]
         return found
@@ -208,7 +229,7 @@ class Sticking(Slips):
                     moments = held[:, self.glides.group(k)] if word == "pivot" else None
                     found[:, j] = self.balls.left(k, moments, (t, x, v, signs))
                 elif word == "starts":
-                    found[:, j] = self._starts(t, x, v, signs)
+                    found[:, j] = self._starts(k, t, x, v, signs)
                 elif word == "pressed":
                     top = np.maximum(high[:, self._other[k]], high[:, k])
                     self._strongest = max(
@@ -234,29 +255,42 @@ class Sticking(Slips):
         speeds = np.abs(self._speeds(t[:, None], x, v, signs)[0]) / self._sizes()
         self._fastest = max(self._fastest, float(np.max(speeds, initial=0.0)))
 
-    def note(self, t: float, turn: Turn, signs: Any) -> None:
-        """Keep an event, unless it is one of a side of a slot that nothing presses."""
-        sides = self.sides(signs)
-        side = float(sides[turn.slip])
-        if turn.slip in self.glides.first:
-            side = 0.0 if self.glides.still(sides)[turn.slip] else 1.0
-            lay = self.integrator.layout
-            x, v = (turn.state[lay[name]] for name in "xv")
-            fast = self.glides.spread(self.values(t, x, v, signs)[0][0] / self._sizes())
-            if (
-                side
-                and not turn.from_rest
-                and fast[turn.slip] > self._rough[turn.slip] * self._fastest
-            ):
-                return  # it has turned its direction alone
-        if turn.slip in self._other:
-            lay = self.integrator.layout
-            x, v = (turn.state[lay[name]] for name in "xv")
-            if side == IDLE or not self.values(t, x, v, signs)[4][0, turn.slip] > 0:
-                return
-        kind = "slip" if turn.from_rest else "stick"
-        kind = "reversal" if side != 0 and not turn.from_rest else kind
-        self.found.append((t, self.names[turn.slip], side, kind))
+    def note(self, t: float, turn: Turn, before: Any, signs: Any) -> None:
+        """Keep what an event changes: all that slip, stick or turn back in that instant.
+
+        Not sides of a slot that nothing presses, nor pairs whose direction turns alone.
+
+        Parameters
+        ----------
+        before, signs
+            Inputs of dry friction before and behind it.
+        """
+        sides, was = self.sides(signs), self.sides(before)
+        if turn.from_rest and (sides == was).all():
+            return
+        still, rested = self.glides.still(sides), self.glides.still(was)
+        lay = self.integrator.layout
+        x, v = (turn.state[lay[name]] for name in "xv")
+        speeds, _, _, _, high, _ = (part[0] for part in self.values(t, x, v, signs))
+        fast = self.glides.spread(speeds / self._sizes())
+        kinds: dict[str, dict[str, float]] = {}
+        for k in [turn.slip, *range(self.k)]:
+            side, from_rest, turned = float(sides[k]), bool(rested[k]), sides[k] != was[k]
+            if k in self.glides.first:
+                k = self.glides.first[k]
+                side, turned = float(not still[k]), still[k] != rested[k]
+                resting = fast[k] <= self._rough[k] * self._fastest
+                if side and not from_rest and not resting:
+                    continue  # it has turned its direction alone
+            if k in self._other and (side == IDLE or not high[k] > 0):
+                continue
+            if k == turn.slip:
+                from_rest, turned = turn.from_rest, True
+            kind = "slip" if from_rest else "stick"
+            kind = "reversal" if side != 0 and not from_rest else kind
+            if turned and not any(self.names[k] in own for own in kinds.values()):
+                kinds.setdefault(kind, {})[self.names[k]] = side
+        self.found += [(t, own, kind) for kind, own in kinds.items()]
 
     def final(self, signs: Any, t: float, x: Any, v: Any) -> bool:
         """Return whether nothing moves any more: all freedoms stick and nothing depends on t."""

@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.graphs.friction_sizes import miss_of, sizes_by_newton
+from mechdae.kernels.graphs.friction_sizes import first_sizes, miss_of, sizes_by_newton
 from mechdae.kernels.graphs.ldl import Factor, entries
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
@@ -292,7 +292,8 @@ class Kernel:
             first = [starts[place] for place in self.places]
             slope = [[slopes[place, j] for j in range(self.rubs)] for place in self.places]
             steps = SIZES_OF_BALLS if any(law in ACROSS for law in laws) else SIZES
-            found = sizes_by_newton(laws, first, slope, steps)
+            begin = first_sizes(laws, first, slope)
+            found = sizes_by_newton(laws, first, slope, steps, begin)
             miss, m = miss_of(laws, first, slope, found), ca.vertcat(*found)
             total = total + columns[:, 1:] @ m
         a, forces = ca.vertsplit(total, [0, self.n, self.n + self.m + self.slips])

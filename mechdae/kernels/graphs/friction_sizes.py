@@ -65,6 +65,17 @@ def _forms_at(start: list[Any], slope: list[list[Any]], m: list[Any]) -> list[An
     ]
 
 
+def first_sizes(laws: list[str], start: list[Any], slope: list[list[Any]]) -> list[Any]:
+    """Return where Newton's method starts: sizes at m = 0, or 0 where these turn a force round.
+
+    Of several solutions it is to come to the one that grows from no friction.
+    """
+    m = [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
+    both = zip(laws, start, _forms_at(start, slope, m), strict=True)
+    kept = [ca.dot(one, other) >= 0 for law, one, other in both if law not in ACROSS]
+    return [size * ca.if_else(ca.logic_all(ca.vertcat(*kept)), 1, 0) for size in m]
+
+
 def sizes_by_newton(
     laws: list[str], start: list[Any], slope: list[list[Any]], steps: int, first: Any = None
 ) -> list[Any]:
