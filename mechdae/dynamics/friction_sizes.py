@@ -179,7 +179,7 @@ class Sizes:
             "what starts would move against its friction": agrees,
             "it is not the one that these pairs have started with": follows if places else None,
         }
-        count, used = len(found), []
+        count, used = len(found), list[str]()
         for text, rule in rules.items():
             kept = found if rule is None else [entry for entry in found if rule(entry[0])]
             if len(found) > 1 and 0 < len(kept) < len(found):

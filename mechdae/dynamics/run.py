@@ -127,7 +127,7 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
     except NoWay as verdict:
         run.verdict(0.0, verdict)
         signs = setup.loose
-    if setup.times is None or setup.times[0] == 0.0:
+    if setup.times is None or setup.times[0] == 0.0 or run.fault:
         kept.add(0.0, x, v, np.zeros(lay.works), signs)
     if run.fault:
         return

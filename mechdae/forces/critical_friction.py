@@ -33,18 +33,21 @@ def critical_factor(
     -------
     dict
         ``factor``, ``at`` and ``joint``, at the poses of the task; ``factor`` None where none is
-        found below `MOST`, nor while meshes lose less than all power.
+        found up to the factor ``up_to``: `MOST`, that with which meshes lose all power, or as far
+        as the search came.
     """
-    worst: dict[str, Any] = {"factor": None, "at": None, "joint": None}
+    worst: dict[str, Any] = {"factor": None, "at": None, "joint": None, "up_to": None}
     if not len(rows):
         return worst
     feeds = _feeding(statics, some(inputs, rows), sizes[rows])
     most = min(MOST, _all_power(statics))
     chosen = np.asarray(rows)[np.argsort(-feeds, kind="stable")[:POSES]]
     limits = statics.branches.limits(some(inputs, chosen), most)
-    for k, (factor, joint) in zip(chosen, limits, strict=True):
+    for k, (factor, joint, _) in zip(chosen, limits, strict=True):
         if factor is not None and (worst["factor"] is None or factor < worst["factor"]):
-            worst = {"factor": factor, "at": float(motion.u[k, lead]), "joint": joint}
+            worst |= {"factor": factor, "at": float(motion.u[k, lead]), "joint": joint}
+    if worst["factor"] is None:
+        worst["up_to"] = min(far for _, _, far in limits)
     return worst
 
 

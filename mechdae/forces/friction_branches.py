@@ -21,6 +21,8 @@ from mechdae.records import dataclass
 FINEST, ROUGH = 1e-10, 1e-6
 """Shares to which critical factors are found: of poses that jam, of margins."""
 FIRST = 1 / 16
+ROUNDS = 400
+"""Steps by which a solution is followed at most."""
 
 
 @dataclass
@@ -66,12 +68,14 @@ class Grown:
 
     ``factor`` is the largest on all coefficients of friction that was reached, ``sizes``
     (n, feedbacks) are those there; where what was asked for is not ``reached``, ``joints`` names
-    the joint whose friction feeds itself most.
+    the joint whose friction feeds itself most. Those that are ``open`` have not ended, but the
+    `ROUNDS` of their steps have.
     """
 
     factor: Any
     sizes: Any
     reached: Any
+    open: Any
     joints: list[str]
 
 
@@ -127,9 +131,9 @@ class Branches:
         """Return the solutions of a pose, `i` among those that were `grown`."""
         factor, joint = None, ""
         if grown is not None and i is not None:
-            if not grown.reached[i]:
+            if not grown.reached[i] and not grown.open[i]:
                 factor, joint = float(grown.factor[i]), grown.joints[i]
-            else:
+            elif grown.reached[i]:
                 last = grown.sizes[i]
                 gaps = [apart(own, last) for own in solutions]
                 if not gaps or min(gaps) > SAME:
@@ -183,32 +187,50 @@ class Branches:
 
     # -- the one that continues from no friction -----------------------------------------------
 
-    def limits(self, inputs: Sequence[Any], most: float) -> list[tuple[float | None, str]]:
-        """Return factors on friction at which the solutions of poses end, None above `most`."""
+    def limits(self, inputs: Sequence[Any], most: float) -> list[tuple[float | None, str, float]]:
+        """Return factors on friction at which the solutions of poses end, joints, how far it went.
+
+        The factor is None where a solution does not end up to there, to `most` or to the last of
+        `ROUNDS` steps.
+        """
         grown = self._grown(inputs, most, ROUGH)
+        goes_on = grown.reached | grown.open
         return [
-            (None, "") if grown.reached[k] else (float(grown.factor[k]), grown.joints[k])
-            for k in range(len(grown.factor))
+            (None if goes_on[k] else far, grown.joints[k], far)
+            for k, far in enumerate(grown.factor.tolist())
         ]
 
     def _grown(self, inputs: Sequence[Any], to: float, finest: float) -> Grown:
-        """Follow the solutions of poses from no friction to a factor on it."""
+        """Follow the solutions of poses from no friction to a factor on it.
+
+        Where the sizes of the last step lead to none the same forces of friction are tried, that
+        is smaller sizes: these fall where more friction bears its load ever better.
+        """
         n = len(inputs[0])
         factor, step = np.zeros(n), np.full(n, FIRST)
         sizes, begun = self._follow(inputs, factor, np.zeros((n, len(self.balance.feedbacks))))
         going = np.flatnonzero(begun)
-        while len(going):
+        for _ in range(ROUNDS):
+            if not len(going):
+                break
             ahead = np.minimum(to, factor[going] + step[going])
             after, there = self._follow(some(inputs, going), ahead, sizes[going])
+            again = np.flatnonzero(~there)
+            if len(again):
+                share = (factor[going] / ahead)[again, None]
+                own = some(inputs, going[again])
+                after[again], there[again] = self._follow(
+                    own, ahead[again], share * sizes[going[again]]
+                )
             step[going] = np.where(there, 2.0, 0.5) * (ahead - factor[going])
             factor[going[there]], sizes[going[there]] = ahead[there], after[there]
             fine = step[going] < finest * np.maximum(1.0, factor[going])
             going = going[np.where(there, factor[going] < to, ~fine)]
-        reached = begun & (factor >= to)
+        reached, open_ = begun & (factor >= to), np.isin(np.arange(n), going)
         joints = [""] * n
-        for k in np.flatnonzero(begun & ~reached):
+        for k in np.flatnonzero(begun & ~reached & ~open_):
             joints[k] = self._culprit(some(inputs, slice(k, k + 1)), factor[k], sizes[k])
-        return Grown(factor, sizes, reached, joints)
+        return Grown(factor, sizes, reached, open_, joints)
 
     def _culprit(self, inputs: Sequence[Any], factor: float, sizes: Any) -> str:
         """Return the joint whose friction takes the largest part in what makes the sizes grow.

@@ -59,7 +59,8 @@ def _margin(summary: dict[str, Any], lead: str, width: int, units: Units) -> lis
     """Return how much more friction would jam a pose."""
     found = summary.get("critical_factor")
     if not found or found["factor"] is None:
-        return []
+        far = found and found.get("up_to")
+        return fact("jams", f"not up to {far:.6g} times the friction given", width) if far else []
     text = f"with {found['factor']:.6g} times the friction given, joint {found['joint']} at "
     return fact("jams", text + together(driver_value(found["at"], lead, 6, units)), width)
 

@@ -190,7 +190,7 @@ class Ways(Slips):
 
         def agrees(m: Any) -> bool:
             found = self._values_of(*(np.atleast_2d(own) for own in (t, x, v, signs, m)))
-            own = self._margins(chosen, started, *(part[0] for part in found[1:]), free)
+            own = self._margins(chosen, started, [part[0] for part in found[1:]], free)
             return bool((own >= -SLACK).all())
 
         if self.sizes.check(t, x, v, signs, agrees if started else None):
@@ -395,7 +395,7 @@ class Ways(Slips):
         """
         fits, worst = False, -np.inf
         for found in self._answers(*tries.at, self.signs(sides, tries.rest)):
-            margins = self._margins(sides, asked, *found, tries.free)
+            margins = self._margins(sides, asked, found, tries.free)
             moving = ~self.glides.still(sides)[asked] & (sides[asked] != IDLE)
             fits |= bool(((margins > 0) | ~moving & (margins >= -tries.slack)).all())
             worst = max(worst, float(margins.min(initial=np.inf)))
@@ -417,16 +417,17 @@ class Ways(Slips):
     def _values_of(self) -> Any:
         return self.kernel.batch("sticking of", lambda: self.kernel.sticking_of, ())
 
-    def _margins(
-        self, sides: Any, asked: list[int], rates: Any, held: Any, low: Any, high: Any, free: Any
-    ) -> Any:
+    def _margins(self, sides: Any, asked: list[int], answer: list[Any], free: Any) -> Any:
         """Return by how much accelerations and forces are what slips need, (asked,).
 
         A share of the limit of a force that holds, or of the rate of a speed that begins, beside
         that without friction.
         """
+        rates, held, low, high = answer
         still = self.glides.still(sides)
-        found = []
+        found = list[Any]()
+        left: Any
+        size: Any
         for k in asked:
             own = self.glides.group(k)
             if sides[k] == IDLE:
