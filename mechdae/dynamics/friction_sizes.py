@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
-from mechdae.dynamics.watchers.lift_off import Contacts
+from mechdae.dynamics.watchers.lift_off import HoldingContacts
 from mechdae.forces.friction_solutions import SAME, apart, solutions_of
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.forces.feedback import ACROSS
@@ -54,8 +54,8 @@ class Sizes:
         self.notes: dict[tuple[str, ...], str] = {}
 
     @cached_property
-    def _contacts(self) -> Contacts:
-        return Contacts(self.setup)
+    def _contacts(self) -> HoldingContacts:
+        return HoldingContacts(self.setup)
 
     @cached_property
     def _rates(self) -> Any:

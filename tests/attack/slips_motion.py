@@ -300,7 +300,7 @@ SLIPS = [
         SUITE + "test_motion_stiff.py::test_a_stiff_hinge",
     ),
     Slip(
-        "dynamics.watchers.slips",
+        "dynamics.watchers.ways",
         "sides[own] = -held[own] /",
         "sides[own] = held[own] /",
         held,

@@ -14,7 +14,7 @@ import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.dynamics import run
 from mechdae.dynamics.watchers import ways
-from tests.attack.symmetric_machines import KINDS, case
+from tests.attack.symmetric_machines import KINDS, Drawn, case
 from tests.reference.complementarity import Course, Follower, Load, Machine, Slip
 from tests.reference.wedge import efforts, starts
 
@@ -198,21 +198,45 @@ def test_random_symmetric_machines(seed: int) -> None:
 
 def test_planted_one_after_the_other_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """A moment later nothing is looked at: pairs that are alike hold each other's event up."""
-    monkeypatch.setattr(ways.Ways, "_soon", lambda self, t, x, v, sides, rest, chosen: chosen)
-    assert "(F4)" in case(0).get("wrong", "") or "(F4)" in case(6).get("wrong", "")
+    monkeypatch.setattr(
+        ways.WaysFromRest, "_soon", lambda self, t, x, v, sides, rest, chosen: chosen
+    )
     result = md.solve(file("two-blocks"), "run")
     assert "(F4)" in (result.fault or "")
 
 
+def linked() -> Any:
+    """Two pairs of blocks of 1 kg, each with a rod between them, at rest under forces 2 t."""
+    made = Drawn(10.0)
+    for i in range(2):
+        one, two = made.body(1.0, [0.0, 2.0 * i]), made.body(1.0, [1.0, 2.0 * i])
+        for body in (one, two):
+            made.rail(None, body, 0.0, 0.2)
+        made.link(one, two)
+        made.pull(one, [1.0, 0.0], (0.0, 2.0, 0.0, 1.0, 0.0))
+    return made.problem()
+
+
+def test_linked_pairs_let_go_together() -> None:
+    result = md.solve(linked(), "go")
+    assert result.fault is None
+    ((kind, time, names),) = told(result)
+    assert (kind, len(names)) == ("slip", 4)
+    assert time == pytest.approx(2.0, abs=1e-9)
+    assert result.points["b3.P"].position[-1, 0] - 1 == pytest.approx(2**3 / 6, rel=1e-9)
+
+
 def test_planted_each_slip_alone_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Slips of one freedom looked at one by one: those of linked blocks are more than freedoms."""
-    monkeypatch.setattr(ways.Ways, "_together", lambda *_: False)
-    assert "(F" in case(4).get("wrong", "")
+    monkeypatch.setattr(ways.WaysFromRest, "_together", lambda *_: False)
+    assert "(F" in (md.solve(linked(), "go").fault or "")
 
 
 def test_planted_any_sense_from_rest_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = file("wedge-at-rest")
-    monkeypatch.setattr(ways.Ways, "_margins", lambda self, sides, asked, *_: np.ones(len(asked)))
+    monkeypatch.setattr(
+        ways.WaysFromRest, "_margins", lambda self, sides, asked, *_: np.ones(len(asked))
+    )
     (event,) = [e for e in md.solve(problem, "go").events if "code" in e][:1]
     assert event["code"] in ("F2", "F4")
 

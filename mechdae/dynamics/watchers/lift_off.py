@@ -21,7 +21,7 @@ PLACES = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
 """Samples in a part of a step, as `fitted` takes them."""
 
 
-class Contacts:
+class HoldingContacts:
     """The forces by which contacts that are declared one-sided hold, at states of a motion."""
 
     def __init__(self, setup: Setup) -> None:
@@ -47,7 +47,7 @@ class Lifting:
     """The arcs of time over which contacts would have to pull."""
 
     def __init__(self, setup: Setup, integrator: Integrator) -> None:
-        self.integrator, self.contacts = integrator, Contacts(setup)
+        self.integrator, self.contacts = integrator, HoldingContacts(setup)
         self.found: list[dict[str, Any]] = []
         self.open: list[str] = []
 

@@ -12,7 +12,7 @@ from mechdae.dynamics.integrate import Cut, Nodes
 from mechdae.dynamics.watchers.ball_loads import BallLoads
 from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.dynamics.watchers.slips import IDLE, RANK, SLACK, Turn
-from mechdae.dynamics.watchers.ways import Ways
+from mechdae.dynamics.watchers.ways import WaysFromRest
 from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
 
 CLOSE = 1e-13
@@ -27,7 +27,7 @@ RELEASED = ("below", "above", "slack")
 """What is watched of forces that hold."""
 
 
-class Sticking(Ways):
+class Sticking(WaysFromRest):
     """Watches the slips of a motion for events, see `Slips`."""
 
     def _starts(self, k: int, t: Any, x: Any, v: Any, signs: Any) -> Any:

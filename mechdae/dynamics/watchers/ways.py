@@ -54,7 +54,7 @@ FREE = (True, np.inf)
 
 
 @dataclass(frozen=True)
-class Unit:
+class _Unit:
     """Slips at rest that are looked at together, and the sides they may have, (slips,) each.
 
     They are `shared` if the forces that hold them are not unique.
@@ -78,7 +78,7 @@ class _Tries:
     rest: list[int]
     along: Any
     free: Any
-    units: list[Unit]
+    units: list[_Unit]
     slack: float
 
     def ways(self) -> Iterator[Any]:
@@ -91,7 +91,7 @@ class _Tries:
             yield found
 
 
-class Ways(Slips):
+class WaysFromRest(Slips):
     """Finds the way to go on where some slips are at rest."""
 
     def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
@@ -236,7 +236,7 @@ class Ways(Slips):
             joints=joints,
         )
 
-    def _units(self, along: Any, rest: list[int]) -> list[Unit]:
+    def _units(self, along: Any, rest: list[int]) -> list[_Unit]:
         """Return the slips at rest, those together that only move together.
 
         The two sides of a slot are one too; where there are several freedoms with nothing else.
@@ -263,14 +263,14 @@ class Ways(Slips):
             return False
         return bool(np.linalg.matrix_rank(along[slips] / size[:, None], RANK) == 1)
 
-    def _unit(self, along: Any, slips: list[int]) -> Unit:
+    def _unit(self, along: Any, slips: list[int]) -> _Unit:
         """Return slips with the sides they may have."""
         dependent = len(slips) > 1 and np.linalg.matrix_rank(along[slips], RANK) < len(slips)
         if dependent and (along.shape[1] == 1 or slips[0] not in self._other):
             forward = self._forward(along, slips)
-            return Unit(slips, True, [*self._stuck(slips), forward, -forward])
+            return _Unit(slips, True, [*self._stuck(slips), forward, -forward])
         if slips[0] in self.glides.first:
-            return Unit(slips, False, [np.full(len(slips), side) for side in (0.0, np.nan)])
+            return _Unit(slips, False, [np.full(len(slips), side) for side in (0.0, np.nan)])
         slots = [k for k in slips if self._other.get(k) in slips]
         sides = (0.0, 1.0, -1.0, IDLE) if slots else (0.0, 1.0, -1.0)
         choices = []
@@ -279,7 +279,7 @@ class Ways(Slips):
             idle = {k for k, side in by.items() if side == IDLE}
             if {self._other[k] for k in slots if by[k] == 0} == idle:  # the other side sticks
                 choices.append(np.array(own))
-        return Unit(slips, False, choices)
+        return _Unit(slips, False, choices)
 
     def _forward(self, along: Any, slips: list[int]) -> Any:
         """Return the sides of slips that move together one way."""
@@ -309,7 +309,7 @@ class Ways(Slips):
         fits, margin = self._fits(tries, own, asked) if asked else FREE
         return Way(own, len(shared), count, fits, margin)
 
-    def _rests(self, sides: Any, unit: Unit) -> bool:
+    def _rests(self, sides: Any, unit: _Unit) -> bool:
         return bool(self.glides.still(sides)[unit.slips].any() or (sides[unit.slips] == IDLE).any())
 
     def _relaxed(self, tries: _Tries) -> list[Way]:
