@@ -50,8 +50,10 @@ def left_out(search: Search) -> str:
         return ""
     mechanism, free = space.poses.mechanism, search.asked.free
     c = coordinate(mechanism, asked.output)
+    if not c.is_angle:
+        return ""
     bodies = (GROUND, c.part) if c.kind == "body angle" else mechanism.joints[c.part].bodies
-    if not c.is_angle or tuple(bodies) != (GROUND, loop.rocker):
+    if tuple(bodies) != (GROUND, loop.rocker):
         return ""
     by_body = {body: name for name, body in lengths(mechanism).items()}
     names = [by_body.get(link, "") for link in (loop.crank, loop.coupler, loop.rocker)]

@@ -84,6 +84,18 @@ def test_bounds_that_leave_out_the_answer_are_told(measure):
     assert "drawn backwards" in " ".join(str(followed).split())
 
 
+def test_three_values_of_a_place_are_met_without_a_word_about_angles():
+    """The height of the rocker's pin, of a four-bar with 1.2, 3.5, 2.5 on 4."""
+    x = np.radians([40.0, 65.0, 90.0])
+    B, _ = rrr(1.2 * np.exp(1j * x), 4 + 0j * x, 3.5, 2.5, 1)
+    problem = task_of(np.stack([x, B.imag], axis=1).tolist(), "exact", "[0.2, 6]")
+    task = problem.tasks["design"]
+    task = replace(task, goal=replace(task.goal, output="rocker.B.y"))
+    result = md.synthesize(problem.with_task("design", task), starts=4)
+    assert np.abs(result.data["designs"][0]["errors"]).max() < 1e-9
+    assert "notes" not in result.summary
+
+
 @pytest.mark.parametrize("size", [1e-9, 1e6])
 def test_a_full_turn_is_asked_for_by_the_size_of_the_mechanism(size):
     problem = md.load("c2-arc5-timed")

@@ -42,11 +42,6 @@ class Visited:
     def _rows(self, asked: Visits) -> Any:
         return np.array(asked.targets)
 
-    @property
-    def places(self) -> Any:
-        """Where the targets are, (k, 2) or (k, 3) [m]."""
-        return self.wanted[:, : self.width]
-
     def asks(self, model: Model) -> Any:
         """Return what is compared with a row, over the coordinates of a model."""
         return model.point(self.what)
