@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 
-def linear_fit(A: Any, b: Any, ridge: float = 0.0, least: float = 0.0) -> Any:
-    """Return the c (n, m) of least sum |A c - b|^2 + damping |c|^2.
+def linear_fit(A: Any, b: Any, ridge: float = 0.0, least: float = 0.0, sizes: Any = 1.0) -> Any:
+    """Return the c (n, m) of least sum |A c - b|^2 + damping |c/sizes|^2.
 
     Parameters
     ----------
@@ -17,10 +17,14 @@ def linear_fit(A: Any, b: Any, ridge: float = 0.0, least: float = 0.0) -> Any:
     b : (k,) or (n, k) array
         Targets of all problems, or of each.
     ridge, least
-        The damping: a share of the trace of A* A, and a number.
+        The damping: a share of the trace of A* A over sizes, and a number.
+    sizes : (m,) array
+        What the unknowns are measured by, to a power of two: that leaves all bits.
     """
+    even = np.exp2(np.round(np.log2(sizes)))
+    A = A * even
     turned, at = A.conj(), range(A.shape[2])
     N = np.einsum("nki,nkj->nij", turned, A)
     right = np.einsum("nki,k->ni" if b.ndim == 1 else "nki,nk->ni", turned, b)
     N[:, at, at] += (least + ridge * np.maximum(np.trace(N, axis1=1, axis2=2), 1e-300))[:, None]
-    return np.linalg.solve(N, right[:, :, None])[:, :, 0]
+    return even * np.linalg.solve(N, right[:, :, None])[:, :, 0]

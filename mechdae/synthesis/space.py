@@ -14,6 +14,7 @@ from mechdae.describe.coordinate_kinds import UNIT
 from mechdae.describe.tasks.constraints import Box, RatioConstraint, TransmissionAngle
 from mechdae.describe.tasks.synthesis import Demand
 from mechdae.errors import InputError
+from mechdae.kernels.run.batch import Batch
 from mechdae.measures.transmission import Dyad
 from mechdae.model.parameters import parameters_of
 from mechdae.records import dataclass
@@ -264,6 +265,14 @@ class DesignSpace:
     def loop(self) -> FourBar | None:
         """The four-bar next to the driver."""
         return four_bar(self.poses.scene)
+
+    @cached_property
+    def lengths(self) -> Batch:
+        """(free) -> lengths (n, 4) of that four-bar, for many designs."""
+        assert self.loop is not None
+        d = SX.sym("d", len(self.names))
+        lengths = ca.densify(self.over_free(self.loop.lengths, d))
+        return Batch(ca.Function("lengths", [d], [lengths]), ())
 
     @property
     def single_loop(self) -> bool:

@@ -114,7 +114,8 @@ def screened(
         low, high = limits.T
         beyond = np.maximum(lengths - high, 0) + np.maximum(low - lengths, 0)
         spread = np.sum(np.abs(P - P.mean()) ** 2)
-        rank = rank + spread * np.sum((beyond / np.maximum(high, 1e-300)) ** 2, axis=1)
+        most = np.where(high > 0, high, high.max(initial=1e-300))
+        rank = rank + spread * np.sum((beyond / most) ** 2, axis=1)
     return [
         StartingFourBar(
             lengths[n], complex(pivot[n]), float(turn[n]), complex(point[n]), theta2[n],

@@ -12,6 +12,8 @@ from mechdae.synthesis.fourbar.projection import StartingFourBar, closed_loop, s
 from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
+CORNERS = 1024
+"""Corners of the box of free numbers, and places in it, at which lengths are looked at."""
 
 
 class FourBarStarts:
@@ -152,9 +154,17 @@ class FourBarStarts:
         return complex(x, y), float(np.arctan2(s, c))
 
     def limits(self) -> Any:
-        """Return bounds (4, 2) of ground, crank, coupler, rocker from the corners of the box."""
-        ends = [np.array(self._geometry(d)[0]).ravel()[:4] for d in self.space.box.T]
-        return np.stack([np.minimum(*ends), np.maximum(*ends)], axis=1)
+        """Return bounds (4, 2) of ground, crank, coupler, rocker over the box.
+
+        A length that is a number of its own has them at its ends; one between points that are both
+        free is greatest at other corners, and least inside.
+        """
+        low, high = self.space.box.T
+        shares = np.random.default_rng(0).random((CORNERS, len(low)))
+        inner = low + shares * (high - low)
+        corners = np.where(shares < 0.5, low, high)
+        every = self.space.lengths(np.concatenate([[low, high], corners, inner]))[0]
+        return np.stack([every.min(axis=0), every.max(axis=0)], axis=1)
 
     def _fitted(self, start: StartingFourBar, steps: int = 12) -> Any:
         """Return the free parameters that make the four-bar of a start, as nearly as they can."""
@@ -206,6 +216,8 @@ class FourBarStarts:
         for _ in range(steps):
             g, slope = (np.array(part) for part in self._geometry(d))
             left = g.ravel() - wanted
+            if not np.isfinite(slope).all():
+                break  # two pins of a link at one place: its line has no direction
             if float(left @ left) < least:
                 best, least = d.copy(), float(left @ left)
             move = np.linalg.lstsq(slope[:, :n], left, rcond=1e-12)[0]

@@ -88,7 +88,8 @@ class Linear:
         gap = targets[None, :, : self.wide] - places[..., : self.wide]
         w = np.sqrt(np.asarray(weights))[None, :, None]
         rows = (A * w[..., None]).reshape(n, -1, m)
-        step = linear_fit(rows, (gap * w).reshape(n, -1), ridge=RIDGE)
+        sizes = self.space.scale[self.places]
+        step = linear_fit(rows, (gap * w).reshape(n, -1), ridge=RIDGE, sizes=sizes)
         low, high = self.space.box[self.places].T
         new = d.copy()
         new[:, self.places] = np.clip(d[:, self.places] + step, low, high)

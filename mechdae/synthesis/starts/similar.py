@@ -198,7 +198,9 @@ class Similar:
         P = (targets[:, 0] + 1j * targets[:, 1]) * np.sqrt(weights)
         stacked = np.concatenate([A.real, A.imag], axis=1)
         b = np.concatenate([P.real, P.imag])
-        c = linear_fit(stacked, b, ridge=RIDGE)
+        sizes = np.full(len(columns), self.space.size)
+        sizes[start:after] = 1.0  # the path itself has the mechanism's size
+        c = linear_fit(stacked, b, ridge=RIDGE, sizes=sizes)
         alpha = c[:, start] + (1j * c[:, start + 1] if self.turn is not None else 0j)
         grown = np.abs(alpha) if self.turn is not None else c[:, start]
         new, poses = d.copy(), x.copy()

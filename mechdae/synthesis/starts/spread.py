@@ -149,10 +149,7 @@ class Spread:
         space = self.space
         if not kind or space.loop is None:
             return np.ones(len(d), bool)
-        free = SX.sym("d", len(space.names))
-        lengths = space.over_free(space.loop.lengths, free)
-        function = ca.Function("lengths", [free], [ca.densify(lengths)])
-        r1, r2, r3, r4 = Batch(function, ())(d)[0].T
+        r1, r2, r3, r4 = space.lengths(d)[0].T
         if kind == "crank-rocker":
             return (r2 + r1 <= r3 + r4) & (r2 + r3 <= r1 + r4) & (r2 + r4 <= r1 + r3)
         return (r1 + r2 <= r3 + r4) & (r1 + r3 <= r2 + r4) & (r1 + r4 <= r2 + r3)
