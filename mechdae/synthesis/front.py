@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise, product
 from typing import Any
 
@@ -30,11 +30,14 @@ from mechdae.synthesis.designs import (
 from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.exact.complete import here as followed_here
 from mechdae.synthesis.exchange import exchanged
+from mechdae.synthesis.fronts.ends import SAME, census, gap_words, missing, part_of
+from mechdae.synthesis.fronts.holes import holes
+from mechdae.synthesis.fronts.levels import FrontGap, Level, Point, spread
+from mechdae.synthesis.fronts.objectives import objective_name, objective_unit
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.objectives import objective_name, objective_unit
-from mechdae.synthesis.search import MOST, NO_LIMIT, PICK, Search
+from mechdae.synthesis.search import NO_LIMIT, PICK, Search
 from mechdae.synthesis.synthesize import (
     Run,
     fault_of,
@@ -46,12 +49,8 @@ from mechdae.synthesis.synthesize import (
 )
 from mechdae.synthesis.verification.claims import AGREES, FINER
 
-WIDE = 30.0
-"""Ratio of the ends of a positive objective from which its levels are evenly spread by logs."""
 SLACK = 1e-6
 """Share by which an end may give way while the other objectives are improved."""
-SAME = 1e-3
-"""Share of its range by which the objectives of one point may differ."""
 PASSES = 1
 """Times that the levels are gone through again from what their neighbours found."""
 SPREAD = 8
@@ -60,51 +59,14 @@ MORE = 1.5
 """Levels by points of a front at most: some lead nowhere."""
 AT_ONCE = 4
 """Levels that are put into gaps in one round."""
+TURNS, FURTHER = 2, 3
+"""Rounds in which holes get starts of their own, and how many of each class."""
+PART = "part of a front"
+"""Status of a front an end of which was not found."""
 NO_NUMBER = "Invalid_Number_Detected"
 """IPOPT's word of a start that has no derivatives: nothing can be started from it."""
 TRIES = 3
 """Optima of a level that are swept until one holds."""
-
-
-@dataclass(frozen=True, eq=False)
-class Point:
-    """A feasible optimum: class, parameters of its NLP, terms (m,) of the objectives."""
-
-    kind: int
-    given: dict[str, Any]
-    found: Optimum
-    terms: Any
-
-
-@dataclass(frozen=True, eq=False)
-class Level:
-    """An objective that is as small as possible, and the most that each of them may be, (m,)."""
-
-    primary: int
-    most: Any
-
-    def allows(self, terms: Any) -> bool:
-        """Return whether objectives keep the level."""
-        return bool((terms <= self.most + 1e-9 * (np.abs(self.most) + 1e-3)).all())
-
-    def missed(self, terms: Any) -> float:
-        """Return by how much objectives are above the level, relative to it."""
-        gaps = np.maximum(terms - self.most, 0.0) / (np.abs(self.most) + 1e-300)
-        return float(np.where(np.isfinite(gaps), gaps, 0.0).max())
-
-
-@dataclass(frozen=True)
-class FrontGap:
-    """What is between two neighbours on a front: how wide, and from which level to which."""
-
-    width: float
-    low: float
-    high: float
-
-    @property
-    def area(self) -> float:
-        """What a point in it may add to the hypervolume at most."""
-        return self.width * (self.high - self.low)
 
 
 class FrontSearch:
@@ -123,6 +85,8 @@ class FrontSearch:
         self.count = search.asked.objectives
         self.points: list[Point] = []
         self.runs: list[dict[str, Any]] = []
+        self.terms: list[Any] = []
+        self.further = 0
         self.optima: list[Optimum] = []
         self.jobs: list[tuple[int, Seed]] = []
 
@@ -132,14 +96,16 @@ class FrontSearch:
         self.optima += optima
         for (kind, start), found in zip(jobs, optima, strict=True):
             met = found.violation <= FEASIBLE and np.isfinite(found.objective)
-            value = None
+            value = terms = None
             if met:
                 terms = np.array(self.problems[kind].terms_at(found.z, start.given))[: self.count]
                 self.points.append(Point(kind, start.given, found, terms))
                 value = float(self.search.goals[0].value(terms[0]))
+            self.terms.append(terms)
             self.runs.append(
                 {"class": self.search.kinds[kind] or "any", "status": found.status,
-                 "objective": value, "iterations": found.iterations, "part": word}
+                 "objective": value, "iterations": found.iterations, "part": word,
+                 "solved": found.solved}
             )  # fmt: skip
 
     def solve(self, jobs: Sequence[tuple[int, Seed]], word: str) -> None:
@@ -153,11 +119,8 @@ class FrontSearch:
 
     def job(self, point: Point, level: Level) -> tuple[int, Seed]:
         """Return a start from a known point at a level."""
-        pick = np.zeros(self.count)
-        pick[level.primary] = 1.0
         nlp = self.problems[point.kind]
-        given = {**point.given, PICK: pick, MOST: np.minimum(level.most, NO_LIMIT)}
-        return point.kind, Seed(nlp.read(point.found.z), given, 0.0)
+        return point.kind, Seed(nlp.read(point.found.z), {**point.given, **level.given}, 0.0)
 
     # -- the ends ------------------------------------------------------------------------------
 
@@ -195,7 +158,7 @@ class FrontSearch:
         for k, primary in enumerate(primaries):
             each = inner // 2 + (k == 0) * (inner % 2) if self.count == 2 else round(inner**0.5)
             others = [j for j in range(self.count) if j != primary]
-            for row in product(*(_spread(low[j], high[j], each) for j in others)):
+            for row in product(*(spread(low[j], high[j], each) for j in others)):
                 most = np.full(self.count, NO_LIMIT)
                 most[others] = row
                 found.append(Level(primary, most))
@@ -297,6 +260,29 @@ class FrontSearch:
             levels += more
             self.pass_over(more, set())
 
+    def close(self, levels: list[Level], keep: int, seed: int) -> None:
+        """Seek points in the holes of a front of two objectives, from starts of their own."""
+        for turn in range(TURNS):
+            found = holes([point.terms for point in self.points], keep)[:AT_ONCE]
+            if not found:
+                return
+            drawn = planned(self.search, self.problems, FURTHER + 1, seed + 1 + turn)
+            more, jobs = [], []
+            for hole in found:
+                most = np.full(2, NO_LIMIT)
+                most[hole.bounded] = hole.middle
+                level = Level(1 - hole.bounded, most)
+                for kind, own in enumerate(drawn):
+                    drawn_ones = [start for start in own if np.isfinite(start.residual)]
+                    for start in drawn_ones[:FURTHER]:  # that of the file was a start already
+                        given = {**start.given, **level.given}
+                        jobs.append((kind, replace(start, given=given)))
+                more.append(level)
+            self.further += len(jobs)
+            self.solve(jobs, "hole")
+            self.pass_over(more, set())
+            levels += more
+
     # -- what is verified ------------------------------------------------------------------------
 
     def verified(self, levels: Sequence[Level]) -> tuple[list[dict[str, Any]], list[Any]]:
@@ -322,6 +308,34 @@ class FrontSearch:
                     break
         return kept, rejected
 
+    def known(self, points: Any, keep: int) -> dict[str, Any]:
+        """Return how the ends of the front that is reported were found, and its holes."""
+        terms = np.array([point.terms for point in self.points])
+        span = np.ptp(terms[undominated(terms)], axis=0)
+        units = [goal.value(1.0) for goal in self.search.goals[: self.count]]
+        reported = np.array(points) / units
+        ends = []
+        for k in range(self.count):
+            best = float(terms[:, k].min())
+            own = census(self.runs, self.terms, k, best, float(span[k]))
+            slack = SAME * (abs(best) + span[k])
+            own["found"] &= bool(reported[:, k].min() <= best + slack)
+            ends.append(own)
+        found: dict[str, Any] = {"ends": ends}
+        if self.count == 2:
+            left = holes(reported, keep)
+            found["holes"] = [
+                {"first": (hole.first * units).tolist(), "last": (hole.last * units).tolist(),
+                 "starts": self.further}
+                for hole in left
+            ]  # fmt: skip
+        return found
+
+    def notes(self, front: dict[str, Any]) -> list[str]:
+        """Return what is said of ends that were not found, and of holes."""
+        own = [missing(k, end) for k, end in enumerate(front["ends"]) if not end["found"]]
+        return own + [gap_words(hole) for hole in front.get("holes", ())]
+
     def judge(self, point: Point) -> dict[str, Any]:
         """Return a point as a design, or why it is none."""
         search, nlp = self.search, self.problems[point.kind]
@@ -341,14 +355,6 @@ class FrontSearch:
                 return {"objective": claimed, "reasons": [reason]}
         del judged["term"], judged["branch"]
         return {**judged, "objective": values[0], "objectives": values}
-
-
-def _spread(low: float, high: float, count: int) -> Any:
-    """Return values between two ends."""
-    share = np.arange(1, count + 1) / (count + 1)
-    if low > 0 and high > WIDE * low:
-        return low * (high / low) ** share
-    return low + (high - low) * share
 
 
 def synthesized(
@@ -393,7 +399,7 @@ def front_of(
         each = max(1, -(-count // front.count))
         jobs, optima = solved_in_rounds(search, problems, own, each, run)
         finished(search, problems, jobs, optima)
-        front.enter(jobs, optima, f"objective {k + 1}")
+        front.enter(jobs, optima, part_of(k))
     levels: list[Level] = []
     if front.points:
         front.finish_ends()
@@ -402,6 +408,8 @@ def front_of(
         for _ in range(1 + PASSES):
             front.pass_over(levels, used)
         if front.count == 2:
+            front.fill(levels, asked.keep)
+            front.close(levels, asked.keep, seed)
             front.fill(levels, asked.keep)
     designs, rejected = front.verified(levels) if front.points else ([], [])
     signs = np.array([goal.sense for goal in search.goals[: front.count]], float)
@@ -418,14 +426,17 @@ def front_of(
     summary: dict[str, Any] = {
         "starts": len(front.jobs), "asked": count, "converged": len(front.points),
         "distinct": len(designs), "hits_of_best": 1 if kept else 0, "seed": seed,
-        "status": "found" if kept else "none found", "rejected": rejected,
+        "status": "none found", "rejected": rejected,
         "iterations": sum(found.iterations for found in front.optima),
         "objectives": [own["objective"] for own in front.runs if own["objective"] is not None],
         "runs": front.runs, "seconds": {"whole": time.process_time() - began},
     }  # fmt: skip
     if kept:
-        summary["front"] = _described(search, kept, dominated, signs)
-        notes = list(search.notes)
+        told = _described(search, kept, dominated, signs)
+        summary["front"] = told | front.known(told["points"], asked.keep)
+        whole = all(own["found"] for own in summary["front"]["ends"])
+        summary["status"] = "found" if whole else PART
+        notes = [*search.notes, *front.notes(summary["front"])]
         if len(kept) == 1:
             notes.append(
                 "the objectives do not contradict each other: one design is best in all of them"

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.synthesis.ipopt import NlpSolver, Optimum
+from mechdae.synthesis.kinks import COARSE, SOFT
 
 SX = ca.SX
 MET = 1e-7
@@ -73,6 +74,12 @@ class Nlp:
         symbol = SX.sym(name, len(value))
         self._parameters[name] = (symbol, value)
         return symbol
+
+    def known_parameter(self, name: str, value: Any) -> Any:
+        """Return a parameter that several ask for."""
+        if name not in self._parameters:
+            return self.parameter(name, value)
+        return self._parameters[name][0]
 
     def constrain(
         self, word: str, expression: Any, low: Any = 0.0, high: Any = 0.0, unit: float = 1.0
@@ -208,8 +215,14 @@ class Nlp:
         """Return the local optimum from a start.
 
         Second derivatives are exact but for `rough` problems: a mean over poses couples them
-        all, which makes these dear, and where forces bend they mislead.
+        all, which makes these dear, and where forces bend they mislead. Kinks that are rounded
+        are rounded less and less.
         """
+        for soft in COARSE if SOFT in self._parameters else ():
+            z0 = self._optimum(z0, {**given, SOFT: soft}).z
+        return self._optimum(z0, given)
+
+    def _optimum(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
         if self.exact and self.rough and not self._outside:
             found = self._solver.solve(z0, self.settings(given), *self.bounds)
             if found.solved and found.violation <= MET:

@@ -34,6 +34,8 @@ WELL = 1e-3
 """The same over a whole turn, between whose nodes nothing is asked."""
 TURNS = 1e-6
 """Least slack of Grashof's inequalities, in sizes of the mechanism, where none is given."""
+SAMPLES = 9
+"""Places at which numbers are looked at, for their size."""
 WATCHED = 4
 """Poses of a turn, beside its nodes, at which a transmission angle is least."""
 CLASSES = ("crank-rocker", "drag-link")
@@ -90,6 +92,15 @@ class DesignSpace:
                 moved[k] = d[k] + TURN / 3
                 still[k] &= not (parts(moved) - middle).any()
         return found & ~still if self.outside else found
+
+    @cached_property
+    def samples(self) -> tuple[Any, Any, Any]:
+        """Random unknowns (k, nx), driver values (k, 1) and parameters (k, nd), of no pose."""
+        generator, (low, high), n = np.random.default_rng(0), self.box.T, len(self.box)
+        d = np.tile(self.middle, (SAMPLES, 1))
+        d[:, :n] = generator.uniform(low, high, (SAMPLES, n))
+        x = generator.uniform(-2, 2, (SAMPLES, self.poses.nx)) * self.natural
+        return x, generator.uniform(0, 6, (SAMPLES, 1)) * self.way, d
 
     @cached_property
     def scale(self) -> Any:

@@ -22,7 +22,12 @@ def designs_text(result: Result, width: int) -> list[str]:
         shown = [result.units.of(own["unit"]) for own in front["objectives"]]
         ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
         text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
-        lines += fact("front", f"{text}({', '.join(ends)})", width)
+        part = "" if result.summary["status"] == "found" else f"{result.summary['status']}: "
+        lines += fact("front", f"{part}{text}({', '.join(ends)})", width)
+        for k, end in enumerate(front.get("ends", ()), 1):
+            words = f"{end['starts']} starts, {end['met']} met all constraints"
+            words += f", {end['hits_of_best']} hit the best" if end["found"] else ", end not found"
+            lines += fact("alone", f"objective {k}: {words}", width)
     for rank, design in enumerate(designs, 1):
         sizes = [together(f"{k} = {v:.9g}") for k, v in design["parameters"].items()]
         lines += fact(f"design {rank}", ", ".join(sizes), width)

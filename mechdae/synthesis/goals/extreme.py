@@ -19,6 +19,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.parameters import parameters_of
 from mechdae.synthesis.goals.base import Drawn, Goal
+from mechdae.synthesis.kinks import FINEST, SOFT, kinked, rounded
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
 from mechdae.synthesis.robust.quantity import (
@@ -199,7 +200,7 @@ class ExtremeGoal(Goal):
         for i, u in enumerate(ca.vertsplit(nodes)):
             space.at(nlp, x[:, i], u, d, sigma)
             robust = self.deviations is not None
-            rows.append(self._row(x[:, i], u, d) if robust else self.at_pose(x[:, i], u, d))
+            rows.append(self._row(x[:, i], u, d) if robust else self._value(nlp, x[:, i], u, d))
         if self.bounds is not None:
             low, high = (self._scaled(bound) for bound in self.bounds)
             sizes = [self._mean(rows)] if self._averaged else [self._size(row) for row in rows]
@@ -221,6 +222,13 @@ class ExtremeGoal(Goal):
             else:
                 nlp.constrain("least", value - bound, 0.0, np.inf)
         return self.sense * worst
+
+    def _value(self, nlp: Nlp, x: Any, u: Any, d: Any) -> Any:
+        """Return the values at a pose, kinks of a number of the user's rounded."""
+        if not (self.asked.path.startswith("outputs/") and kinked(self.at_pose)):
+            return self.at_pose(x, u, d)
+        soft = nlp.known_parameter(SOFT, FINEST)
+        return rounded(self.at_pose, self.space.samples, (x, u, d), soft)
 
     def _scaled(self, bound: float) -> float:
         if not self.quantity.transmission:

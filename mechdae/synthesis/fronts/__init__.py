@@ -1,0 +1,1 @@
+"""What fronts of several objectives report, and where they have holes."""

@@ -1,0 +1,68 @@
+"""The ends of fronts: what the search for each objective alone gave, in words."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+SAME = 1e-3
+"""Share of an objective and of its range by which the end of a front may be off its best."""
+
+
+def part_of(k: int) -> str:
+    """Return the word of the starts of an objective alone."""
+    return f"objective {k + 1}"
+
+
+def census(
+    runs: Sequence[Mapping[str, Any]], terms: Sequence[Any], k: int, best: float, span: float
+) -> dict[str, Any]:
+    """Return how the starts of an objective alone ended.
+
+    Parameters
+    ----------
+    runs, terms
+        All runs, and the objectives (m,) at the end of each, None where constraints are missed.
+    best, span
+        The least of it that is known from any run, and its range over the front.
+    """
+    own = [
+        (run, values) for run, values in zip(runs, terms, strict=True) if run["part"] == part_of(k)
+    ]
+    near = best + SAME * (abs(best) + span)
+    hits = [run for run, values in own if values is not None and values[k] <= near]
+    return {
+        "starts": len(own),
+        "met": sum(values is not None for _, values in own),
+        "hits_of_best": len(hits),
+        "ipopt": dict(Counter(run["status"] for run, _ in own)),
+        "solved": sum(bool(run["solved"]) for run in hits),
+        "found": any(run["solved"] for run in hits),
+    }
+
+
+def missing(k: int, own: Mapping[str, Any]) -> str:
+    """Return what is said of an end that was not found."""
+    ends = ", ".join(
+        f"{count} {status.replace('_', ' ').lower()}" for status, count in own["ipopt"].items()
+    )
+    why = (
+        "its optimum was rejected by its sweep" if own["solved"]
+        else "the best did not end at an optimum" if own["hits_of_best"]
+        else "better values were found at other levels" if own["met"]
+        else "none met all constraints"
+    )  # fmt: skip
+    return (
+        f"the end of objective {k + 1} was not found, the front may go on there: of {own['starts']}"
+        f" starts of it alone {own['met']} met all constraints ({ends}); {why}"
+    )
+
+
+def gap_words(gap: Mapping[str, Any]) -> str:
+    """Return what is said of a hole that stayed."""
+    first, last = (", ".join(f"{x:.6g}" for x in gap[word]) for word in ("first", "last"))
+    return (
+        f"no point was found between ({first}) and ({last}) from {gap['starts']} further starts: "
+        f"the front jumps there, or the search failed"
+    )
