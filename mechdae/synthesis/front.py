@@ -46,6 +46,7 @@ from mechdae.synthesis.synthesize import (
     planned,
     solved_in_rounds,
     synthesize,
+    units_of,
 )
 from mechdae.synthesis.verification.claims import AGREES, FINER
 
@@ -426,7 +427,7 @@ def front_of(
     summary: dict[str, Any] = {
         "starts": len(front.jobs), "asked": count, "converged": len(front.points),
         "distinct": len(designs), "hits_of_best": 1 if kept else 0, "seed": seed,
-        "status": "none found", "rejected": rejected,
+        "status": "none found", "rejected": rejected, "units": units_of(search),
         "iterations": sum(found.iterations for found in front.optima),
         "objectives": [own["objective"] for own in front.runs if own["objective"] is not None],
         "runs": front.runs, "seconds": {"whole": time.process_time() - began},

@@ -17,6 +17,7 @@ from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, d
 from mechdae.synthesis.exact.complete import Follow
 from mechdae.synthesis.exact.complete import here as followed_here
 from mechdae.synthesis.fourbar.reach import out_of_reach
+from mechdae.synthesis.fronts.objectives import error_unit, objective_unit
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
@@ -85,7 +86,7 @@ def synthesize(
         "exhausted": sum(found.exhausted for found in optima),
         "gone_on": again, "converged": len(candidates), "distinct": len(several),
         "hits_of_best": kept[0]["hits"] if sound else 0,
-        "status": "found" if sound else "none found",
+        "status": "found" if sound else "none found", "units": units_of(search),
         "rejected": rejected,
         "ipopt": {word: statuses.count(word) for word in dict.fromkeys(statuses)},
         "iterations": sum(found.iterations for found in optima),
@@ -113,6 +114,18 @@ def synthesize(
         summary=Summary(summary), fault=fault, definition=task,
         data={"designs": kept}, motions=motions(search, kept),
     )  # fmt: skip
+
+
+def units_of(search: Search) -> dict[str, str]:
+    """Return the units of the objective and of the errors that designs list; "" if not known."""
+    asked = [goal for goal, _ in search.asked.goals]
+    counted = [goal for goal, own in zip(asked, search.goals, strict=True) if not own.exact]
+    lead = asked[search.goals.index(search.lead)]
+    errors = error_unit(search.problem, lead)
+    if not counted:
+        return {"objective": errors, "errors": errors}
+    alone = objective_unit(search.problem, counted[0]) if len(counted) == 1 else ""
+    return {"objective": alone, "errors": errors}
 
 
 def _verdict(search: Search) -> dict[str, Any]:

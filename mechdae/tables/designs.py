@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result, Units
+from mechdae.results import Result, Units, parameter_units
 from mechdae.tables.text import MOST, fact, together
 
 Design = Mapping[str, Any]
@@ -17,7 +17,7 @@ def designs_text(result: Result, width: int) -> list[str]:
     """Return a row for each design, the dimensions and active limits of each, the census."""
     designs: Sequence[Design] = result.data.get("designs", [])
     front = result.summary.get("front", {})
-    lines = _ranked(designs, result.units, front.get("objectives", ())) if designs else []
+    lines = _ranked(designs, result, front.get("objectives", ())) if designs else []
     if front:
         shown = [result.units.of(own["unit"]) for own in front["objectives"]]
         ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
@@ -28,8 +28,11 @@ def designs_text(result: Result, width: int) -> list[str]:
             words = f"{end['starts']} starts, {end['met']} met all constraints"
             words += f", {end['hits_of_best']} hit the best" if end["found"] else ", end not found"
             lines += fact("alone", f"objective {k}: {words}", width)
+    units = parameter_units(result.mechanism)
     for rank, design in enumerate(designs, 1):
-        sizes = [together(f"{k} = {v:.9g}") for k, v in design["parameters"].items()]
+        sizes = [
+            together(_number(k, v, units, result.units)) for k, v in design["parameters"].items()
+        ]
         lines += fact(f"design {rank}", ", ".join(sizes), width)
         if design.get("defects"):
             lines += fact("defects", "; ".join(design["defects"]), width)
@@ -42,17 +45,20 @@ def designs_text(result: Result, width: int) -> list[str]:
 
 
 def _ranked(
-    designs: Sequence[Design], units: Units, objectives: Sequence[Mapping[str, str]]
+    designs: Sequence[Design], result: Result, objectives: Sequence[Mapping[str, str]]
 ) -> list[str]:
+    units, own_units = result.units, result.summary.get("units", {})
     columns: list[tuple[str, list[str]]] = [
         ("design", [str(rank) for rank in range(1, len(designs) + 1)])
     ]
     for k, asked in enumerate(objectives):
         scale = units.of(asked["unit"])
-        title = f"{asked['name']} [{scale.name}]" if scale.name else asked["name"]
+        title = _titled(asked["name"], scale.name)
         columns.append((title, [f"{own['objectives'][k] * scale.factor:.6g}" for own in designs]))
     if not objectives:
-        columns.append(("objective", [f"{design['objective']:.9g}" for design in designs]))
+        scale = units.of(own_units.get("objective", ""))
+        shown = [f"{design['objective'] * scale.factor:.9g}" for design in designs]
+        columns.append((_titled("objective", scale.name), shown))
     parts = [[own for own in design.get("robust", ()) if own] for design in designs]
     if all(len(own) == 1 for own in parts):
         for word in ("nominal", "sigma"):
@@ -66,8 +72,9 @@ def _ranked(
         columns.append((f"least transmission [{own.name}]", shown))
     worst = [float(np.abs(e).max()) if (e := design.get("errors")) else None for design in designs]
     if any(value is not None for value in worst):
-        shown = ["-" if value is None else f"{value:.4g}" for value in worst]
-        columns.append(("largest error", shown))
+        scale = units.of(own_units.get("errors", ""))
+        shown = ["-" if value is None else f"{value * scale.factor:.4g}" for value in worst]
+        columns.append((_titled("largest error", scale.name), shown))
     if any("sense" in design for design in designs):
         every = [np.atleast_1d(design.get("sense", 0)) for design in designs]
         columns.append(("sense", [" ".join(f"{own:+d}" for own in senses) for senses in every]))
@@ -77,6 +84,16 @@ def _ranked(
     rows = [[title for title, _ in columns]]
     rows += [[own[k] for _, own in columns] for k in range(len(designs))]
     return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]
+
+
+def _titled(title: str, unit: str) -> str:
+    return f"{title} [{unit}]" if unit else title
+
+
+def _number(name: str, value: float, given: Mapping[str, str], units: Units) -> str:
+    """Return a dimension with its unit."""
+    scale = units.of(given.get(name) or "")
+    return f"{name} = {value * scale.factor:.9g} {scale.name}".rstrip()
 
 
 def _price(name: str, price: float) -> str:
@@ -124,5 +141,7 @@ def _census(result: Result, width: int) -> list[str]:
     lines += fact("census", ", ".join(words) + f"; seed {summary['seed']}", width)
     for entry in summary.get("rejected", [])[:MOST]:
         reasons = "; ".join(entry["reasons"])
-        lines += fact("rejected", f"objective {entry['objective']:.6g}: {reasons}", width)
+        own = result.units.of(summary.get("units", {}).get("objective", ""))
+        value = f"{entry['objective'] * own.factor:.6g} {own.name}".rstrip()
+        lines += fact("rejected", f"objective {value}: {reasons}", width)
     return lines

@@ -12,6 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError
+from mechdae.synthesis.verification.rockers import missed
 from tests.shared.paths import DATA
 
 TASKS = DATA / "synthesis"
@@ -329,3 +330,30 @@ def test_one_design_is_reported_once():
         gaps[3:] = np.angle(np.exp(1j * gaps[3:]))  # phi0 and psi0
         assert np.abs(gaps).max() > 1e-3
     assert found.data["designs"][0]["hits"] >= 9, "the hits of both are counted"
+
+
+def test_designs_are_shown_in_the_units_asked_for():
+    """The same four-bar in millimetres and degrees: numbers times the units, names beside them."""
+    found = md.synthesize("rocker-50-1-15", starts=2)
+    plain, shown = str(found), str(found.in_units("mm,deg"))
+    best = found.data["designs"][0]
+    for name, value in best["parameters"].items():
+        assert f"{name} = {value:.9g} m" in plain
+        assert f"{name} = {1000 * value:.9g} mm" in shown
+    assert "objective [rad]" in plain
+    assert "largest error [rad]" in plain
+    assert "objective [deg]" in shown
+    assert f"{np.degrees(best['objective']):.9g}" in shown
+    path = md.synthesize("c2-arc5-timed", starts=2)
+    assert path.summary["units"] == {"objective": "m2", "errors": "m"}
+    assert "objective [m2]" in str(path)
+    assert "largest error [m]" in str(path)
+
+
+def test_what_a_rocker_misses_is_said_with_what_was_asked():
+    own, asked, less = np.radians([94, 95, 80])
+    assert missed(False, "left", own, asked, own) == "the swing of left is 94 deg, not 95 deg"
+    assert missed(True, "guide", 0.1, 0.2, 0.1) == "the stroke of guide is 0.1 m, not 0.2 m"
+    assert missed(False, "left", asked, asked, less) == (
+        "the two ends that the search took are 80 deg apart, the swing of left is 95 deg"
+    )

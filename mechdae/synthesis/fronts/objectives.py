@@ -38,3 +38,12 @@ def objective_unit(problem: Problem, goal: Asked) -> str:
         unit = unit_of(problem.mechanism, goal.output) or ""
         return unit if goal.measure == "minimax" or not unit else f"{unit}2"
     return "1"
+
+
+def error_unit(problem: Problem, goal: Asked) -> str:
+    """Return the unit of the errors that a goal's designs list."""
+    if isinstance(goal, FunctionTargets):
+        return unit_of(problem.mechanism, goal.output) or ""
+    if isinstance(goal, Rocker):
+        return "m" if goal.joint is not None else "rad"
+    return "" if isinstance(goal, Extreme) else "m"

@@ -35,8 +35,7 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     wanted = way if asked.reach is None else asked.reach
     errors = np.array([way - wanted, reached - way])
     if np.abs(errors).max() > EXACT * size:
-        shown = f"{way:.9g} m" if asked.slides else f"{np.degrees(way):.6g} deg"
-        defects.append(f"{part} goes to and fro by {shown}")
+        defects.append(missed(asked.slides, part, float(way), float(wanted), reached))
     turned = float(abs(claim.at[1] - claim.at[0]))
     ratio = turned / (TURN - turned)
     wanted = asked.time_ratio
@@ -51,3 +50,18 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     if value is None or stated.bounds is not None:
         value = float(np.abs(errors).max())
     return Worth(value, errors, defects)
+
+
+def missed(slides: bool, part: str, way: float, wanted: float, reached: float) -> str:
+    """Return what is wrong with a way, or with the ends between which it was sought."""
+    word = "stroke" if slides else "swing"
+    shown = [
+        f"{value:.9g} m" if slides else f"{np.degrees(value):.9g} deg"
+        for value in (way, wanted, reached)
+    ]
+    if abs(reached - way) > abs(way - wanted):
+        return (
+            f"the two ends that the search took are {shown[2]} apart, the {word} of {part} is "
+            f"{shown[0]}"
+        )
+    return f"the {word} of {part} is {shown[0]}, not {shown[1]}"
