@@ -45,5 +45,5 @@ def error_unit(problem: Problem, goal: Asked) -> str:
     if isinstance(goal, FunctionTargets):
         return unit_of(problem.mechanism, goal.output) or ""
     if isinstance(goal, Rocker):
-        return "m" if goal.joint is not None else "rad"
+        return "m" if goal.slides else "rad"
     return "" if isinstance(goal, Extreme) else "m"
