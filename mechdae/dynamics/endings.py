@@ -234,3 +234,16 @@ def stalled(
         "or a pose no motion leads through, do this"
     )
     return fault, event
+
+
+def crawling(
+    setup: Setup, integrator: Integrator, state: Any, steps: int
+) -> tuple[str, dict[str, Any]]:
+    """Return the fault and the event of a motion that takes too many steps."""
+    t, h = (float(integrator.layout.of(state, name)) for name in "th")
+    fault = (
+        f"the motion takes steps of {h:.1g} s (S7), more than {steps} of them up to "
+        f"t = {t:.9g} s of {setup.end:g} s; the states up to there are kept. Try: a method for "
+        'stiff forces, method = "bdf", or a larger tolerance'
+    )
+    return fault, {"kind": "stalled", "code": "S7", "at": t, "time": t, "step": h}

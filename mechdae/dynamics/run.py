@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.dynamics.clock import Clock, StepLimit
 from mechdae.dynamics.creep import Creep
-from mechdae.dynamics.endings import Growth, stalled
+from mechdae.dynamics.endings import Growth, crawling, stalled
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes, Watcher
 from mechdae.dynamics.observe import States
@@ -31,6 +31,8 @@ CROWD = 20
 """Events of friction of one pair so near each other that the motion does not go on."""
 CLOSE = 1e-6
 """Share of the whole time that is near."""
+STEPS = 50_000_000
+"""Steps, rejected ones too, after which a motion ends."""
 
 
 @dataclass
@@ -174,6 +176,9 @@ def _stretched(
                 run.verdict(float(run.last[0]), jam)
             else:
                 run.end(*stalled(setup, integrator, sticking, run.last, nodes.signs))
+        elif integrator.accepted + integrator.rejected > STEPS and run.last[0] < setup.end:
+            run.end(*crawling(setup, integrator, run.last, STEPS))
+            return None
     return None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -473,3 +474,20 @@ def test_a_start_from_rest_that_newtons_method_misses() -> None:
     (event,) = [event for event in md.solve(moving, "motion").events if "code" in event]
     assert event["code"] == "F2"
     assert sorted(own["block.x"] for own in event["solutions"]) == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["explicit", "bdf"])
+def test_s7_more_steps_than_a_motion_may_take(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pendulum of ten thousand swings is left where a bound on its steps is met."""
+    from mechdae.dynamics import run
+
+    monkeypatch.setattr(run, "STEPS", 300)
+    problem = md.load("pendulum")
+    task = replace(problem.tasks["motion"], at=None, poses=11, until=1e4, method=method)
+    result = md.solve(problem.mechanism, task)
+    (event,) = coded(result, "S7")
+    assert event["kind"] == "stalled"
+    assert 0 < event["time"] < 1e4
+    assert "more than 300 of them" in (result.fault or "")
+    assert result.summary["steps"] + result.summary["rejected"] < 3000
+    assert result.time[-1] == pytest.approx(event["time"])
