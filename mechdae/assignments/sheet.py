@@ -14,7 +14,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import given
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.tasks.kinds import Driven, Driver
+from mechdae.describe.tasks.kinds import Driven, Driver, Reactions
 from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import Said
 from mechdae.formulas import Facts, Grid, Image, Note, Part, Passage, Section
@@ -92,6 +92,8 @@ def _plain(unit: str) -> str:
 def _driver(subject: Subject, task: Driven, say: Said) -> Facts:
     values = subject.scene.mechanism.values()
     texts = [_driven(subject, own, values, say) for own in task.all_drivers]
+    if isinstance(task, Reactions) and task.quasi_static:
+        texts.append(say("quasi-static"))
     return Facts(((say("driver"), ("; ".join(texts),)),))
 
 
@@ -104,7 +106,7 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
         text = f"{degrees(value):.6g}°" if angle else f"{value:.6g} {say.unit('m')}"
         return _signed(text)
 
-    speed = evaluate(driver.speed if driver.speed is not None else 1.0, values)
+    speed = evaluate(driver.usual_speed, values)
     rate = _signed(f"{speed:.6g} {say.unit('rad/s' if angle else 'm/s')}")
     if driver.from_ is not None and driver.to is not None and driver.law is None:
         return say("from to", name, shown(driver.from_), shown(driver.to), rate)

@@ -67,7 +67,7 @@ def function(
         ``efforts/crank.angle``, ``joints/O/reaction``, names of `[outputs]`.
     task
         Sweep or reactions task that gives drivers, speeds and friction where they are no
-        inputs; the first one with the drivers named.
+        inputs; the first one with the drivers named. Without any speed forces are quasi-static.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def function(
     mechanism = whole.mechanism
     values = mechanism.values()
     coordinates = [name for name in inputs if name in coordinate_names(mechanism)]
-    base = _base(whole, coordinates, values, task, outputs)
+    base = _base(whole, coordinates, values, task, inputs, outputs)
     drivers = [driver.coordinate for driver in base.all_drivers]
     numbers = [name for name in inputs if name not in drivers and not name.endswith(RATES)]
     for name in numbers:
@@ -150,6 +150,7 @@ def _base(
     coordinates: list[str],
     values: Mapping[str, float],
     task: str | None,
+    inputs: Sequence[str],
     outputs: Sequence[str],
 ) -> Sweep:
     """Return a task of one pose with the drivers asked for.
@@ -180,7 +181,15 @@ def _base(
         if driver.law is not None:
             raise InputError("drivers that follow laws of time have no function of their value")
         place = driver.at[:1] if driver.at else (driver.from_ if driver.from_ is not None else 0.0,)
-        drivers.append(replace(driver, at=place, from_=None, to=None, range=None))
+        held = driver.speed is None and driver not in chosen.moving_drivers
+        given = {f"{driver.coordinate}{rate}" for rate in RATES}.intersection(inputs)
+        speed = 0.0 if held else driver.usual_speed if given else driver.speed
+        direction = None if held or given else driver.direction
+        drivers.append(
+            replace(
+                driver, at=place, from_=None, to=None, range=None, speed=speed, direction=direction
+            )
+        )
     placed = tuple(drivers)
     if not forces:
         return Sweep(drivers=placed, mode=chosen.mode)

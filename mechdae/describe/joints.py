@@ -16,6 +16,9 @@ from mechdae.describe.values import Number, Value, key
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
 
+PRESSURE_ANGLE = math.radians(20)
+"""That of teeth where none is given [rad]."""
+
 
 @cache
 def _number_keys(kind: Any) -> tuple[str, ...]:
@@ -353,7 +356,7 @@ class Gear(Joint):
     teeth: tuple[Number, ...] | None = key("pair", None, doc="[z1, z2]", unit="1")
     mesh: str | None = key("text", None, choices=("external", "internal"))
     phase: Number = key("number", 0.0, doc="rad", unit="rad")
-    pressure_angle: Number = key("number", 0.3490658503988659, doc="rad", unit="rad")
+    pressure_angle: Number = key("number", PRESSURE_ANGLE, doc="rad", unit="rad")
     mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
     one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
 
@@ -402,7 +405,7 @@ class Rack(Joint):
     carrier: str | None = key("name", None)
     axis: Number = key("number", 0.0, doc="in the second body, rad", unit="rad")
     phase: Number = key("number", 0.0, doc="m", unit="m")
-    pressure_angle: Number = key("number", 0.3490658503988659, unit="rad")
+    pressure_angle: Number = key("number", PRESSURE_ANGLE, unit="rad")
     mesh_loss: Number | None = key("number", None, unit="1")
     one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
 

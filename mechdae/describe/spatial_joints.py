@@ -13,7 +13,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from typing import Any, ClassVar
 
-from mechdae.describe.joints import JOINTS, SENSES, TURNS, Distance, Gear, Joint
+from mechdae.describe.joints import (
+    JOINTS,
+    PRESSURE_ANGLE,
+    SENSES,
+    TURNS,
+    Distance,
+    Gear,
+    Joint,
+)
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
@@ -430,7 +438,7 @@ class SpatialRack(Joint):
     radius: Number = key("number", doc="signed, m", unit="m")
     carrier: str | None = key("name", None)
     phase: Number = key("number", 0.0, doc="m", unit="m")
-    pressure_angle: Number = key("number", 0.3490658503988659, doc="rad", unit="rad")
+    pressure_angle: Number = key("number", PRESSURE_ANGLE, doc="rad", unit="rad")
     mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
     point: str | None = key("reference", None, doc=PITCH)
     helix: Number | None = key("number", None, doc=HELIX, unit="rad")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Motion
 from mechdae.dynamics.determined import Determined
@@ -54,6 +55,9 @@ def report(
     if run.creep is not None:
         summary["creep"] = run.creep.found
     summary["notes"] = told
+    sticking = [] if setup.smooth else [slip.owner for slip in setup.rubbing.slips]
+    if assumed := about_motion(setup.problem.mechanism, sticking):
+        summary["assumptions"] = assumed
     faults = [run.fault] if run.fault else []
     faults += slack_belts(
         setup.model,

@@ -52,7 +52,8 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
     whole.meshes = _meshes(whole, begin)
-    whole.notes += [*about_meshes(whole.meshes), *whole.model.left_out]
+    assumed = about_meshes(whole.meshes, problem.mechanism)
+    whole.notes += [*assumed, *whole.model.left_out]
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)

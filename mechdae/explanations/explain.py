@@ -198,6 +198,8 @@ def _head(subject: Subject) -> Section:
         if word in result.bound
     ]
     rows.append((say("bound"), (", ".join(bounds),)))
+    assumed = result.summary.get("assumptions") or []
+    rows += [(say("assumes"), (text,)) for text in assumed]
     return Section(say("mechanism"), (Facts(tuple(rows)),))
 
 

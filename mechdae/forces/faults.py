@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly.start import shown
+from mechdae.describe.assumed import about_bodies, about_inertia, about_springs
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.kinematics.prepared import Setting
-from mechdae.model.forces.inertia import massive
 
 TOLERANCE = 1e-9
 """Share by which a check may fail before the result says so."""
@@ -95,17 +95,9 @@ def failed_checks(found: Mapping[str, Any]) -> list[str]:
 def assumptions_of(statics: Statics, task: Reactions) -> list[str]:
     mechanism = statics.scene.model.mechanism
     balance = statics.balance
-    massless = [name for name in balance.bodies if name not in massive(statics.scene.model)]
-    found = []
-    if massless:
-        found.append(f"massless: {', '.join(massless)}")
-    points = [
-        name
-        for name in balance.bodies
-        if mechanism.bodies[name].mass is not None and mechanism.bodies[name].inertia is None
-    ]
-    if points:
-        found.append(f"point masses (no inertia given): {', '.join(points)}")
+    found = about_inertia(mechanism, task)
+    found += about_bodies(mechanism, balance.bodies, moves=not task.quasi_static)
+    found += about_springs(mechanism)
     if task.friction != "none":
         lossy = balance.lossy
         smooth = [

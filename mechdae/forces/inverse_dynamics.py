@@ -22,7 +22,7 @@ from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, stored
 from mechdae.model.forces.friction import Laws
-from mechdae.model.forces.loads import Loads
+from mechdae.model.forces.loads import BOUNDLESS, Loads
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.kept import Kept
@@ -184,17 +184,21 @@ class Statics:
         self._last: tuple[LoadedPoses, float, list[Any]] | None = None
         real = real_along(scene, lambda: absolute(scene, motion), self.length)
         friction, turned = task.friction != "none", task.direction == "load"
-        self.key = ("forces", real, task.friction_radius, friction, turned, timed_numbers(model))
+        slow = task.quasi_static
+        self.key = (
+            "forces", real, task.friction_radius, friction, turned, slow, timed_numbers(model)
+        )  # fmt: skip
 
         def make() -> Kernels:
             meshes = meshes_of(model, real)
-            loads, laws = Loads(model, turned), Laws(model, meshes, task.friction_radius, friction)
+            laws = Laws(model, meshes, task.friction_radius, friction)
+            loads = Loads(model, turned, slow=slow)
             return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
 
         self._kernels: Kernels = scene.kept(self.key, make)
         self.loads, self.laws = self._kernels.loads, self._kernels.laws
         self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
-        self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes)]
+        self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes, model.mechanism)]
         self.tables = [np.array(signal.load.points) for signal in self.loads.signals]
 
     @property
@@ -372,7 +376,7 @@ class Statics:
             values = self.batch("loads", lambda: self.balance.function(
                 "loads", [ca.vertcat(*[ca.sum1(ca.fabs(ca.vertcat(0, *w))) for w in wrenches])]
             ))  # fmt: skip
-            finite = np.isfinite(values(*self.inputs(motion))[0])
+            finite = np.abs(values(*self.inputs(motion))[0]) < BOUNDLESS
             there = np.isfinite(motion.v).all(axis=1)
             for name, own in zip(names, finite.T, strict=True):
                 yield name, ~own & there, "it has no finite value", "", ""

@@ -16,6 +16,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.joints import PRESSURE_ANGLE
+from mechdae.describe.mechanism import Mechanism
 from mechdae.forces.spatial_teeth import teeth_along
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.meshes import Mesh
@@ -224,14 +226,19 @@ def _parallel(row: Any, teeth: Any) -> bool:
     return bool(np.linalg.norm(teeth - (teeth @ along) * along) <= SAME * second and second > 0)
 
 
-def about_meshes(meshes: Mapping[str, Mesh | SpatialMesh]) -> list[str]:
-    """Return what is assumed about gears, racks and belts that have no forces of teeth."""
-    found = []
+def about_meshes(meshes: Mapping[str, Mesh | SpatialMesh], mechanism: Mechanism) -> list[str]:
+    """Return what is assumed about gears, racks and belts: no forces of teeth, usual numbers."""
+    found, usual = [], dict[str, list[str]]()
     for name, mesh in meshes.items():
+        joint = mechanism.joints[name]
         if mesh.column is None:
-            why = "a belt without radius" if mesh.joint.strands else "no real wheels"
+            why = "a belt without radius" if joint.strands else "no real wheels"
             found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
-    return found
+        elif getattr(joint, "pressure_angle", None) == PRESSURE_ANGLE:
+            usual.setdefault("pressure angle 20 deg", []).append(name)
+        elif joint.held_by and getattr(joint, joint.held_by) is None:
+            usual.setdefault(f"no {joint.held_by}", []).append(name)
+    return [*found, *(f"{text}: {', '.join(names)}" for text, names in usual.items())]
 
 
 def slack_belts(

@@ -11,6 +11,7 @@ import numpy as np
 from mechdae.continuation.evaluate import Poses, in_time
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.errors import InputError
 from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
 from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.sweep import run
@@ -62,10 +63,12 @@ class Moving:
     ----------
     setting, run
         Of a task whose outputs hold `requests`.
+    slow
+        Whether the motion is as slow as one likes, and has no time then.
     """
 
-    def __init__(self, setting: Setting, run: Run) -> None:
-        self.setting, self.run = setting, run
+    def __init__(self, setting: Setting, run: Run, slow: bool) -> None:
+        self.setting, self.run, self.slow = setting, run, slow
         self._columns = unknown_columns(setting)
         plan = setting.plan
         self.by_value = plan.by_value
@@ -77,7 +80,10 @@ class Moving:
         plan, run = self.setting.plan, self.run
         shape = run.values.shape
         rates = tuple(np.broadcast_to(r, shape) for r in (plan.speed, plan.acceleration))
-        return self._motion(run.poses, run.values, rates, time_of(plan, run.values))
+        return self._motion(run.poses, run.values, rates, self._times(run.values))
+
+    def _times(self, values: Any) -> Any:
+        return None if self.slow else time_of(self.setting.plan, values)
 
     def at(self, places: Any) -> LoadedPoses:
         """Return the motion at places of the path, the driver's speed constant.
@@ -91,7 +97,7 @@ class Moving:
         if self.by_value:
             poses.y = in_time(poses.y, self.speed, 0.0)
             rates = tuple(np.broadcast_to(r, values.shape) for r in (plan.speed, 0 * plan.speed))
-            time = time_of(plan, run.values)
+            time = self._times(run.values)
             if time is not None:
                 time = (places - run.values[0, plan.lead]) / self.speed
         else:
@@ -145,6 +151,17 @@ def loaded_run(problem: Problem, task: Reactions, free: Iterable[str] = ()) -> L
     wanted = replace(task, derivatives=max(2, task.derivatives))
     setting = prepare(problem, wanted, loaded_bodies, requests, free)
     followed = run(setting, wanted)
-    moving = Moving(setting, followed)
+    moving = Moving(setting, followed, task.quasi_static)
     motion = moving.poses()
-    return LoadedRun(moving, motion, Statics(setting.scene, followed.evaluator, task, motion))
+    statics = Statics(setting.scene, followed.evaluator, task, motion)
+    _check_time(statics, motion)
+    return LoadedRun(moving, motion, statics)
+
+
+def _check_time(statics: Statics, motion: LoadedPoses) -> None:
+    if statics.loads.uses_time and motion.t is None:
+        raise InputError(
+            "it uses t, and this task has no time",
+            where=f"loads.{statics.loads.uses_time[0]}",
+            hint="a driver with a constant speed or a law",
+        )

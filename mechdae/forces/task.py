@@ -90,7 +90,6 @@ def with_forces(
 ) -> tuple[ReactionsResult, PoseForces]:
     """Return the result of a sweep with forces, and these as they were solved for."""
     setting, moving, motion, statics = loaded.setting, loaded.moving, loaded.motion, loaded.statics
-    _check_time(statics, motion)
     unique = uniqueness(statics, motion)
     _check_loads(setting, statics, motion)
     summary = result.summary.copy()
@@ -127,8 +126,9 @@ def with_forces(
     lifted, notes = along(statics, moving, answer, unique)
     if notes := [*notes, *without_axes(statics, task)]:
         summary["notes"] = [*summary.get("notes", []), *notes]
-    assumed = dict.fromkeys([*statics.assumptions, *assumptions_of(statics, task)])
-    summary["assumptions"] = list(assumed)
+    assumed = summary.get("assumptions", [])
+    assumed = [*assumed, *statics.assumptions, *assumptions_of(statics, task)]
+    summary["assumptions"] = list(dict.fromkeys(assumed))
     if answer.coupled:
         rows = np.flatnonzero(answer.standing)
         lead = setting.plan.lead
@@ -174,15 +174,6 @@ def _without_rank(result: SweepResult) -> Any:
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(result.condition > SINGULAR)
     return rows[result.codes[rows] == CODES[Status.OK]]
-
-
-def _check_time(statics: Statics, motion: LoadedPoses) -> None:
-    if statics.loads.uses_time and motion.t is None:
-        raise InputError(
-            "it uses t, and this task has no time",
-            where=f"loads.{statics.loads.uses_time[0]}",
-            hint="a driver with a constant speed or a law",
-        )
 
 
 def _check_loads(setting: Setting, statics: Statics, motion: LoadedPoses) -> None:

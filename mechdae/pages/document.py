@@ -301,6 +301,7 @@ def _make_live(
         "checks": _checks(run, rows_of_checks),
         "shape": live.shape_of(setting, sliders),
         "forces": None if loaded is None else efforts.numbers(loaded, rows_of_checks),
+        "slow": loaded is not None and loaded.moving.slow,
     }
     if drivers is not None:
         way = data["way"]

@@ -76,6 +76,7 @@ def drivers_of(setting: Setting, result: Result) -> list[dict[str, Any]] | None:
             # by a law the speed differs from moment to moment: one unit in a second
             "speed": 1.0 if is_law(setting) else float(rates[0][k]) or float(size),
             "acceleration": 0.0 if is_law(setting) else float(rates[1][k]),
+            "usual": is_law(setting) or not rates[0][k],
         }
         for k, (name, c, size) in enumerate(
             zip(result.drivers, plan.coordinates, scales(setting), strict=True)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from mechdae.composition.variants.scheme import moves
+from mechdae.describe.assumed import usual_speed
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.loads import Resistance
@@ -19,6 +21,8 @@ from mechdae.records import dataclass
 
 Get = Callable[[str], Any]
 """Path below the task -> its array."""
+RATES = ("peak_acceleration", "shaking_force", "shaking_moment", "loss")
+"""Criteria that depend on how fast the driver moves."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,10 @@ class Criteria:
         found = [*self._sizes(), *self._motion(), *self._inertia()]
         if isinstance(self.task, Reactions):
             found += [*self._forces(self.task)]
+        pace = usual_speed(self.mechanism, self.task)
+        for k, own in enumerate(found if pace else []):  # rates of a speed that nobody gave
+            if own.name in RATES:
+                found[k] = replace(own, unit=f"{own.unit} at {pace}")
         return {own.name: own for own in found}
 
     # -- size --------------------------------------------------------------------------------

@@ -183,7 +183,8 @@ def _moved(
     driver: Driver, poses: int, known: Mapping[str, float], moves: bool
 ) -> tuple[Any, float, float, float]:
     """Return values (n,), speed, acceleration and jerk of one driver."""
-    speed = evaluate(driver.speed if driver.speed is not None else float(moves), known)
+    held = driver.speed is None and not moves
+    speed = 0.0 if held else evaluate(driver.usual_speed, known)
     acceleration = evaluate(driver.acceleration if driver.acceleration is not None else 0.0, known)
     jerk = evaluate(driver.jerk if driver.jerk is not None else 0.0, known)
     values = np.zeros(0) if driver.range is not None else _values(driver, poses, known)

@@ -374,7 +374,7 @@ def _driver_columns(driver: Driver, n: int, symbolic: Any) -> list[tuple[Any, An
         share = np.linspace(0.0, 1.0, n)
         ends = ca.vertcat(symbolic(driver.from_), symbolic(driver.to))
         value = (np.stack([1 - share, share], axis=1), ends)
-    speed = symbolic(1.0 if driver.speed is None else driver.speed)
+    speed = symbolic(driver.usual_speed)
     acceleration = symbolic(0.0 if driver.acceleration is None else driver.acceleration)
     return [value, (ones, speed), (ones, acceleration)]
 

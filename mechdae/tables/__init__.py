@@ -13,7 +13,7 @@ from mechdae.tables.modes import modes_text, study_text
 from mechdae.tables.motions import equilibrium_facts, motion_facts
 from mechdae.tables.poses import pose_text, poses_columns, poses_text
 from mechdae.tables.schemes import schemes_text
-from mechdae.tables.text import WIDE, rows_of
+from mechdae.tables.text import WIDE, fact, rows_of
 
 Lines = Callable[[Result, int], list[str]]
 
@@ -41,6 +41,8 @@ def table(result: Result, terminal: bool = False) -> str:
     lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
     for text in TEXTS.get(result.kind, (_poses, facts_text)):
         lines += text(result, width)
+    for sentence in result.summary.get("assumptions", []):
+        lines += fact("assumes", sentence, width)
     return "\n".join(lines) + "\n"
 
 

@@ -50,8 +50,6 @@ def force_facts(result: Result, width: int) -> list[str]:
         for word, value in result.checks.items()
     ]
     lines += fact("checks", f"{', '.join(checks)} (relative)", width)
-    for sentence in summary.get("assumptions", []):
-        lines += fact("assumes", sentence, width)
     return lines
 
 

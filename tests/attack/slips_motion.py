@@ -8,6 +8,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from tests.attack.held_forces import CLOSE, worst
 from tests.shared.block import X0, C, K, M, block, course
 from tests.shared.planting import Slip
 
@@ -32,6 +33,11 @@ def moved(**keys: object) -> md.Result:
 def speed(t: object) -> object:
     e = np.exp(-D * np.asarray(t))
     return -(X0 - REST) * e * (D * D + W * W) / W * np.sin(W * np.asarray(t))
+
+
+def slowly() -> float:
+    """What holds mechanisms whose drivers have no speed, with masses and dampers."""
+    return worst("ram", 2) / CLOSE
 
 
 def along() -> float:
@@ -192,6 +198,7 @@ def turned() -> float:
     )  # fmt: skip
 
 
+HOLDS = "forces/test_quasi_static.py::test_what_holds_a_mechanism_is_virtual_work"
 SUITE = "dynamics/"
 SLIPS = [
     Slip(
@@ -319,5 +326,26 @@ SLIPS = [
         '"stick" if turn.from_rest else "slip"',
         rubbed,
         SUITE + "test_motion_friction.py::test_incline_stops_and_rests_without_creep",
+    ),
+    Slip(
+        "forces.inverse_dynamics",
+        "slow = task.quasi_static",
+        "slow = False",
+        slowly,
+        HOLDS,
+    ),
+    Slip(
+        "model.forces.loads",
+        "SLOW * model.velocity if slow else model.velocity",
+        "model.velocity",
+        slowly,
+        HOLDS,
+    ),
+    Slip(
+        "kernels.graphs.kinetostatics",
+        "{} if loads.slow else inertia(self.model)",
+        "inertia(self.model)",
+        slowly,
+        HOLDS,
     ),
 ]

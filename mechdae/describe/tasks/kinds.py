@@ -42,7 +42,9 @@ class Driver(Value):
 
     ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
     ``speed``, ``acceleration`` and ``jerk`` are its rates at every pose (default 1, 0 and 0:
-    rates per unit of driver speed, the "analogues" of the theory of mechanisms).
+    rates per unit of driver speed, the "analogues" of the theory of mechanisms). Without a speed
+    ``direction`` "negative" moves it the other way; forces are those of a slow motion then, see
+    `Reactions.quasi_static`.
     """
 
     coordinate: str = key("text")
@@ -56,6 +58,36 @@ class Driver(Value):
     acceleration: Number | None = key("number", None)
     jerk: Number | None = key("number", None)
     table: TimeTable | None = key("timetable", None, doc="a law by rows, in a motion")
+    direction: str | None = key(
+        "text", None, choices=("positive", "negative"), doc="sense of the motion, without a speed"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.direction is not None and self.timed:
+            raise InputError(
+                "a speed or a law tells the sense of the motion itself",
+                where="direction",
+                hint="leave direction away, or the speed",
+            )
+
+    @property
+    def timed(self) -> bool:
+        """Whether it is told how fast the coordinate moves."""
+        return not (self.speed is self.acceleration is self.law is self.table is None)
+
+    @property
+    def rests(self) -> bool:
+        """Whether it is told to stand still."""
+        told = (self.speed, self.acceleration, self.law, self.table)
+        return told in ((0.0, None, None, None), (0.0, 0.0, None, None))
+
+    @property
+    def usual_speed(self) -> Number:
+        """The speed of a driver that moves: 1 where none is given, -1 in the negative sense."""
+        if self.speed is not None:
+            return self.speed
+        return -1.0 if self.direction == "negative" else 1.0
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -127,6 +159,17 @@ class Driven(Task):
         """The drivers, one or several."""
         return self.drivers if self.drivers is not None else (self.driver,)  # type: ignore[return-value]
 
+    @property
+    def moving_drivers(self) -> tuple[Driver, ...]:
+        """Those that are not held at one value while others move."""
+        several = tuple(d for d in self.all_drivers if d.at is None or len(d.at) > 1)
+        return several or self.all_drivers
+
+    @property
+    def untimed(self) -> tuple[Driver, ...]:
+        """The drivers that move and have no speed: 1 in the unit of the coordinate."""
+        return tuple(d for d in self.moving_drivers if d.speed is d.law is d.table is None)
+
 
 @dataclass(frozen=True)
 class Sweep(Driven):
@@ -175,6 +218,29 @@ class Reactions(Sweep):
     kind: ClassVar[str] = "reactions"
     available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.untimed and not self.quasi_static:
+            names = ", ".join(driver.coordinate for driver in self.untimed)
+            raise InputError(
+                f"no speed of {names} is given, and forces depend on it",
+                where="driver" if self.drivers is None else "drivers",
+                hint="speed = 0 for a driver that rests; without any speed forces are quasi-static",
+            )
+        if self.quasi_static and "inertial" in (self.parts or ()):
+            raise InputError(
+                "inertial parts are asked for and no driver has a speed",
+                where="parts",
+                hint='driver.speed = ..., or parts = ["static"]',
+            )
+
+    @property
+    def quasi_static(self) -> bool:
+        """Whether no driver is told how fast it moves: forces are the limit of slow motion."""
+        return bool(self.untimed) and not any(
+            driver.timed and not driver.rests for driver in self.all_drivers
+        )
 
 
 @dataclass(frozen=True)

@@ -126,7 +126,7 @@ def _check_drivers(
             _check_timed(driver)
             for word in ("factor", "shift", "period"):
                 unknown_name([getattr(driver.table, word, None)], known, place=f"table.{word}")
-            for key in ("speed", "acceleration", "jerk"):
+            for key in ("speed", "acceleration", "jerk", "direction"):
                 if getattr(driver, key) is not None:
                     raise InputError("it follows from the law", where=key)
             unknown_name([driver.law], [*known, "t"], "name", "law")

@@ -33,6 +33,7 @@ class BodyForces:
     def __init__(self, result: Any, scene: DrawnScene, pose: int) -> None:
         self.result, self.scene, self.pose = result, scene, pose
         self.rates = Rates(result, scene, pose)
+        self.slow = bool(getattr(result.definition, "quasi_static", False))
         self.numbers = {**numbers_of(scene.mechanism), GROUND: 0}
         self.loaded, self.turned = loaded_bodies(scene.mechanism)
 
@@ -66,7 +67,7 @@ class BodyForces:
         """Return the force of inertia: mass times the acceleration of its centre, reversed."""
         values = self.scene.numbers
         mass = values.get(f"{body}.mass", 0.0)
-        if not mass or not self.rates.has(body, "acceleration"):
+        if self.slow or not mass or not self.rates.has(body, "acceleration"):
             return ZERO
         force: Array = -mass * self.rates.at(body, self.centre(body), "acceleration")
         return force
@@ -134,7 +135,7 @@ class BodyForces:
     def couple(self, body: str) -> float:
         """Return the couple of inertia of a body."""
         inertia = self.scene.numbers.get(f"{body}.inertia", 0.0)
-        return -inertia * self.rates.spins[body][1] if inertia else 0.0
+        return -inertia * self.rates.spins[body][1] if inertia and not self.slow else 0.0
 
     def twists(self, body: str) -> dict[str, float]:
         """Return the torques of the drivers on a body."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.describe.tasks.motion import start_values
@@ -243,6 +244,8 @@ def _report(
         notes.append(f"at rest {owners} resists nothing here: what it could hold is left out")
     if notes:
         summary["notes"] = notes
+    if assumed := about_motion(problem.mechanism):
+        summary["assumptions"] = assumed
     return EquilibriumResult(
         problem.name,
         name,

@@ -229,7 +229,7 @@ class SpatialBalance:
         """Return force and couple of inertia; nothing where the result has no accelerations."""
         force, couple = np.zeros(3), np.zeros(3)
         spin, gain = self.subject.spin(body), self.subject.spin(body, "acceleration")
-        if spin is None or gain is None:
+        if spin is None or gain is None or self.subject.result.definition.quasi_static:
             return force, couple
         if self.mass(body):
             found = self.rate_at(body, self.centre(body), "acceleration")

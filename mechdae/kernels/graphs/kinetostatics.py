@@ -74,7 +74,7 @@ class Balance:
     scene
         Groups and rows.
     loads, laws, meshes
-        What acts. Laws without friction build no friction.
+        What acts. Laws without friction build no friction, loads of a slow motion no inertia.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Balance:
         self.inputs = [
             *motion_of(scene)[0], loads.time, self.pieces, self.signs, self.model.p, laws.factor
         ]  # fmt: skip
-        self.inertia = inertia(self.model)
+        self.inertia = {} if loads.slow else inertia(self.model)
         self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
 
     @cached_property
@@ -384,7 +384,8 @@ class Balance:
         all that adds up to the two powers.
         """
         loads = power(self.model, self.loads.total)
-        energy, rate = kinetic_energy(self.model)
+        slow = self.loads.slow
+        energy, rate = (SX(0), SX(0)) if slow else kinetic_energy(self.model)
         single = [*loads, *power(self.model, self.inertia)]
         sizes = sum((ca.fabs(power) for power in single), SX(0))
         return self.function("powers", [column([sum(loads, SX(0)), rate, energy, sizes])])

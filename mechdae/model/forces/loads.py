@@ -24,6 +24,11 @@ from mechdae.model.model import FUNCTIONS, Model
 from mechdae.records import dataclass
 
 SX = ca.SX
+SLOW = 1e-100
+"""Speeds of a motion without a speed, as a share of those at one unit of the driver's coordinate:
+none but for their senses, and their squares are still numbers."""
+BOUNDLESS = 1e60
+"""What a load has at such speeds that grows without bound as they vanish, a power over a speed."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,8 @@ class Loads:
     gradual
         Whether resistances grow with signs between -1 and 1, as smoothed friction does; else they
         have their full size on either side.
+    slow
+        Whether the motion is as slow as one likes: loads see speeds that vanish.
 
     Attributes
     ----------
@@ -73,8 +80,11 @@ class Loads:
         Loads that depend on the time t.
     """
 
-    def __init__(self, model: Model, turned: bool = False, gradual: bool = False) -> None:
-        self.model, self.turned, self.gradual = model, turned, gradual
+    def __init__(
+        self, model: Model, turned: bool = False, gradual: bool = False, slow: bool = False
+    ) -> None:
+        self.model, self.turned, self.gradual, self.slow = model, turned, gradual, slow
+        self._seen = SLOW * model.velocity if slow else model.velocity
         self.slips: list[Slip] = []
         self.signals: list[Signal] = []
         self.directions: list[Direction] = []
@@ -131,7 +141,7 @@ class Loads:
             if order > 1:
                 raise InputError("loads do not depend on accelerations", where=name)
             c = coordinate(self.model.mechanism, base)
-            known[used] = self._speed(c) if order else self.model.coordinate(c)
+            known[used] = self._speed(c, self._seen) if order else self.model.coordinate(c)
             self._note(c)
         built = SX(build(value, known, FUNCTIONS))
         if TIME in names_in(value):
@@ -143,8 +153,8 @@ class Loads:
         joints = self.model.mechanism.joints
         self.bodies |= set(joints[c.part].bodies if c.part in joints else (c.part,))
 
-    def _speed(self, c: NamedCoordinate) -> Any:
-        return ca.jtimes(self.model.coordinate(c), self.model.q, self.model.velocity)
+    def _speed(self, c: NamedCoordinate, velocity: Any) -> Any:
+        return ca.jtimes(self.model.coordinate(c), self.model.q, velocity)
 
     def _on_coordinate(self, text: str, force: Any) -> Wrench:
         """Return the generalised force of a force along a coordinate."""
@@ -182,7 +192,8 @@ class Loads:
         c = coordinate(self.model.mechanism, load.coordinate)
         falls, grows = self._number(load, "negative"), self._number(load, "positive")
         sign = SX.sym(f"sign_{load.name}")
-        slip = Slip(load.name, self._speed(c), c.unit, sign, falls, grows)
+        speed = self._speed(c, self.model.velocity)
+        slip = Slip(load.name, speed, c.unit, sign, falls, grows)
         self.slips.append(slip)
         force = ca.if_else(slip.sign < 0, falls, 0) - ca.if_else(slip.sign > 0, grows, 0)
         force = force * ca.fabs(slip.sign) if self.gradual else force
@@ -194,7 +205,7 @@ class Loads:
         k, free, preload, damping = (self._number(load, name) for name in numbers)
         if load.coordinate is not None:
             c = coordinate(self.model.mechanism, load.coordinate)
-            value, speed = self.model.coordinate(c), self._speed(c)
+            value, speed = self.model.coordinate(c), self._speed(c, self._seen)
             tension = preload + k * (value - free) + damping * speed
             return self._on_coordinate(load.coordinate, -tension)
         assert load.between is not None
@@ -202,7 +213,7 @@ class Loads:
         gap = self.model.point(second) - self.model.point(first)
         length = ca.sqrt(ca.sumsqr(gap))
         unit = ca.if_else(length > 0, gap / length, 0)
-        speed = ca.dot(unit, ca.jtimes(gap, self.model.q, self.model.velocity))
+        speed = ca.dot(unit, ca.jtimes(gap, self.model.q, self._seen))
         rest = preload - k * free
         along = k * gap + (rest + damping * speed) * unit
         self.directions.append(Direction(load, length, ca.fabs(rest) + ca.fabs(damping)))
@@ -222,7 +233,7 @@ class Loads:
         c = coordinate(self.model.mechanism, base)
         self._note(c)
         piece = SX.sym(f"piece_{load.name}", 3)
-        at = self._speed(c) if order else self.model.coordinate(c)
+        at = self._speed(c, self._seen) if order else self.model.coordinate(c)
         self.signals.append(Signal(load, at, piece))
         start, value, slope = ca.vertsplit(piece)
         return self._placed(load, value + slope * (at - start))

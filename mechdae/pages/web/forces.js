@@ -2,6 +2,7 @@
 import { SAME, apart, goesOn, grown, newton, solutionsOf } from "./friction.js";
 
 const SOLVED = 1e-12, UNIQUE = 0.98, DOUBTFUL = 1e-11, STANDING = 1e-9;
+const SLOW = 1e-100; // share of the speeds of a driver that has none of its own: forces are those of a slow motion
 
 export class Forces {
   /** @param {any} data @param {any} motion */
@@ -26,10 +27,12 @@ export class Forces {
     const a = [...columns.map((k) => (drivers ? second[k] : second[k] * speed * speed + first[k] * acceleration)), ...ddu];
     if (![...v, ...a].every(Number.isFinite)) return null;
     const { p } = this.motion;
-    const at = tables.length ? this.kernels.abscissae.run(w, v, p)[0] : [];
+    const pace = this.motion.way.usual ? SLOW : 1;
+    const [seen, gained] = [v.map((rate) => rate * pace), a.map((rate) => rate * pace * pace)];
+    const at = tables.length ? this.kernels.abscissae.run(w, seen, p)[0] : [];
     const pieces = tables.flatMap((table, k) => piece(table, at[k]) || [NaN, NaN, NaN]);
     const [signs, still] = this.signs(pose, w, v, a);
-    return { list: [w, v, a, [drivers ? (way.kind === "law" ? pose.place : 0) : speed ? (pose.place - zero) / speed : 0], pieces, signs, p, [1]], still };
+    return { pace, list: [w, seen, gained, [drivers ? (way.kind === "law" ? pose.place : 0) : speed ? (pose.place - zero) / speed : 0], pieces, signs, p, [1]], still };
   }
 
   /** The sign of each sliding speed; where it vanishes that of the coming motion, 0 without any. */
@@ -121,7 +124,7 @@ export class Forces {
     if (!reactions.every(Number.isFinite) || !effort.every(Number.isFinite)) return null;
     joints.forEach(({ name }, k) => { none.reactions[name] = Array.from(reactions.subarray(3 * k, 3 * k + 3)); });
     efforts.forEach((name, k) => { none.efforts[name] = effort[k]; });
-    lossy.forEach((name, k) => { none.losses[name] = losses[k]; });
+    lossy.forEach((name, k) => { none.losses[name] = losses[k] / inputs.pace; });
     return none;
   }
 

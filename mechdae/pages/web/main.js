@@ -67,7 +67,7 @@ class App {
   build() {
     const { data, words } = this;
     find("title").textContent = data.title;
-    find("subtitle").textContent = `${data.problem} / ${data.task}${this.session ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}`;
+    find("subtitle").textContent = `${data.problem} / ${data.task}${this.session ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}${data.slow ? ` – ${words("slow")}` : ""}`;
     this.buildDrive();
     if (this.session && data.drivers) this.several = new Several(this, find("dimensions"), made);
     this.buildDimensions();

@@ -20,6 +20,7 @@ export class Alone {
     this.unit = driver.unit;
     this.turns = driver.turns;
     this.pace = driver.speed;
+    this.usual = driver.usual; // nobody gave it
     this.given = [driver.speed, driver.acceleration, 0].map((rate) => this.direction.map((own) => own * rate));
     this.whole = true;
     const begin = driver.turns ? ROUND_TURN * Math.floor(u[k] / ROUND_TURN) : u[k];

@@ -13,7 +13,7 @@ const WORDS = {
     quantity: "quantity", damaged: "the data of this page were altered",
     forces: "Forces", others: "Other modes", jammed: "jammed: no forces balance", critical: "the solution ends at this share of the friction",
     ambiguous: "several solutions of friction, shown is the one that continues from no friction", still: "at rest in a joint: sign of the coming motion",
-    without: "forces are not shown", differ: "they differ from Python's", plan: "Plan", drivers: "Drivers", along: "Curves over", way: "share of the way", velocity: "velocities", acceleration: "accelerations",
+    without: "forces are not shown", slow: "quasi-static forces: no speed is given", differ: "they differ from Python's", plan: "Plan", drivers: "Drivers", along: "Curves over", way: "share of the way", velocity: "velocities", acceleration: "accelerations",
     acting: "forces on", rest: "loads, inertia, drive", plans: "Plans", none: "not here", effort: "effort", shape: "Pull dimensions",
   },
   ru: {
@@ -28,7 +28,7 @@ const WORDS = {
     quantity: "величина", damaged: "данные этой страницы изменены",
     forces: "Силы", others: "Другие сборки", jammed: "заклинено: силы не уравновешиваются", critical: "решение кончается при этой доле трения",
     ambiguous: "решений с трением несколько, показано продолжающее решение без трения", still: "покой в шарнире: знак наступающего движения",
-    without: "силы не показаны", differ: "расходятся с Python", plan: "План", drivers: "Приводы", along: "Кривые по", way: "доля пути", velocity: "скорости", acceleration: "ускорения",
+    without: "силы не показаны", slow: "силы квазистатические: скорость не задана", differ: "расходятся с Python", plan: "План", drivers: "Приводы", along: "Кривые по", way: "доля пути", velocity: "скорости", acceleration: "ускорения",
     acting: "силы на звено", rest: "нагрузки, инерция, привод", plans: "Планы", none: "здесь нет", effort: "усилие", shape: "Тянуть размеры",
   },
 };

@@ -168,12 +168,8 @@ def numbers_of(
         if name in place and isinstance(value, np.ndarray):
             p[:, place[name]] = value.astype(float)
     driver = task.all_drivers[0]
-    given = (driver.speed, driver.acceleration, driver.jerk)
-    usual = (1.0, 0.0, 0.0)
-    rates = [
-        floats(columns.value(usual[k] if rate is None else rate), count)
-        for k, rate in enumerate(given)
-    ]
+    given = (driver.usual_speed, driver.acceleration, driver.jerk)
+    rates = [floats(columns.value(0.0 if rate is None else rate), count) for rate in given]
     places = [n for n in (driver.from_, driver.to, *(driver.at or ())) if n is not None]
     moved = np.zeros(count, bool)
     for number in places:

@@ -191,7 +191,7 @@ def _at(design: DesignFile, task: Sweep, asked: Asked, places: Any) -> Any:
     driver = task.all_drivers[0]
     driver = Driver(
         driver.coordinate, at=tuple(own.tolist()), speed=driver.speed,
-        acceleration=driver.acceleration, jerk=driver.jerk,
+        acceleration=driver.acceleration, jerk=driver.jerk, direction=driver.direction,
     )  # fmt: skip
     near = replace(task, driver=driver, drivers=None, poses=None, measures=None)
     if isinstance(near, Reactions):
