@@ -8,21 +8,26 @@ Where no use tells, or two uses contradict each other, the unit stays unknown.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
+from itertools import zip_longest
 from typing import Any
 
 from mechdae.describe.coordinates import unit_of
 from mechdae.describe.expression import CONSTANTS, dotted, parse
-from mechdae.describe.loads import Force, Resistance, Spring, Torque
+from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import split_rate
 from mechdae.describe.tasks.kinds import Driver, Task
+from mechdae.describe.units import EVERY
+from mechdae.describe.values import Value
 from mechdae.errors import MechdaeError
 
 Powers = tuple[Fraction, ...]
 """Exponents of metre, radian, second and kilogram."""
+Use = tuple[Any, Powers | None, str]
+"""A number, its unit, and where it stands."""
 BASES = ("m", "rad", "s", "kg")
 NAMED = {
     "N": (1, 0, -2, 1),
@@ -37,6 +42,14 @@ NAMED = {
 """Units that have a name of their own."""
 NONE: Powers = (Fraction(0),) * len(BASES)
 RATES = ("speed", "acceleration", "jerk")
+TASK_NUMBERS = {
+    "until": "s", "max_step": "s", "linearise": "s", "v_s": "m/s", "omega_s": "rad/s"
+}  # fmt: skip
+SPRINGS = (
+    {"stiffness": "N/m", "damping": "N s/m", "free_length": "m", "preload": "N"},
+    {"stiffness": "N m/rad", "damping": "N m s/rad", "free_length": "rad", "preload": "N m"},
+)
+"""Units of the numbers of springs between points, and on angles."""
 ANGLES = ("sin", "cos", "tan")
 PLAIN = ("asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
 SAME = ("abs", "min", "max", "hypot", "atan2")
@@ -49,24 +62,65 @@ def parameter_units(mechanism: Mechanism, tasks: Iterable[Task] = ()) -> dict[st
 
     ``m``, ``rad``, ``1``, ``rad/s``, ``kg m2``, ``N/m``.
     """
+    known = _inferred(mechanism, _uses(mechanism, tasks))
     automatic = {name: powers_of(unit) for name, unit in _automatic(mechanism)}
-    uses = [(number, automatic[name]) for name, number in mechanism.numbers() if name in automatic]
-    uses += list(_loads(mechanism))
-    for task in tasks:
-        uses += list(_drivers(mechanism, task))
-    uses += [(mechanism.outputs[name], None) for name in mechanism.outputs]
+    units = {name: text_of(powers) for name, powers in automatic.items() if powers is not None}
+    return units | {name: text_of(powers) for name, powers in known.items() if powers is not None}
+
+
+def misfit(
+    mechanism: Mechanism, tasks: Mapping[str, Task], typed: Mapping[str, str]
+) -> tuple[str, str, str] | None:
+    """Return the first of the parameters `typed` with a suffix whose unit a use does not have.
+
+    Name, unit of the use, and where it is. Uses that tell nothing for sure are left out: products
+    with numbers that may have units of their own (``0.01*n``).
+    """
+    uses = _uses(mechanism, tasks.values(), tasks)
+    uses += [
+        (number, None, f"parameters.{name}") for name, number in mechanism.parameters.items()
+    ]  # fmt: skip
+    known = _inferred(mechanism, uses, exact=True)
+    checker = _Checker(mechanism, known, typed)
+    for number, powers, place in uses:
+        own = place.removeprefix("parameters.")
+        checker.place, checker.alone = place, str(number).strip("- ") in typed
+        checker.use(number, known.get(own) if own != place else powers)
+        if checker.found is not None:
+            return checker.found
+    return None
+
+
+def _inferred(
+    mechanism: Mechanism, uses: Sequence[Use], exact: bool = False
+) -> dict[str, Powers | None]:
+    """Return what all uses tell of parameters."""
     known: dict[str, Powers | None] = {}
-    reader = _Reader(mechanism, known)
+    reader = _Reader(mechanism, known, exact)
     for turn in range(2 * ROUNDS):
-        for number, powers in uses:
+        for number, powers, _ in uses:
             reader.use(number, powers)
         for name, number in mechanism.parameters.items():
             reader.use(number, known.get(name), weak=True)
             if turn >= ROUNDS and isinstance(number, str):
                 # last, for numbers in an expression may have units of their own
                 reader.learn(name, reader.unit(parse(number)), weak=True)
-    units = {name: text_of(powers) for name, powers in automatic.items() if powers is not None}
-    return units | {name: text_of(powers) for name, powers in known.items() if powers is not None}
+    return known
+
+
+def _uses(mechanism: Mechanism, tasks: Iterable[Task], names: Iterable[str] = ()) -> list[Use]:
+    """Return the numbers of a problem with their units and their places."""
+    automatic = {name: powers_of(unit) for name, unit in _automatic(mechanism)}
+    found: list[Use] = [
+        (number, automatic[name], name) for name, number in mechanism.numbers() if name in automatic
+    ]
+    found += list(_loads(mechanism))
+    for name, number in mechanism.sketch.items():
+        unit = unit_of(mechanism, str(name))
+        found.append((number, None if unit is None else powers_of(unit), f"sketch.{name}"))
+    for task, name in zip_longest(tasks, names, fillvalue=""):
+        found += [(n, p, f"tasks.{name}.{word}") for n, p, word in _of_task(mechanism, task)]
+    return found + [(text, None, f"outputs.{name}") for name, text in mechanism.outputs.items()]
 
 
 def powers_of(unit: str) -> Powers | None:
@@ -121,53 +175,87 @@ def _automatic(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
             yield name, {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
 
 
-def _loads(mechanism: Mechanism) -> Iterator[tuple[Any, Powers | None]]:
-    for load in mechanism.loads.values():
+def _loads(mechanism: Mechanism) -> Iterator[Use]:
+    for name, load in mechanism.loads.items():
+        place = f"loads.{name}"
         if isinstance(load, Force):
-            yield from ((number, powers_of("N")) for number in load.value)
+            yield from ((number, powers_of("N"), f"{place}.value") for number in load.value)
         elif isinstance(load, Torque):
             values = load.value if isinstance(load.value, tuple) else (load.value,)
-            yield from ((number, powers_of("N m")) for number in values)
+            yield from ((number, powers_of("N m"), f"{place}.value") for number in values)
         elif isinstance(load, Resistance):
-            unit = "N m" if unit_of(mechanism, load.coordinate) == "rad" else "N"
-            yield from ((own, powers_of(unit)) for own in (load.negative, load.positive))
+            unit = powers_of("N m" if unit_of(mechanism, load.coordinate) == "rad" else "N")
+            for word in ("negative", "positive"):
+                yield getattr(load, word), unit, f"{place}.{word}"
         elif isinstance(load, Spring):
             turns = load.coordinate is not None and unit_of(mechanism, load.coordinate) == "rad"
-            length, force = ("rad", "N m") if turns else ("m", "N")
-            yield load.stiffness, powers_of("N m/rad" if turns else "N/m")
-            yield load.damping, powers_of("N m s/rad" if turns else "N s/m")
-            yield load.free_length, powers_of(length)
-            yield load.preload, powers_of(force)
+            for word, unit in SPRINGS[turns].items():
+                yield getattr(load, word), powers_of(unit), f"{place}.{word}"
+        elif isinstance(load, TableLoad):
+            for word in ("shift", "period"):
+                yield getattr(load, word), powers_of("s"), f"{place}.{word}"
 
 
-def _drivers(mechanism: Mechanism, task: Task) -> Iterator[tuple[Any, Powers | None]]:
-    if getattr(task, "until", None) is not None:
-        yield task.until, powers_of("s")  # type: ignore[attr-defined]
+def _of_task(mechanism: Mechanism, task: Task) -> Iterator[Use]:
+    """Yield the numbers of a task with their places inside of it."""
+    for word, unit in TASK_NUMBERS.items():
+        yield getattr(task, word, None), powers_of(unit), word
     for word, rate in (("start", ""), ("start_speed", "/s")):
         for name, number in (getattr(task, word, None) or {}).items():
-            unit = unit_of(mechanism, str(name).removesuffix(".speed"))
-            yield number, None if unit is None else powers_of(f"{unit}{rate}")
+            base = unit_of(mechanism, str(name).removesuffix(".speed"))
+            powers = None if base is None else powers_of(f"{base}{rate}")
+            yield number, powers, f"{word}.{name}"
+    for watched in getattr(task, "events", None) or ():
+        base, order = split_rate(watched.coordinate)
+        unit = unit_of(mechanism, base)
+        if unit is not None:
+            yield watched.crosses, powers_of(f"{unit}/s" if order else unit), "events"
     several = getattr(task, "drivers", None) or ()
     for driver in (*several, getattr(task, "driver", None)):
-        if not isinstance(driver, Driver):
+        if isinstance(driver, Driver):
+            yield from _of_driver(mechanism, driver)
+    yield from _nested(task)
+
+
+def _of_driver(mechanism: Mechanism, driver: Driver) -> Iterator[Use]:
+    unit = unit_of(mechanism, driver.coordinate)
+    if unit is None:
+        return
+    time, base = powers_of("s"), powers_of(unit)
+    ends = base if driver.law is None else time
+    yield driver.law, base, "driver.law"
+    yield driver.from_, ends, "driver.from"
+    yield driver.to, ends, "driver.to"
+    yield from ((number, base, "driver.at") for number in driver.at or ())
+    yield from ((number, time, "driver.times") for number in driver.times or ())
+    for order, word in enumerate(RATES, start=1):
+        rate = powers_of(f"{unit}/s{order if order > 1 else ''}")
+        yield getattr(driver, word), rate, f"driver.{word}"
+
+
+def _nested(value: Any, place: str = "") -> Iterator[Use]:
+    """Yield the numbers of goals and constraints whose keys have a unit."""
+    for entry in fields(value):
+        own, where = getattr(value, entry.name), f"{place}{entry.name}"
+        if entry.metadata.get("unit"):
+            numbers = own if isinstance(own, tuple) else (own,)
+            yield from ((n, powers_of(entry.metadata["unit"]), where) for n in numbers)
             continue
-        unit = unit_of(mechanism, driver.coordinate)
-        if unit is None:
-            continue
-        base = powers_of(unit)
-        if driver.law is None:
-            yield from ((number, base) for number in (driver.from_, driver.to, *(driver.at or ())))
-        else:
-            yield driver.law, base
-        for order, word in enumerate(RATES, start=1):
-            yield getattr(driver, word), powers_of(f"{unit}/s{order if order > 1 else ''}")
+        for part in own if isinstance(own, tuple) else (own,):
+            if isinstance(part, Value) and not isinstance(part, Driver):
+                yield from _nested(part, f"{where}.")
 
 
 class _Reader:
-    """Reads expressions for what they say about the units of the parameters in them."""
+    """Reads expressions for what they say about the units of the parameters in them.
 
-    def __init__(self, mechanism: Mechanism, known: dict[str, Powers | None]) -> None:
-        self.mechanism, self.known = mechanism, known
+    What is `exact` takes no factor for a plain number that may have a unit of its own.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, known: dict[str, Powers | None], exact: bool = False
+    ) -> None:
+        self.mechanism, self.known, self.exact = mechanism, known, exact
 
     def use(self, number: Any, powers: Powers | None, weak: bool = False) -> None:
         """Take note of a number whose unit is known, or of what stands in it.
@@ -230,7 +318,7 @@ class _Reader:
         self._tell(node.left, base, weak)
 
     def _tell_product(self, node: ast.BinOp, powers: Powers | None, weak: bool) -> None:
-        left, right = self.unit(node.left), self.unit(node.right)
+        left, right = self.factor(node.left), self.factor(node.right)
         first, second = _plain(left), _plain(right)
         divided = isinstance(node.op, ast.Div)
         weak = weak or "number" not in (left, right)
@@ -242,6 +330,13 @@ class _Reader:
         self._tell(node.left, above, weak)
         self._tell(node.right, below, weak)
 
+    def factor(self, node: ast.AST) -> Powers | str | None:
+        """Return the unit of a factor."""
+        own = node.operand if isinstance(node, ast.UnaryOp) else node
+        if self.exact and isinstance(own, ast.Constant) and not _bare(own.value):
+            return None
+        return self.unit(node)
+
     def unit(self, node: ast.AST) -> Powers | str | None:
         """Return the unit of an expression, "number" of a plain one, None where not known."""
         name = dotted(node)
@@ -252,7 +347,10 @@ class _Reader:
         if isinstance(node, ast.UnaryOp):
             return self.unit(node.operand)
         if isinstance(node, ast.BinOp):
-            left, right = self.unit(node.left), self.unit(node.right)
+            if isinstance(node.op, ast.Mult | ast.Div):
+                left, right = self.factor(node.left), self.factor(node.right)
+            else:
+                left, right = self.unit(node.left), self.unit(node.right)
             if isinstance(node.op, ast.Add | ast.Sub):
                 return self._of_sum([left, right])
             if isinstance(node.op, ast.Pow):
@@ -298,6 +396,40 @@ class _Reader:
         if unit is None:
             return None
         return powers_of(unit if not order else f"{unit}/s{order if order > 1 else ''}")
+
+
+class _Checker(_Reader):
+    """Compares the suffixes of parameters with what their uses tell.
+
+    ``alone`` says that the parameter is all there is of an expression: an angle is no number there.
+    """
+
+    place, alone = "", False
+
+    def __init__(
+        self, mechanism: Mechanism, known: dict[str, Powers | None], typed: Mapping[str, str]
+    ) -> None:
+        super().__init__(mechanism, known, exact=True)
+        self.typed = typed
+        self.found: tuple[str, str, str] | None = None
+
+    def learn(self, name: str, powers: Powers | str | None, weak: bool) -> None:
+        if name not in self.typed or not isinstance(powers, tuple) or self.found is not None:
+            return
+        units = [powers_of(own) for own in EVERY[self.typed[name]].si]
+        rad = BASES.index("rad")
+        if not self.alone:  # an angle may be a plain number: an arc is a radius times an angle
+            units = [own and (*own[:rad], powers[rad], *own[rad + 1 :]) for own in units]
+        if powers not in units:
+            self.found = (name, text_of(powers), self.place)
+
+
+def _bare(value: Any) -> bool:
+    """Return whether a number in an expression can hardly have a unit: 2, 0.5, 1000."""
+    if not isinstance(value, int | float) or not value:
+        return True
+    size = float(f"{abs(value):.12e}".split("e")[0])
+    return size == 1 or any(own == round(own) <= 12 for own in (abs(value), 1 / abs(value)))
 
 
 class _Output(_Reader):

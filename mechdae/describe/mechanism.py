@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, fields, replace
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.curve import check_curve, extent
@@ -37,6 +38,10 @@ MAX_BODIES = 3000
 RESERVED = (*CONSTANTS, "t")
 MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Moments and products of inertia, in the order they are given in."""
+
+
+UNITS = "mechdae.describe.file.units"
+"""Reads units, and knows mechanisms."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +156,9 @@ class Mechanism:
             try:
                 put("gravity", values.components(self.gravity))
             except MechdaeError as problem:
+                if isinstance(self.gravity, int | float):
+                    down = ["0"] * (self.dimension - 1) + [f"{-abs(self.gravity):g}"]
+                    problem.hint = f"gravity = [{', '.join(down)}]"
                 raise problem.inside("gravity") from None
         if self.frames is not None:
             if self.frames != "drawn" or self.dimension != 3:
@@ -284,12 +292,19 @@ class Mechanism:
     def with_values(self, changes: Mapping[str, Number]) -> Mechanism:
         """Return the mechanism with parameters or automatic names set to new numbers.
 
+        Keys may carry a unit (``a_mm``).
+
         Raises
         ------
         UnknownName
             Neither a parameter nor an automatic name.
         """
         result, parameters = self, self.parameters
+        if not all(name in parameters for name in changes):
+            known = {*parameters, *dict(self.numbers())}
+            if not changes.keys() <= known:
+                in_si = import_module(UNITS).in_si
+                changes = dict(in_si(self, {}, known, *own) for own in changes.items())
         for name, number in changes.items():
             if name in parameters:
                 parameters = parameters.with_(name, number)

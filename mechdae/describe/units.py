@@ -43,6 +43,11 @@ class Unit:
         return NAMES.get(self.suffix, self.suffix[1:].replace("_", " "))
 
     @property
+    def word(self) -> str:
+        """How it is said."""
+        return SAID.get(self.suffix, self.name)
+
+    @property
     def factor(self) -> float:
         """What one is in SI."""
         return math.pi * float(self.size) if self.pi else float(self.size)
@@ -77,6 +82,8 @@ class Unit:
 
 NAMES = {"_rad_s": "rad/s", "_hz": "turns/s", "_kg_cm2": "kg cm2"}
 """Suffixes whose unit is not written as they are."""
+SAID = {"_in": "inches", "_ft": "feet", "_g": "grams", "_lb": "pounds", "_deg": "degrees"}
+"""Suffixes that are said in words."""
 INCH, POUND = Fraction("0.0254"), Fraction("0.45359237")
 POUND_FORCE = POUND * Fraction("9.80665")
 TABLE = (
@@ -100,6 +107,18 @@ TABLE = (
 """International definitions: 1 in = 25.4 mm, 1 lb = 0.45359237 kg, 1 lbf = 9.80665 m/s2 lb."""
 UNITS: dict[str, Unit] = {unit.suffix: unit for unit in TABLE}
 """Endings of keys, and what they stand for."""
+ONE = Fraction(1)
+IN_SI = (
+    Unit("_rad", "angles", UNITS["_deg"].si, ONE),
+    Unit("_m", "lengths", LENGTHS, ONE),
+    Unit("_N", "forces", FORCES, ONE),
+    Unit("_N_m", "moments", MOMENTS, ONE),
+    Unit("_kg", "masses", ("kg",), ONE),
+    Unit("_kg_m2", "moments of inertia", ("kg m2",), ONE),
+    Unit("_s", "times", ("s",), ONE),
+)
+EVERY: dict[str, Unit] = UNITS | {unit.suffix: unit for unit in IN_SI}
+"""With those of SI, which names may end with too: they count where the name before is known."""
 
 
 def nearest_suffixes(word: str) -> list[str]:

@@ -41,11 +41,11 @@ def doubts(problem: Problem) -> list[str]:
 
 
 def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
-    """Return notes about values of drivers that look like degrees."""
-    notes = []
+    """Return notes about values of drivers that look like degrees or millimetres."""
+    notes, lengths = [], sum(size for size, _ in _lengths(mechanism))
     for k, driver in enumerate(task.all_drivers):
         c = coordinate(mechanism, driver.coordinate)
-        if not c.is_angle or driver.law is not None:
+        if driver.law is not None:
             continue
         given = {"from": driver.from_, "to": driver.to}
         plain = {word: n for word, n in given.items() if isinstance(n, float)}
@@ -53,8 +53,15 @@ def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
         if named:
             plain["at"] = max(named, key=abs)
         word, value = max(plain.items(), key=lambda item: abs(item[1]), default=("", 0.0))
-        if abs(value) > 2 * math.pi * TURNS and value == round(value):
-            place = "driver" if task.drivers is None else f"drivers[{k}]"
+        place = "driver" if task.drivers is None else f"drivers[{k}]"
+        if not c.is_angle:
+            if lengths and abs(value) > TIMES * lengths:
+                words = ", ".join(f"{own}_mm" for own in plain)
+                notes.append(
+                    f"{place}: {word} = {value:g} is in metres, {abs(value) / lengths:.0f} times "
+                    f"all lengths together; did you mean {words}?"
+                )
+        elif abs(value) > 2 * math.pi * TURNS and value == round(value):
             notes.append(
                 f"{place}: {word} = {value:g} is in radians, {abs(value) / (2 * math.pi):.1f} "
                 f"turns of {c.part}; did you mean {word}_deg?"

@@ -65,13 +65,18 @@ def _points(mechanism: md.Mechanism):
             yield name, point
 
 
+def in_motion(driver: md.Driver) -> md.Driver:
+    """Return a driver with a speed, so that there is inertia to keep books of."""
+    return driver if driver.timed else replace(driver, speed=1.0)
+
+
 def task_of(problem: md.Problem, friction: str) -> md.Reactions:
     """Return the first sweep of a file at a few poses as a task of reactions."""
     sweep = next(task for task in problem.tasks.values() if isinstance(task, md.Sweep))
     keys: dict[str, Any] = {"poses": 5, "mode": sweep.mode, "friction": friction}
     if sweep.drivers is not None:
-        return md.Reactions(drivers=sweep.drivers, **keys)
-    driver = sweep.driver
+        return md.Reactions(drivers=tuple(map(in_motion, sweep.drivers)), **keys)
+    driver = in_motion(sweep.driver)
     if driver.from_ is not None and driver.law is None:
         low, high = (
             problem.mechanism.with_values({}).values().get(x, x) if isinstance(x, str) else x
@@ -115,7 +120,7 @@ def test_books_of_predefined_problems_with_forces(name: str, task: str) -> None:
     """Their own loads and friction, at nine poses apart from changes of direction."""
     problem = md.load(name)
     own = problem.tasks[task]
-    driver = own.driver
+    driver = in_motion(own.driver)
     if driver.at is None:
         low, high = (problem.mechanism.values().get(x, x) for x in (driver.from_, driver.to))
         share = (np.arange(9) + 0.37) / 9

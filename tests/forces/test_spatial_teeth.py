@@ -346,7 +346,7 @@ def test_a_wheel_that_slides_has_no_forces() -> None:
     mechanism = wheels(gear(), **FLAT, points=2 * [[0, 0, 0]])
     sliding = md.Cylindrical("W", "ground.B", "two.B", axis=[0, 0, 1])
     mechanism = replace(mechanism, joints=mechanism.joints.with_("W", sliding))
-    drivers = [SPIN, md.Driver("W.slide", at=[0.0, 0.1])]
+    drivers = [SPIN, md.Driver("W.slide", at=[0.0, 0.1], speed=1.0)]
     with pytest.raises(md.UnavailableError, match="revolute joint of two"):
         md.solve(mechanism, md.Reactions(drivers=drivers))
 

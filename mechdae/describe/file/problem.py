@@ -8,17 +8,17 @@ from typing import Any
 
 from mechdae.describe import values
 from mechdae.describe.file.load_checks import check_loads
-from mechdae.describe.file.reading import split_unit, to_si, unit_meant
+from mechdae.describe.file.reading import unit_meant
 from mechdae.describe.file.repeat import Pattern, expand
 from mechdae.describe.file.screen import mechanism_lines, tasks_lines
 from mechdae.describe.file.tabulated import with_tables_of
 from mechdae.describe.file.task_checks import check_task
-from mechdae.describe.file.units import check_number, check_parameter
+from mechdae.describe.file.units import in_si
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import check_outputs
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Task
-from mechdae.describe.values import Number, Value, key, number
+from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.records import dataclass
 
@@ -129,13 +129,8 @@ class Problem:
         for name, value in changes.items():
             if name in self.sizes:
                 continue
-            base, suffix = (name, "") if name in known else split_unit(name)
             try:
-                if base in known:
-                    check_number(self.mechanism, base, suffix)
-                if suffix and base in self.mechanism.parameters:
-                    check_parameter(self.mechanism, self.tasks, base, suffix)
-                new[base] = number(to_si(number(value), suffix))
+                base, new[base] = in_si(self.mechanism, self.tasks, known, name, value)
                 if base not in known:
                     self.mechanism.with_values({base: new[base]})  # says what there is
             except MechdaeError as problem:

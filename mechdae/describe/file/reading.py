@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
-from mechdae.describe.units import UNITS, nearest_suffixes
+from mechdae.describe.units import EVERY, UNITS, Unit, nearest_suffixes
 from mechdae.describe.values import (
     COERCE,
     WITH_UNIT,
@@ -106,9 +106,22 @@ def split_unit(key: str) -> tuple[str, str]:
     return key[: len(key) - len(suffix)], suffix
 
 
-def suffixes(unit: str | None) -> list[str]:
+def split_known(key: str, known: Container[str]) -> tuple[str, str]:
+    """Return the name and the unit suffix of a key, also one of SI where the name is known."""
+    if key in known:
+        return key, ""
+    base, suffix = split_unit(key)
+    if base in known:
+        return base, suffix
+    for end in sorted(EVERY, key=len, reverse=True):
+        if key.endswith(end) and key.removesuffix(end) in known:
+            return key.removesuffix(end), end
+    return base, suffix
+
+
+def suffixes(unit: str | None, among: Mapping[str, Unit] = UNITS) -> list[str]:
     """Return the suffixes that fit a unit; all of them where it is not known."""
-    return [suffix for suffix in UNITS if unit is None or unit in UNITS[suffix].si]
+    return [suffix for suffix in among if unit is None or unit in among[suffix].si]
 
 
 def unit_meant(key: str, known: Iterable[str]) -> str:
@@ -128,10 +141,13 @@ def unit_meant(key: str, known: Iterable[str]) -> str:
     return advice + f"units are {', '.join(UNITS)}"
 
 
-def check_suffix(key: str, unit: str | None) -> None:
-    """Raise for a key whose suffix cannot be a unit of its numbers, like ``radius_deg``."""
-    base, suffix = split_unit(key)
-    if not suffix or suffix in suffixes(unit):
+def check_suffix(key: str, unit: str | None, base: str = "") -> None:
+    """Raise for a key whose suffix cannot be a unit of its numbers, like ``radius_deg``.
+
+    Where the name before it is known, as `base`, the suffix may be one of SI.
+    """
+    base, suffix = (base, key.removeprefix(base)) if base else split_unit(key)
+    if not suffix or suffix in suffixes(unit, EVERY):
         return
     meaning = "plain numbers" if unit == "1" else f"in {unit}"
     fitting = [f"{base}{other}" for other in suffixes(unit)]
@@ -146,7 +162,7 @@ def to_si(value: Any, suffix: str) -> Any:
     """Return a number, expression, list or table of them converted to SI."""
     if not suffix:
         return value
-    unit = UNITS[suffix]
+    unit = EVERY[suffix]
     if isinstance(value, bool):
         raise InputError("a number or an expression is needed")
     if isinstance(value, int | float):
@@ -170,7 +186,7 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
         raise InputError("a table is needed")
     result: dict[str, Any] = {}
     for key, value in table.items():
-        base, suffix = (key, "") if known is not None and key in known else split_unit(key)
+        base, suffix = split_unit(key) if known is None else split_known(key, known)
         if known is not None and base not in known:
             error = UnknownName("key", key, known)
             typo = close_matches(key, known, 1, 0.9)
@@ -185,7 +201,7 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
                     f"'{base}' is no number, it has no unit", where=key,
                     hint=f"{base} = ..." + (f", in {unit}" if unit else ""),
                 )  # fmt: skip
-            check_suffix(key, about.get("unit"))
+            check_suffix(key, about.get("unit"), base)
         if base in result:
             raise InputError(f"'{base}' is given twice, with and without a unit")
         inside = NESTED.get(about.get("kind", ""))

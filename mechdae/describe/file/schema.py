@@ -15,6 +15,7 @@ from mechdae.describe.mechanism import Body, Ground
 from mechdae.describe.spatial_joints import SPATIAL_JOINTS
 from mechdae.describe.tasks.constraints import Choices, Region
 from mechdae.describe.tasks.kinds import TASKS
+from mechdae.describe.units import EVERY
 from mechdae.describe.values import WITH_UNIT, Value, required
 from mechdae.describe.vectors.values import Node, Vector
 
@@ -226,7 +227,7 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
             value["enum"] = choices
         forms = [name]
         if word in WITH_UNIT:
-            forms += [f"{name}{suffix}" for suffix in suffixes(entry.metadata["unit"])]
+            forms += [f"{name}{suffix}" for suffix in suffixes(entry.metadata["unit"], EVERY)]
         properties |= dict.fromkeys(forms, value)
         if required(entry) and len(forms) == 1:
             needed.append(name)

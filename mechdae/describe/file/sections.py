@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.file.beside import degrees_beside
 from mechdae.describe.file.problem import Expected, Problem
-from mechdae.describe.file.reading import check_suffix, chosen, plain, read, split_unit
+from mechdae.describe.file.reading import (
+    check_suffix,
+    chosen,
+    plain,
+    read,
+    split_known,
+    split_unit,
+)
 from mechdae.describe.file.repeat import Read, pattern_of
 from mechdae.describe.file.units import check_units
 from mechdae.describe.joints import JOINTS, Joint
@@ -18,7 +26,12 @@ from mechdae.describe.spatial_joints import KINDS_OF_JOINTS, SPATIAL_JOINTS
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.composition import bare_crank
 from mechdae.describe.tasks.kinds import TASKS, Composition, Task
+from mechdae.describe.units import UNITS
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
+
+TEXTS = ("title", "source")
+"""Keys of texts for people."""
+WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def read_problem(
@@ -34,7 +47,7 @@ def read_problem(
         "bodies": [_read_body(n, t) for n, t in _table(data, "bodies").items()],
         "joints": [_read_joint(n, t, dimension) for n, t in _table(data, "joints").items()],
         "loads": [_read_load(n, t) for n, t in _table(data, "loads").items()],
-        "parameters": _plain(data, "parameters"),
+        "parameters": _parameters(data),
         "sketch": _plain(data, "sketch"),
         "outputs": _outputs(_table(data, "outputs")),
         "gravity": data.get("gravity"),
@@ -101,6 +114,48 @@ def _plain(data: Mapping[str, Any], entry: str) -> dict[str, Any]:
         return plain(_table(data, entry))
     except MechdaeError as problem:
         raise problem.inside(entry) from None
+
+
+def _parameters(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters by name, units of SI at their ends left out where these are not used.
+
+    Raises
+    ------
+    InputError
+        A name that ends like another unit and is used with it: ``r_in`` where inches are meant by
+        nobody.
+    """
+    table, used = _table(data, "parameters"), used_names(data)
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        base, suffix = split_known(key, used)
+        if base == key and split_unit(key)[1] and split_unit(key)[0] not in used:
+            base, suffix = split_unit(key)
+            raise InputError(
+                f"{suffix} is {UNITS[suffix].word}: the parameter is called {base}",
+                where=f"parameters.{key}",
+                hint=f"write {base} where '{key}' stands, or give it a name that ends like no unit",
+            )
+        in_si = bool(suffix) and suffix not in UNITS and base not in table
+        found[base if in_si else key] = value
+    try:
+        return plain(found)
+    except MechdaeError as problem:
+        raise problem.inside("parameters") from None
+
+
+def used_names(data: Mapping[str, Any]) -> set[str]:
+    """Return the words of all texts of a file that may be expressions."""
+    found, front = set[str](), [part for name, part in data.items() if name not in TEXTS]
+    while front:
+        part = front.pop()
+        if isinstance(part, str):
+            found.update(WORD.findall(part))
+        elif isinstance(part, Mapping):
+            front += [own for name, own in part.items() if name not in TEXTS]
+        elif isinstance(part, list):
+            front += part
+    return found
 
 
 def _with_points(table: Any, place: str) -> Any:

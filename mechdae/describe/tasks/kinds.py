@@ -74,7 +74,8 @@ class Driver(Value):
     @property
     def timed(self) -> bool:
         """Whether it is told how fast the coordinate moves."""
-        return not (self.speed is self.acceleration is self.law is self.table is None)
+        told = (self.speed, self.acceleration, self.law, self.table)
+        return any(own is not None for own in told)
 
     @property
     def rests(self) -> bool:
@@ -168,7 +169,8 @@ class Driven(Task):
     @property
     def untimed(self) -> tuple[Driver, ...]:
         """The drivers that move and have no speed: 1 in the unit of the coordinate."""
-        return tuple(d for d in self.moving_drivers if d.speed is d.law is d.table is None)
+        timed = ((d, (d.speed, d.law, d.table)) for d in self.moving_drivers)
+        return tuple(driver for driver, told in timed if told == (None, None, None))
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mechdae.describe.expression import evaluate
-from mechdae.describe.file.reading import split_unit, to_si
+from mechdae.describe.file.reading import split_known, to_si
 from mechdae.describe.file.units import check_number, check_parameter
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
@@ -34,7 +34,7 @@ def half_widths(
     found: dict[str, float] = {}
     for key, number in table.items():
         try:
-            name, suffix = (key, "") if key in values else split_unit(key)
+            name, suffix = split_known(key, values)
             if name not in values:
                 raise UnknownName("parameter", key, values)
             if name in found:
