@@ -6,12 +6,14 @@ Blocks with more equations than unknowns are checked by the kernels themselves, 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.mechanism import Mechanism
 from mechdae.kernels.graphs.pose import CLOSURE
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
@@ -139,12 +141,15 @@ class Closing:
             if np.linalg.norm(F / r) <= CLOSURE * noise:
                 return None
             size = np.array([constants.scale if v == "m" else 1.0 for v in graph.block.units])
-            return worst(F / size, graph.block, constants.scale)
+            lengths = bar_lengths(self.scene.model.mechanism, graph.block.owners)
+            return worst(straight(F, lengths)[0] / size, graph.block, constants.scale)
         own = np.array([check.group == group for check in self.checks], bool)
         if not own.any() or not self.open(x[None], u[None], error[None], constants)[0][own].any():
             return None
-        residuals = self.residuals(x[None], u[None], constants.p)[0]
-        values = np.where(own, np.abs(residuals[: len(own)]), 0.0)
+        residuals = self.residuals(x[None], u[None], constants.p)[0][: len(own)]
+        owners = [check.owner for check in self.checks]
+        residuals = straight(residuals, bar_lengths(self.scene.model.mechanism, owners))[0]
+        values = np.where(own, np.abs(residuals), 0.0)
         check = self.checks[int(np.argmax(values))]
         return Gap(float(values.max()), check.unit, check.owner)
 
@@ -160,6 +165,25 @@ class Closing:
             own = values[:, [k for k, other in enumerate(units) if other == unit]]
             found[UNITS[unit]] = float(np.fmax.reduce(own, axis=None, initial=0.0))
         return found
+
+
+def bar_lengths(mechanism: Mechanism, owners: Iterable[str]) -> Any:
+    """Return the lengths of the `distance` joints that equations belong to, inf elsewhere."""
+    bars = {name for name, joint in mechanism.joints.items() if joint.bar}
+    values = mechanism.values() if bars else {}
+    return np.array([values[f"{own}.length"] if own in bars else np.inf for own in owners])
+
+
+def straight(F: Any, lengths: Any) -> tuple[Any, Any]:
+    """Return equations in which (d^2/l - l)/2 is d - l, a gap in metres.
+
+    And by what their derivatives are to be multiplied.
+    """
+    with np.errstate(invalid="ignore"):
+        share = np.sqrt(np.maximum(1 + 2 * F / lengths, 0.0))
+        changed = np.where(np.isfinite(lengths), lengths * (share - 1), F)
+    slope = np.where(np.isfinite(lengths), 1 / np.maximum(share, 1e-3), 1.0)
+    return changed, slope
 
 
 def worst(F: Any, block: Block, size: float) -> Gap:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.closure import Gap, worst
+from mechdae.assembly.closure import Gap, bar_lengths, straight, worst
 from mechdae.assembly.elimination import BlockSolver
 from mechdae.model.model import Model
 
@@ -37,10 +37,10 @@ def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
     sizes = {"m": size, "1": 1 / STIFF}
     units = np.array([sizes.get(unit, 1.0) for unit in graph.block.units])
     widths = np.where(solver.angle, 1.0, size)
-    lengths = _lengths(solver, model)
+    lengths = bar_lengths(model.mechanism, graph.block.owners)
     z = x[graph.uses] if graph.uses else np.zeros(0)
     places = _places(solver) * widths
-    misses = _straight(solver.F(places, z, u), lengths)[0] / units
+    misses = straight(solver.F(places, z, u), lengths)[0] / units
     order = np.argsort(np.sum(misses**2, axis=1), kind="stable")[:BEST]
     p = solver.values
 
@@ -48,7 +48,7 @@ def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
         full = x.copy()
         full[graph.own] = at
         F, J, _ = graph.value_at(full, u, p)
-        F, slope = _straight(np.ravel(F), lengths)
+        F, slope = straight(np.ravel(F), lengths)
         return F / units, J * (slope / units)[:, None] * widths
 
     found = [_least(value, places[k], widths) for k in order]
@@ -69,25 +69,6 @@ def _places(solver: BlockSolver) -> Any:
             return grid
     random = np.random.default_rng(SEED).uniform(-1, 1, (MOST, solver.n))
     return random * np.where(solver.angle, np.pi, 1.0)
-
-
-def _lengths(solver: BlockSolver, model: Model) -> Any:
-    """Return the lengths of the `distance` joints that equations belong to, inf elsewhere."""
-    found = np.full(len(solver.graph.block.owners), np.inf)
-    for k, owner in enumerate(solver.graph.block.owners):
-        joint = model.mechanism.joints.get(owner)
-        if joint is not None and joint.bar:
-            found[k] = solver.values[model.p_names.index(f"{owner}.length")]
-    return found
-
-
-def _straight(F: Any, lengths: Any) -> tuple[Any, Any]:
-    """Return (d^2/l - l)/2 as d - l, and by what derivatives are to be multiplied."""
-    with np.errstate(invalid="ignore"):
-        share = np.sqrt(np.maximum(1 + 2 * F / lengths, 0.0))
-        changed = np.where(np.isfinite(lengths), lengths * (share - 1), F)
-    slope = np.where(np.isfinite(lengths), 1 / np.maximum(share, 1e-3), 1.0)
-    return changed, slope
 
 
 def _least(value: Any, x: Any, widths: Any) -> Any:

@@ -394,7 +394,8 @@ def _gap(equations: _Equations, name: str, q: Any, at: dict[str, Any]) -> dict[s
             along = np.array([np.cos(turn), np.sin(turn)])
             first = first + float(way @ along) * along
         elif joint.bar and length > 0:
-            first = first + way * equations.mechanism.values()[f"{name}.length"] / length
+            wanted = equations.mechanism.values()[f"{name}.length"]
+            first, size = first + way * wanted / length, abs(length - wanted)
     return {
         "joint": name,
         "gap": size,

@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.closure import Gap, worst
+from mechdae.assembly.closure import Gap, bar_lengths, straight, worst
 from mechdae.assembly.elimination import BlockSolver, Solutions
 from mechdae.assembly.least_gap import opening
 from mechdae.kernels.graphs.blocks import BlockGraph
@@ -206,6 +206,7 @@ class RedundantSolver(BlockSolver):
             x[own] -= step * x_size
         F = np.zeros(self.graph.rows)
         F[rows] = self.graph.value_at(x, u, self.values)[0][rows]
+        F = straight(F, bar_lengths(self.scene.model.mechanism, self.graph.block.owners))[0]
         return x, worst(F / self.row_size, self.graph.block, self.size)
 
 

@@ -11,7 +11,7 @@ import ast
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
-from itertools import zip_longest
+from itertools import chain, repeat
 from typing import Any
 
 from mechdae.describe.coordinates import unit_of
@@ -118,7 +118,7 @@ def _uses(mechanism: Mechanism, tasks: Iterable[Task], names: Iterable[str] = ()
     for name, number in mechanism.sketch.items():
         unit = unit_of(mechanism, str(name))
         found.append((number, None if unit is None else powers_of(unit), f"sketch.{name}"))
-    for task, name in zip_longest(tasks, names, fillvalue=""):
+    for task, name in zip(tasks, chain(names, repeat("")), strict=False):
         found += [(n, p, f"tasks.{name}.{word}") for n, p, word in _of_task(mechanism, task)]
     return found + [(text, None, f"outputs.{name}") for name, text in mechanism.outputs.items()]
 
@@ -184,9 +184,9 @@ def _loads(mechanism: Mechanism) -> Iterator[Use]:
             values = load.value if isinstance(load.value, tuple) else (load.value,)
             yield from ((number, powers_of("N m"), f"{place}.value") for number in values)
         elif isinstance(load, Resistance):
-            unit = powers_of("N m" if unit_of(mechanism, load.coordinate) == "rad" else "N")
+            force = powers_of("N m" if unit_of(mechanism, load.coordinate) == "rad" else "N")
             for word in ("negative", "positive"):
-                yield getattr(load, word), unit, f"{place}.{word}"
+                yield getattr(load, word), force, f"{place}.{word}"
         elif isinstance(load, Spring):
             turns = load.coordinate is not None and unit_of(mechanism, load.coordinate) == "rad"
             for word, unit in SPRINGS[turns].items():
@@ -206,10 +206,10 @@ def _of_task(mechanism: Mechanism, task: Task) -> Iterator[Use]:
             powers = None if base is None else powers_of(f"{base}{rate}")
             yield number, powers, f"{word}.{name}"
     for watched in getattr(task, "events", None) or ():
-        base, order = split_rate(watched.coordinate)
-        unit = unit_of(mechanism, base)
-        if unit is not None:
-            yield watched.crosses, powers_of(f"{unit}/s" if order else unit), "events"
+        name, order = split_rate(watched.coordinate)
+        base = unit_of(mechanism, name)
+        if base is not None:
+            yield watched.crosses, powers_of(f"{base}/s" if order else base), "events"
     several = getattr(task, "drivers", None) or ()
     for driver in (*several, getattr(task, "driver", None)):
         if isinstance(driver, Driver):

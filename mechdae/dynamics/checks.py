@@ -153,7 +153,8 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
                 continue
             pressed = np.reshape(form, (-1, len(r.rows)), order="F") @ stress
             size = np.abs(stress).max(initial=0.0)
-            if pressed.size and np.abs(pressed).max() > OPEN * size:
+            idle = feedback.idle(r.model.p, setup.model.p_values)
+            if pressed.size and np.abs(pressed).max() > OPEN * size and not idle:
                 found.add(feedback.joint)
         common = found if common is None else common & found
     if common:

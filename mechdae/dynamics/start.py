@@ -14,6 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.assembly.closure import bar_lengths, straight
 from mechdae.assembly.start import sketched_pose
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate
@@ -33,6 +34,8 @@ CLOSED = 1e-12
 OPEN = 1e-6
 """Left-over of a contradictory start that is put down to rounded numbers and corrected."""
 RANK = 1e-10
+UNITS = 8
+"""Steps in which quaternions get the length of one."""
 FAR = 0.35
 """Change of a coordinate [rad, or length] in one step of the way from the sketch."""
 TURNED = 0.6
@@ -264,10 +267,16 @@ class _Starter:
         return bool(np.max(np.abs(gap), initial=0.0) < SAME)
 
     def _not_assembled(self, x: Any) -> AssemblyError:
-        values, _ = self.rows(x)
-        k = int(np.argmax(np.abs(values[: self.m])))
-        row = self.r.rows[self.r.left[k]]
-        gap = abs(values[k]) * self.gaps[k]
+        joints = np.array([unit != "1" for unit in self.r.units])
+        for _ in range(UNITS if not joints.all() else 0):  # quaternions have a length of one
+            values, J = self.rows(x)
+            own = np.flatnonzero(~joints)
+            x = x - self.sizes * np.linalg.lstsq(J[own], values[own], rcond=RANK)[0]
+        rows = [self.r.rows[k] for k in self.r.left]
+        lengths = bar_lengths(self.setup.problem.mechanism, [row.owner for row in rows])
+        gaps = np.abs(straight(self.rows(x)[0][: self.m] * self.gaps, lengths)[0])
+        k = int(np.argmax(np.where(joints, gaps / self.gaps, -1.0)))
+        row, gap = rows[k], gaps[k]
         return AssemblyError(
             f"the mechanism does not close at the sketch: joint {row.owner} stays open by "
             f"{gap:.4g} {row.unit}",

@@ -418,8 +418,9 @@ def _rotated(vectors: Any, angle: float) -> Any:
 
 
 def _check_friction(statics: Statics, stressed: Stressed) -> None:
-    balance = statics.balance
-    guilty = [balance.feedbacks[k].joint for k in balance.active if stressed.left_open(f"size {k}")]
+    balance, model = statics.balance, statics.scene.model
+    pressed = [balance.feedbacks[k] for k in balance.active if stressed.left_open(f"size {k}")]
+    guilty = [own.joint for own in pressed if not own.idle(model.p, model.p_values)]
     if guilty:
         names = ", ".join(dict.fromkeys(guilty))
         raise IndeterminateFrictionError(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result, Units, effort_unit, reaction_parts
+from mechdae.results import Result, ShownUnit, Units, effort_unit, reaction_parts
 from mechdae.tables.text import Column, cells
 
 PARTS = {"uncoupled": "no friction"}
@@ -166,8 +166,13 @@ def _unique(name: str, own: dict[str, Any], units: Units) -> Iterator[str]:
         si = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"
         unit = units.of(si)  # one of force and moment together has no other
         frame = "" if own["frame"] == "world" else f" of {own['frame']}"
-        text = f"{value * unit.factor: .9g} {unit.name} {along}{frame}"
+        text = f"{_amount(value, unit)} {along}{frame}"
         yield f"  {name:18} {'reaction, unique':20} {text}"
+
+
+def _amount(value: float, unit: ShownUnit) -> str:
+    """Return a value with its unit; of pairs that stick together there may be none."""
+    return " -" if np.isnan(value) else f"{value * unit.factor: .9g} {unit.name}"
 
 
 def _unique_in_space(name: str, direction: Any, value: float, frame: str, units: Units) -> str:
@@ -178,5 +183,5 @@ def _unique_in_space(name: str, direction: Any, value: float, frame: str, units:
     si = "N m" if not direction[:3].any() else "N" if not direction[3:].any() else "N, N m"
     unit = units.of(si)
     of = "" if frame == "world" else f" of {frame}"
-    text = f"{value * unit.factor: .9g} {unit.name} {' and '.join(parts)}{of}"
+    text = f"{_amount(value, unit)} {' and '.join(parts)}{of}"
     return f"  {name:18} {'reaction, unique':20} {text}"

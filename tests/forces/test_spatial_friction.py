@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import atan, pi, tan
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.table import Table
 from tests.attack.spatial_honesty import case
+from tests.shared.paths import DATA
 from tests.shared.space import bennett, numbers, off, reference, rssp
 from tests.shared.spatial_forces import massive, pose_of
 from tests.shared.spatial_friction import jack, rubbed, rubbing
@@ -236,3 +238,80 @@ def test_friction_without_a_radius_is_refused(joint: Any, keys: Any, message: st
             bodies=[md.Body("one", {"O": [0, 0, 0]})],
             joints=[joint("J", "ground.O", "one.O", friction=0.1, **keys)],
         )
+
+
+# -- friction on what is unique of a reaction that is not ------------------------------------------
+
+
+def tightened(F: float, r: float, pitch: float, mu: float, rc: float, muc: float) -> float:
+    """Return the torque of a square thread that pushes F away, and of its collar.
+
+    The thread is a wedge of angle lam wound about a cylinder: F tan(lam + phi) at the radius r; the
+    collar rubs with muc F at its radius.
+    """
+    lam, phi = atan(pitch / (2 * pi * r)), atan(mu)
+    return F * r * tan(lam + phi) + muc * F * rc
+
+
+def test_a_screw_with_a_collar() -> None:
+    problem = md.load(DATA / "forces" / "screw-with-collar.toml")
+    wanted = tightened(900, 0.005, 0.0025, 0.25, 0.009, 0.25)
+    assert wanted == pytest.approx(1.5132028358602434 + 2.025, rel=1e-14)
+    found = md.solve(problem, "tighten")
+    assert found.efforts["collar.angle"] == pytest.approx(wanted, rel=1e-12)
+    assert found.fault is None
+    assert set(found.summary["not_unique"]) == {"collar", "thread", "guide"}
+
+
+def test_random_screws_with_collars_both_ways() -> None:
+    problem, rng = md.load(DATA / "forces" / "screw-with-collar.toml"), np.random.default_rng(5)
+    for _ in range(12):
+        r, pitch, rc = (
+            rng.uniform(3, 20) / 1000,
+            rng.uniform(1, 8) / 1000,
+            rng.uniform(5, 30) / 1000,
+        )
+        mu, F = rng.uniform(0.05, 0.3), rng.uniform(100, 5000)
+        own = problem.with_values({"r": r, "p": pitch, "rc": rc, "mu": mu, "F": F})
+        for sense in ("positive", "negative"):
+            driver = md.Driver("collar.angle", at=[0.3], direction=sense)
+            effort = md.solve(own.mechanism, md.Reactions(driver)).efforts["collar.angle"][0]
+            if sense == "positive":
+                assert effort == pytest.approx(tightened(F, r, pitch, mu, rc, mu), rel=1e-11)
+            else:  # let down: friction holds, the load turns
+                loose = tightened(F, r, pitch, -mu, rc, -mu)
+                assert effort == pytest.approx(loose, rel=1e-10, abs=1e-9 * F * r)
+
+
+def test_a_radius_of_zero_by_name_is_none() -> None:
+    """A pin that presses radially and rubs needs what is not unique, one without a radius not."""
+    problem = md.load(DATA / "forces" / "screw-with-collar.toml")
+    collar = replace(problem.mechanism.joints["collar"], pin_radius="rp")
+    joints, given = problem.mechanism.joints.with_("collar", collar), problem.mechanism.parameters
+    for rp in (0.0, 0.003):
+        own = replace(problem.mechanism, joints=joints, parameters=given.with_("rp", rp))
+        if rp:
+            with pytest.raises(md.IndeterminateFrictionError, match="collar"):
+                md.solve(own, problem.task("tighten"))
+            continue
+        found = md.solve(own, problem.task("tighten")).efforts["collar.angle"]
+        assert found == pytest.approx(1.5132028358602434 + 2.025, rel=1e-12)
+
+
+def test_a_screw_with_a_collar_starts_when_the_torque_is_enough() -> None:
+    """A motion: what is left of the torque turns the screw, and pushes the nut by its lead."""
+    problem = md.load(DATA / "forces" / "screw-with-collar.toml")
+    inertia, mass, r, pitch, mu, rc, F = 0.1, 2.0, 0.005, 0.0025, 0.25, 0.009, 900.0
+    bodies = [
+        replace(problem.mechanism.bodies["screw"], mass=1.0, inertia=3 * (inertia,)),
+        replace(problem.mechanism.bodies["nut"], mass=mass, inertia=3 * (inertia,)),
+    ]
+    for torque in (3.4, 5.0):
+        push = md.Torque("push", body="screw", value=(0, 0, torque))
+        loads = [*problem.mechanism.loads.values(), push]
+        mechanism = replace(problem.mechanism, bodies=bodies, loads=loads)
+        found = md.solve(mechanism, md.Motion(start={"collar.angle": 0.0}, until=0.1))
+        per = tightened(1.0, r, pitch, mu, rc, mu)  # torque for each newton of the thread
+        gain = (torque - per * F) / (inertia + per * mass * pitch / (2 * pi))
+        turned = gain * 0.1**2 / 2 if gain > 0 else 0.0
+        assert found.joints["collar"].angle[-1] == pytest.approx(turned, rel=1e-7, abs=1e-12)

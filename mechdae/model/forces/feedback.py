@@ -81,3 +81,8 @@ class Feedback:
     falling: Any = None
     slip: Slip | None = None
     needs: Any = None
+
+    def idle(self, p: Any, values: Any) -> bool:
+        """Return whether it is nothing for these numbers: a coefficient or a radius of zero."""
+        found = ca.substitute(SX(self.strength), p, ca.DM(values))
+        return bool(ca.simplify(found).is_zero())

@@ -96,6 +96,8 @@ class _Pair:
         f, found = self.laws._friction(slip), []
         for law, forms, strength in strengths:
             size = strength(f)
+            if SX(size).is_zero():  # a pin without a radius: its normal force causes nothing
+                continue
             wrench = -slip.sign * size * self.a
             zero = SX.zeros(3)
             force, moment = (wrench, zero) if word == "slide" else (zero, wrench)
