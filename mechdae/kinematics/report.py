@@ -11,7 +11,6 @@ from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.crossings.across_change_point import PASS, Zone
 from mechdae.continuation.evaluate import Poses
 from mechdae.continuation.reachable_arc import arc_of
-from mechdae.describe.assumed import about_speeds
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.kinematics.prepared import Run, Setting
@@ -180,8 +179,10 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     notes += setting.expressions.notes + lost + found.notes
     if notes:
         summary["notes"] = notes
-    if task.derivatives and (assumed := about_speeds(problem.mechanism, task)):
-        summary["assumptions"] = assumed
+    if task.derivatives and task.untimed:
+        from mechdae.describe.assumed import about_speeds
+
+        summary["assumptions"] = about_speeds(problem.mechanism, task)
     events, rollers = _undercut(setting, run)
     fault: str | Later | None
     if len(status) and status[0] == CODES[Status.UNASSEMBLED]:  # its modes are looked for
