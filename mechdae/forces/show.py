@@ -56,6 +56,7 @@ def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:
         "masses": masses,
         "massless": [name for name in bodies if name not in masses],
         "direction": task.direction,
+        "quasi_static": task.quasi_static,
     }
     if task.friction != "none":
         meshed = [name for name in names if joints[name].meshes]

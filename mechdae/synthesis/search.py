@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
@@ -45,6 +46,7 @@ NO_LIMIT = 1e6
 ENDS = ("stroke", "swing", "time_ratio")
 """Scalars of a summary that follow from the two ends of a coordinate."""
 
+TIMED = re.compile("velocity|acceleration|jerk")
 INSIDE = (0.381966, 0.706107)
 """Places in the ranges of free numbers at which bars are looked at."""
 
@@ -86,6 +88,7 @@ class Search:
         self.task = task
         names = [*self.asked.free, *self.asked.choices]
         self._quantities: dict[tuple[str, str], Quantity] = {}
+        self.assumed: dict[str, None] = {}
         self._runs: dict[str, TaskRun] = {}
         self._outcomes: list[Outcome] = []
         self.goals = [
@@ -161,7 +164,10 @@ class Search:
         if not quantity.transmission and asked.path != "summary/efficiency":
             from mechdae.solver.solve import solve
 
-            found = abs(quantity_of(solve(self.problem, asked.task), asked))
+            result = solve(self.problem, asked.task)
+            if quantity.forces or asked.path in WORDS or TIMED.search(asked.path):
+                self.assumed |= dict.fromkeys(result.summary.get("assumptions", []))
+            found = abs(quantity_of(result, asked))
             typical = found if np.isfinite(found) and found > 0 else 1.0
         return ExtremeGoal(asked, name, quantity, typical, bounds)
 

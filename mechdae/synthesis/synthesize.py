@@ -99,8 +99,9 @@ def synthesize(
     }  # fmt: skip
     summary |= _verdict(search)
     fault, missing = None, left_out(search)
-    if notes := [*search.notes, *([missing] if missing and sound else [])]:
-        summary["notes"] = notes
+    notes = [*search.notes, *([missing] if missing and sound else [])]
+    told = {"notes": notes, "assumptions": list(search.assumed)}
+    summary |= {word: texts for word, texts in told.items() if texts}
     if not sound:
         fault, conflicts = fault_of(problems, jobs, optima, candidates, rejected)
         proof = out_of_reach(search) or _none_is_faultless(search)

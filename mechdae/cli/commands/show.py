@@ -154,7 +154,8 @@ def _forces(forces: dict[str, Any]) -> list[str]:
         other = "also " if forces["direction"] == "both" else ""
         lines.append(f"resistances {other}turned round, along the motion")
     if forces["masses"]:
-        lines.append(f"masses: {', '.join(forces['masses'])}")
+        slow = "; quasi-static, no speed is given" if forces["quasi_static"] else ""
+        lines.append(f"masses: {', '.join(forces['masses'])}{slow}")
     if "friction" in forces:
         how = "coupled" if forces["coupled"] else "article, not fed back"
         laws: dict[str, list[str]] = {}
