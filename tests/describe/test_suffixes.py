@@ -187,6 +187,28 @@ def test_keys_take_units_of_si() -> None:
         from_dict(data)
 
 
+@pytest.mark.parametrize(
+    ("what", "key", "fits"),
+    [
+        ("bodies/arm/angle", "value_deg", True), ("bodies/arm/angle", "value_mm", False),
+        ("points/arm.K/position", "value_mm", True), ("points/arm.K/position", "abs_deg", False),
+        ("efforts/arm.angle", "value_N_mm", True), ("efforts/arm.angle", "value_kN", False),
+        ("bodies/arm/angle", "at_deg", True), ("bodies/arm/angle", "at_mm", False),
+        ("bodies/arm/angle", "at_rad", True), ("bodies/arm/angle", "at_m", False),
+    ],
+)  # fmt: skip
+def test_expected_values_have_units_of_what_they_are(what: str, key: str, fits: bool) -> None:
+    data = problem("loads.push.value", "{0}", "P")
+    entry: dict[str, Any] = {"task": "turn", "what": what, key: 1.0}
+    data["expected"] = [entry if "value" in key else {**entry, "value": 1.0}]
+    if fits:
+        assert len(from_dict(data).expected) == 1
+        return
+    with pytest.raises(md.InputError, match="does not fit") as error:
+        from_dict(data)
+    assert error.value.where == f"expected[0].{key}"
+
+
 def test_a_name_that_ends_like_a_unit_is_told_where_it_is_written() -> None:
     data = problem("joints.tie.length", "{0}", "P")
     data["parameters"] = {"r_in": 0.12}

@@ -21,6 +21,15 @@ RATES = {
 """Keys of a driver whose values have the unit of its coordinate, over powers of the second."""
 
 
+QUANTITIES = {
+    **{"position": "m", "velocity": "m/s", "acceleration": "m/s2", "length": "m"},
+    **{"slide": "m", "slide_velocity": "m/s", "slide_acceleration": "m/s2"},
+    **{"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s2"},
+    **{"transmission_angle": "rad", "normal": "N", "loss": "W"},
+}
+"""Units of series of results by the last words of their paths."""
+
+
 def check_number(mechanism: Mechanism, name: str, suffix: str) -> None:
     """Raise for an automatic name given in a unit that is not that of its number."""
     rest = name.split(".")[1:]
@@ -86,6 +95,32 @@ def unit_of_number(mechanism: Mechanism, name: str) -> str | None:
     return {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
 
 
+def _unit_of_path(mechanism: Mechanism, path: str) -> str | None:
+    """Return the unit of a path of a result, as far as its words tell."""
+    head, _, rest = path.partition("/")
+    if head.startswith("efforts"):
+        unit = unit_of(mechanism, rest)
+        return {"rad": "N m", "m": "N"}.get(unit or "")
+    if head == "drivers":
+        return unit_of(mechanism, rest.partition("/")[0]) if rest.endswith("/position") else None
+    return QUANTITIES.get(path.rpartition("/")[2])
+
+
+def _check_expected(
+    mechanism: Mechanism, tasks: Mapping[str, Task], table: Mapping[str, Any]
+) -> None:
+    """Raise for an expected value, or the driver's value it is at, in a unit that it has not."""
+    task = tasks.get(table.get("task", ""))
+    drivers = task.moving_drivers if isinstance(task, Driven) else ()
+    value = _unit_of_path(mechanism, str(table.get("what", "")))
+    units = {"value": value, "abs": value, "time": "s"}
+    units["at"] = unit_of(mechanism, drivers[0].coordinate) if len(drivers) == 1 else None
+    for word in table:
+        key = split_known(word, units)[0]
+        if key != word and units.get(key) is not None:
+            check_suffix(word, units[key], key)
+
+
 def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[str, Any]) -> None:
     """Raise for suffixes of sketched and driven values that are not units of their coordinates."""
     given = (split_known(key, mechanism.parameters) for key in data.get("parameters", {}))
@@ -95,6 +130,11 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
             check_parameters(mechanism, tasks, typed)
         except MechdaeError as error:
             raise error.inside("parameters") from None
+    for k, table in enumerate(data.get("expected", [])):
+        try:
+            _check_expected(mechanism, tasks, table)
+        except MechdaeError as error:
+            raise error.inside(f"expected[{k}]") from None
     for name in data.get("sketch", {}):
         try:
             check_suffix(name, unit_of(mechanism, split_unit(name)[0]))
