@@ -421,7 +421,8 @@ class _Checker(_Reader):
         if not self.alone:  # an angle may be a plain number: an arc is a radius times an angle
             units = [own and (*own[:rad], powers[rad], *own[rad + 1 :]) for own in units]
         if powers not in units:
-            self.found = (name, text_of(powers), self.place)
+            where = self.place if self.alone else f"used in {self.place}"
+            self.found = (name, text_of(powers), where)
 
 
 def _bare(value: Any) -> bool:

@@ -112,7 +112,7 @@ ground = { points_mm = { "A{k}" = ["100*{k}", "{k-2}"] } }
 [repeat.arm.sketch]
 "b{k}_deg" = "10*{k}"
 [repeat.arm.loads]
-"turn{k}" = { kind = "torque", body = "b{k}", value = "{-k}*l{k}" }
+"turn{k}" = { kind = "torque", body = "b{k}", value = "{-k}*1.3*l{k}" }
 [repeat.arm.outputs]
 "o{k}" = "b{k}.angle - b{N}.angle"
 [repeat.none]
@@ -127,7 +127,7 @@ bodies = { x = { points = {} } }
     assert values["step"] == 0.15
     assert (values["ground.A3.x"], values["ground.A3.y"]) == (0.3, 0.001)
     assert (values["l3"], values["b3.Q2x.x"]) == (pytest.approx(0.3), pytest.approx(0.3))
-    assert mechanism.loads["turn3"].value == "(-3)*l3"
+    assert mechanism.loads["turn3"].value == "(-3)*1.3*l3"
     assert mechanism.outputs["o3"] == "b3.angle - b2.angle"
     known = {**values, "x": 0.0}
     assert evaluate(mechanism.sketch["b3"], known) == pytest.approx(math.radians(30))

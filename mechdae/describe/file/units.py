@@ -79,7 +79,7 @@ def check_parameters(
     try:
         check_suffix(f"{name}{typed[name]}", unit, name)
     except MechdaeError as error:
-        error.what += f", which is used in {place}"
+        error.what += f", which is {place}"
         raise
 
 
