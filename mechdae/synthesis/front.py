@@ -432,8 +432,7 @@ def front_of(
         "objectives": [own["objective"] for own in front.runs if own["objective"] is not None],
         "runs": front.runs, "seconds": {"whole": time.process_time() - began},
     }  # fmt: skip
-    if search.assumed:
-        summary["assumptions"] = list(search.assumed)
+    summary |= search.said_of_speeds
     if kept:
         told = _described(search, kept, dominated, signs)
         summary["front"] = told | front.known(told["points"], asked.keep)

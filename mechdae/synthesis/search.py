@@ -171,6 +171,11 @@ class Search:
             typical = found if np.isfinite(found) and found > 0 else 1.0
         return ExtremeGoal(asked, name, quantity, typical, bounds)
 
+    @property
+    def said_of_speeds(self) -> dict[str, list[str]]:
+        """What tasks of forces and rates assume, for a summary."""
+        return {"assumptions": list(self.assumed)} if self.assumed else {}
+
     def _outcome(self, asked: AskedExtreme, names: list[str]) -> Outcome:
         """Return a number of a motion or an equilibrium; those of one task are solved together."""
         if asked.task not in self._runs:

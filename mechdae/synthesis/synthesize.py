@@ -97,11 +97,10 @@ def synthesize(
             "whole": time.process_time() - began,
         },
     }  # fmt: skip
-    summary |= _verdict(search)
+    summary |= {**_verdict(search), **search.said_of_speeds}
     fault, missing = None, left_out(search)
     notes = [*search.notes, *([missing] if missing and sound else [])]
-    told = {"notes": notes, "assumptions": list(search.assumed)}
-    summary |= {word: texts for word, texts in told.items() if texts}
+    summary |= {"notes": notes} if notes else {}
     if not sound:
         fault, conflicts = fault_of(problems, jobs, optima, candidates, rejected)
         proof = out_of_reach(search) or _none_is_faultless(search)
