@@ -21,7 +21,8 @@ HEAVIEST = (
     "measures/test_measure_errors.py", "attack/test_tracebacks.py", "dynamics/test_motion.py",
     "forces/test_reactions_audit.py", "studies/test_statics_paths.py", "draw/test_plans.py",
     "attack/test_refusals.py", "attack/test_slips.py", "draw/test_draw_synthesis.py",
-    "synthesis/test_slider_dyads.py",
+    "synthesis/test_slider_dyads.py", "synthesis/test_starts.py", "synthesis/test_front_ends.py",
+    "tasks/test_small_mechanisms.py",
 )  # fmt: skip
 """Files of more than ten seconds, given to workers first: the last ones to end are short."""
 
