@@ -19,8 +19,8 @@ HINGE, TOP, RACK = [0.25, 0.4, 0.2], [-0.04, 0.7, 0.85], [0.05, 0.2, 0.25]
 OUTER, SLEEVE, TIE = [0, 0.9, 0.2], [-0.014, 0.83, 0.4275], [0.15, 0.8, 0.275]
 WHEEL, CENTRE = [-0.02, 0.95, 0.313426], [-0.02, 0.8, 0.308426]
 AXIS, STRAIGHT = np.array([0.5, -0.05, 0]), np.array([-0.026, -0.13, 0.4225])
-LOOPS = ("CCPS", "CRCS", "PSCP", "SCUC", "RPUS", "CSU")
-"""A ball and slides among them; the suite's sample of tests/attack/loops_of_pairs.py."""
+LOOPS = ("CCPS", "CRCS", "PSCP", "SCUC", "RPUS", "CSU", "SCS", "RSSS")
+"""Balls and slides, and parts that spin freely: a sample of `tests.attack.loops_of_pairs`."""
 
 
 def knuckle(height: float) -> tuple[Any, Any, float]:
