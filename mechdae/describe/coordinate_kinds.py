@@ -25,3 +25,8 @@ KINDS = {
     **dict.fromkeys(("e0", "e1", "e2", "e3"), UNIT),
 }
 """By the name of a coordinate."""
+
+
+def kind_of(name: str) -> CoordinateKind:
+    """Return the kind of a coordinate or of its series by its last word; lengths have the rest."""
+    return KINDS.get(name.rpartition(".")[2], LENGTH)

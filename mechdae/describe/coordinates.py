@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mechdae.describe.coordinate_kinds import KINDS, PLACE
+from mechdae.describe.coordinate_kinds import KINDS, PLACE, kind_of
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
@@ -122,6 +122,14 @@ def unit_of(mechanism: Mechanism, text: str) -> str | None:
     except MechdaeError:
         return None
     return None if result.on_curve else result.unit
+
+
+def coordinate_unit(mechanism: Mechanism, text: str) -> str:
+    """Return the unit of a coordinate, "1" for a place on a curve; all front ends ask here."""
+    try:
+        return coordinate(mechanism, text).unit
+    except MechdaeError:  # a name without its mechanism
+        return kind_of(text).unit
 
 
 def coordinate_names(mechanism: Mechanism) -> list[str]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mechdae.describe.file.problem import Problem
 from mechdae.draw.catalogue import (
     PICTURES,
     check_dimension,
@@ -13,11 +15,10 @@ from mechdae.draw.catalogue import (
     picture_of,
     usual_kind,
 )
+from mechdae.draw.choice import kind_and_task
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -30,7 +31,8 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     Parameters
     ----------
     result
-        What `mechdae.solve` returned.
+        What `mechdae.solve` returned; of a problem, the name of a predefined one or a file the
+        task ``task`` is solved, without a name the first one that suits kind and options.
     kind
         One of `mechdae.draw.catalogue.PICTURES`, which says what each shows. Without it the
         diagram; of a study the map; of a synthesis the best design, of one with several
@@ -57,6 +59,8 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     InputError
         A kind that does not suit the result, an option that does not suit the kind.
     """
+    if isinstance(result, Problem | str | Path):
+        result, kind = _solved(result, kind, options)
     kind = usual(result) if kind is None else kind
     picture = picture_of(kind)
     check_suits(kind, getattr(result, "kind", ""))
@@ -77,6 +81,21 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     drawn = module.draw(result, ax, **given)
     variants.remember(ax, kind, result, given, before)
     return drawn
+
+
+def _solved(problem: Problem | str | Path, kind: str | None, options: dict[str, Any]) -> Any:
+    """Return the result of the task that suits a kind of picture and its options, and the kind."""
+    from mechdae.describe.file.load import load
+
+    whole = problem if isinstance(problem, Problem) else load(problem)
+    asked = whole.tasks, kind, options.pop("task", None)
+    chosen, task = kind_and_task(*asked, options, whole.name)
+    check_suits(chosen, whole.task(task).kind, "task", f"tasks.{task}")
+    given = checked(chosen, options)
+    solving = importlib.import_module("mechdae.tasks.pictures")
+    measures = ("axodes",) if given.get("axodes") else ()
+    needs, paths = picture_of(chosen).needs, given.get("of", ())
+    return solving.for_picture(whole, task, needs, paths, None, measures), chosen
 
 
 def _variants() -> Any:

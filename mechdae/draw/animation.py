@@ -22,6 +22,7 @@ from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.diagram.scene import DrawnScene, longest_run, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.moving import VIDEOS, film, moving_svg
+from mechdae.draw.smooth import traced
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -109,6 +110,8 @@ class Animation:
     def drawn(self, poses: Sequence[int]) -> Iterator[Axes]:
         """Yield the drawing of each pose, all to one scale."""
         scene = read_scene(self.result)
+        if self.traces and diagram.has_paths(self.result, scene):
+            scene = traced(scene, self.result, read_scene)
         view = self._view(scene, poses)
         theme = style.DARK if self.dark else style.LIGHT
         for pose in poses:

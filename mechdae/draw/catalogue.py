@@ -235,9 +235,10 @@ OPTIONS: Mapping[str, Option] = {
         "names",
         "what graphs show: paths below the task, of losses joints",
         {"paths": ("curves", "coupler", "map"), "joints": ("losses",)},
+        file="{}",
     ),
-    "against": Option("name", "path of the abscissa of curves"),
-    "along": Option("names", "parameters along the axes of a map"),
+    "against": Option("name", "path of the abscissa of curves", file="against-{}"),
+    "along": Option("names", "parameters along the axes of a map", file="along-{}"),
     "equal": Option("on", "a map with one scale on both axes"),
     "polar": Option("on", "reactions in the plane", file="polar"),
     "extremes": Option("off", "no marks at least and greatest values"),
@@ -248,7 +249,7 @@ OPTIONS: Mapping[str, Option] = {
         "of the plans: velocity, acceleration, force, friction, lever (default: one page)",
         file="{}",
     ),
-    "group": Option("name", "of the force polygons: that of one group"),
+    "group": Option("name", "of the force polygons: that of one group", file="{}"),
     "pose": Option("whole", "number of the pose drawn, from 0", file="{}"),
     "scale": Option("number", "units for a millimetre of paper"),
     "label": Option("name", "name of the variant"),
@@ -270,7 +271,7 @@ OPTIONS: Mapping[str, Option] = {
         file="{}",
     ),
     "axodes": Option(
-        "names", "of a spatial mechanism: bodies whose axodes are drawn", file="axodes"
+        "names", "of a spatial mechanism: bodies whose axodes are drawn", file="axodes-{}"
     ),
 }
 """Name -> option."""

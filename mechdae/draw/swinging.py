@@ -7,13 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.draw.diagram.scene import Array, read_scene, turned
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw.closing import gaps
+from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.results import Named, Series
 
 TURN = 0.15
-"""Largest turn of a link that is shown [rad]: motions are small, their links keep their lengths."""
+"""Largest turn of a link that is shown [rad]: motions are small."""
+STIFF = 1e-3
+"""Turn of a link that is as good as moving it by the size of the mechanism, to close it [rad]."""
+ROUNDS = 4
 TRAVEL = 0.12
 """Largest way of a point that is shown, as a share of the size of the mechanism."""
 DECAY = 3.0
@@ -57,17 +62,21 @@ def swinging(result: Any, number: int, frames: int) -> Any:
     else:
         phases = np.exp(-DECAY * np.linspace(0.0, 1.0, frames))[:: -1 if real > 0 else 1] + 0j
     scene = read_scene(result)
-    bodies, points = {}, {}
+    angles = {GROUND: np.zeros(frames + 1)}
+    origins = {GROUND: np.zeros((frames + 1, 2))}
     size = enlargement(result, mode)
-    for body, own in result.mechanism.bodies.items():
+    for body in result.mechanism.bodies:
         z = {word: complex(*value) for word, value in mode["bodies"][body].items()}
         moved = {word: size * np.append((value * phases).real, 0.0) for word, value in z.items()}
-        angle = scene.angles[body][0] + moved["angle"]
-        origin = scene.origins[body][0] + np.stack([moved["x"], moved["y"]], axis=1)
-        bodies[body] = Series({"angle": angle})
-        for point in own.points:
-            place = origin + turned(angle, scene.local(f"{body}.{point}"))
-            points[f"{body}.{point}"] = Series({"position": place})
+        angles[body] = scene.angles[body][0] + moved["angle"]
+        origins[body] = scene.origins[body][0] + np.stack([moved["x"], moved["y"]], axis=1)
+    scene = closed(replace(scene, angles=angles, origins=origins, status=("ok",) * (frames + 1)))
+    bodies = {body: Series({"angle": scene.angles[body]}) for body in result.mechanism.bodies}
+    points = {
+        f"{body}.{point}": Series({"position": scene.track(f"{body}.{point}")})
+        for body, own in result.mechanism.bodies.items()
+        for point in own.points
+    }
     return replace(
         result,
         bodies=Named("body", bodies),
@@ -76,6 +85,37 @@ def swinging(result: Any, number: int, frames: int) -> Any:
         outputs=Named("output", {}),
         status=np.array(["ok"] * (frames + 1)),
     )
+
+
+def closed(scene: DrawnScene) -> DrawnScene:
+    """Return the poses with joints that close: links are moved, and turned where they have to be.
+
+    Shapes are of first order: enlarged, joints would gape by the squares of the turns.
+    """
+    names, joints = list(scene.mechanism.bodies), list(scene.mechanism.joints.values())
+
+    def moved(q: Array) -> DrawnScene:
+        angles = {**scene.angles, **{own: q[:, 3 * k + 2] for k, own in enumerate(names)}}
+        origins = {**scene.origins, **{own: q[:, 3 * k : 3 * k + 2] for k, own in enumerate(names)}}
+        return replace(scene, angles=angles, origins=origins)
+
+    def off(q: Array) -> Array:
+        return np.hstack([np.zeros((len(q), 1)), *(gap for _, gap in gaps(moved(q), joints))])
+
+    q = np.hstack([np.hstack([scene.origins[own], scene.angles[own][:, None]]) for own in names])
+    spots = np.vstack([scene.origins[own] for own in names])
+    size = float(np.ptp(spots, axis=0).max()) or 1.0
+    units = np.tile([size, size, STIFF], len(names))
+    step = 1e-6
+    for _ in range(ROUNDS):
+        slopes = [(off(q + own) - off(q - own)) / (2 * step) for own in step * np.diag(units)]
+        q = q - units * np.stack(
+            [
+                np.linalg.lstsq(*row, rcond=1e-9)[0]
+                for row in zip(np.stack(slopes, 2), off(q), strict=True)
+            ]
+        )
+    return moved(q)
 
 
 def enlargement(result: Any, mode: dict[str, Any]) -> float:

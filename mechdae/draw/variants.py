@@ -20,6 +20,7 @@ from mechdae.draw.diagram.diagram import View, draw_pose, extent, has_paths
 from mechdae.draw.diagram.scene import choose_pose, read_scene
 from mechdae.draw.graphs import coupler, curves
 from mechdae.draw.graphs.scale import number, scale_of
+from mechdae.draw.smooth import traced
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -164,6 +165,7 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
         scene = read_scene(result)
         pose = choose_pose(scene, getattr(result, "kind", ""), options.get("pose"))
         traces = options.get("traces", True) and has_paths(result, scene)
+        scene = traced(scene, result, read_scene) if traces else scene
         ghosts = options.get("ghosts", 0)
         rows.append((result, scene, pose, traces, ghosts, options))
     every = [

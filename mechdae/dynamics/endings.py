@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.dynamics.equations import STILL, Setup
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.sticking import Sticking
@@ -176,9 +177,7 @@ class Growth:
         name = ".".join(self.setup.released.coordinates[k].key)
         works = dict(zip(self.setup.works, w.tolist(), strict=True))
         load = max(works, key=lambda own: works[own]) if works else ""
-        unit = "rad/s" if name.endswith(".angle") else "m/s"
-        if name.endswith(".s"):
-            unit = "1/s"
+        unit = f"{kind_of(name).unit}/s"
         self.found = {"time": float(t), "coordinate": name, "speed": float(v[k])}
         self.found["unit"] = unit
         self.found |= {"load": load, "work": works[load]} if load and works[load] > 0 else {}

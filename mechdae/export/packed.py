@@ -82,10 +82,7 @@ def unpacked(file: Mapping[str, Any]) -> Result:
     meta = meta_of(file)
     result = _result(meta, file)
     motions = {
-        own["problem"]: StoredMotion(
-            from_dict(tomllib.loads(own["problem"]), result.problem),
-            {name: _part(result, name, own["parts"][name], file) for name in PARTS},
-        )
+        own["problem"]: _motion(own, file, from_dict(tomllib.loads(own["problem"]), result.problem))
         for own in meta["motions"]
     }
     return result.as_kind(type(result), motions=motions) if motions else result
@@ -122,11 +119,16 @@ def _of_motion(text: str, motion: Any, arrays: dict[str, Any]) -> dict[str, Any]
     return {"problem": text, "parts": parts}
 
 
-def _part(owner: Result, name: str, part: Any, file: Mapping[str, Any]) -> Any:
-    if isinstance(part, str):
-        return part
-    found = tuple(_made(own, file, owner.mechanism) for own in part)
-    return found if name in SEVERAL else found[0]
+def _motion(own: Mapping[str, Any], file: Mapping[str, Any], problem: Problem) -> StoredMotion:
+    """Return the motions of a design: they are those of its mechanism, not of the task's."""
+    parts: dict[str, Any] = {}
+    for name, part in own["parts"].items():
+        if isinstance(part, str):
+            parts[name] = part
+        else:
+            found = tuple(_made(own, file, problem.mechanism) for own in part)
+            parts[name] = found if name in SEVERAL else found[0]
+    return StoredMotion(problem, parts)
 
 
 def _packed(value: Any, arrays: dict[str, Any]) -> Any:

@@ -115,7 +115,7 @@ def page(
         whole = problem if isinstance(problem, Problem) else load(problem)
     if name is None:
         able = [own for own, kind in whole.tasks.items() if kind.kind in KINDS]
-        able.sort(key=lambda own: _is_single(whole.task(own)))
+        able.sort(key=lambda own: -whole.task(own).way)
         if not able:
             raise InputError("no task with poses along a path", where="tasks", hint="kind = sweep")
         name = able[0]
@@ -125,12 +125,6 @@ def page(
             f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
         )
     return _page(whole, name, lang, shown)
-
-
-def _is_single(task: Any) -> bool:
-    """Return whether a task names few poses, so that another one shows more."""
-    driver = getattr(task, "driver", None)
-    return driver is not None and driver.at is not None
 
 
 def _again(result: Result) -> Problem:
@@ -348,8 +342,8 @@ def _driver(result: Result) -> dict[str, Any]:
     for name, series in result.drivers.items():
         values = np.asarray(series.position, float)
         if np.ptp(values) > 0 or len(result.drivers) == 1:
-            slide = name.endswith((".slide", ".x", ".y"))
-            return {"name": name, "unit": "m" if slide else "rad", "values": plain(values)}
+            unit = result.unit("drivers", name, "position")
+            return {"name": name, "unit": unit, "values": plain(values)}
     name = next(iter(result.drivers))
     return {"name": name, "unit": "", "values": list(range(len(result.status)))}
 

@@ -12,6 +12,7 @@ from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import LoadedRun, unknown_columns
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
+from mechdae.results import effort_unit
 
 PARAMETERS = 6
 """Place of the parameters among the inputs of the balance."""
@@ -73,11 +74,13 @@ def numbers(loaded: LoadedRun, rows: list[int]) -> dict[str, Any]:
         {"rows": table.tolist(), "periodic": bool(signal.load.periodic)}
         for table, signal in zip(statics.tables, statics.loads.signals, strict=True)
     ]
-    second = {name: own.second for name, own in setting.scene.model.mechanism.joints.items()}
+    model, drivers = setting.scene.model, [row.owner for row in setting.scene.rows if row.driver]
+    second = {name: own.second for name, own in model.mechanism.joints.items()}
     return {
         "columns": unknown_columns(setting),
         "joints": [{"name": name, "at": second[name]} for name in balance.joints],
-        "efforts": [row.owner for row in setting.scene.rows if row.driver],
+        "efforts": drivers,
+        "units": {name: effort_unit(model.mechanism, name) for name in drivers},
         "lossy": list(balance.lossy),
         "slips": [slip.unit for slip in balance.slips],
         "feedbacks": [feedback.joint for feedback in balance.feedbacks],

@@ -70,7 +70,7 @@ def drivers_of(setting: Setting, result: Result) -> list[dict[str, Any]] | None:
     return [
         {
             "name": name,
-            "unit": "rad" if c.is_angle else "m",
+            "unit": c.unit,
             "turns": bool(c.is_angle),
             "size": float(size),
             # by a law the speed differs from moment to moment: one unit in a second

@@ -33,7 +33,7 @@ def columns_of(result: Any) -> Iterator[Column]:
     for word, series in (("effort", result.efforts), *result.parts.items()):
         head = word if word == "effort" else f"effort_{word}"
         for name, array in series.items():
-            yield f"{head}.{name}", effort_unit(name), array
+            yield f"{head}.{name}", effort_unit(result.mechanism, name), array
     for name, array in result.scalars.items():
         yield name, UNITS[name], array
     for name, array in result.work.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cached_property, partial
@@ -128,6 +129,20 @@ class Result(Shown):
         """
         own = units if isinstance(units, Units) else units_of(units)
         return self if own == self.units else replace(self, units=own)
+
+    def finer(self, parts: int) -> Result:
+        """Return the same task with `parts` steps from each pose to the next, solved again.
+
+        For pictures: curves are drawn of it. Its numbers at the poses asked for are these.
+
+        Raises
+        ------
+        SolveError
+            There is nothing between the poses.
+        """
+        # what solves knows results, not the other way round
+        found: Result = importlib.import_module("mechdae.solver.finer").finer(self, parts)
+        return found.in_units(self.units)
 
     def _parts(self) -> list[tuple[str, Series]]:
         return [(f"efforts_{word}", series) for word, series in self.parts.items()]

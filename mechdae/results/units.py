@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from mechdae.describe.coordinate_kinds import kind_of
+from mechdae.describe.coordinates import coordinate_unit
 from mechdae.describe.dimensions import output_unit
 from mechdae.describe.mechanism import Mechanism
 
@@ -91,8 +93,6 @@ HISTORY = ("last", "highest", "lowest", "peak", "fluctuation", "settling")
 UNITS_OF_HISTORY = {"settling": "s", "fluctuation": "1"}
 """Units of those that are not in the unit of the path."""
 KINDS = ("drivers", "bodies", "points", "joints", "outputs")
-TURNS = ("angle", "angle2", "elevation", "azimuth")
-"""Coordinates that are angles."""
 
 
 def reaction_parts(name: str, width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -114,13 +114,12 @@ def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:
         return output_unit(mechanism, part, OUTPUT_RATES.index(name))
     if kind != "drivers":
         return UNITS.get(name, "1")
-    base = {**dict.fromkeys(TURNS, "rad"), "s": "1"}.get(part.rpartition(".")[2], "m")
-    return base + DRIVER_UNITS.get(name, "")
+    return coordinate_unit(mechanism, part) + DRIVER_UNITS.get(name, "")
 
 
-def effort_unit(name: str) -> str:
+def effort_unit(mechanism: Mechanism, name: str) -> str:
     """Return the unit of the effort at a driver's coordinate."""
-    return "N m" if name.rpartition(".")[2] in TURNS else "N"
+    return "N m" if coordinate_unit(mechanism, name) == "rad" else "N"
 
 
 def path_unit(mechanism: Mechanism, path: str) -> str:
@@ -132,7 +131,7 @@ def path_unit(mechanism: Mechanism, path: str) -> str:
     if word in KINDS and part:
         return "" if name.startswith("reaction") else series_unit(mechanism, word, part, name)
     if word.startswith("efforts"):
-        return effort_unit(rest)
+        return effort_unit(mechanism, rest)
     if word == "summary":
         return _summary_unit(mechanism, rest.split("/"))
     if word == "work":
@@ -150,7 +149,7 @@ def _summary_unit(mechanism: Mechanism, steps: list[str]) -> str:
     if word == "transmission" and last in ("min", "max"):
         return "rad"
     if word == "extremes" and last == "value":
-        return "rad" if steps[1].endswith(".angle") else "m"
+        return kind_of(steps[1]).unit
     if word == "curve":
         return {"length": "m", "area": "m2"}.get(last, "")
     if word == "state" and steps[1:2] and steps[1] in mechanism.outputs:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import LENGTH, kind_of
 from mechdae.results import Event, Result, Units
 from mechdae.results.status import why_lost
 from mechdae.tables.force_facts import force_facts
@@ -107,7 +108,7 @@ def pairs_of_wheels(result: Result) -> set[str]:
 def _happens(event: Event, noise: dict[str, float], wheels: Collection[str], units: Units) -> str:
     """Return what an event is about."""
     if event["kind"] == "stationary":
-        kind = "angle" if event["of"].endswith(".angle") else "length"
+        kind = kind_of(event["of"]).name
         value = quantity(event["value"], kind, noise[kind], units)
         return f"{event['of']} {event['extreme']} {value}"
     if event["kind"] == "lift_off":
@@ -134,7 +135,7 @@ def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
         lines.append(f"  transmission angle {joint}: least {places}")
     ranges = summary.get("extremes", {})
     for name, ends in list(ranges.items())[:MOST]:
-        kind = "angle" if name.endswith(".angle") else "length"
+        kind = kind_of(name).name
         texts = [
             f"{quantity(e['value'], kind, noise[kind], units)} at {at(e['at'])}"
             for e in ends.values()
@@ -149,7 +150,7 @@ def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
         lines.append(f"  time ratio {name}: none, {reason}")
     for name, entries in summary.get("dwell", {}).items():
         slides = name in result.joints and "slide" in result.joints[name]
-        slides |= name.rpartition(".")[2] in ("slide", "x", "y")
+        slides |= "." in name and kind_of(name) is LENGTH
         kind = "length" if slides else "angle"
         for entry in entries:
             mean, half = (

@@ -40,7 +40,7 @@ def force_columns(result: Result) -> list[Column]:
         shares = {PARTS.get(word, word): own[name] for word, own in result.parts.items()}
         most = max(_most(array) for array in (effort, *shares.values()))
         for title, array in {"effort": effort, **shares}.items():
-            own = result.units.of(effort_unit(name))
+            own = result.units.of(effort_unit(result.mechanism, name))
             numbers = cells(array * own.factor, most * own.factor)
             columns.append((f"{title}{suffix} [{own.name}]", numbers))
     losses = [series["loss"] for series in result.joints.values() if "loss" in series]
@@ -94,7 +94,7 @@ def single_forces(result: Result) -> Iterator[str]:
     words += [(f"effort_{word}", series) for word, series in result.parts.items()]
     for name in result.efforts:
         for word, series in words:
-            effort = units.of(effort_unit(name))
+            effort = units.of(effort_unit(result.mechanism, name))
             yield _line(name, word, f"{series[name][0] * effort.factor: .12g}", effort.name)
     loaded = [own["reaction"] for own in result.joints.values() if "reaction" in own]
     moments = [float(m) for own in loaded for m in own[0, _force(own).shape[1] :]]
@@ -121,7 +121,7 @@ def single_forces(result: Result) -> Iterator[str]:
         yield f"  {entry['count']} solutions, {how}"
         for k, found in enumerate(entry["solutions"], start=1):
             for name, value in found["efforts"].items():
-                own = units.of(effort_unit(name))
+                own = units.of(effort_unit(result.mechanism, name))
                 text = f"{value * own.factor: .12g} {own.name}"
                 mark = "   continues from no friction" if found["connected"] else ""
                 yield f"  {name:18} {f'effort, solution {k}':20} {text}{mark}"

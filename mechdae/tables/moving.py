@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import KINDS
 from mechdae.results import Result
 from mechdae.tables.text import Column, cells, rest
 
-TURNS = ("angle", "angle2", "elevation", "azimuth")
+TURNS = tuple(word for word, kind in KINDS.items() if kind.unit == "rad")
 RELATIVE = (*TURNS, "slide", "x", "y", "length")
 """Coordinates of joints in space, angles first."""
 SLIDE = ("slide", "slide_velocity", "slide_acceleration")
@@ -101,9 +102,11 @@ class Quantities:
         """Return up to which size a number of a part's series is 0."""
         if name in self._rates:
             return self._rates[name]
-        if name == "angle" or (name == "position" and part.endswith(".angle")):
-            return self.angle if kind != "drivers" else 0.0
-        return self.length if name in ("position", "slide") and kind != "drivers" else 0.0
+        if kind == "drivers":
+            return 0.0
+        if name == "angle":
+            return self.angle
+        return self.length if name in ("position", "slide") else 0.0
 
     # -- one part ----------------------------------------------------------------------------
 

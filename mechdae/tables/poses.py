@@ -9,11 +9,8 @@ import numpy as np
 
 from mechdae.results import DEGREES, KINDS, KNOWN, Result
 from mechdae.tables.forces import force_columns, is_force, motion_is_aside, single_forces
-from mechdae.tables.moving import Quantities
+from mechdae.tables.moving import TURNS, Quantities
 from mechdae.tables.text import Column, cells, rows_of
-
-TURNS = ("angle", "angle2", "elevation", "azimuth")
-ANGLES = tuple(f".{name}" for name in TURNS)
 
 
 def _vector(values: Any) -> str:
@@ -48,7 +45,7 @@ def pose_text(result: Result) -> list[str]:
                 text = f"{shown: .15g}" if not np.ndim(value) else _vector(shown)
                 if "nan" in text:
                     text = " -"
-                turns = name in TURNS or (name == "position" and part.endswith(ANGLES))
+                turns = name in TURNS or name == "position"
                 known = turns and own.name == "rad" and np.isfinite(value)
                 degrees = f"   {value * DEGREES.factor:.9g} deg" if known else ""
                 lines.append(f"  {part:18} {name:20} {text} {own.name}{degrees}")

@@ -95,7 +95,7 @@ def test_pictures_of_folders_cost_no_solve(
     job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Without casadi no kernel, no motion and no NLP can be evaluated."""
-    words = ["solve", "slider-crank-friction", "--poses", "7", "--task", "cycle", "--quiet"]
+    words = ["solve", "slider-crank-friction", "--poses", "181", "--task", "cycle", "--quiet"]
     assert main([*words, "--out", str(tmp_path / "cycle")]) == 0
     calls = [["plot", str(tmp_path / "cycle"), *more] for more in (
         [], ["--kind", "diagram", "--pose", "3"], ["--kind", "losses", "--units", "mm"],

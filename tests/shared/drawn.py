@@ -271,7 +271,14 @@ def zoo():
     """One joint of each remaining kind, hung on the ground; one pose."""
     mechanism = md.Mechanism(
         ground=md.Ground(
-            {"O": [0, 0], "D": [0.6, 0], "W": [-0.4, 0.3], "V": [0, 0.5], "Q": [0.9, 0.4]}
+            {
+                "O": [0, 0],
+                "D": [0.6, 0],
+                "W": [-0.4, 0.3],
+                "V": [0, 0.5],
+                "Q": [0.9, 0.4],
+                "T": [-0.4, 0.22],
+            }
         ),
         bodies=[
             md.Body("lever", {"L": [-0.25, 0], "O": [0, 0], "M": [0.15, 0], "R": [0.35, 0]}),
@@ -294,7 +301,7 @@ def zoo():
             md.Distance("bar", "lever.R", "link.E", length=0.2),
             md.Revolute("W", "ground.W", "pinion.W"),
             md.Rack("teeth", "pinion.W", "rack.K", radius=0.08),
-            md.Prismatic("way", "ground.W", "rack.K"),
+            md.Prismatic("way", "ground.T", "rack.K"),
             md.Revolute("V", "ground.V", "disc.V"),
             md.Revolute("W2", "ground.W", "pulley.W"),
             md.Belt("belt", "pulley.W", "disc.V", ratio=2.0),

@@ -9,10 +9,11 @@ from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
-from mechdae.cli.pictures import file_name, kind_for, options_for, task_for
+from mechdae.cli.pictures import file_name, options_for
 from mechdae.cli.progress import progress
 from mechdae.draw import usual
 from mechdae.draw.catalogue import OPTIONS, PAGE, PICTURES, check_suits, kinds_with, picture_of
+from mechdae.draw.choice import kind_and_task
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
@@ -35,7 +36,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     units_argument(parser)
-    parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
+    parser.add_argument(
+        "--out", default=".", metavar="DIR", help="folder of the picture, or a file like x.svg"
+    )
     formats = f"{', '.join(FORMATS)}; animations {', '.join(MOVING)}"
     parser.add_argument("--format", metavar="F", help=formats)
     for name, option in OPTIONS.items():
@@ -62,17 +65,16 @@ def run(options: argparse.Namespace) -> int:
         return _page(options)
     asked = {name: getattr(options, name) for name in OPTIONS}
     asked = {name: value for name, value in asked.items() if value is not None}
-    form = _form(options)
+    _form(options, options.kind)
     units_asked(options)
-    _check_folder(options.out)
     if is_folder(options.problem):
-        return _of_folder(options, asked, form)
+        return _of_folder(options, asked)
     from mechdae.tasks.pictures import for_picture
 
     problem = problem_of(options)
-    name = task_for(problem.tasks, options.task, options.kind, problem.name)
-    kind = options.kind or kind_for(problem.task(name).kind, asked)
-    picture, task = picture_of(kind), problem.task(name)
+    where = problem.name
+    kind, name = kind_and_task(problem.tasks, options.kind, options.task, asked, where)
+    picture, task, form = picture_of(kind), problem.task(name), _form(options, kind)
     check_suits(kind, task.kind, "task", f"tasks.{name}", getattr(task, "of", None) or "")
     if options.mode is not None and "designs" in task.holds:
         raise InputError("a synthesis starts on no assembly mode", where="--mode")
@@ -103,7 +105,7 @@ def is_folder(name: str) -> bool:
     return Path(name).is_dir() and name not in library.names()
 
 
-def _of_folder(options: argparse.Namespace, asked: dict[str, Any], form: str) -> int:
+def _of_folder(options: argparse.Namespace, asked: dict[str, Any]) -> int:
     """Draw a result that is kept in a folder; nothing is computed again."""
     from mechdae.export import read
 
@@ -113,9 +115,8 @@ def _of_folder(options: argparse.Namespace, asked: dict[str, Any], form: str) ->
             raise InputError("a result in a folder is what it is", where=word, hint=hint)
     results = read(options.problem)
     tasks = {name: own.definition for name, own in results.items() if own.definition}
-    name = task_for(tasks, options.task, options.kind, options.problem)
-    result = results[name]
-    kind = options.kind or kind_for(result.kind, asked)
+    kind, name = kind_and_task(tasks, options.kind, options.task, asked, options.problem)
+    result, form = results[name], _form(options, kind)
     check_suits(kind, result.kind, "result", f"{options.problem}: {name}")
     extra = options_for(kind, asked)
     if kind == "design" and not options.kind and not extra and usual(result) != "design":
@@ -136,18 +137,25 @@ def _page(options: argparse.Namespace) -> int:
     given = [name for name in OPTIONS if name != "lang" and getattr(options, name) is not None]
     if given or options.mode is not None or options.format not in (None, "html"):
         raise InputError("a page has no options but --lang", where="--kind page")
-    _check_folder(options.out)
     made = page(problem_of(options), options.task, options.lang or "en", units_asked(options))
-    folder = Path(options.out)
-    folder.mkdir(parents=True, exist_ok=True)
-    print(made.save(folder / f"{made.data['problem']}-{made.data['task']}.html"))
+    out = Path(options.out)
+    named = out.suffix == ".html" and not out.is_dir()
+    path = out if named else out / f"{made.data['problem']}-{made.data['task']}.html"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    print(made.save(path))
     return 0
 
 
-def _form(options: argparse.Namespace) -> str:
+def _form(options: argparse.Namespace, kind: str | None) -> str:
     """Return the format of the file."""
-    moving = options.kind == "animation"
-    form, formats = options.format or ("gif" if moving else "svg"), MOVING if moving else FORMATS
+    moving = kind == "animation"
+    ending, formats = _ending(options.out), MOVING if moving else FORMATS
+    form = options.format or ending or ("gif" if moving else "svg")
+    if ending and form != ending:
+        raise InputError(
+            f"the file ends in .{ending}, --format says {form}", where=f"--out {options.out}",
+            hint="one of them is enough",
+        )  # fmt: skip
     if form not in formats:
         raise UnknownName("format", form, formats)
     return str(form)
@@ -160,9 +168,9 @@ def _written(
     from mechdae.draw import plot, save
 
     picture = plot(result.in_units(units_asked(options)), kind, **extra)
-    folder = Path(options.out)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / file
+    out = Path(options.out)
+    path = out if _ending(options.out) else out / file
+    path.parent.mkdir(parents=True, exist_ok=True)
     if kind == "animation":
         picture.save(path, progress("frame", options.quiet))
     else:
@@ -193,7 +201,7 @@ def _written_open(
         for word in ("dark", "lang")
         if getattr(options, word) is not None
     }
-    form = "svg" if options.kind == "animation" else _form(options)
+    form = "svg" if options.kind == "animation" else _form(options, "diagram")
     stem = file_name(picture.problem, picture.task, "open", {})
     return _written(options, picture, "diagram", style, f"{stem}.{form}")
 
@@ -208,12 +216,7 @@ def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
         return None
 
 
-def _check_folder(out: str) -> None:
-    """Raise if a folder is called like a picture: somebody meant a file."""
+def _ending(out: str) -> str:
+    """Return the ending of a file that is named instead of a folder, else ""."""
     ending = Path(out).suffix.lower().lstrip(".")
-    if ending in (*FORMATS, *MOVING) and not Path(out).is_dir():
-        raise InputError(
-            "a folder is meant: pictures are named after problem and task",
-            where=f"--out {out}",
-            hint=f"--out {Path(out).parent} --format {ending}",
-        )
+    return ending if ending in (*FORMATS, *MOVING) and not Path(out).is_dir() else ""

@@ -16,6 +16,8 @@ from mechdae.errors import InputError
 from mechdae.records import dataclass
 
 DEFAULT_POSES = 361
+MANY = 8
+"""Poses that are named one by one are taken for a way from so many on."""
 HINT = 'driver = { coordinate = "..." } in a file, Driver("...") in Python'
 MEASURES = (
     "transmission",
@@ -136,6 +138,11 @@ class Task(Value):
     available: ClassVar[bool] = False
     holds: ClassVar[tuple[str, ...]] = ()
 
+    @property
+    def way(self) -> int:
+        """How much of a way its poses are: 0 one pose, 1 few, 2 many by name, 3 an interval."""
+        return 0
+
 
 @dataclass(frozen=True)
 class Driven(Task):
@@ -171,6 +178,14 @@ class Driven(Task):
         """The drivers that move and have no speed: 1 in the unit of the coordinate."""
         timed = ((d, (d.speed, d.law, d.table)) for d in self.moving_drivers)
         return tuple(driver for driver, told in timed if told == (None, None, None))
+
+    @property
+    def way(self) -> int:
+        moving = [own for own in self.all_drivers if own.at is None or len(own.at) > 1]
+        named = [len(own) for d in moving for own in (d.at, d.times) if own is not None]
+        if not named:
+            return 3 if moving else 0
+        return 2 if max(named) >= MANY else 1
 
 
 @dataclass(frozen=True)
@@ -277,6 +292,10 @@ class Motion(Task):
     kind: ClassVar[str] = "motion"
     available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses", "path")
+
+    @property
+    def way(self) -> int:
+        return 3
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from mechdae.describe.joints import follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.shown_units import SI, Units
 from mechdae.draw import style
+from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import draw_curve, reach
 from mechdae.draw.diagram.driver import (
@@ -32,6 +33,7 @@ from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
 from mechdae.draw.figure import new_axes
 from mechdae.draw.labels.labels import Links, draw_labels
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
+from mechdae.draw.smooth import few_named, traced
 from mechdae.draw.words import ENGLISH, Words
 from mechdae.records import dataclass
 
@@ -41,6 +43,8 @@ FAR = 1.5
 
 LEGEND = 8.0
 """Height of the subtitle, or of the names of variants, above the axes."""
+DOT = 3.0
+"""Size of a place on a path of a few poses."""
 STRIDE = 8.0
 """Length of the pieces of a path that labels keep off."""
 HINTED = 0.97
@@ -110,6 +114,7 @@ def draw(
     scene = read_scene(result)
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
     traces = traces and has_paths(result, scene)
+    scene = traced(scene, result, read_scene) if traces else scene
     bounds = extent(scene, index, traces, bool(ghosts))
     larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
     axes = new_axes(theme, larger) if ax is None else ax
@@ -181,11 +186,12 @@ def draw_pose(
     """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
     low, high, size = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger)
+    check_closes(sheet, scene, result, pose, words)
     for behind in view.behind:
         sheet.segments += behind.segments
         sheet.boxes += behind.boxes
     if view.traces:
-        _draw_traces(sheet, scene)
+        draw_traces(sheet, result, scene.paths)
     for other in others_of(scene, pose, view.ghosts):
         for name in scene.mechanism.bodies:
             if scene.shown(name, other):
@@ -277,17 +283,17 @@ def extent(scene: DrawnScene, pose: int, traces: bool, ghosts: int) -> tuple[Arr
     return low, high, size
 
 
-def _draw_traces(sheet: Sheet, scene: DrawnScene) -> None:
-    for reference, track in scene.paths.items():
-        points = sheet.at(track)
-        sheet.line(
-            points,
-            color=style.TRACE,
-            width=style.THIN,
-            z=style.Z_TRACE,
-            gid=f"trace-{reference}",
-            weight=0.0,
-        )
+def draw_traces(sheet: Sheet, result: Any, paths: Mapping[str, Array]) -> None:
+    """Draw the paths of points; between a few poses that are named there is no line."""
+    dots = few_named(result)
+    for reference, track in paths.items():
+        points, gid = sheet.at(track), f"trace-{reference}"
+        look: dict[str, Any] = {"color": style.TRACE, "z": style.Z_TRACE, "gid": gid}
+        if dots:
+            there = points[np.isfinite(points).all(axis=1)]
+            sheet.strokes(there, there + 1e-3, width=DOT, **look)
+            continue
+        sheet.line(points, width=style.THIN, weight=0.0, **look)
         sheet.keep(thinned(points), style.PATH)
 
 

@@ -47,6 +47,8 @@ class DrawnScene:
         Names of the guides that are drawn as hydraulic cylinders.
     open
         Names of the joints that do not close: their links are drawn apart.
+    way
+        The same motion at more poses, of which the paths are.
     """
 
     mechanism: Mechanism
@@ -56,6 +58,7 @@ class DrawnScene:
     status: tuple[str, ...]
     cylinders: frozenset[str] = frozenset()
     open: frozenset[str] = frozenset()
+    way: DrawnScene | None = None
 
     def local(self, reference: str) -> Array:
         """Return the coordinates of ``body.point`` in its body."""
@@ -134,6 +137,8 @@ class DrawnScene:
         Points that go together are there once. The path of a block on a fixed guide is the
         guide, and is left out.
         """
+        if self.way is not None:
+            return self.way.paths
         known = self.assembled()
         result: dict[str, Array] = {}
         if len(known) < 2:

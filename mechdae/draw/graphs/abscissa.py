@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from mechdae.draw import style
 from mechdae.draw.graphs.frame import Entry
@@ -208,6 +208,8 @@ def draw_axis(
         panel.set_xlim(low - margin, high + margin)
         if axis.is_angle and span > 1:
             panel.xaxis.set_major_locator(MultipleLocator(step_of(span, 9)))
+        elif axis.kind == "pose":
+            panel.xaxis.set_major_locator(MaxNLocator(9, integer=True))
         for arc in arcs:
             start, end = sorted(float(axis.scale(value)) for value in (arc.start, arc.end))
             lack = THIN * (high - low) - (end - start)

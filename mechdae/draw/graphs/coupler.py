@@ -14,6 +14,7 @@ from mechdae.draw.graphs.curves import subtitle_of
 from mechdae.draw.graphs.loci import Locus, draw_loci
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.graphs.series import SMALL, Array, vector_of
+from mechdae.draw.smooth import smooth_vectors
 from mechdae.errors import InputError
 
 MOST = 6
@@ -82,8 +83,10 @@ def draw_all(
     """Draw the paths of several variants of a task, see `draw`; ticks only of one."""
     result, several = results[0], len(results) > 1
     vectors: list[tuple[str, str, str, Array]] = []
-    for own, label in zip(results, labels, strict=True):
-        for name in list(of) if of else default_points(own):
+    chosen = [list(of) if of else default_points(own) for own in results]
+    finest = [smooth_vectors(own, names) for own, names in zip(results, chosen, strict=True)]
+    for own, names, label in zip(finest, chosen, labels, strict=True):
+        for name in names:
             part, quantity, unit, values = vector_of(own, name)
             vectors.append((f"{part}, {label}" if several else part, quantity, unit, values))
     units = list(dict.fromkeys(unit for _, _, unit, _ in vectors))
@@ -103,10 +106,10 @@ def draw_all(
     if places:
         what = f"paths of {' and '.join(PLACES[own] for own in quantities)}"
     frame = draw_loci(
-        result,
+        finest[0],
         ax,
         loci,
-        abscissa_of(result),
+        abscissa_of(finest[0]),
         scale,
         (f"{word}x [{scale.unit}]", f"{word}y [{scale.unit}]"),
         title=str(result.title or result.problem),

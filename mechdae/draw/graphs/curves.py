@@ -26,6 +26,7 @@ from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of
+from mechdae.draw.smooth import few_named, in_panel, smooth
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError
 
@@ -99,22 +100,15 @@ def draw_all(
     extremes: bool = True,
 ) -> Axes:
     """Draw the series of several variants of a task, each in its colour, see `draw`."""
-    axes = [abscissa_of(result, against) for result in results]
-    lines = [
-        replace(line, variant=k)
-        for k, result in enumerate(results)
-        for line in (
-            default_lines(result)
-            if of is None
-            else [line for path in of for line in lines_of(result, path)]
-        )
-    ]
+    finest = [_smooth(result, of, against) for result in results]
+    axes = [_along(own, result, against) for own, result in zip(finest, results, strict=True)]
+    lines = [replace(line, variant=k) for k, own in enumerate(finest) for line in _lines(own, of)]
     if not lines:
         raise InputError("there is no series to draw", hint="name some: of=[...]")
     groups = list(_panels(lines))
     several = len(results) > 1
     # what holds along one variant would be read as holding for all
-    arcs = [] if several else arcs_of(results[0], axes[0])
+    arcs = [] if several else arcs_of(finest[0], axes[0])
     events = [] if several else events_of(results[0], axes[0])
     clips = [_clip(axes, group) for group in groups]
     whole = replace(axes[0], values=np.concatenate([own.values for own in axes]))
@@ -136,6 +130,34 @@ def draw_all(
         _draw_panel(frame, panel, group, axes, results, names, extremes, clip)
     frame.label(frame.panels[-1], x=axis_label(axes[0]))
     return frame.panels[0]
+
+
+def _lines(result: Any, of: Sequence[str] | None) -> list[Line]:
+    if of is None:
+        return default_lines(result)
+    return [line for path in of for line in lines_of(result, path)]
+
+
+def _along(finest: Any, result: Any, against: str | None) -> Abscissa:
+    """Return the abscissa of a result at more poses, which are counted as those asked for."""
+    axis = abscissa_of(finest, against)
+    if axis.kind != "pose" or len(axis.values) < 2:
+        return axis
+    return replace(axis, values=np.linspace(0.0, len(result.status) - 1.0, len(axis.values)))
+
+
+def _smooth(result: Any, of: Sequence[str] | None, against: str | None) -> Any:
+    """Return a result at poses between which its series are drawn as straight lines."""
+    names = [(line.path, line.name) for line in _lines(result, of)]
+
+    def seen(own: Any) -> list[Array]:
+        x = _along(own, result, against).values
+        lines = [line for line in _lines(own, of) if line.quantity not in LOGARITHMIC]
+        return [track for line in lines for track in in_panel(x, line.values)]
+
+    finest = smooth(result, seen)
+    same = [(line.path, line.name) for line in _lines(finest, of)] == names
+    return finest if same else result
 
 
 def _line_of(variant: int) -> dict[str, Any]:
@@ -228,17 +250,19 @@ def _draw_panel(
     if logarithmic:
         own = results[0].units.of(group[0].unit)
         scale = Scale("" if own.name == "1" else own.name, own.factor)
-    few = len(axis.values) <= FEW
     style_of = "-" if axis.rises or axis.kind == "path" else ""
     for line, (color, dash) in zip(group, looks, strict=True):
-        own = axes[line.variant]
+        own, result = axes[line.variant], results[line.variant]
         variant = f"-{names[line.variant]}" if several else ""
+        lined = style_of if not few_named(result) else ""
+        count = len(result.status)
         panel.plot(
             *with_gaps(own.shown, scale(line.values), _cuts(own, line)),
             color=color,
-            linestyle=(dash or style_of) if style_of else "",
+            linestyle=(dash or lined) if lined else "",
             linewidth=1.4 * frame.k,
-            marker="o" if few or not style_of else "",
+            marker="o" if count <= FEW or not lined else "",
+            markevery=max((len(own.values) - 1) // max(count - 1, 1), 1) if lined else None,
             markersize=3.2 * frame.k,
             gid=f"curve-{line.path}-{line.name}{variant}",
             zorder=3,

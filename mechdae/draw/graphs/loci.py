@@ -17,6 +17,7 @@ from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, with_gaps
 from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
+from mechdae.draw.smooth import few_named
 from mechdae.records import dataclass
 
 HEIGHT = 330.0
@@ -65,7 +66,7 @@ def draw_loci(
     peaks: bool = False,
 ) -> Panels:
     """Draw curves with equal axes, ticks, arrows and fixed pivots, `peaks` with their size."""
-    chosen = ticks_of(result, axis) if ticks else None
+    chosen = ticks_of(result, axis) if ticks and not few_named(result) else None
     key = [
         Entry(
             locus.name,
@@ -91,7 +92,7 @@ def draw_loci(
         places.keep(np.array(panel.get_xlim()), np.zeros(2))
         places.keep(np.zeros(2), np.array(panel.get_ylim()))
     for k, locus in enumerate(loci):
-        _draw(frame, panel, locus, scale, k, point, few=len(axis.values) <= FEWEST)
+        _draw(frame, panel, locus, scale, k, point, dots=few_named(result))
     for name, place in pivots:
         _pivot(frame, panel, places, name, scale(place), point)
     for k, locus in enumerate(loci if peaks else ()):
@@ -205,7 +206,7 @@ def _limits(
 
 
 def _draw(
-    frame: Panels, panel: Axes, locus: Locus, scale: Scale, k: int, point: float, few: bool
+    frame: Panels, panel: Axes, locus: Locus, scale: Scale, k: int, point: float, dots: bool
 ) -> None:
     values = scale(locus.values)
     _, drawn = with_gaps(values[:, 0], values, cuts(values))
@@ -213,14 +214,14 @@ def _draw(
         drawn[:, 0],
         drawn[:, 1],
         color=_color(k),
-        linestyle=_dash(k) or "-",
+        linestyle="" if dots else _dash(k) or "-",
         linewidth=1.5 * frame.k,
-        marker="o" if few else "",
+        marker="o" if dots else "",
         markersize=3.0,
         zorder=3,
         gid=f"locus-{locus.name}",
     )
-    for tip, along in _arrows(values, point):
+    for tip, along in () if dots else _arrows(values, point):
         length, half = ARROW[0] * frame.k * point, ARROW[1] * frame.k * point
         across = np.array([-along[1], along[0]])
         corners = [tip, tip - length * along + half * across, tip - length * along - half * across]

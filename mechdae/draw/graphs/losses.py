@@ -15,6 +15,7 @@ from mechdae.draw.graphs.curves import axis_label, subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array
+from mechdae.draw.smooth import in_panel, smooth
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError
 
@@ -64,13 +65,14 @@ def draw(
     if polar:
         paths = None if of is None else [f"joints/{name}/reaction" for name in of]
         return translated(polar_diagram.draw(result, ax, of=paths), lang)
-    losses = _losses(result, of)
+    finest = _smooth(result, of)
+    losses = _losses(finest, of)
     layers = _layers(losses)
     total = np.sum([own for _, own in layers], axis=0)
-    estimate = _without_feedback(result, losses)
+    estimate = _without_feedback(finest, losses)
     sums = [total] if estimate is None else [total, estimate]
-    axis = abscissa_of(result)
-    arcs, events = arcs_of(result, axis), events_of(result, axis)
+    axis = abscissa_of(finest)
+    arcs, events = arcs_of(finest, axis), events_of(result, axis)
     scale = scale_of("W", sums)
     key = key_of(axis, arcs, events)
     if estimate is not None:
@@ -90,6 +92,16 @@ def draw(
     frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
     frame.ends(panel, ends)
     return translated(panel, lang)
+
+
+def _smooth(result: Any, of: Sequence[str] | None) -> Any:
+    """Return a result at poses between which its losses are drawn as straight lines."""
+
+    def seen(own: Any) -> list[Array]:
+        x = abscissa_of(own).values
+        return [track for loss in _losses(own, of).values() for track in in_panel(x, loss)]
+
+    return smooth(result, seen)
 
 
 def _losses(result: Any, of: Sequence[str] | None) -> dict[str, Array]:

@@ -15,6 +15,7 @@ from mechdae.draw.graphs.abscissa import abscissa_of
 from mechdae.draw.graphs.loci import Locus, draw_loci
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.graphs.series import vector_of
+from mechdae.draw.smooth import smooth_vectors
 from mechdae.errors import InputError
 
 AXES = {
@@ -48,7 +49,8 @@ def draw(result: Any, ax: Axes | None = None, *, of: Sequence[str] | None = None
         No joint has a reaction, or the vectors have different units.
     """
     chosen = list(of) if of else _largest(result)
-    vectors = [vector_of(result, path) for path in chosen]
+    finest = smooth_vectors(result, chosen)
+    vectors = [vector_of(finest, path) for path in chosen]
     if not vectors:
         raise InputError("no joint has a reaction here", hint="solve a task of kind reactions")
     if len({unit for _, _, unit, _ in vectors}) > 1:
@@ -66,10 +68,10 @@ def draw(result: Any, ax: Axes | None = None, *, of: Sequence[str] | None = None
     names = ("Fr", "Ft") if radial else ("Fx", "Fy") if unit == "N" else ("x", "y")
     poses = len(result.status)
     frame = draw_loci(
-        result,
+        finest,
         ax,
         loci,
-        abscissa_of(result),
+        abscissa_of(finest),
         scale,
         (f"{names[0]} [{scale.unit}]", f"{names[1]} [{scale.unit}]"),
         title=str(result.title or result.problem),

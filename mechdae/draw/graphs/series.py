@@ -234,7 +234,7 @@ def _of_efforts(result: Any, path: str, head: str, rest: Sequence[str]) -> list[
     names = rest[:1] or list(series)
     lines = []
     for name in names:
-        unit = effort_unit(name)
+        unit = effort_unit(result.mechanism, name)
         own = f"{name}, {BEHIND.get(word, word)}" if word else name
         partner = f"efforts/{name}" if word == "uncoupled" else ""
         values = _known("driver", name, series)

@@ -19,6 +19,7 @@ from mechdae.draw.animation import (
     frames_of,
 )
 from mechdae.draw.figure import new_axes
+from mechdae.draw.smooth import traced
 from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.pose_choice import wireframe
 from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
@@ -49,7 +50,11 @@ class SpatialAnimation(Animation):
 
     @cached_property
     def _scene(self) -> SpatialScene:
-        return read_spatial(self.result)
+        scene = read_spatial(self.result)
+        if not self.traces or not has_paths(self.result, scene):
+            return scene
+        way: SpatialScene = traced(scene, self.result, read_spatial)
+        return way
 
     def drawn(self, poses: Sequence[int]) -> Iterator[Axes]:
         """Yield the drawing of each pose, all to one scale."""

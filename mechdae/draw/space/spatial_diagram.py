@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 
 from mechdae.draw import style
 from mechdae.draw.figure import new_axes
+from mechdae.draw.smooth import traced
 from mechdae.draw.space.axodes import drawn, rulings, with_room
 from mechdae.draw.space.pose_choice import choose
 from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
@@ -73,6 +74,7 @@ def draw(
     scene = read_spatial(result)
     three = isinstance(view, str) and view.strip() == "three"
     traces = traces and has_paths(result, scene)
+    scene = traced(scene, result, read_spatial) if traces else scene
     index, chosen, moved = choose(scene, getattr(result, "kind", ""), pose, None if three else view)
     surfaces = rulings(result, scene, axodes, index) if axodes else []
     if three and surfaces:

@@ -9,11 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
+from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram.diagram import (
     draw_frame,
+    draw_traces,
     others_of,
     outside_of,
-    thinned,
     write_titles,
 )
 from mechdae.draw.diagram.driver import (
@@ -139,12 +140,9 @@ def draw_spatial_pose(
     """Draw one pose of a result whose placements are known; return its sheet."""
     view = shown.viewpoint
     sheet = Sheet(axes, *shown.bounds, shown.scale, theme, shown.memory, shown.larger)
+    check_closes(sheet, scene, result, index, words)
     if shown.traces:
-        for reference, track in scene.paths.items():
-            points = sheet.at(view.flat(track))
-            sheet.line(points, color=style.TRACE, width=style.THIN, z=style.Z_TRACE,
-                       gid=f"trace-{reference}", weight=0.0)  # fmt: skip
-            sheet.keep(thinned(points), style.PATH)
+        draw_traces(sheet, result, {ref: view.flat(own) for ref, own in scene.paths.items()})
     for other in others_of(scene, index, shown.ghosts):
         for line in ghost_lines(SpatialPose(sheet, scene, other, view, shown.moved)):
             sheet.line(line, color=style.GHOST, width=style.LINE, z=style.Z_GHOST, gid="ghost",

@@ -41,6 +41,8 @@ class SpatialScene:
         (n,) text.
     coordinates
         By name: values (n,) of the joint coordinates that are known.
+    way
+        The same motion at more poses, of which the paths are.
     """
 
     mechanism: Mechanism
@@ -50,6 +52,7 @@ class SpatialScene:
     status: tuple[str, ...]
     coordinates: Mapping[str, Array] = field(default_factory=dict)
     open: frozenset[str] = field(default_factory=frozenset)
+    way: SpatialScene | None = None
 
     @cached_property
     def origins(self) -> set[str]:
@@ -156,6 +159,8 @@ class SpatialScene:
 
         Straight ones along a guide of the ground are left out.
         """
+        if self.way is not None:
+            return self.way.paths
         known, found = self.assembled(), dict[str, Array]()
         if len(known) < 2:
             return found

@@ -15,6 +15,7 @@ from mechdae.draw.diagram.places import Place, letters_of, numbers_of, places_of
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.shapes import edges, shape_of
 from mechdae.draw.diagram.wheels import circles, rack_span
+from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
 from mechdae.exchange.drawings.dxf_text import SAME, DxfText
 from mechdae.exchange.motion_of import ExportedMotion
@@ -49,7 +50,7 @@ def dxf(motion: ExportedMotion, pose: int | None = None) -> dict[str, str]:
         raise UnavailableError(
             "a DXF drawing is made of mechanisms of the plane", hint="export --format mjcf or sdf"
         )
-    scene = read_scene(motion.result)
+    scene = traced(read_scene(motion.result), motion.result, read_scene)
     return {"": _Drawing(motion, scene, choose_pose(scene, motion.result.kind, pose)).text()}
 
 

@@ -615,7 +615,7 @@ class App {
     if (!forces) return "";
     const { words } = this;
     if (forces.status === "jammed") return `; ${words("jammed")}${forces.critical === null ? "" : ` (${words("critical")}: ${digits(forces.critical, 4)})`}`;
-    const own = Object.entries(forces.efforts).map(([name, value]) => `${words("effort")} ${quantity(value, name.endsWith(".angle") ? "N m" : "N", 5)}`);
+    const own = Object.entries(forces.efforts).map(([name, value]) => `${words("effort")} ${quantity(value, this.session.data.forces.units[name], 5)}`);
     return `; ${own.join(", ")}${forces.status === "ambiguous" ? `; ${words("ambiguous")}` : ""}${forces.still ? `; ${words("still")}` : ""}`;
   }
 
@@ -637,7 +637,7 @@ class App {
     const rows = [];
     const row = (name, text) => rows.push([name, text]);
     if (forces && forces.status !== "jammed") {
-      for (const [name, value] of Object.entries(forces.efforts)) row(`${this.words("effort")} ${name}`, quantity(value, name.endsWith(".angle") ? "N m" : "N"));
+      for (const [name, value] of Object.entries(forces.efforts)) row(`${this.words("effort")} ${name}`, quantity(value, this.session.data.forces.units[name]));
       for (const [name, [x, y, moment]] of Object.entries(forces.reactions)) row(`R ${name}`, `${quantity(Math.hypot(x, y), "N", 5)}; ${quantity(moment, "N m", 5)}`);
     }
     for (const { kind, part, columns, names, unit } of this.data.entries) {

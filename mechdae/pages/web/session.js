@@ -196,7 +196,7 @@ export class Session {
     const [kind, part, name, axis] = path.split("/");
     if (this.forces && kind === "efforts" && this.data.forces.efforts.includes(part)) {
       const of = (pose) => { const found = this.forcesAt(pose); return found && found.status !== "jammed" ? [found.efforts[part]] : null; };
-      return { unit: part.endsWith(".angle") ? "N m" : "N", of, scalar: (pose) => (of(pose) || [null])[0] };
+      return { unit: this.data.forces.units[part], of, scalar: (pose) => (of(pose) || [null])[0] };
     }
     if (this.forces && kind === "joints" && REACTION[name] && this.data.forces.joints.some((own) => own.name === part)) {
       const k = ["Fx", "Fy", "M"].indexOf(name);

@@ -1,0 +1,118 @@
+"""Whether the pose drawn closes: a picture of links torn apart shows no mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.joints import Joint, follows_curve
+from mechdae.draw import style
+from mechdae.draw.diagram.curves import curve_points
+from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.sheet import Sheet
+from mechdae.draw.space.spatial_scene import SpatialScene
+from mechdae.errors import InputError
+
+PIXEL = 0.5
+"""Gap of a joint that is not seen [pixel]."""
+
+
+def check_closes(
+    sheet: Sheet, scene: DrawnScene | SpatialScene, result: Any, pose: int, words: Any
+) -> None:
+    """Refuse a pose whose joints would gape: its numbers are not those of the mechanism.
+
+    Joints that are drawn open by request are left out, and bodies without a place.
+
+    Raises
+    ------
+    InputError
+        Says which joint, and by how much.
+    """
+    most = PIXEL * 72 / style.DPI / (sheet.metre * sheet.k)
+    planar = isinstance(scene, DrawnScene)
+    gaps = _planar(scene, result, pose) if planar else _spatial(scene, pose)
+    name, gap = max(gaps, key=lambda own: own[1], default=("", 0.0))
+    if gap > most:
+        raise InputError(
+            f"pose {pose} does not close with the dimensions of its mechanism: "
+            f"{name} is off by {words.amount(gap, 'm')}",
+            where=f"{result.problem}: {result.task}",
+            hint="poses and mechanism of a picture have to be of one design",
+        )
+
+
+def _planar(scene: DrawnScene, result: Any, pose: int) -> Iterator[tuple[str, float]]:
+    """Yield what is off in the plane, and by how much [m]."""
+    for reference, series in result.points.items():
+        if scene.shown(reference.split(".")[0], pose):
+            yield reference, _size(series.position[pose] - scene.place(reference, pose))
+    joints = scene.joints(pose)
+    for name, gap in gaps(scene, joints, slice(pose, pose + 1)):
+        yield name, _size(gap)
+    for joint in joints:
+        if follows_curve(joint):
+            radius = scene.numbers.get(f"{joint.name}.roller_radius", 0.0)
+            place = scene.place(joint.second, pose)
+            yield joint.name, abs(_distance(curve_points(scene, joint, pose), place) - radius)
+
+
+def gaps(
+    scene: DrawnScene, joints: Iterable[Joint], poses: slice = slice(None)
+) -> Iterator[tuple[str, Array]]:
+    """Yield the gaps of joints in poses of the plane, (n, 1) or (n, 2) [m]."""
+    for joint in joints:
+        way = scene.track(joint.second)[poses] - scene.track(joint.first)[poses]
+        if joint.coincide:
+            yield joint.name, way
+        elif joint.straight:
+            angle = scene.angles[joint.first_body][poses] + scene.numbers[f"{joint.name}.axis"]
+            yield joint.name, (np.cos(angle) * way[:, 1] - np.sin(angle) * way[:, 0])[:, None]
+        elif joint.bar:
+            length = scene.numbers[f"{joint.name}.length"]
+            yield joint.name, np.hypot(*way.T)[:, None] - length
+        if joint.keeps_angle:
+            first, second = (scene.angles[body][poses] for body in joint.bodies[:2])
+            turn = second - first - scene.numbers[f"{joint.name}.turn"]
+            yield joint.name, (2 * np.sin(turn / 2) * _arm(scene, joint))[:, None]
+
+
+def _spatial(scene: SpatialScene, pose: int) -> Iterator[tuple[str, float]]:
+    """Yield what is off in space, and by how much [m]."""
+    for body in scene.mechanism.bodies:
+        known = [ref for ref in scene.points(body) if np.isfinite(scene.place(ref, pose)).all()]
+        if body in scene.turns and np.isfinite(scene.turns[body][pose]).all():
+            for ref in known[1:]:
+                arm = scene.local(ref) - scene.local(known[0])
+                way = scene.place(ref, pose) - scene.place(known[0], pose)
+                yield ref, _size(way - scene.turns[body][pose] @ arm)
+    for joint in scene.joints(pose):
+        way = scene.place(joint.second, pose) - scene.place(joint.first, pose)
+        if joint.coincide:
+            yield joint.name, _size(way)
+        elif joint.straight:
+            axis = scene.axis(joint, pose)
+            yield joint.name, 0.0 if axis is None else _size(way - axis * (way @ axis))
+        elif joint.bar:
+            yield joint.name, abs(_size(way) - scene.numbers[f"{joint.name}.length"])
+
+
+def _arm(scene: DrawnScene, joint: Joint) -> float:
+    """Return how far the points of the second body are from the joint at most."""
+    points = scene.mechanism.body(joint.second_body).points
+    ways = [scene.local(f"{joint.second_body}.{own}") - scene.local(joint.second) for own in points]
+    return max(map(_size, ways), default=0.0)
+
+
+def _distance(line: Array, place: Array) -> float:
+    """Return the distance of a place from a line through points."""
+    steps = np.diff(line, axis=0)
+    square = np.maximum((steps**2).sum(axis=1), 1e-300)
+    along = np.clip(((place - line[:-1]) * steps).sum(axis=1) / square, 0.0, 1.0)
+    return float(np.hypot(*(place - line[:-1] - along[:, None] * steps).T).min())
+
+
+def _size(way: Array) -> float:
+    return float(np.nan_to_num(np.linalg.norm(way)))

@@ -1,0 +1,115 @@
+"""Poses so near each other that straight lines between them are the curves they lie on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechdae.draw.graphs.poles import clip_of, cuts
+from mechdae.draw.graphs.series import vector_of
+from mechdae.errors import MechdaeError
+
+Array = NDArray[np.float64]
+PICTURE = 600.0
+"""Size of what is seen [pixel]."""
+PANEL = 250.0
+"""Height of a graph [pixel]."""
+PIXEL = 0.5
+"""What a line may be off its curve [pixel]."""
+FEWEST = 33
+"""Poses that tell whether they are near enough to each other."""
+MOST = 4000
+TIMES = 8
+"""Growth of the number of poses at once, at most."""
+ROUNDS = 3
+
+
+def few_named(result: Any) -> bool:
+    """Return whether a task names a few poses, without saying that there is a way between them."""
+    task = getattr(result, "definition", None)
+    return task is not None and task.way < 2
+
+
+def smooth(result: Any, seen: Callable[[Any], Iterable[Array]]) -> Any:
+    """Return the same task at poses between which straight lines are drawn; itself if it may be.
+
+    Parameters
+    ----------
+    result
+        What was solved; what does not say its task, or names a few poses, stays as it is.
+    seen
+        The curves of a result as they are seen, (n, 2) or (n, 3) each [pixel].
+    """
+    if getattr(result, "definition", None) is None or few_named(result):
+        return result
+    finest, parts = result, 1
+    count = len(result.status)
+    for _ in range(ROUNDS):
+        off = max(map(_off, seen(finest)), default=0.0)
+        if count < 2 or (len(finest.status) >= FEWEST and off <= PIXEL):
+            break
+        more = int(np.clip(np.ceil(np.sqrt(off / PIXEL)), 2, TIMES))
+        more = max(more, -(-FEWEST // len(finest.status)))
+        parts = min(parts * more, MOST // count)
+        if (count - 1) * parts + 1 <= len(finest.status):
+            break
+        try:
+            finest = result.finer(parts)
+        except MechdaeError:  # what the task did not ask for may not be there
+            break
+    return finest
+
+
+def traced(scene: Any, result: Any, read: Callable[[Any], Any]) -> Any:
+    """Return a scene whose paths are those of poses near each other; `read` makes scenes."""
+
+    def seen(own: Any) -> list[Array]:
+        known = scene if own is result else read(own)
+        return in_picture(list(known.paths.values()))
+
+    finest = smooth(result, seen)
+    return scene if finest is result else replace(scene, way=read(finest))
+
+
+def smooth_vectors(result: Any, paths: list[str]) -> Any:
+    """Return a result at poses between which the ways of vectors are drawn as straight lines."""
+    return smooth(result, lambda own: in_picture([vector_of(own, path)[3] for path in paths]))
+
+
+def in_picture(tracks: list[Array]) -> list[Array]:
+    """Return curves as large as they are seen [pixel], to one scale."""
+    spans = [np.ptp(own[np.isfinite(own).all(axis=1)], axis=0).max(initial=0.0) for own in tracks]
+    size = max(spans, default=0.0)
+    return [own * (PICTURE / size) for own in tracks] if size > 0 else []
+
+
+def in_panel(x: Array, y: Array) -> list[Array]:
+    """Return a series as it is seen in a graph [pixel], without what runs through infinity."""
+    clip = clip_of(x, y, cuts(y))
+    if clip is not None:
+        y = np.where((y >= clip.low) & (y <= clip.high), y, np.nan)
+    spans = [
+        float(np.ptp(own[np.isfinite(own)]) if np.isfinite(own).any() else 0.0) for own in (x, y)
+    ]
+    if not all(spans):
+        return []
+    return [np.stack([x * (PICTURE / spans[0]), y * (PANEL / spans[1])], axis=1)]
+
+
+def _off(track: Array) -> float:
+    """Return how far straight lines between places are off the curve through them, about.
+
+    Half way between two places it is a quarter of what a place is off the line from the one
+    before it to the one after it.
+    """
+    before, here, after = track[:-2], track[1:-1], track[2:]
+    way = after - before
+    square = np.maximum((way**2).sum(axis=1), 1e-300)
+    along = np.clip(((here - before) * way).sum(axis=1) / square, 0.0, 1.0)
+    off = np.linalg.norm(here - before - along[:, None] * way, axis=1)
+    off = off[np.isfinite(off)]
+    return float(off.max(initial=0.0)) / 4
