@@ -39,6 +39,8 @@ from mechdae.reports.report import ENDINGS, MOST, Report
 from mechdae.reports.words import TABLE as REPORTED
 from mechdae.tasks.solver import Solver
 
+USUAL = 30
+"""Variants where no number is asked for."""
 ANGLE = radians(30.0)
 """Least transmission angle where none is asked for [rad]."""
 LARGEST = 1000
@@ -182,7 +184,7 @@ def assign(
     problem: Problem | str | Path,
     vary: Mapping[str, Sequence[Any]],
     *,
-    count: int = 30,
+    count: int | None = None,
     task: str | None = None,
     transmission_angle: float | None = None,
     positions: int = 12,
@@ -203,7 +205,7 @@ def assign(
         name -> (low, high) or (low, high, step); a suffix of the name is a unit (``a_mm``).
         Values are multiples of the step, by default a round one.
     count
-        How many variants.
+        How many variants; without it 30, or as many as the ranges give.
     task
         A sweep or a task of kind reactions; by default the first one over an interval.
     transmission_angle
@@ -227,7 +229,8 @@ def assign(
     """
     words = Said(lang, TABLE), Said(lang, REPORTED), Said(lang, TOLD)
     whole = problem if isinstance(problem, Problem) else load(problem)
-    _check(whole, count, positions, seed, transmission_angle)
+    wanted, least = (USUAL, 1) if count is None else (count, count)
+    _check(whole, wanted, positions, seed, transmission_angle)
     drawn = ranges(whole, vary)
     name = moving_task(whole, task, ends=True)
     bare = _with_positions(whole, name, positions)
@@ -239,12 +242,12 @@ def assign(
     if transmission_angle and not transmission(base):
         raise InputError("no dyad has a transmission angle", where=f"task {name}")
     bound = ANGLE if transmission_angle is None else transmission_angle
-    found, tried = choose(solver, drawn, count, seed, bound)
+    found, tried = choose(solver, drawn, wanted, seed, bound, least)
     start = subject_of(base, rows[pose], words[2])
     hidden = ("traces", "loads") if whole.mechanism.dimension == 2 else ("traces",)
     options: dict[str, Any] = dict.fromkeys(hidden, False)
     diagram = svg_text(plot(base, "diagram", pose=start.pose, lang=lang, **options))
-    made = _Made(bare, name, drawn, rows, pose, count, diagram, words, lang)
+    made = _Made(bare, name, drawn, rows, pose, len(found), diagram, words, lang)
     return Assignments(whole.name, tuple(made.all(found)), tried)
 
 

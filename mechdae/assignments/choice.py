@@ -65,9 +65,11 @@ class Refused:
 
 
 def choose(
-    solver: Solver, ranges: Sequence[RoundRange], count: int, seed: int, bound: float
+    solver: Solver, ranges: Sequence[RoundRange], count: int, seed: int, bound: float, least: int
 ) -> tuple[list[Chosen], int]:
     """Return as many sets of numbers as are wanted, and how many were tried for them.
+
+    Where there are not so many, those that do, `least` of them.
 
     Parameters
     ----------
@@ -88,9 +90,9 @@ def choose(
         Too few of the sets do; the message says why and how often.
     """
     total = prod(own.count for own in ranges)
-    if total < count:
+    if total < least:
         raise InputError(
-            f"there are {total} sets of round numbers, {count} are wanted",
+            f"there are {total} sets of round numbers, {least} are wanted",
             where="vary",
             hint="wider ranges, or a smaller step: LOW:HIGH:STEP",
         )
@@ -104,6 +106,8 @@ def choose(
             return found, tried
         if tried == NONE and not found:
             break
+    if len(found) >= least:
+        return found, tried
     hint = "other ranges" if not refused.below else "narrower ranges, or a smaller angle"
     every = "" if tried < total else ", which are all"
     said = f"{len(found)} of {count} variants in {tried} sets of numbers{every}"

@@ -8,20 +8,19 @@ from math import degrees
 from typing import Any
 
 from mechdae.assignments.choice import Chosen
+from mechdae.assignments.given import SIGNIFICANT, facts, load_text, signed, text
 from mechdae.assignments.ranges import RoundRange
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import given
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.tasks.kinds import Driven, Driver, Reactions
+from mechdae.describe.units import UNITS
 from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import Said
 from mechdae.formulas import Facts, Grid, Image, Note, Part, Passage, Section
 from mechdae.reports import sections
 
-SIGNIFICANT = 6
-"""Digits of a number that was not drawn."""
 BLANK = "\N{EM SPACE}" * 4
 """A cell to write into."""
 
@@ -64,25 +63,26 @@ def sheet_sections(
 
 
 def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Said) -> Grid:
-    """Return the table of numbers: those that were drawn in their units, then the others."""
+    """Return the table of numbers: those that were drawn in their units, then the others.
+
+    Lengths that were not drawn are in the unit of those that were, else in millimetres.
+    """
     values = problem.mechanism.values()
     units = parameter_units(problem.mechanism, problem.tasks.values())
     rows: list[tuple[str | Part, ...]] = []
+    lengths = [own.unit or "m" for own in drawn if units.get(own.base) == "m"] or ["mm"]
+    per = next((float(own.factor) for own in UNITS.values() if own.name == lengths[0]), 1.0)
     for own in drawn:
-        text = chosen.texts[own.name]
         unit = own.unit or _plain(units.get(own.base, ""))
-        rows.append((own.base, _signed(text), say.unit(unit)))
+        rows.append((own.base, signed(chosen.texts[own.name]), say.unit(unit)))
     known = {own.base for own in drawn}
     for name in problem.mechanism.parameters:
         if name not in known:
             value, unit = values[name], units.get(name, "")
             value, unit = (degrees(value), "°") if unit == "rad" else (value, unit)
-            rows.append((name, _signed(f"{value:.{SIGNIFICANT}g}"), say.unit(_plain(unit))))
+            value, unit = (value / per, lengths[0]) if unit == "m" else (value, unit)
+            rows.append((name, signed(f"{value:.{SIGNIFICANT}g}"), say.unit(_plain(unit))))
     return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
-
-
-def _signed(text: str) -> str:
-    return text.replace("-", "−")
 
 
 def _plain(unit: str) -> str:
@@ -103,11 +103,11 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
 
     def shown(number: Any) -> str:
         value = evaluate(number, values)
-        text = f"{degrees(value):.6g}°" if angle else f"{value:.6g} {say.unit('m')}"
-        return _signed(text)
+        shown = f"{degrees(value):.6g}°" if angle else f"{1e3 * value:.6g} {say.unit('mm')}"
+        return signed(shown)
 
     speed = evaluate(driver.usual_speed, values)
-    rate = _signed(f"{speed:.6g} {say.unit('rad/s' if angle else 'm/s')}")
+    rate = signed(f"{speed:.6g} {say.unit('rad/s' if angle else 'm/s')}")
     if driver.from_ is not None and driver.to is not None and driver.law is None:
         return say("from to", name, shown(driver.from_), shown(driver.to), rate)
     if driver.at is not None:
@@ -119,47 +119,36 @@ def _parts(problem: Problem, subject: Subject, say: Said, told: Said) -> Iterato
     """Yield the tables of links, joints and loads, with the names of their numbers."""
     mechanism = problem.mechanism
     yield Note((say("frames"),))
-    rows: list[tuple[str | Part, ...]] = [(say("ground"), _points(mechanism.ground.points), "")]
+    rows: list[tuple[str, ...]] = [(say("ground"), _points(mechanism.ground.points), "")]
     for name, body in mechanism.bodies.items():
-        further = given(body, skip=("name", "points", "number", "outline"))
-        rows.append((subject.title(name), _points(body.points), _facts(further)))
-    yield Grid((say("link"), say("points"), say("further")), tuple(rows))
+        further = facts(body, ("name", "points", "number", "outline"), say)
+        rows.append((subject.title(name), _points(body.points), further))
+    yield _table((say("link"), say("points"), say("further")), rows)
     rows = []
     for name, joint in mechanism.joints.items():
         ends = " - ".join(
             say("ground") if end == GROUND else subject.title(end)
             for end in (joint.first_body, joint.second_body)
         )
-        further = given(joint, skip=("name", "first", "second"))
-        rows.append((name, told.kind(joint.kind), ends, _facts(further)))
-    yield Grid((say("joint"), "", say("between"), say("further")), tuple(rows))
-    rows = [
-        (name, str(load.kind), _facts(given(load, skip=("name", "rows", "points"))))
-        for name, load in mechanism.loads.items()
-    ]
+        further = facts(joint, ("name", "first", "second"), say)
+        rows.append((name, told.kind(joint.kind), ends, further))
+    yield _table((say("joint"), "", say("between"), say("further")), rows)
+    rows = [(name, load_text(mechanism, load, say)) for name, load in mechanism.loads.items()]
     if mechanism.gravity is not None:
-        rows.append(("gravity", "", _text(mechanism.gravity)))
+        rows.append((say("gravity"), f"{text(mechanism.gravity)} {say.unit('m/s²')}"))
     if rows:
-        yield Grid((say("load"), "", say("further")), tuple(rows))
+        yield _table((say("load"), ""), rows)
+
+
+def _table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> Grid:
+    """Return a table without columns that have nothing in them."""
+    full = [k for k in range(len(heads)) if any(row[k] for row in rows)]
+    kept = tuple(tuple(row[k] for k in full) for row in rows)
+    return Grid(tuple(heads[k] for k in full), kept)
 
 
 def _points(points: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name} {_text(place)}" for name, place in points.items())
-
-
-def _facts(values: Mapping[str, Any]) -> str:
-    return ", ".join(f"{key} = {_text(value)}" for key, value in values.items() if key != "kind")
-
-
-def _text(value: Any) -> str:
-    """Return a number or an expression of the file, a place as (x; y)."""
-    if isinstance(value, float):
-        return _signed(f"{value:.{SIGNIFICANT}g}")
-    if isinstance(value, str | int):
-        return str(value)
-    if isinstance(value, Mapping):
-        return _facts(value)
-    return f"({'; '.join(_text(own) for own in value)})"
+    return ", ".join(f"{name} {text(place)}" for name, place in points.items())
 
 
 def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
@@ -169,7 +158,12 @@ def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
         plane = subject.result.mechanism.dimension == 2
         yield Note((say("rates" if plane else "rates alone", rows.index(subject.pose)),))
     if getattr(subject.result, "efforts", None):
-        yield Note((say("forces"),))
+        rubs = any(
+            getattr(joint, "friction", None) or getattr(joint, "mesh_loss", None)
+            for joint in subject.result.mechanism.joints.values()
+        )
+        friction = getattr(subject.result.definition, "friction", "none")
+        yield Note((say("rubbing forces" if rubs and friction != "none" else "forces"),))
         if "efficiency" in subject.result.summary:
             yield Note((say("cycle"),))
 

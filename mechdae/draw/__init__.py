@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from mechdae.draw.animation import Animation
 
 
+MODES = 8
+"""Assembly modes that are drawn side by side."""
+
+
 def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options: Any) -> Any:
     """Draw a result.
 
@@ -115,9 +119,22 @@ def data_url(result: Any) -> str:
     from mechdae.draw import figure
 
     try:
+        if usual(result) == "diagram" and result.kind == "modes" and len(result) > 1:
+            return figure.data_url(_side_by_side(result))
         return figure.data_url(plot(result))
     except MechdaeError:  # what a task did not ask for cannot be drawn
         return ""
+
+
+def _side_by_side(result: Any) -> Figure:
+    """Return the diagrams of assembly modes in one picture, of many the first ones."""
+    from mechdae.draw import figure
+
+    count = min(len(result), MODES)
+    whole, axes = figure.grid(count)
+    for k, ax in enumerate(axes):
+        plot(result, "diagram", ax, pose=k, loads=False)
+    return whole
 
 
 def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:

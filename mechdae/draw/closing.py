@@ -32,9 +32,8 @@ def check_closes(
         Says which joint, and by how much.
     """
     most = PIXEL * 72 / style.DPI / (sheet.metre * sheet.k)
-    planar = isinstance(scene, DrawnScene)
-    gaps = _planar(scene, result, pose) if planar else _spatial(scene, pose)
-    name, gap = max(gaps, key=lambda own: own[1], default=("", 0.0))
+    off = _planar(scene, result, pose) if isinstance(scene, DrawnScene) else _spatial(scene, pose)
+    name, gap = max(off, key=lambda own: own[1], default=("", 0.0))
     if gap > most:
         raise InputError(
             f"pose {pose} does not close with the dimensions of its mechanism: "

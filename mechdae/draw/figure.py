@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from mechdae.describe.file.whole import whole_file
 from mechdae.draw import style
@@ -28,13 +30,13 @@ SETTINGS: Any = {"svg.hashsalt": "mechdae", "svg.fonttype": "path"}
 class ShownAxes(Axes):
     """Axes that a notebook shows, whatever back end it has chosen: those of our own figures."""
 
-    def _repr_png_(self) -> bytes:
-        """Return the whole figure, two pixels for each of the usual ones."""
+    def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
+        """Return the whole figure, two pixels for each of the usual ones, and what it shows."""
         figure = self.get_figure(root=True)
         assert isinstance(figure, Figure)
         file = io.BytesIO()
         figure.savefig(file, format="png", dpi=2 * style.DPI, metadata=FORMATS["png"])
-        return file.getvalue()
+        return file.getvalue(), {"alt": ". ".join(told(figure))}
 
 
 class Drawing(Figure):
@@ -48,10 +50,30 @@ class Drawing(Figure):
 
 def svg_text(picture: Axes | Figure) -> str:
     """Return a picture as the text of an SVG file, the same each time."""
-    file = io.BytesIO()
+    file, figure = io.BytesIO(), _figure_of(picture)
     with mpl.rc_context(SETTINGS):
-        _figure_of(picture).savefig(file, format="svg", metadata=FORMATS["svg"])
-    return file.getvalue().decode("utf-8")
+        figure.savefig(file, format="svg", metadata=FORMATS["svg"])
+    return described(file.getvalue().decode("utf-8"), figure)
+
+
+def told(figure: Figure) -> list[str]:
+    """Return the title and the line below it of a picture, as they are written in it."""
+    texts = [(str(own.get_gid()), own.get_text()) for own in figure.findobj(Text)]
+    heads = (
+        " ".join(dict.fromkeys(text for gid, text in texts if gid.startswith(word)))
+        for word in ("title", "subtitle")
+    )
+    return [" ".join(own.split()) for own in heads if own.strip()]
+
+
+def described(svg: str, figure: Figure) -> str:
+    """Return an SVG with title and description for readers that do not see it."""
+    words = [escape(text) for text in told(figure)]
+    if not words:
+        return svg
+    head, tail = svg.split("<defs>", 1)
+    more = f"<desc>{words[1]}</desc>" if len(words) > 1 else ""
+    return f"{head}<title>{words[0]}</title>{more}\n <defs>{tail}"
 
 
 def data_url(picture: Axes | Figure) -> str:
@@ -79,6 +101,20 @@ def new_axes(theme: style.Theme = style.LIGHT, larger: tuple[float, float] = sty
     return figure.add_axes((edge[0], edge[1], 1 - 2 * edge[0], 1 - edge[1] - top))
 
 
+def grid(count: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure with so many empty axes, two or more in a row."""
+    columns = min(max(2, -(-count // 3)), count)
+    rows = -(-count // columns)
+    width, height = (0.6 * side for side in style.FIGURE)
+    figure = Drawing(figsize=(columns * width, rows * height), dpi=style.DPI)
+    FigureCanvasAgg(figure)
+    top = style.TOP / 72 / height / rows
+    places = [(k % columns, rows - 1 - k // columns) for k in range(count)]
+    size = (0.96 / columns, 0.96 / rows - top)
+    corners = [((x + 0.02) / columns, (y + 0.02) / rows) for x, y in places]
+    return figure, [figure.add_axes((*corner, *size)) for corner in corners]
+
+
 def save(picture: Axes | Figure, path: str | Path) -> Path:
     """Write a picture as SVG, PNG or PDF, chosen by the ending of `path`.
 
@@ -99,5 +135,8 @@ def save(picture: Axes | Figure, path: str | Path) -> Path:
             hint=f"one of .{' .'.join(FORMATS)}",
         )
     with whole_file(target) as file, mpl.rc_context(SETTINGS):
-        _figure_of(picture).savefig(file, format=form, metadata=FORMATS[form])
+        if form == "svg":
+            file.write(svg_text(picture).encode())
+        else:
+            _figure_of(picture).savefig(file, format=form, metadata=FORMATS[form])
     return target

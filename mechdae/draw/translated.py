@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from mechdae.draw.words import Words
+from mechdae.draw.words import Words, unit_in_russian
 
 QUANTITIES = {
     "angle": "угол",
@@ -38,13 +38,6 @@ QUANTITIES = {
     "bound": "граница погрешности",
     "condition": "обусловленность",
 }
-UNITS = {
-    "deg": "°", "rad": "рад", "m": "м", "mm": "мм", "km": "км", "µm": "мкм", "s": "с", "N": "Н",
-    "kN": "кН", "MN": "МН", "mN": "мН", "N m": "Н·м", "kN m": "кН·м", "N mm": "Н·мм", "W": "Вт",
-    "1/s": "1/с", "1/m": "1/м", "1/m²": "1/м²", "kg m2": "кг·м²", "kg cm2": "кг·см²",
-    "cm": "см", "g": "г", "kW": "кВт",
-    "MW": "МВт", "mW": "мВт", "J": "Дж", "kJ": "кДж", "kg": "кг", "rpm": "об/мин",
-}  # fmt: skip
 STATES = {
     "limit": "предел",
     "end of the curve": "конец кривой",
@@ -69,16 +62,6 @@ WHOLE = {
     "condition": "обусловленность",
 }
 _STATE = "|".join(sorted(STATES, key=len, reverse=True))
-
-
-def unit_in_russian(text: str) -> str:
-    """Return a unit in Russian, or as it is: ``(m/s$^2$)`` is ``(м/с$^2$)``."""
-    if text in UNITS:
-        return UNITS[text]
-    found = re.fullmatch(r"(\(?)([\wµ ]+)/(s|m)(\$\^\d\$|\d|²|³)?(\)?)", text)
-    if not found or found[2] not in UNITS:
-        return text
-    return f"{found[1]}{UNITS[found[2]]}/{UNITS[found[3]]}{found[4] or ''}{found[5]}"
 
 
 _ru = unit_in_russian

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from mechdae.errors import UnknownName
+
+UNITS = {
+    "deg": "°", "rad": "рад", "m": "м", "mm": "мм", "km": "км", "µm": "мкм", "s": "с", "N": "Н",
+    "kN": "кН", "MN": "МН", "mN": "мН", "N m": "Н·м", "kN m": "кН·м", "N mm": "Н·мм", "W": "Вт",
+    "1/s": "1/с", "1/m": "1/м", "1/m²": "1/м²", "kg m2": "кг·м²", "kg cm2": "кг·см²",
+    "cm": "см", "g": "г", "kW": "кВт",
+    "MW": "МВт", "mW": "мВт", "J": "Дж", "kJ": "кДж", "kg": "кг", "rpm": "об/мин",
+}  # fmt: skip
+"""Units in Russian."""
 
 TABLE: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
@@ -240,3 +250,13 @@ class Words:
 
 
 ENGLISH = Words()
+
+
+def unit_in_russian(text: str) -> str:
+    """Return a unit in Russian, or as it is: ``(m/s$^2$)`` is ``(м/с$^2$)``."""
+    if text in UNITS:
+        return UNITS[text]
+    found = re.fullmatch(r"(\(?)([\wµ ]+)/(s|m)(\$\^\d\$|\d|²|³)?(\)?)", text)
+    if not found or found[2] not in UNITS:
+        return text
+    return f"{found[1]}{UNITS[found[2]]}/{UNITS[found[3]]}{found[4] or ''}{found[5]}"

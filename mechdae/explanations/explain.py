@@ -79,7 +79,7 @@ class Explanation:
         return self.text()
 
     def _repr_html_(self) -> str:
-        return self.html()
+        return as_html(self.document, alone=False)
 
 
 def explain(

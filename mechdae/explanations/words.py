@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from mechdae.draw.translated import unit_in_russian
+from mechdae.draw.words import unit_in_russian
 from mechdae.errors import UnknownName
 
 EN = {

@@ -51,7 +51,7 @@ class Number(Part):
     @property
     def value(self) -> float:
         """What is printed, as a float."""
-        return float(f"{self.digits}e{self.power}")
+        return _read(self.digits, self.power)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,12 @@ class Column(Part):
     @property
     def values(self) -> tuple[float, ...]:
         """What is printed, as floats."""
-        return tuple(float(f"{text}e{self.power}") for text in self.digits)
+        return tuple(_read(text, self.power) for text in self.digits)
+
+
+def _read(digits: str, power: int) -> float:
+    """Return printed digits as a number, with a decimal point or comma."""
+    return float(f"{digits.replace(',', '.')}e{power}")
 
 
 @dataclass(frozen=True)

@@ -136,8 +136,11 @@ def _cell(entry: str | Part, write: Callable[[Part], str]) -> str:
 # -- HTML --------------------------------------------------------------------------------------
 
 
-def as_html(document: Document) -> str:
-    """Return a document as one HTML file without scripts or requests; the same bytes each time."""
+def as_html(document: Document, alone: bool = True) -> str:
+    """Return a document as one HTML file without scripts or requests; the same bytes each time.
+
+    Not `alone` it stands in a page of somebody else, such as a notebook, whose policy holds.
+    """
     body = [f"<h1>{escape(document.title)}</h1>"]
     if document.subtitle:
         body.append(f'<p class="subtitle">{escape(document.subtitle)}</p>')
@@ -148,7 +151,7 @@ def as_html(document: Document) -> str:
         [
             "<!doctype html>",
             f'<html lang="{escape(document.lang)}"><head><meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+            *([f'<meta http-equiv="Content-Security-Policy" content="{policy}">'] * alone),
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{escape(document.title)}</title>",
             f"<style>{STYLE}</style></head>",

@@ -21,6 +21,7 @@ from mechdae.describe.file.writing import dumps
 from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
+from mechdae.draw.words import UNITS, unit_in_russian
 from mechdae.errors import InputError, MechdaeError
 from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.kernels.run.javascript import NotPrintable
@@ -39,6 +40,15 @@ CHECKS = 12
 MOST_RECORDED, FEW = 720, 25
 """Poses that are recorded, of a page that cannot solve, and of one that can."""
 KINDS = ("sweep", "reactions", "motion")
+UNIT_NAMES = (
+    *UNITS,
+    *(
+        f"{own}/{time}"
+        for own in ("m", "mm", "cm", "rad", "deg", "°")
+        for time in ("s", "s²", "s³")
+    ),
+)
+"""Units that a page shows."""
 """Kinds of tasks that have a page, the first one of a problem is the usual one."""
 LANGUAGES = ("en", "ru")
 
@@ -216,6 +226,8 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         "without": found.without,
         "units": parameter_units(problem.mechanism, problem.tasks.values()),
     }
+    if lang == "ru":
+        data["unit_names"] = {own: unit_in_russian(own) for own in UNIT_NAMES}
     if units.asked:
         data["shown"] = {si: [own.factor, own.name] for si, own in units.by_si.items()}
     text = ""

@@ -10,8 +10,6 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
 from mechdae.describe.spatial_joints import AXES, SpatialJoint
-from mechdae.draw.space.anchors import anchor
-from mechdae.draw.space.pose_choice import choose
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.results import Result
 
@@ -85,6 +83,10 @@ def _reach(scene: SpatialScene, mesh: Joint) -> list[float]:
 
 def space_of(result: Result) -> dict[str, Any]:
     """Return the direction to look from, and symbols that are moved along their axes [m]."""
+    # what draws, and matplotlib with it, is for mechanisms in space alone
+    from mechdae.draw.space.anchors import anchor
+    from mechdae.draw.space.pose_choice import choose
+
     scene = read_spatial(result)
     pose, view, moved = choose(scene, result.kind, None, None)
     anchors = [

@@ -15,7 +15,7 @@ from mechdae.describe.file.writing import dumps
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.structure import structure_of
 from mechdae.errors import MechdaeError
-from mechdae.ranking.criteria import Criteria
+from mechdae.ranking.criteria import Criteria, measured
 from mechdae.records import dataclass
 from mechdae.tasks.solve import solve
 from mechdae.tasks.study import study
@@ -114,7 +114,8 @@ def _of_group(
 ) -> dict[str, Values]:
     base = group.base.problem
     assert base is not None
-    bare = replace(base, tasks=type(base.tasks)({task: base.tasks[task]}), expected=())
+    asked = measured(base.mechanism, base.tasks[task])
+    bare = replace(base, tasks=type(base.tasks)({task: asked}), expected=())
     criteria = Criteria(bare, task, output).all
     paths = tuple(dict.fromkeys(path for own in criteria.values() for path in own.paths))
     different, which = _different(bare, group.numbers)

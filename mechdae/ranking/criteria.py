@@ -41,6 +41,14 @@ class Criterion:
         return {"name": self.name, "unit": self.unit, "sense": self.sense}
 
 
+def measured(mechanism: Mechanism, task: Any) -> Any:
+    """Return a task of the plane with the measures that criteria need, also where it has none."""
+    if not isinstance(task, Sweep) or mechanism.dimension != 2 or not moves(task):
+        return task
+    more = ("envelope", "transmission") if _dyads(mechanism) else ("envelope",)
+    return replace(task, measures=tuple(dict.fromkeys((*(task.measures or ()), *more))))
+
+
 class Criteria:
     """The criteria that a task of a mechanism gives.
 

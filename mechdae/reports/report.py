@@ -98,7 +98,7 @@ class Report:
         return target
 
     def _repr_html_(self) -> str:
-        return self.html()
+        return as_html(self.document, alone=False)
 
 
 def writable(target: Path) -> None:

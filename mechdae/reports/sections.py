@@ -79,8 +79,10 @@ def position_tables(subject: Subject, rows: list[int], say: Said) -> Section:
     parts = [Section(say("positions"), tuple(tables.grids(first, head, columns)))]
     for order, word in ((1, "velocities"), (2, "accelerations")):
         columns = tables.rate_columns(subject, rows, order)
-        if columns:
-            parts.append(Section(say(word), tuple(tables.grids(first, head, columns))))
+        points = tables.point_columns(subject, rows, order)
+        if columns or points:
+            listed = (*tables.grids(first, head, columns), *tables.grids(first, head, points))
+            parts.append(Section(say(word), listed))
     note = Note((say("about analogues", ", ".join(subject.result.drivers)),))
     for order, word in ((1, "analogues"), (2, "second analogues")):
         columns = tables.analogue_columns(subject, rows, order)

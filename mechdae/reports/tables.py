@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.mechanism import GROUND
 from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import Said
 from mechdae.formulas import Grid, Letter, Listed, Number, Part, Wording
@@ -108,6 +109,25 @@ def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Tabl
             np.asarray(series[order], dtype=float)[list(rows)],
         )
         for letter, angle, series in _moving(subject, order)
+    ]
+
+
+def point_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
+    """Return the components of velocities (order 1) or accelerations of the points that move.
+
+    Points on one pin are one.
+    """
+    word, mark, unit = (("velocity", "v", "m/s"), ("acceleration", "a", "m/s²"))[order - 1]
+    found: dict[str, Any] = {}
+    for reference, letter in subject.letters.items():
+        series = subject.result.points.get(reference, {}).get(word)
+        fixed = reference.split(".")[0] == GROUND or letter in found
+        if series is not None and not fixed and np.nanmax(np.abs(series), initial=0.0) > 0.0:
+            found[letter] = np.asarray(series, dtype=float)[list(rows)]
+    return [
+        TableColumn(Letter(mark, (letter, axis)), unit, values)
+        for letter, series in found.items()
+        for axis, values in zip(subject.scene.mechanism.axes, series.T, strict=True)
     ]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -56,7 +55,7 @@ def _finer_driver(result: Result, driver: Driver, parts: int) -> Driver:
     return replace(driver, at=_between(result.drivers[driver.coordinate].position, parts))
 
 
-def _between(values: Any, parts: int) -> Sequence[Any]:
+def _between(values: Any, parts: int) -> tuple[float, ...]:
     known = np.asarray(values, dtype=float)
     places = np.linspace(0.0, len(known) - 1.0, (len(known) - 1) * parts + 1)
     return tuple(np.interp(places, np.arange(len(known)), known).tolist())

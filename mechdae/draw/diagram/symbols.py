@@ -27,6 +27,10 @@ def dot(sheet: Sheet, center: Array, gid: str, color: str = style.INK) -> None:
     sheet.circle(center, style.DOT, fill=color, edge=color, z=style.Z_PIN, gid=gid)
 
 
+TEETH = 5.0
+"""Height of a rack behind its pitch line."""
+
+
 def hatch(sheet: Sheet, start: Array, end: Array, side: Array, gid: str | None = None) -> None:
     """Draw the line of a fixed surface with hatching on its `side`."""
     along = unit(end - start)
@@ -167,7 +171,7 @@ def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) 
         gid=gid,
         weight=style.RING,
     )
-    along, depth = unit(end - start), 5.0
+    along, depth = unit(end - start), TEETH
     count = max(int(np.hypot(*(end - start)) / 7.0), 2)
     steps = np.linspace(0.0, float(np.hypot(*(end - start))), 4 * count + 1)
     heights = np.tile([0.0, 0.0, 1.0, 1.0], count + 1)[: len(steps)]

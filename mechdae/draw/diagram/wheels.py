@@ -153,6 +153,9 @@ def _draw_rack(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None
     start, end, side = rack_span(scene, joint, pose)
     a, b = sheet.at(start), sheet.at(end)
     symbols.toothed_line(sheet, a, b, side, f"joint-{joint.name}-rack")
+    if joint.second_body in scene.fixed_bodies():
+        back = symbols.TEETH * side
+        symbols.hatch(sheet, a + back, b + back, side, f"joint-{joint.name}-ground")
     point = sheet.at(scene.place(joint.second, pose))
     along = unit(b - a)
     foot = a + float(np.clip((point - a) @ along, 0.0, np.hypot(*(b - a)))) * along

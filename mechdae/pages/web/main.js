@@ -4,7 +4,7 @@ import { bareAngle, Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { Chart, ticks } from "./chart.js";
 import { isWhole } from "./whole.js";
-import { digits, displayed, quantity, rounded, showIn } from "./units.js";
+import { digits, displayed, nameIn, quantity, rounded, showIn } from "./units.js";
 import { Plans } from "./plans.js";
 import { Several } from "./several.js";
 import { pulled, slidersAt } from "./shape.js";
@@ -32,6 +32,7 @@ class App {
     this.data = data;
     this.words = wordsOf(data.lang);
     showIn(data.shown || {});
+    nameIn(data.unit_names || {});
     this.diagram = new Kind(find("diagram"), data.scene);
     this.session = null;
     this.recorded = null;

@@ -3,13 +3,21 @@
 const FACTORS = { rad: [180 / Math.PI, "°"], "rad/s": [1, "rad/s"], "rad/s2": [1, "rad/s²"], m: [1000, "mm"], "m/s": [1, "m/s"],
   "m/s2": [1, "m/s²"], s: [1, "s"], 1: [1, ""], "": [1, ""] };
 
+const NAMES = {};
+
+/** Write units as a language does: name -> name. */
+export function nameIn(table) { Object.assign(NAMES, table); }
+
 /** Show units as somebody asked for: SI -> [factor, name]. */
 export function showIn(table) {
   for (const [unit, [factor, name]] of Object.entries(table)) FACTORS[unit] = [factor, name === "deg" ? "°" : name];
 }
 
 /** @param {string} unit SI @returns {[number, string]} factor and name of what is shown */
-export function displayed(unit) { return FACTORS[unit] || [1, unit.replace(/(?<=[a-z])[23]/g, (power) => (power === "2" ? "²" : "³"))]; }
+export function displayed(unit) {
+  const [factor, name] = FACTORS[unit] || [1, unit.replace(/(?<=[a-z])[23]/g, (power) => (power === "2" ? "²" : "³"))];
+  return [factor, NAMES[name] || name];
+}
 
 /** At most so many significant digits, without zeros that say nothing. */
 export function digits(value, count = 6) {

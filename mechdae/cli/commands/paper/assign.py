@@ -19,7 +19,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=LOW:HIGH",
         help="a number that is drawn, with round values; NAME=LOW:HIGH:STEP",
     )
-    parser.add_argument("--count", type=int, default=30, metavar="N", help="variants")
+    parser.add_argument("--count", type=int, metavar="N", help="variants (30, or all there are)")
     parser.add_argument("--task", metavar="T", help="a sweep or a task of reactions")
     parser.add_argument(
         "--transmission-deg", type=float, metavar="A", help="least transmission angle (30)"
@@ -37,7 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.assignments.assign import assign, free_folder
+    from mechdae.assignments.assign import USUAL, assign, free_folder
 
     free_folder(options.out, options.format)
     angle = options.transmission_deg
@@ -53,7 +53,8 @@ def run(options: argparse.Namespace) -> int:
         lang=options.lang,
     )
     print(made.save(options.out, options.format))
-    message(f"mechdae: {len(made)} variants of {made.tried} sets of numbers", options.quiet)
+    fewer = "" if options.count or len(made) == USUAL else f": no {USUAL} in these ranges"
+    message(f"mechdae: {len(made)} variants of {made.tried} sets of numbers{fewer}", options.quiet)
     return 0
 
 
