@@ -72,5 +72,15 @@ def _shown(how: str, result: Any) -> str:
     return html
 
 
+def _finer(result: Any, parts: int) -> Any:
+    """Return the task of a result at more poses: what solves knows results, not the reverse."""
+    return importlib.import_module("mechdae.solver.finer").finer(result, parts)
+
+
+def _for_picture(*asked: Any) -> Any:
+    """Return the result of a task as a picture needs it, for pictures of problems."""
+    return importlib.import_module("mechdae.tasks.pictures").for_picture(*asked)
+
+
 def __dir__() -> list[str]:
     return __all__

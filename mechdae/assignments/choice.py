@@ -65,11 +65,16 @@ class Refused:
 
 
 def choose(
-    solver: Solver, ranges: Sequence[RoundRange], count: int, seed: int, bound: float, least: int
+    solver: Solver,
+    ranges: Sequence[RoundRange],
+    count: int,
+    seed: int,
+    bound: float,
+    least: int | None = None,
 ) -> tuple[list[Chosen], int]:
     """Return as many sets of numbers as are wanted, and how many were tried for them.
 
-    Where there are not so many, those that do, `least` of them.
+    Where there are not so many, those that do, `least` of them; all without it.
 
     Parameters
     ----------
@@ -90,6 +95,7 @@ def choose(
         Too few of the sets do; the message says why and how often.
     """
     total = prod(own.count for own in ranges)
+    least = count if least is None else least
     if total < least:
         raise InputError(
             f"there are {total} sets of round numbers, {least} are wanted",

@@ -58,6 +58,15 @@ EN = {
     "center": "centre of mass",
     "free_length": "length without load",
     "axis": "direction",
+    "turn": "angle between the links",
+    "radius": "radius",
+    "ratio": "ratio",
+    "mesh": "mesh",
+    "length": "length",
+    "mass": "mass",
+    "stiffness": "stiffness",
+    "damping": "damping",
+    "preload": "preload",
 }
 RU = {
     "sheet": "{0}. Вариант {1}",

@@ -96,10 +96,10 @@ def _solved(problem: Problem | str | Path, kind: str | None, options: dict[str, 
     chosen, task = kind_and_task(*asked, options, whole.name)
     check_suits(chosen, whole.task(task).kind, "task", f"tasks.{task}")
     given = checked(chosen, options)
-    solving = importlib.import_module("mechdae.tasks.pictures")
+    solved = importlib.import_module("mechdae")._for_picture
     measures = ("axodes",) if given.get("axodes") else ()
     needs, paths = picture_of(chosen).needs, given.get("of", ())
-    return solving.for_picture(whole, task, needs, paths, None, measures), chosen
+    return solved(whole, task, needs, paths, None, measures), chosen
 
 
 def _variants() -> Any:

@@ -1,5 +1,6 @@
 """Read-only arrays with names and units, the same content as the JSON."""
 
+from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.shown_units import DEGREES, KNOWN, SI, ShownUnit, Units
 from mechdae.results.events import Event, events_of
@@ -22,6 +23,7 @@ from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, sta
 from mechdae.results.units import (
     KINDS,
     OUTPUT_RATES,
+    TURNS,
     UNITS,
     centre_unit,
     effort_unit,
@@ -37,6 +39,7 @@ __all__ = [
     "LOST",
     "OUTPUT_RATES",
     "SI",
+    "TURNS",
     "UNITS",
     "EquilibriumResult",
     "Event",
@@ -61,6 +64,7 @@ __all__ = [
     "effort_unit",
     "events_of",
     "heads",
+    "kind_of",
     "parameter_units",
     "plain",
     "reaction_parts",

@@ -140,8 +140,7 @@ class Result(Shown):
         SolveError
             There is nothing between the poses.
         """
-        # what solves knows results, not the other way round
-        found: Result = importlib.import_module("mechdae.solver.finer").finer(self, parts)
+        found: Result = importlib.import_module("mechdae")._finer(self, parts)
         return found.in_units(self.units)
 
     def _parts(self) -> list[tuple[str, Series]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mechdae.describe.coordinate_kinds import KINDS as COORDINATES
 from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.describe.coordinates import coordinate_unit
 from mechdae.describe.dimensions import output_unit
@@ -93,6 +94,8 @@ HISTORY = ("last", "highest", "lowest", "peak", "fluctuation", "settling")
 UNITS_OF_HISTORY = {"settling": "s", "fluctuation": "1"}
 """Units of those that are not in the unit of the path."""
 KINDS = ("drivers", "bodies", "points", "joints", "outputs")
+TURNS = tuple(word for word, kind in COORDINATES.items() if kind.unit == "rad")
+"""Coordinates that are angles."""
 
 
 def reaction_parts(name: str, width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:

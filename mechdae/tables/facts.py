@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import LENGTH, kind_of
-from mechdae.results import Event, Result, Units
+from mechdae.results import Event, Result, Units, kind_of
 from mechdae.results.status import why_lost
 from mechdae.tables.force_facts import force_facts
 from mechdae.tables.text import (
@@ -150,7 +149,7 @@ def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
         lines.append(f"  time ratio {name}: none, {reason}")
     for name, entries in summary.get("dwell", {}).items():
         slides = name in result.joints and "slide" in result.joints[name]
-        slides |= "." in name and kind_of(name) is LENGTH
+        slides |= "." in name and kind_of(name).unit == "m"
         kind = "length" if slides else "angle"
         for entry in entries:
             mean, half = (

@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import KINDS
-from mechdae.results import Result
+from mechdae.results import TURNS, Result
 from mechdae.tables.text import Column, cells, rest
 
-TURNS = tuple(word for word, kind in KINDS.items() if kind.unit == "rad")
 RELATIVE = (*TURNS, "slide", "x", "y", "length")
 """Coordinates of joints in space, angles first."""
 SLIDE = ("slide", "slide_velocity", "slide_acceleration")

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import DEGREES, KINDS, KNOWN, Result
+from mechdae.results import DEGREES, KINDS, KNOWN, TURNS, Result
 from mechdae.tables.forces import force_columns, is_force, motion_is_aside, single_forces
-from mechdae.tables.moving import TURNS, Quantities
+from mechdae.tables.moving import Quantities
 from mechdae.tables.text import Column, cells, rows_of
 
 

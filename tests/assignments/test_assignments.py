@@ -89,7 +89,7 @@ def test_sheets_have_no_answers(made: Any) -> None:
             for block in passages(own.sheet.document)
             if isinstance(block, Grid) and len(block.rows) == 12
         ]
-        assert len(tables) == 5
+        assert len(tables) == 7  # positions, rates of links and of points, analogues
         known = 0
         for table in tables:
             numbers = [cell for row in table.rows for cell in row if isinstance(cell, Number)]
@@ -103,7 +103,7 @@ def test_sheets_have_no_answers(made: Any) -> None:
         (grid,) = [g for g in passages(own.sheet.document) if isinstance(g, Grid)][:1]
         given = {row[0]: row[1] for row in grid.rows}
         assert given["a"] == f"{own.values['a_mm']:.0f}"
-        assert given["px"] == "0.06"
+        assert given["px"] == "60"  # all lengths in the unit of those that were drawn
 
 
 def test_the_same_bytes_for_the_same_seed(made: Any, tmp_path: Path) -> None:
@@ -194,7 +194,7 @@ def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"r": (1, 2, 0)}, {}, InputError, "leads nowhere"),
         ({"r": (1, 2, 5)}, {}, InputError, "less than two multiples"),
         ({"r": (1, 2), "r_mm": (1, 2)}, {}, InputError, "twice"),
-        ({"r": (1, 2, 0.5)}, {}, InputError, "there are 3 sets"),
+        ({"r": (1, 2, 0.5)}, {"count": 4}, InputError, "there are 3 sets"),
         ({"r": (1, 2)}, {"count": 0}, InputError, "count"),
         ({"r": (1, 2)}, {"positions": 0}, InputError, "positions"),
         ({"r": (1, 2)}, {"seed": -1}, InputError, "seed"),

@@ -101,7 +101,10 @@ def test_the_command_takes_every_option(file: Path, capsys, tmp_path: Path) -> N
     svg = Path(said.strip()).read_text()
     assert 'id="trace-' not in svg
     assert svg.count('id="ghost"') == 2 * 5  # crank, rocker, three sides of the coupler
-    code, said, err = run(capsys, *words, "--against", "bodies/coupler")
+    code, said, err = run(capsys, *words, "--against", "bodies/coupler")  # only curves have it
+    assert (code, err) == (0, "")
+    assert said.strip().endswith("-curves-against-bodies-coupler.svg")
+    code, said, err = run(capsys, *words, "--against", "bodies/coupler", "--kind", "diagram")
     assert (code, said) == (2, "")
     assert "--against is for curves, not for diagram" in err
 

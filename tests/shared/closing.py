@@ -103,6 +103,7 @@ def _value(part: Part) -> list[tuple[float, float]] | None:
 
 def _printed(digits: str, power: int) -> tuple[float, float]:
     """Return a number and half a unit of its last digit."""
+    digits = digits.replace(",", ".")  # a Russian document has a comma
     places = len(digits.partition(".")[2])
     exact = digits.strip("-") == "0"
     return float(f"{digits}e{power}"), 0.0 if exact else 0.5 * 10.0 ** (power - places)
