@@ -35,6 +35,12 @@ class FalseClaim(Exception):
         super().__init__(f"{place}: {why}")
 
 
+def need(holds: Any, place: str, why: str) -> None:
+    """Refuse a claim that does not hold."""
+    if not holds:
+        raise FalseClaim(place, why)
+
+
 def read(path: str) -> Any:
     """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
 
@@ -45,8 +51,7 @@ def read(path: str) -> Any:
 
     with open(path, "rb") as file:
         text = file.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    need(len(text) <= MOST_BYTES, path, f"longer than {MOST_BYTES} bytes")
     try:
         return json.loads(text.decode(), object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
@@ -55,22 +60,21 @@ def read(path: str) -> Any:
 
 def part(data: Any, key: str, kind: type, place: str) -> Any:
     """Return an entry of a table, of the kind that is expected."""
-    if not isinstance(data, dict) or type(data.get(key)) is not kind:
-        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    need(isinstance(data, dict) and type(data.get(key)) is kind, f"{place}/{key}",
+         f"missing, or not a {kind.__name__}")
     return data[key]
 
 
 def exact(text: Any, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
-    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
-        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    need(isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A),
+         place, f"not an exact number 'p/q': {str(text)[:40]}")
     return arb(fmpq(*map(int, text.split("/"))))
 
 
 def exacts(data: Any, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    if not isinstance(data, list) or len(data) != count:
-        raise FalseClaim(place, f"not a list of {count} numbers")
+    need(isinstance(data, list) and len(data) == count, place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -78,6 +82,7 @@ def formula(data: Any, s: Any, place: str) -> Any:
     """Return the value of a formula: "s", an exact number, or [operation, formulas]."""
     if not isinstance(data, list):
         return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
+    need(len(data) == 3 - (data[0] in ("sin", "cos")), place, f"no formula: {str(data)[:60]}")
     one, *more = (formula(entry, s, place) for entry in data[1:])
     return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
             "/": lambda: one * (Dual(x := ONE / more[0].v, (more[0] * (x * -x)).d) if isinstance(
@@ -144,15 +149,15 @@ class Checked:
         self.unit = 1.0 if ".angle" in str(self.drivers) else self.size
         self.scale = [*[self.size, self.size, 1.0] * len(self.bodies), 1.0]
         self.names = [(body, word) for body in self.bodies for word in ("x", "y", "angle")]
-        if len(self.bodies) > MOST_BODIES or len(self.rows([ZERO] * (self.n + 1))) != self.n:
-            raise FalseClaim(at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
+        fits = len(self.bodies) <= MOST_BODIES and len(self.rows([ZERO] * (self.n + 1))) == self.n
+        need(fits, at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
 
     def _joint(self, joint: Any, at: str) -> dict[str, Any]:
         kind, carrier = part(joint, "kind", str, at), joint.get("carrier", "ground")
         ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
         known = all(len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends)
-        if kind not in NUMBERS or carrier not in self.points or not known:
-            raise FalseClaim(at, f"not a kind that is checked, or no such body, point: {kind[:60]}")
+        need(kind in NUMBERS and carrier in self.points and known, at,
+             f"not a kind that is checked, or no such body, point: {kind[:60]}")
         own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}") for key in NUMBERS[kind]}
         return own | {"kind": kind, "ends": ends, "carrier": carrier}
 
@@ -269,12 +274,6 @@ class Tube:
         found = self.inverse(z)[1].entries()
         return [*found[: self.index], ONE, *found[self.index :]]
 
-    def bend(self, z: list[arb], v: list[arb]) -> arb:
-        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
-        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
-        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
-        return (self.inverse(z)[0] * push).entries()[LAST]
-
     def holds(self, z: list[arb]) -> bool:
         """Whether a pose in balls lies inside."""
         t = z[self.index] - self.z[self.index]
@@ -293,8 +292,10 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
         move = J.solve(matrix(m.n, 1, g)).entries()
         for k, own in zip(free, move):
             z[k] = (z[k] - own).mid()
-        if max(float(own.abs_upper()) for own in move) < 1e-25:
+        if (off := max(float(own.abs_upper()) for own in move)) < 1e-25:
             return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+        if not off < 1e3 * (1 + m.size):  # balls take long with sines of large numbers
+            break
     raise ArithmeticError("Newton's method does not find a pose")
 
 
@@ -355,8 +356,7 @@ class Meeting:
             for unit in (arb(2), ONE):
                 rows = m.rows([Right(x, unit, k) if turn else Dual(x, {k: ONE})
                                for k, (x, turn) in enumerate(zip(numbers, turns))])
-                if not all(row.v == 0 for row in rows):
-                    raise FalseClaim(at, "the equations do not vanish exactly")
+                need(all(row.v == 0 for row in rows), at, "the equations do not vanish exactly")
             J = [[row.d.get(k, ZERO).fmpq() for k in range(m.n + 1)] for row in rows]
         finally:
             ctx.prec = PRECISION
@@ -364,8 +364,8 @@ class Meeting:
         *_, last = fmpq_mat(whole).rref()[0].tolist()
         self.picked = [next(k for k, v in enumerate(row) if v)
                        for row in fmpq_mat(J).transpose().rref()[0].tolist() if any(row)]
-        if len(self.picked) != m.n - 1 or any(last[: m.n + 1]):
-            raise FalseClaim(at, f"rank {len(self.picked)} of {m.n}: no two branches that meet")
+        need(len(self.picked) == m.n - 1 and not any(last[: m.n + 1]), at,
+             f"rank {len(self.picked)} of {m.n}: no two branches that meet")
         self.left = [arb(v) for v in last[m.n + 1 :]]
 
 
@@ -478,9 +478,9 @@ def across(m: Checked, z: list[arb], to: arb, data: Any, at: str) -> Any:
 def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
     """Compare points and angles that are reported with a pose in balls, by the bounds reported."""
     laws, told = m.drivers, claim.get("drivers", {})
-    if not z or not all(abs(m.coordinate(name, m.placed(z)) - exact(text, at)) <= 1e-12 * (
-            1 + m.size) for name, text in told.items()):
-        raise FalseClaim(at, "is not where the path is, or not at the values of the laws")
+    need(z and all(abs(m.coordinate(name, m.placed(z)) - exact(text, at)) <= 1e-12 * (1 + m.size)
+                   for name, text in told.items()),
+         at, "is not where the path is, or not at the values of the laws")
     bounds = part(claim, "bound", dict, at)
     length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") + arb(2) ** -90
                      for k in ("length", "angle"))  # balls prove no equality
@@ -492,11 +492,11 @@ def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
     for name, place in part(claim, "points", dict, at).items():
         body, _, point = name.partition(".")
         own = zip(frames[body].point(m.points[body][point]), exacts(place, 2, f"{at}/{name}"))
-        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
-            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+        need(sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0,
+             f"{at}/points/{name}", "further off than its bound")
     for body, own in part(claim, "angles", dict, at).items():
-        if not abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle:
-            raise FalseClaim(f"{at}/angles/{body}", "further off than its bound")
+        need(abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle,
+             f"{at}/angles/{body}", "further off than its bound")
 
 
 def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:
@@ -507,18 +507,25 @@ def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12)
     return z
 
 
+def numbered(poses: Any, start: arb, end: arb) -> str:
+    """Return what is claimed of a path: its poses' numbers grow, so that none stands twice."""
+    own = [part(pose, "pose", int, f"poses/{k}") for k, pose in enumerate(poses)]
+    need(own == sorted({*own}), "poses", "one stands there twice, or they are out of order")
+    ends = (at.str(9, radius=False) for at in (start, end))
+    return f"from {' to '.join(ends)}, {len(own)} poses, of others nothing is claimed"
+
+
 def sweep(m: Checked, data: Any) -> str:
     """Check the steps of a path and the poses on it."""
     path = part(data, "path", dict, "certificate")
     start = solution(m, m.claimed(path, exact(path.get("at"), "path/at"), "path"))
-    z, crossed = agrees(m, start.box(), path, "path"), 0
+    first = z = agrees(m, start.box(), path, "path")
     tubes: list[Any] = [Tube(m, start.z, start.v, arb(2) ** -110, m.n)]
     for k, step in enumerate(part(path, "steps", list, "path")):
         at = f"path/steps/{k}"
-        if not exact(part(step, "from", str, at), at) == z[LAST]:
-            raise FalseClaim(at, "does not begin where the step before it ends")
         to, meeting = exact(step.get("to"), at), step.get("through")
-        crossed += meeting is not None
+        need(exact(part(step, "from", str, at), at) == z[LAST] < to, at,
+             "begins where none ends, or leads back")
         try:
             for tube, after in (follow(m, z, m.n, to) if meeting is None else
                                 across(m, z, to, meeting, f"{at}/through")):
@@ -531,10 +538,11 @@ def sweep(m: Checked, data: Any) -> str:
         at, status = f"poses/{k}", part(pose, "status", str, f"poses/{k}")
         place = exact(part(pose, "at", str, at), at)
         near = [tube for tube in tubes if abs(place - tube.z[LAST]) <= tube.half][LAST:]
-        if status != "ok" or not near:
-            raise FalseClaim(at, f"{status[:40]!r} is not what the path says of it")
+        need(status == "ok" and near, at, f"{status[:40]!r} is not what the path says of it")
         compare(m, pose_on(near[0], place), pose, at)
-    return f"{len(tubes) - 1} steps, {len(data['poses'])} poses, {crossed} change points"
+    crossed = sum("through" in step for step in path["steps"])
+    return f"{len(tubes) - 1} steps, {crossed} change points, " \
+           f"{numbered(data['poses'], first[LAST], z[LAST])}"
 
 
 def check(path: str) -> str:

@@ -33,6 +33,12 @@ class FalseClaim(Exception):
         super().__init__(f"{place}: {why}")
 
 
+def need(holds: Any, place: str, why: str) -> None:
+    """Refuse a claim that does not hold."""
+    if not holds:
+        raise FalseClaim(place, why)
+
+
 def read(path: str) -> Any:
     """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
 
@@ -43,8 +49,7 @@ def read(path: str) -> Any:
 
     with open(path, "rb") as file:
         text = file.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    need(len(text) <= MOST_BYTES, path, f"longer than {MOST_BYTES} bytes")
     try:
         return json.loads(text.decode(), object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
@@ -53,22 +58,21 @@ def read(path: str) -> Any:
 
 def part(data: Any, key: str, kind: type, place: str) -> Any:
     """Return an entry of a table, of the kind that is expected."""
-    if not isinstance(data, dict) or type(data.get(key)) is not kind:
-        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    need(isinstance(data, dict) and type(data.get(key)) is kind, f"{place}/{key}",
+         f"missing, or not a {kind.__name__}")
     return data[key]
 
 
 def exact(text: Any, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
-    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
-        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    need(isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A),
+         place, f"not an exact number 'p/q': {str(text)[:40]}")
     return arb(fmpq(*map(int, text.split("/"))))
 
 
 def exacts(data: Any, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    if not isinstance(data, list) or len(data) != count:
-        raise FalseClaim(place, f"not a list of {count} numbers")
+    need(isinstance(data, list) and len(data) == count, place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -122,6 +126,7 @@ def formula(data: Any, s: Any, place: str) -> Any:
     """Return the value of a formula: "s", an exact number, or [operation, formulas]."""
     if not isinstance(data, list):
         return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
+    need(len(data) == OPERATIONS[data[0]] + 1, place, f"not a formula: {str(data)[:60]}")
     one, *more = (formula(entry, s, place) for entry in data[1:])
     return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
             "/": lambda: one * inverse(more[0]), "cos": lambda: one.cos(),
@@ -131,8 +136,6 @@ def formula(data: Any, s: Any, place: str) -> Any:
 def parsed(data: Any, place: str) -> Any:
     """Return a formula with its numbers read."""
     if isinstance(data, list) and data[:1] and data[0] in OPERATIONS:
-        if len(data) != OPERATIONS[data[0]] + 1:
-            raise FalseClaim(place, f"not a formula: {str(data)[:60]}")
         return [data[0], *(parsed(entry, place) for entry in data[1:])]
     return data if data == "s" else exact(data, place)
 
@@ -199,15 +202,15 @@ class Checked:
                          own.values() for v in place] or [0]) or 1.0
         self.unit = 1.0 if ".angle" in str(self.drivers) else self.size
         self.scale = [self.size if word in ("x", "y") else 1.0 for _, word in self.names] + [1.0]
-        if len(self.bodies) > MOST_BODIES or len(self.rows([ZERO] * (self.n + 1))) != self.n:
-            raise FalseClaim(at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
+        fits = len(self.bodies) <= MOST_BODIES and len(self.rows([ZERO] * (self.n + 1))) == self.n
+        need(fits, at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
 
     def _joint(self, joint: Any, at: str) -> dict[str, Any]:
         kind, carrier = part(joint, "kind", str, at), joint.get("carrier", "ground")
         ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
         known = all(len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends)
-        if kind not in NUMBERS or carrier not in self.points or not known:
-            raise FalseClaim(at, f"not a kind that is checked, or no such body, point: {kind[:60]}")
+        need(kind in NUMBERS and carrier in self.points and known, at,
+             f"not a kind that is checked, or no such body, point: {kind[:60]}")
         own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}")
                                for key in (*NUMBERS[kind], *({"roller"} & {*joint}))}
         if kind == "curve":
@@ -347,12 +350,6 @@ class Tube:
         found = self.inverse(z)[1].entries()
         return [*found[: self.index], ONE, *found[self.index :]]
 
-    def bend(self, z: list[arb], v: list[arb]) -> arb:
-        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
-        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
-        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
-        return (self.inverse(z)[0] * push).entries()[LAST]
-
     def holds(self, z: list[arb]) -> bool:
         """Whether a pose in balls lies inside."""
         t = z[self.index] - self.z[self.index]
@@ -371,8 +368,10 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
         move = J.solve(matrix(m.n, 1, g)).entries()
         for k, own in zip(free, move):
             z[k] = (z[k] - own).mid()
-        if max(float(own.abs_upper()) for own in move) < 1e-25:
+        if (off := max(float(own.abs_upper()) for own in move)) < 1e-25:
             return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+        if not off < 1e3 * (1 + m.size):  # balls take long with sines of large numbers
+            break
     raise ArithmeticError("Newton's method does not find a pose")
 
 
@@ -384,11 +383,11 @@ def told(m: Any, z: list[arb], claim: Any, at: str) -> None:
     for name, place in part(claim, "points", dict, at).items():
         body, _, point = name.partition(".")
         own = zip(frames[body].point(m.points[body][point]), exacts(place, 2, f"{at}/{name}"))
-        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
-            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+        need(sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0,
+             f"{at}/points/{name}", "further off than its bound")
     for body, own in part(claim, "angles", dict, at).items():
-        if not abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle:
-            raise FalseClaim(f"{at}/angles/{body}", "further off than its bound")
+        need(abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle,
+             f"{at}/angles/{body}", "further off than its bound")
 
 
 def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:
@@ -399,37 +398,46 @@ def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12)
     return z
 
 
-def most(m: Checked, group: list[str], known: set[str]) -> int:
-    """Return how many complex poses a group has at most, by the theorems of the field."""
-    kinds, inner, driven, arm, turn, flat = list[str](), list[Any](), set[str](), {""}, ZERO, True
+def most(m: Checked, group: list[str], known: set[str]) -> tuple[int, str]:
+    """Return how many complex poses a group has at most, and by which theorem of the field."""
+    kinds, inner, driven, arm, turn = list[str](), list[Any](), set[str](), {""}, ZERO
+    hubs, fresh = list[Any](), group and not known & set(group) and len(set(group)) == len(group)
+    need(fresh, "groups", f"no bodies, or one stands there twice: {str(group)[:60]}")
     for name, joint in m.joints.items():
         (one, _), (other, _) = joint["ends"]
-        if {one, other} & set(group) and {one, other, joint["carrier"]} <= known | set(group):
+        touched = {one, other, joint["carrier"]}
+        if touched & set(group) and touched <= known | set(group):
             kinds.append(joint["kind"])
             inner += [{one, other}] if {one, other} <= set(group) else []
-            driven |= {f"{name}.angle", f"{name}.slide"}
-            flat = flat and (joint["kind"] != "rack" or other in known)
+            driven |= {f"{name}.slide"} | ({f"{name}.angle"} if name not in m.bodies else set())
+            hubs += [m.points[body][p] for body, p in joint["ends"] if body in group]
+            hubs += [None] if joint["kind"] == "rack" and other not in known else []
             if joint["kind"] == "gear" and one in known:  # of the wheel, for one of its carrier
                 turn, arm = ONE - ONE / joint["ratio"], {other, joint["carrier"]}
-    own = [name for name in m.drivers if name in driven or name.split(".")[0] in group]
+    own = [name for name in m.drivers if name in driven or (
+        name.split(".")[0] in group and not name.endswith(".slide"))]
     pins, slides, gears = map(kinds.count, ("revolute", "prismatic", "gear"))
     shape = (len(set(group) - known), len(kinds), len(inner), len(own), pins + slides == len(kinds))
-    for count, holds in (
-        (1, kinds == ["weld"] or (shape == (1, 1, 0, 1, True) and own[0].count(".") == 1)),
-        (2 if slides <= 1 else 1, shape == (2, 3, 1, 0, True)),  # circles, lines: two in common
-        (2, shape == (2, 2, 1, 2, True) and not slides and own[0][:-2] == own[1][:-2]),
-        (2 if "distance" in kinds or (pins and "slot" in kinds) else 1, shape[:4] == (1, 2, 0, 0)
-         and pins + slides == 1 and not gears and "weld" not in kinds and (slides or flat)),
-        (1, len(kinds) == 2 * gears == 2 * pins == 2 * shape[0] and not own),  # linear in angles
-        (2, shape == (3, 4, 2, 1, True) and slides == 1 and own[0].endswith(".slide")),  # a dyad
-        (6, shape == (3, 4, 2, 1, True) and own[0].count(".") == 2 and not slides),  # Roberts 1875
-        (2 * max(1, *(abs(int(float(k))) for k in (turn, turn - 1))), turn.is_integer()  # e^(i k a)
-         and arm in inner and shape[:4] == (3, 5, 2, 0) and gears == 1 and pins == 4),
-        (6, shape == (4, 6, 3, 0, True) and slides <= 2  # Gosselin, Sefrioui, Richard 1992
+    circles = "circles and lines"
+    for count, theorem, holds in (
+        (1, "", kinds == ["weld"] or (shape == (1, 1, 0, 1, True) and own[0].count(".") == 1)),
+        (2 if slides <= 1 else 1, circles, shape == (2, 3, 1, 0, True)),
+        (2, circles, shape == (2, 2, 1, 2, True) and not slides and own[0][:-2] == own[1][:-2]),
+        (2 if "distance" in kinds or (pins and "slot" in kinds) else 1, circles,
+         shape[:4] == (1, 2, 0, 0) and pins + slides == 1 and not gears
+         and "weld" not in kinds and (slides or "rack" not in kinds
+                                      or all(spot == hubs[0] for spot in hubs))),  # round a pin
+        (1, "", len(kinds) == 2 * gears == 2 * pins == 2 * shape[0] and not own),  # linear
+        (2, circles, shape == (3, 4, 2, 1, True) and slides == 1 and own[0].endswith(".slide")),
+        (6, "Roberts 1875", shape == (3, 4, 2, 1, True) and own[0].count(".") == 2 and not slides),
+        (2 * max(1, *(abs(int(float(k))) for k in (turn, turn - 1))), "degree in exp(i angle)",
+         turn.is_integer() and arm in inner and shape[:4] == (3, 5, 2, 0) and gears == 1
+         and pins == 4),
+        (6, "Gosselin, Sefrioui, Richard 1992", shape == (4, 6, 3, 0, True) and slides <= 2
          and any(sum(body in pair for pair in inner) == 3 for body in group))):
         if holds:
-            return count
-    raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
+            return count, theorem
+    return 0, f"no theorem here tells how many poses {group} has"
 
 
 def repeats(f: Any) -> bool:
@@ -441,7 +449,7 @@ def repeats(f: Any) -> bool:
         formula(rate, ZERO, "a curve").is_integer())
 
 
-def count_of(m: Checked, group: list[str], known: set[str], z: list[arb]) -> int:
+def count_of(m: Checked, group: list[str], known: set[str], z: list[arb]) -> tuple[int, str]:
     """Return how many poses a group has at most, or touches its curve in, others being as in z.
 
     From the place s on the curve a body's follows; its guide's equation is one of s alone.
@@ -454,9 +462,8 @@ def count_of(m: Checked, group: list[str], known: set[str], z: list[arb]) -> int
     (curve, name), (kind, other) = kinds
     joint, guide, frames = m.joints[name], m.joints[other], m.placed(z)
     if (curve, kind, ends[name][1:]) != ("curve", "prismatic", group):
-        raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
-    if not all(map(repeats, joint["curve"][:2])):
-        raise FalseClaim(f"joints/{name}", "the curve has not the period 2 pi")
+        return 0, f"no theorem here tells how many poses {group} has"
+    need(all(map(repeats, joint["curve"][:2])), f"joints/{name}", "has not the period 2 pi")
     base = next(body for body in ends[other] if body not in group)
     angle = frames[base].angle + guide["turn"] * (1 if ends[other][1:] == group else -1)
     (carrier, first), (_, second) = joint["ends"]
@@ -489,7 +496,13 @@ def count_of(m: Checked, group: list[str], known: set[str], z: list[arb]) -> int
         if b - a < arb(2) ** -30:
             raise FalseClaim("modes", f"contacts of {group} that are too near each other")
         todo += [(a, middle), (middle, b)]
-    return count
+    return count, "signs along the whole curve"
+
+
+def wheels(m: Checked) -> list[set[str]]:
+    """Return the bodies of each joint whose equations tell whole turns apart."""
+    return [{joint["carrier"], *(body for body, _ in joint["ends"])} - {"ground"}
+            for joint in m.joints.values() if joint["kind"] in ("gear", "rack")]
 
 
 def alike(m: Checked, one: list[Any], other: list[Any], group: list[str]) -> bool:
@@ -502,13 +515,13 @@ def alike(m: Checked, one: list[Any], other: list[Any], group: list[str]) -> boo
 def modes(m: Checked, data: Any) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
     u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
-    poses, known = list[list[arb]](), {"ground"}
+    poses, known, told_by = list[list[arb]](), {"ground"}, dict[str, int]()
+    wheeled = set[str]().union(*wheels(m))
     for k, mode in enumerate(part(data, "modes", list, "certificate")):
         at = f"modes/{k}"
         poses.append(agrees(m, solution(m, m.claimed(mode, u, at)).box(), mode, at))
         told(m, poses[k], mode, at)
-        if not m.forward(poses[k]):
-            raise FalseClaim(at, "a roller's tangent points against its curve")
+        need(m.forward(poses[k]), at, "a roller's tangent points against its curve")
     families = [poses]
     for group in groups:
         split = list[list[list[arb]]]()
@@ -518,14 +531,19 @@ def modes(m: Checked, data: Any) -> str:
                 same = [own for own in parts if alike(m, own[0], z, group)][:1]
                 parts += [] if same else [[]]
                 (*same, parts[LAST])[0].append(z)
-            count = count_of(m, group, known, family[0])
-            if len(parts) != count:
-                raise FalseClaim("modes", f"{len(parts)} poses of {group}, there may be {count}")
-            split += parts
+                turns = [m.at[own, "angle"] for own in wheeled & {*group}]
+                need(not same or all((same[0][0][k] - z[k]).contains(0) for k in turns), "modes",
+                     "one stands there twice, with whole turns that wheels tell")
+            count, why = count_of(m, group, known, family[0])
+            need(count in (len(parts), 0), "modes", f"{len(parts)} of {count} poses of {group}")
+            split, told_by[why] = split + parts, count
         families, known = split, known | {*group}
-    if known != {"ground", *m.bodies} or any(len(family) > 1 for family in families):
-        raise FalseClaim("modes", "one stands there twice, or bodies are in no group")
-    return f"{len(poses)} modes, and no others"
+    need(known == {"ground", *m.bodies} and all(len(family) == 1 for family in families), "modes",
+         "one stands there twice, or bodies are in no group")
+    if not all(told_by.values()):
+        return f"{len(poses)} modes exist; that there are no others is not claimed: " \
+               f"{next(why for why, count in told_by.items() if not count)}"
+    return f"{len(poses)} modes, and no others: {', '.join(filter(None, told_by))}"
 
 
 def check(path: str) -> str:

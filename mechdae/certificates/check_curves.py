@@ -49,8 +49,7 @@ def read(path: str) -> Any:
 
     with open(path, "rb") as file:
         text = file.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    need(len(text) <= MOST_BYTES, path, f"longer than {MOST_BYTES} bytes")
     try:
         return json.loads(text.decode(), object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
@@ -59,22 +58,21 @@ def read(path: str) -> Any:
 
 def part(data: Any, key: str, kind: type, place: str) -> Any:
     """Return an entry of a table, of the kind that is expected."""
-    if not isinstance(data, dict) or type(data.get(key)) is not kind:
-        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    need(isinstance(data, dict) and type(data.get(key)) is kind, f"{place}/{key}",
+         f"missing, or not a {kind.__name__}")
     return data[key]
 
 
 def exact(text: Any, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
-    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
-        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    need(isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A),
+         place, f"not an exact number 'p/q': {str(text)[:40]}")
     return arb(fmpq(*map(int, text.split("/"))))
 
 
 def exacts(data: Any, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    if not isinstance(data, list) or len(data) != count:
-        raise FalseClaim(place, f"not a list of {count} numbers")
+    need(isinstance(data, list) and len(data) == count, place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -128,6 +126,7 @@ def formula(data: Any, s: Any, place: str) -> Any:
     """Return the value of a formula: "s", an exact number, or [operation, formulas]."""
     if not isinstance(data, list):
         return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
+    need(len(data) == OPERATIONS[data[0]] + 1, place, f"not a formula: {str(data)[:60]}")
     one, *more = (formula(entry, s, place) for entry in data[1:])
     return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
             "/": lambda: one * inverse(more[0]), "cos": lambda: one.cos(),
@@ -137,8 +136,6 @@ def formula(data: Any, s: Any, place: str) -> Any:
 def parsed(data: Any, place: str) -> Any:
     """Return a formula with its numbers read."""
     if isinstance(data, list) and data[:1] and data[0] in OPERATIONS:
-        if len(data) != OPERATIONS[data[0]] + 1:
-            raise FalseClaim(place, f"not a formula: {str(data)[:60]}")
         return [data[0], *(parsed(entry, place) for entry in data[1:])]
     return data if data == "s" else exact(data, place)
 
@@ -205,15 +202,15 @@ class Checked:
                          own.values() for v in place] or [0]) or 1.0
         self.unit = 1.0 if ".angle" in str(self.drivers) else self.size
         self.scale = [self.size if word in ("x", "y") else 1.0 for _, word in self.names] + [1.0]
-        if len(self.bodies) > MOST_BODIES or len(self.rows([ZERO] * (self.n + 1))) != self.n:
-            raise FalseClaim(at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
+        fits = len(self.bodies) <= MOST_BODIES and len(self.rows([ZERO] * (self.n + 1))) == self.n
+        need(fits, at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
 
     def _joint(self, joint: Any, at: str) -> dict[str, Any]:
         kind, carrier = part(joint, "kind", str, at), joint.get("carrier", "ground")
         ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
         known = all(len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends)
-        if kind not in NUMBERS or carrier not in self.points or not known:
-            raise FalseClaim(at, f"not a kind that is checked, or no such body, point: {kind[:60]}")
+        need(kind in NUMBERS and carrier in self.points and known, at,
+             f"not a kind that is checked, or no such body, point: {kind[:60]}")
         own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}")
                                for key in (*NUMBERS[kind], *({"roller"} & {*joint}))}
         if kind == "curve":
@@ -399,6 +396,8 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
         z, off = [(a - b).mid() for a, b in zip(z, move)], max(float(x.abs_upper()) for x in move)
         if off < 1e-25:
             return Tube(m, z, ZERO, index, Y)
+        if not off < 1e3 * (1 + m.size):  # balls take long with sines of large numbers
+            break
     raise ArithmeticError("Newton's method does not find a pose")
 
 
@@ -460,9 +459,9 @@ def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> 
 def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
     """Compare points and angles that are reported with a pose in balls, by the bounds reported."""
     laws, told = m.drivers, claim.get("drivers", {})
-    if not z or not all(abs(m.coordinate(name, m.placed(z)) - exact(text, at)) <= 1e-12 * (
-            1 + m.size) for name, text in told.items()):
-        raise FalseClaim(at, "is not where the path is, or not at the values of the laws")
+    need(z and all(abs(m.coordinate(name, m.placed(z)) - exact(text, at)) <= 1e-12 * (1 + m.size)
+                   for name, text in told.items()),
+         at, "is not where the path is, or not at the values of the laws")
     need(m.forward(z), at, "a roller's tangent points against its curve")
     bounds = part(claim, "bound", dict, at)
     length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") + arb(2) ** -90
@@ -475,8 +474,8 @@ def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
     for name, place in part(claim, "points", dict, at).items():
         body, _, point = name.partition(".")
         own = zip(frames[body].point(m.points[body][point]), exacts(place, 2, f"{at}/{name}"))
-        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
-            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+        need(sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0,
+             f"{at}/points/{name}", "further off than its bound")
     for body, own in part(claim, "angles", dict, at).items():
         need(abs(exact(own, at) - frames[body].angle) <= angle, f"{at}/angles/{body}", "is too far")
 
@@ -489,6 +488,14 @@ def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12)
     return z
 
 
+def numbered(poses: Any, start: arb, end: arb) -> str:
+    """Return what is claimed of a path: its poses' numbers grow, so that none stands twice."""
+    own = [part(pose, "pose", int, f"poses/{k}") for k, pose in enumerate(poses)]
+    need(own == sorted({*own}), "poses", "one stands there twice, or they are out of order")
+    ends = (at.str(9, radius=False) for at in (start, end))
+    return f"from {' to '.join(ends)}, {len(own)} poses, of others nothing is claimed"
+
+
 def sweep(m: Checked, data: Any) -> str:
     """Check the steps of a path, its limit positions, and the poses on it."""
     path = part(data, "path", dict, "certificate")
@@ -497,7 +504,8 @@ def sweep(m: Checked, data: Any) -> str:
     tubes, ends = [Tube(m, start.z, arb(2) ** -110, m.n, start.Y[0])], {}
     for k, step in enumerate(part(path, "steps", list, "path")):
         at = f"path/steps/{k}"
-        need(exact(part(step, "from", str, at), at) == z[LAST], at, "begins where none ends")
+        need(exact(part(step, "from", str, at), at) == z[LAST] < exact(step.get("to"), at), at,
+             "begins where none ends, or leads back")
         try:
             before = k and tubes[LAST].half * 4
             for tube, z in follow(m, z, m.n, exact(step.get("to"), at), step=before):
@@ -505,6 +513,7 @@ def sweep(m: Checked, data: Any) -> str:
         except ArithmeticError as error:
             raise FalseClaim(at, f"not proved from {z[LAST].str(12)} on: {error}") from None
         agrees(m, z, step, at)
+    last = z[LAST]
     for end, sense, own in (("low", -1, first), ("high", 1, z)):
         if path.get(end) is not None:
             at, u = f"path/{end}", exact(part(path[end], "at", str, f"path/{end}"), f"path/{end}")
@@ -526,7 +535,8 @@ def sweep(m: Checked, data: Any) -> str:
                 ("low" in ends and place < ends["low"][LAST])
                 or ("high" in ends and place > ends["high"][LAST])), at,
                 f"{status[:40]!r} is not what the path says of it")
-    return f"{len(tubes) - 1} steps, {len(data['poses'])} poses, {len(ends)} limit positions"
+    return f"{len(tubes) - 1} steps, {len(ends)} limit positions, " \
+           f"{numbered(data['poses'], first[LAST], last)}"
 
 
 def check(path: str) -> str:

@@ -58,8 +58,7 @@ def read(path: str) -> Any:
 
     with open(path, "rb") as file:
         text = file.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    need(len(text) <= MOST_BYTES, path, f"longer than {MOST_BYTES} bytes")
     try:
         return json.loads(text.decode(), object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
@@ -68,22 +67,21 @@ def read(path: str) -> Any:
 
 def part(data: Any, key: str, kind: type, place: str) -> Any:
     """Return an entry of a table, of the kind that is expected."""
-    if not isinstance(data, dict) or type(data.get(key)) is not kind:
-        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    need(isinstance(data, dict) and type(data.get(key)) is kind, f"{place}/{key}",
+         f"missing, or not a {kind.__name__}")
     return data[key]
 
 
 def exact(text: Any, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
-    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
-        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    need(isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A),
+         place, f"not an exact number 'p/q': {str(text)[:40]}")
     return arb(fmpq(*map(int, text.split("/"))))
 
 
 def exacts(data: Any, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    if not isinstance(data, list) or len(data) != count:
-        raise FalseClaim(place, f"not a list of {count} numbers")
+    need(isinstance(data, list) and len(data) == count, place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -182,8 +180,9 @@ class Checked:
         slides = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if str([*self.drivers][:1])[:-2].endswith(slides) else 1.0
         self.left_out, self.off = {int(k) for k in left}, 0.0
-        need(all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
-             f"{at}/superfluous", "not the number of an equation of a joint")
+        need(len(left) == len(self.left_out) and all(
+            0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
+            f"{at}/superfluous", "not the number of an equation of a joint, or one stands twice")
         count = len(self.equations([ZERO] * (self.n + 1))[0]) - len(self.left_out)
         fits = self.n <= MOST_UNKNOWNS and (count == self.n or not square)
         need(fits, at, f"{count} equations for {self.n} unknowns, of at most {MOST_UNKNOWNS}")
@@ -203,6 +202,7 @@ class Checked:
             own["sides"][1] = [a, [v * -ONE for v in m], n]
         allowed = [w for w in SPAN if w not in joint] if kind == "vector" else [*TURNS] * sided
         own["unknown"] = [word for word in allowed if word in joint.get("unknown", allowed)]
+        need(len(own["unknown"]) == len(joint.get("unknown", own["unknown"])), at, "unknown twice")
         return own | {"kind": kind, "ends": ends, "bodies": [body for body, _ in ends]}
 
     def _side(self, axis: list[arb], zero: list[arb]) -> list[list[arb]]:
@@ -390,6 +390,8 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
         z, off = [(a - b).mid() for a, b in zip(z, move)], max(float(x.abs_upper()) for x in move)
         if off < 1e-25:
             return Tube(m, z, ZERO, index, Y)
+        if not off < 1e3 * (1 + m.size):  # balls take long with sines of large numbers
+            break
     raise ArithmeticError("Newton's method does not find a pose")
 
 
@@ -480,6 +482,14 @@ def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12)
     return z
 
 
+def numbered(poses: Any, start: arb, end: arb) -> str:
+    """Return what is claimed of a path: its poses' numbers grow, so that none stands twice."""
+    own = [part(pose, "pose", int, f"poses/{k}") for k, pose in enumerate(poses)]
+    need(own == sorted({*own}), "poses", "one stands there twice, or they are out of order")
+    ends = (at.str(9, radius=False) for at in (start, end))
+    return f"from {' to '.join(ends)}, {len(own)} poses, of others nothing is claimed"
+
+
 def sweep(m: Checked, data: Any) -> str:
     """Check the steps of a path, its limit positions, and the poses on it."""
     path = part(data, "path", dict, "certificate")
@@ -488,7 +498,8 @@ def sweep(m: Checked, data: Any) -> str:
     tubes, ends = [Tube(m, start.z, arb(2) ** -110, m.n, start.Y[0])], {}
     for k, step in enumerate(part(path, "steps", list, "path")):
         at = f"path/steps/{k}"
-        need(exact(part(step, "from", str, at), at) == z[LAST], at, "begins where none ends")
+        need(exact(part(step, "from", str, at), at) == z[LAST] < exact(step.get("to"), at), at,
+             "begins where none ends, or leads back")
         try:
             before = k and tubes[LAST].half * 4
             for tube, z in follow(m, z, m.n, exact(step.get("to"), at), step=before):
@@ -496,6 +507,7 @@ def sweep(m: Checked, data: Any) -> str:
         except ArithmeticError as error:
             raise FalseClaim(at, f"not proved from {z[LAST].str(12)} on: {error}") from None
         agrees(m, z, step, at)
+    last = z[LAST]
     for end, sense, own in (("low", -1, first), ("high", 1, z)):
         if path.get(end) is not None:
             at, u = f"path/{end}", exact(part(path[end], "at", str, f"path/{end}"), f"path/{end}")
@@ -517,7 +529,8 @@ def sweep(m: Checked, data: Any) -> str:
                 ("low" in ends and place < ends["low"][LAST])
                 or ("high" in ends and place > ends["high"][LAST])), at,
                 f"{status[:40]!r} is not what the path says of it")
-    return f"{len(tubes) - 1} steps, {len(data['poses'])} poses, {len(ends)} limit positions"
+    return f"{len(tubes) - 1} steps, {len(ends)} limit positions, " \
+           f"{numbered(data['poses'], first[LAST], last)}"
 
 
 def check(path: str) -> str:
@@ -527,8 +540,13 @@ def check(path: str) -> str:
          "certificate", f"not of version {VERSION}, or not a kind that is checked")
     try:
         m = Checked(data.get("mechanism"))
-        said = f", {len(m.left_out)} superfluous equations off by" if m.left_out else ""
-        return f"{sweep(m, data)}{said and said + format(m.off, ' .1e')}"
+        corners = {len(law) for law in m.drivers.values() if isinstance(law, list)}
+        done = sweep(m, data)
+        need(len(corners) <= 1, "mechanism/drivers", "lists of values are not of one length")
+        said = f", drivers with {corners.pop()} values each" if corners else ""
+        if m.left_out:
+            said += f", {len(m.left_out)} superfluous equations off by {m.off:.1e}"
+        return done + said
     except (TypeError, AttributeError, LookupError, ValueError, ArithmeticError, RuntimeError) as e:
         raise FalseClaim("certificate", f"cannot be read or proved: {str(e)[:200]}") from None
 

@@ -57,8 +57,7 @@ def read(path: str) -> Any:
 
     with open(path, "rb") as file:
         text = file.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    need(len(text) <= MOST_BYTES, path, f"longer than {MOST_BYTES} bytes")
     try:
         return json.loads(text.decode(), object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
@@ -67,22 +66,21 @@ def read(path: str) -> Any:
 
 def part(data: Any, key: str, kind: type, place: str) -> Any:
     """Return an entry of a table, of the kind that is expected."""
-    if not isinstance(data, dict) or type(data.get(key)) is not kind:
-        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    need(isinstance(data, dict) and type(data.get(key)) is kind, f"{place}/{key}",
+         f"missing, or not a {kind.__name__}")
     return data[key]
 
 
 def exact(text: Any, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
-    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
-        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    need(isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A),
+         place, f"not an exact number 'p/q': {str(text)[:40]}")
     return arb(fmpq(*map(int, text.split("/"))))
 
 
 def exacts(data: Any, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    if not isinstance(data, list) or len(data) != count:
-        raise FalseClaim(place, f"not a list of {count} numbers")
+    need(isinstance(data, list) and len(data) == count, place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -181,8 +179,9 @@ class Checked:
         slides = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if str([*self.drivers][:1])[:-2].endswith(slides) else 1.0
         self.left_out, self.off = {int(k) for k in left}, 0.0
-        need(all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
-             f"{at}/superfluous", "not the number of an equation of a joint")
+        need(len(left) == len(self.left_out) and all(
+            0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
+            f"{at}/superfluous", "not the number of an equation of a joint, or one stands twice")
         count = len(self.equations([ZERO] * (self.n + 1))[0]) - len(self.left_out)
         fits = self.n <= MOST_UNKNOWNS and (count == self.n or not square)
         need(fits, at, f"{count} equations for {self.n} unknowns, of at most {MOST_UNKNOWNS}")
@@ -202,6 +201,7 @@ class Checked:
             own["sides"][1] = [a, [v * -ONE for v in m], n]
         allowed = [w for w in SPAN if w not in joint] if kind == "vector" else [*TURNS] * sided
         own["unknown"] = [word for word in allowed if word in joint.get("unknown", allowed)]
+        need(len(own["unknown"]) == len(joint.get("unknown", own["unknown"])), at, "unknown twice")
         return own | {"kind": kind, "ends": ends, "bodies": [body for body, _ in ends]}
 
     def _side(self, axis: list[arb], zero: list[arb]) -> list[list[arb]]:
@@ -343,12 +343,6 @@ class Tube:
         found = self.inverse(z)[1].entries()
         return [*found[: self.index], ONE, *found[self.index :]]
 
-    def bend(self, z: list[arb], v: list[arb]) -> arb:
-        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
-        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
-        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
-        return (self.inverse(z)[0] * push).entries()[LAST]
-
     def holds(self, z: list[arb]) -> bool:
         """Whether a pose in balls lies inside."""
         t = z[self.index] - self.z[self.index]
@@ -367,8 +361,10 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
         move = J.solve(matrix(m.n, 1, g)).entries()
         for k, own in zip(free, move):
             z[k] = (z[k] - own).mid()
-        if max(float(own.abs_upper()) for own in move) < 1e-25:
+        if (off := max(float(own.abs_upper()) for own in move)) < 1e-25:
             return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+        if not off < 1e3 * (1 + m.size):  # balls take long with sines of large numbers
+            break
     raise ArithmeticError("Newton's method does not find a pose")
 
 
@@ -404,7 +400,7 @@ def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12)
     return z
 
 
-def together(m: Checked, own: dict[str, Any], new: set[str], known: set[str]) -> int:
+def together(m: Checked, own: dict[str, Any], new: set[str], known: set[str]) -> tuple[int, str]:
     """Return how many complex poses two or five bodies have at most, 0 where no theorem tells."""
     at = {b: [m.points[b][p] for j in own.values() for e, p in j["ends"] if e == b] for b in new}
     meet = {b for b, spots in at.items() if spots[1:] == spots[:-1]}  # its joints, in one point
@@ -412,57 +408,78 @@ def together(m: Checked, own: dict[str, Any], new: set[str], known: set[str]) ->
     kinds, sides = [kind for kind, *_ in told], [side for *_, side in told]
     first = {b for side in sides if side & known for b in side}
     if kinds == ["revolute"] * 6 and len(new) == 5:  # axes of three at one end may meet in a point
-        return 8 if any(side <= meet and side & first for side in sides) else 16
+        pieper = any(side <= meet and side & first for side in sides)
+        return (8, "Pieper 1968") if pieper else (16, "Primrose 1986, Lee and Liang 1988")
     inner = {bool(side & known) for side in sides[-2:]} == {True, False}
     if kinds in (["distance", k, "spherical", "spherical"] for k in ("prismatic", "revolute")):
         hub = new - sides[1]
-        return 4 if len(hub) == 1 and hub <= sides[0] & sides[2] & sides[3] and inner else 0
+        if len(hub) == 1 and hub <= sides[0] & sides[2] & sides[3] and inner:
+            return 4, "circle and sphere, twice"
     if kinds == ["cylindrical", "universal", "universal"] and len(new) == 2 and inner:
         shaft = new & sides[0]
-        return 8 if len(shaft) == 1 and shaft <= meet and not shaft <= sides[1] & sides[2] else 0
-    return 0
+        if len(shaft) == 1 and shaft <= meet and not shaft <= sides[1] & sides[2]:
+            return 8, "line and sphere, sine and cosine, twice"
+    return 0, f"no theorem here tells how many poses {sorted(new)} have"
 
 
-def most(m: Checked, group: list[str], known: set[str]) -> int:
-    """Return how many complex poses a group has at most, by the theorems of the field."""
+def most(m: Checked, group: list[str], known: set[str]) -> tuple[int, str]:
+    """Return how many complex poses a group has at most, and by which theorem of the field."""
     own = {name: joint for name, joint in m.joints.items() if {*joint["bodies"]} & {*group}
            and {*joint["bodies"]} <= known | {*group}}
     kinds = sorted(joint["kind"] for joint in own.values())
-    held = [name for name in m.drivers if name.split(".")[0] in own]
+    held = [name for name in m.drivers if name.split(".")[0] in {*own, *group}]
     free = ["".join(word[0] for word in joint["unknown"] if f"{name}.{word}" not in held)
             for name, joint in own.items()]
     left, new = {m.kinds[k] for k in m.left_out}, {*group} - known
+    need(len(new) == len(group) > 0, "groups", f"no bodies, or one stands there twice: {group}")
     geared = any(owners & {*own} and all({*m.joints[j]["bodies"]} <= known for j in owners - {*own})
                  for owners in ({name.split(".")[0] for name in terms if name}
                                 for terms in m.sums.values()))
     circles = sum(word in ("e", "a", "ea", "la") for word in free)  # spheres and cones are, too
     level = sum(word in ("a", "la") for word in free)
-    for count, holds in (
-        (1, kinds in (["revolute"], ["prismatic"], ["screw"]) and len(held) == 1),
-        (1, kinds == ["prismatic", "screw"] and not held and left <= {"screw"}),  # to a whole turn
-        (40, kinds == ["distance"] * 6 and not held and not left & {*kinds}),
-        (1, kinds == ["weld"] or (kinds == ["revolute"] and not held and geared)),
-        (2, kinds in (["distance", "prismatic"], ["distance", "revolute"]) and not held),
-        (2, kinds == ["revolute", "universal"] and not held and left <= {"universal"}),
-        (1, {*kinds} == {"vector"} and len(own) == len(new) and not any(free)),
-        (2**circles // (2 if level > 1 or (circles == 2 and "ea" in free) else 1),
+    for count, theorem, holds in (
+        (1, "", kinds in (["revolute"], ["prismatic"], ["screw"]) and len(held) == 1),
+        (1, "", kinds == ["prismatic", "screw"] and not held and left <= {"screw"}),
+        (40, "Ronga and Vust 1995", kinds == ["distance"] * 6 and not held and not left & {*kinds}),
+        (1, "", kinds == ["weld"] or (kinds == ["revolute"] and not held and geared)),
+        (2, "a sphere and a circle or line",
+         kinds in (["distance", "prismatic"], ["distance", "revolute"]) and not held),
+        (2, "sine and cosine",
+         kinds == ["revolute", "universal"] and not held and left <= {"universal"}),
+        (1, "", {*kinds} == {"vector"} and len(own) == len(new) and not any(free)),
+        (2**circles // (2 if level > 1 or (circles == 2 and "ea" in free) else 1), "Bezout",
          {*kinds} == {"vector"} and len(own) == len(new) + 1 and len("".join(free)) == 3)):
         if holds and ({*kinds} == {"vector"} or len(new) == 1):
-            return count
-    if not held and not left & {*kinds} and (count := together(m, own, new, known)):
-        return count
-    raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
+            return count, theorem
+    if held or left & {*kinds}:
+        return 0, f"no theorem here tells how many poses {group} has"
+    return together(m, own, new, known)
 
 
-def alike(m: Checked, one: list[Any], other: list[Any]) -> bool:
-    """Whether two poses in balls may be one, whole turns and signs of quaternions aside."""
-    for k, (_, word) in enumerate(m.names):
-        whole = word in (*TURNS, "elevation", "azimuth")
-        off, (a, b) = (one[k] - other[k]) / 2, (one, other)
-        if word == "0":  # the products of two unit quaternions that are one or opposite are +-1
-            off = dot(a[k : k + 4], b[k : k + 4]) ** 2 - 1
-        if word not in "123" and not (off.sin() if whole else off).contains(0):
-            return False
+def alike(m: Checked, groups: list[Any], one: list[Any], other: list[Any]) -> bool:
+    """Whether two poses in balls may be one, whole turns and signs of quaternions aside.
+
+    Theorems count the poses of a group for one pose of those before it. Where wheels tell whole
+    turns of these, or a screw its own, poses with other turns of them are not counted twice.
+    """
+    known, tell, seen = {"ground"}, {c for terms in m.sums.values() for c in terms}, set[int]()
+    for group in groups:
+        known |= {*group}
+        own = [k for k, (owner, word) in enumerate(m.names) if k not in seen and {
+            *([owner] if word in "xyz0123" else m.joints[owner]["bodies"])} <= known]
+        seen |= {*own}
+        screws = [k for k in own if m.joints.get(m.names[k][0], {}).get("kind") == "screw"]
+        apart = [k for k in own if ".".join(m.names[k]) in tell or k in screws]
+        for k in screws or own:
+            word = m.names[k][1]
+            off, (a, b) = (one[k] - other[k]) / 2, (one, other)
+            if word == "0":  # products of two unit quaternions that are one or opposite are +-1
+                off = dot(a[k : k + 4], b[k : k + 4]) ** 2 - 1
+            whole = word in (*TURNS, "elevation", "azimuth")
+            if word not in "123" and not (off.sin() if whole else off).contains(0):
+                return False
+        if not all((one[k] - other[k]).contains(0) for k in apart):
+            return True
     return True
 
 
@@ -483,37 +500,48 @@ def modes(m: Checked, data: Any) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
     u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
     found, real, told, count, known = list[Any](), list[Any](), dict[int, arb](), 1, {"ground"}
+    theorems, seen = list[tuple[int, str]](), list[Any]()
     for group in groups:
-        count, known = count * most(m, group, known), known | set(group)
+        theorems.append(most(m, group, known))
+        count, known = count * theorems[LAST][0], known | set(group)
     for k, own in enumerate(part(data, "complex", list, "certificate")):
         z = [acb(*exacts(pair, 2, f"complex/{k}")) for pair in own] + [acb(u)]
         pose = solution(m, z) if len(z) == m.n + 1 else None
-        if not pose or any(alike(m, pose.box(), other) for other in found) or not all(
+        if not pose or any(alike(m, groups, pose.box(), other) for other in found) or not all(
                 (a - b).abs_upper() < 1e-9 * (1 + m.size) for a, b in zip(z, pose.z)):
             raise FalseClaim(f"complex/{k}", "no pose, one that stands there twice, or 1e-9 off")
-        if not all(v.real > 0 for v in m.equations(pose.box())[1]):
-            raise FalseClaim(f"complex/{k}", "an axis has the other sense, or an angle half a turn")
+        need(all(v.real > 0 for v in m.equations(pose.box())[1]), f"complex/{k}",
+             "an axis has the other sense, or an angle half a turn")
         found.append(pose.box())
         if all(x.imag == 0 for x in pose.z):  # so is its mirror image, in the same balls: one
             real.append(found[LAST])
         elif all(x.imag.contains(0) for x in found[LAST]):
             raise FalseClaim(f"complex/{k}", "neither real nor not")
-    if len(found) != count or known != {*m.points}:
-        raise FalseClaim("complex", f"{len(found)} poses, and not all {count} there are")
+    need(known == {*m.points}, "groups", "not the bodies of the mechanism")
+    need(len(found) == count or not count, "complex", f"{len(found)} poses, and not all {count}")
     for k, mode in enumerate(part(data, "modes", list, "certificate")):
         z = agrees(m, solution(m, m.claimed(mode, u, f"modes/{k}")).box(), mode, f"modes/{k}")
         compare(m, z, mode, f"modes/{k}")
-        left = [own for own in real if not alike(m, own, [acb(x) for x in z])]
-        if len(left) != len(real) - 1:
-            raise FalseClaim(f"modes/{k}", "stands there twice, or is none of the poses found")
-        real, labels = left, exacts(part(mode, "signs", list, f"modes/{k}"), len(groups), "signs")
-        for g, (sign, label) in enumerate(zip(() if m.left_out else senses(m, groups, z), labels)):
-            if sign == 0 or label * sign != told.setdefault(g, label * sign):
+        left = [own for own in real if not alike(m, groups, own, [acb(x) for x in z])]
+        need((len(left) == len(real) - 1 or not count)
+             and not any(alike(m, groups, z, other) for other in seen),
+             f"modes/{k}", "stands there twice, or is none of the poses found")
+        real, seen = left, [*seen, z]
+        labels = exacts(part(mode, "signs", list, f"modes/{k}"), len(groups), "signs")
+        for g, (sign, label) in enumerate(zip(senses(m, groups, z), labels)):
+            if not m.left_out and (
+                    sign == 0 or label * sign != told.setdefault(g, label * sign)):
                 raise FalseClaim(f"modes/{k}/signs/{g}", "does not fit those of the other modes")
-    if real:
-        raise FalseClaim("modes", f"{len(real)} poses are left out")
+    need(not real, "modes", f"{len(real)} poses are left out")
+    why = [f"{own} by {theorem}" for own, theorem in theorems if theorem]
+    if not count:
+        why = [theorem for own, theorem in theorems if not own]
+        return f"{len(seen)} modes exist; that there are no others is not claimed: {why[0]}"
     aside = any(j["kind"] == "screw" and f"{k}.angle" not in m.drivers for k, j in m.joints.items())
-    return f"{len(data['modes'])} modes, {count} complex poses{', turns of screws aside' * aside}"
+    wheels = ", whole turns that wheels would tell aside" * bool(why and m.sums)
+    return f"{len(seen)} modes, and no others: of {count} complex poses, " \
+           f"{' times '.join(why) or '1 by linear equations'}{', turns of screws aside' * aside}" \
+           f"{wheels}"
 
 
 def check(path: str) -> str:

@@ -63,8 +63,7 @@ def read(path: str) -> Any:
 
     with open(path, "rb") as file:
         text = file.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    need(len(text) <= MOST_BYTES, path, f"longer than {MOST_BYTES} bytes")
     try:
         return json.loads(text.decode(), object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
@@ -73,22 +72,21 @@ def read(path: str) -> Any:
 
 def part(data: Any, key: str, kind: type, place: str) -> Any:
     """Return an entry of a table, of the kind that is expected."""
-    if not isinstance(data, dict) or type(data.get(key)) is not kind:
-        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    need(isinstance(data, dict) and type(data.get(key)) is kind, f"{place}/{key}",
+         f"missing, or not a {kind.__name__}")
     return data[key]
 
 
 def exact(text: Any, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
-    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
-        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    need(isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A),
+         place, f"not an exact number 'p/q': {str(text)[:40]}")
     return arb(fmpq(*map(int, text.split("/"))))
 
 
 def exacts(data: Any, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    if not isinstance(data, list) or len(data) != count:
-        raise FalseClaim(place, f"not a list of {count} numbers")
+    need(isinstance(data, list) and len(data) == count, place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -187,8 +185,9 @@ class Checked:
         slides = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if str([*self.drivers][:1])[:-2].endswith(slides) else 1.0
         self.left_out, self.off = {int(k) for k in left}, 0.0
-        need(all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
-             f"{at}/superfluous", "not the number of an equation of a joint")
+        need(len(left) == len(self.left_out) and all(
+            0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out),
+            f"{at}/superfluous", "not the number of an equation of a joint, or one stands twice")
         count = len(self.equations([ZERO] * (self.n + 1))[0]) - len(self.left_out)
         fits = self.n <= MOST_UNKNOWNS and (count == self.n or not square)
         need(fits, at, f"{count} equations for {self.n} unknowns, of at most {MOST_UNKNOWNS}")
@@ -208,6 +207,7 @@ class Checked:
             own["sides"][1] = [a, [v * -ONE for v in m], n]
         allowed = [w for w in SPAN if w not in joint] if kind == "vector" else [*TURNS] * sided
         own["unknown"] = [word for word in allowed if word in joint.get("unknown", allowed)]
+        need(len(own["unknown"]) == len(joint.get("unknown", own["unknown"])), at, "unknown twice")
         return own | {"kind": kind, "ends": ends, "bodies": [body for body, _ in ends]}
 
     def _side(self, axis: list[arb], zero: list[arb]) -> list[list[arb]]:
@@ -521,7 +521,8 @@ def modes(m: Checked, data: Any) -> str:
     if not found or sorted(sum(groups, ["ground"])) != sorted(m.points):
         raise FalseClaim("groups", "not the bodies of the mechanism, or no mode at all")
     count = parted(m, groups, found, {"ground"})
-    return f"{len(found)} modes, no others in {count} boxes; superfluous equations to {m.off:.1g}"
+    return f"{len(found)} modes, and no others: nothing else in {count} boxes; " \
+           f"superfluous equations to {m.off:.1g}"
 
 
 def check(path: str) -> str:

@@ -36,6 +36,12 @@ class FalseClaim(Exception):
         super().__init__(f"{place}: {why}")
 
 
+def need(holds: Any, place: str, why: str) -> None:
+    """Refuse a claim that does not hold."""
+    if not holds:
+        raise FalseClaim(place, why)
+
+
 def read(path: str) -> Any:
     """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
 
@@ -46,8 +52,7 @@ def read(path: str) -> Any:
 
     with open(path, "rb") as file:
         text = file.read(MOST_BYTES + 1)
-    if len(text) > MOST_BYTES:
-        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    need(len(text) <= MOST_BYTES, path, f"longer than {MOST_BYTES} bytes")
     try:
         return json.loads(text.decode(), object_pairs_hook=once)
     except (ValueError, RecursionError) as error:
@@ -56,22 +61,21 @@ def read(path: str) -> Any:
 
 def part(data: Any, key: str, kind: type, place: str) -> Any:
     """Return an entry of a table, of the kind that is expected."""
-    if not isinstance(data, dict) or type(data.get(key)) is not kind:
-        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    need(isinstance(data, dict) and type(data.get(key)) is kind, f"{place}/{key}",
+         f"missing, or not a {kind.__name__}")
     return data[key]
 
 
 def exact(text: Any, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
-    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
-        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    need(isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A),
+         place, f"not an exact number 'p/q': {str(text)[:40]}")
     return arb(fmpq(*map(int, text.split("/"))))
 
 
 def exacts(data: Any, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    if not isinstance(data, list) or len(data) != count:
-        raise FalseClaim(place, f"not a list of {count} numbers")
+    need(isinstance(data, list) and len(data) == count, place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -79,6 +83,7 @@ def formula(data: Any, s: Any, place: str) -> Any:
     """Return the value of a formula: "s", an exact number, or [operation, formulas]."""
     if not isinstance(data, list):
         return data if isinstance(data, arb) else s if data == "s" else exact(data, place)
+    need(len(data) == 3 - (data[0] in ("sin", "cos")), place, f"no formula: {str(data)[:60]}")
     one, *more = (formula(entry, s, place) for entry in data[1:])
     return {"+": lambda: one + more[0], "*": lambda: one * more[0], "sin": lambda: one.sin(),
             "/": lambda: one * (Dual(x := ONE / more[0].v, (more[0] * (x * -x)).d) if isinstance(
@@ -145,15 +150,15 @@ class Checked:
         self.unit = 1.0 if ".angle" in str(self.drivers) else self.size
         self.scale = [*[self.size, self.size, 1.0] * len(self.bodies), 1.0]
         self.names = [(body, word) for body in self.bodies for word in ("x", "y", "angle")]
-        if len(self.bodies) > MOST_BODIES or len(self.rows([ZERO] * (self.n + 1))) != self.n:
-            raise FalseClaim(at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
+        fits = len(self.bodies) <= MOST_BODIES and len(self.rows([ZERO] * (self.n + 1))) == self.n
+        need(fits, at, f"over {MOST_BODIES} bodies, or equations do not fit coordinates")
 
     def _joint(self, joint: Any, at: str) -> dict[str, Any]:
         kind, carrier = part(joint, "kind", str, at), joint.get("carrier", "ground")
         ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
         known = all(len(end) == 2 and end[1] in self.points.get(end[0], {}) for end in ends)
-        if kind not in NUMBERS or carrier not in self.points or not known:
-            raise FalseClaim(at, f"not a kind that is checked, or no such body, point: {kind[:60]}")
+        need(kind in NUMBERS and carrier in self.points and known, at,
+             f"not a kind that is checked, or no such body, point: {kind[:60]}")
         own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}") for key in NUMBERS[kind]}
         return own | {"kind": kind, "ends": ends, "carrier": carrier}
 
@@ -277,10 +282,14 @@ class Wide(Checked):
         z = list[Wave]()
         for body in self.bodies:
             *places, angle = part(data, body, list, at)
+            need(len(places) == 2, f"{at}/{body}", "not x, y and an angle")
             for waves in places:
-                rows = [exacts(row, 3, f"{at}/{body}") for row in waves[:MOST_WAVES]]
+                rows = [exacts(row, 3, f"{at}/{body}") for row in waves]
+                orders = {float(k) for k, *_ in rows if k.is_integer()}
+                need(len(orders) == len(rows) <= MOST_WAVES, f"{at}/{body}",
+                     f"more than {MOST_WAVES} waves, one that stands twice, or part of one")
                 sums = [Wave({k: acb(a, -b) / 2}) + Wave({-k: acb(a, b) / 2}) for k, a, b in (
-                    (int(float(k)), a, b) for k, a, b in rows if k.is_integer())]
+                    (int(float(k)), a, b) for k, a, b in rows)]
                 z.append(sum(sums, Wave({})))
             z.append(Wave(dict(zip(("s", "right"), exacts(angle, 2, f"{at}/{body}")))))
         ctx.prec = EXACT
@@ -371,12 +380,6 @@ class Tube:
         found = self.inverse(z)[1].entries()
         return [*found[: self.index], ONE, *found[self.index :]]
 
-    def bend(self, z: list[arb], v: list[arb]) -> arb:
-        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
-        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
-        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
-        return (self.inverse(z)[0] * push).entries()[LAST]
-
     def holds(self, z: list[arb]) -> bool:
         """Whether a pose in balls lies inside."""
         t = z[self.index] - self.z[self.index]
@@ -395,8 +398,10 @@ def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
         move = J.solve(matrix(m.n, 1, g)).entries()
         for k, own in zip(free, move):
             z[k] = (z[k] - own).mid()
-        if max(float(own.abs_upper()) for own in move) < 1e-25:
+        if (off := max(float(own.abs_upper()) for own in move)) < 1e-25:
             return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+        if not off < 1e3 * (1 + m.size):  # balls take long with sines of large numbers
+            break
     raise ArithmeticError("Newton's method does not find a pose")
 
 
@@ -408,11 +413,11 @@ def told(m: Any, z: list[arb], claim: Any, at: str) -> None:
     for name, place in part(claim, "points", dict, at).items():
         body, _, point = name.partition(".")
         own = zip(frames[body].point(m.points[body][point]), exacts(place, 2, f"{at}/{name}"))
-        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
-            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+        need(sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0,
+             f"{at}/points/{name}", "further off than its bound")
     for body, own in part(claim, "angles", dict, at).items():
-        if not abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle:
-            raise FalseClaim(f"{at}/angles/{body}", "further off than its bound")
+        need(abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle,
+             f"{at}/angles/{body}", "further off than its bound")
 
 
 def full(m: Wide, s: arb, to: arb, at: str) -> int:
@@ -433,6 +438,14 @@ def full(m: Wide, s: arb, to: arb, at: str) -> int:
     return count
 
 
+def numbered(poses: Any, start: arb, end: arb) -> str:
+    """Return what is claimed of a path: its poses' numbers grow, so that none stands twice."""
+    own = [part(pose, "pose", int, f"poses/{k}") for k, pose in enumerate(poses)]
+    need(own == sorted({*own}), "poses", "one stands there twice, or they are out of order")
+    ends = (at.str(9, radius=False) for at in (start, end))
+    return f"from {' to '.join(ends)}, {len(own)} poses, of others nothing is claimed"
+
+
 def sweep(m: Wide, data: Any) -> str:
     """Check the ranks along a motion and the poses on it."""
     path = part(data, "path", dict, "certificate")
@@ -440,90 +453,116 @@ def sweep(m: Wide, data: Any) -> str:
     parts, crossed, width = 0, 0, ZERO
     for k, step in enumerate(part(path, "steps", list, "path")):
         at, to = f"path/steps/{k}", exact(step.get("to"), f"path/steps/{k}/to")
-        if not exact(part(step, "from", str, at), at) == s or not s < to:
-            raise FalseClaim(at, "does not begin where the step before it ends")
+        need(exact(part(step, "from", str, at), at) == s < to, at, "begins where none ends")
         if step.get("change_point") is True:
             crossed, width = crossed + 1, max(width, to - s)
         else:
             parts += full(m, s, to, at)
         s = to
-    if not path["steps"] and not (parts := int(m.alone(s))):
-        raise FalseClaim("path/at", "the rank falls there")
-    if not exact(path.get("to"), "path/to") == s:
-        raise FalseClaim("path/to", "is not where the last step ends")
-    if not width < 1e-4:
-        raise FalseClaim("path/steps", f"{width.str(3)} is no distance next to a change point")
+    parts += not path["steps"] and m.alone(s)
+    need(parts or crossed, "path/at", "the rank falls there")
+    need(exact(path.get("to"), "path/to") == s, "path/to", "is not where the last step ends")
+    need(width < 1e-4, "path/steps", f"{width.str(3)} is no distance next to a change point")
     for k, pose in enumerate(part(data, "poses", list, "certificate")):
         place = exact(part(pose, "at", str, f"poses/{k}"), f"poses/{k}/at")
-        if pose.get("status") != "ok" or not first <= place <= s:
-            raise FalseClaim(f"poses/{k}", "its status is not what the path says of it")
+        need(pose.get("status") == "ok" and first <= place <= s, f"poses/{k}",
+             "its status is not what the path says of it")
         told(m, m.pose(place), pose, f"poses/{k}")
-    return f"{parts} parts of full rank, {crossed} change points, {len(data['poses'])} poses, " \
-           f"{len(m.left)} superfluous equations that hold identically"
+    return f"{parts} parts of full rank, {crossed} change points, {len(m.left)} superfluous " \
+           f"equations that hold identically, {numbered(data['poses'], first, s)}"
 
 
-def most(m: Checked, group: list[str], known: set[str]) -> int:
-    """Return how many complex poses a group has at most, by the theorems of the field."""
-    kinds, inner, driven, arm, turn, flat = list[str](), list[Any](), set[str](), {""}, ZERO, True
+def most(m: Checked, group: list[str], known: set[str]) -> tuple[int, str]:
+    """Return how many complex poses a group has at most, and by which theorem of the field."""
+    kinds, inner, driven, arm, turn = list[str](), list[Any](), set[str](), {""}, ZERO
+    hubs, fresh = list[Any](), group and not known & set(group) and len(set(group)) == len(group)
+    need(fresh, "groups", f"no bodies, or one stands there twice: {str(group)[:60]}")
     for name, joint in m.joints.items():
         (one, _), (other, _) = joint["ends"]
-        if {one, other} & set(group) and {one, other, joint["carrier"]} <= known | set(group):
+        touched = {one, other, joint["carrier"]}
+        if touched & set(group) and touched <= known | set(group):
             kinds.append(joint["kind"])
             inner += [{one, other}] if {one, other} <= set(group) else []
-            driven |= {f"{name}.angle", f"{name}.slide"}
-            flat = flat and (joint["kind"] != "rack" or other in known)
+            driven |= {f"{name}.slide"} | ({f"{name}.angle"} if name not in m.bodies else set())
+            hubs += [m.points[body][p] for body, p in joint["ends"] if body in group]
+            hubs += [None] if joint["kind"] == "rack" and other not in known else []
             if joint["kind"] == "gear" and one in known:  # of the wheel, for one of its carrier
                 turn, arm = ONE - ONE / joint["ratio"], {other, joint["carrier"]}
-    own = [name for name in m.drivers if name in driven or name.split(".")[0] in group]
+    own = [name for name in m.drivers if name in driven or (
+        name.split(".")[0] in group and not name.endswith(".slide"))]
     pins, slides, gears = map(kinds.count, ("revolute", "prismatic", "gear"))
     shape = (len(set(group) - known), len(kinds), len(inner), len(own), pins + slides == len(kinds))
-    for count, holds in (
-        (1, kinds == ["weld"] or (shape == (1, 1, 0, 1, True) and own[0].count(".") == 1)),
-        (2 if slides <= 1 else 1, shape == (2, 3, 1, 0, True)),  # circles, lines: two in common
-        (2, shape == (2, 2, 1, 2, True) and not slides and own[0][:-2] == own[1][:-2]),
-        (2 if "distance" in kinds or (pins and "slot" in kinds) else 1, shape[:4] == (1, 2, 0, 0)
-         and pins + slides == 1 and not gears and "weld" not in kinds and (slides or flat)),
-        (1, len(kinds) == 2 * gears == 2 * pins == 2 * shape[0] and not own),  # linear in angles
-        (2, shape == (3, 4, 2, 1, True) and slides == 1 and own[0].endswith(".slide")),  # a dyad
-        (6, shape == (3, 4, 2, 1, True) and own[0].count(".") == 2 and not slides),  # Roberts 1875
-        (2 * max(1, *(abs(int(float(k))) for k in (turn, turn - 1))), turn.is_integer()  # e^(i k a)
-         and arm in inner and shape[:4] == (3, 5, 2, 0) and gears == 1 and pins == 4),
-        (6, shape == (4, 6, 3, 0, True) and slides <= 2  # Gosselin, Sefrioui, Richard 1992
+    circles = "circles and lines"
+    for count, theorem, holds in (
+        (1, "", kinds == ["weld"] or (shape == (1, 1, 0, 1, True) and own[0].count(".") == 1)),
+        (2 if slides <= 1 else 1, circles, shape == (2, 3, 1, 0, True)),
+        (2, circles, shape == (2, 2, 1, 2, True) and not slides and own[0][:-2] == own[1][:-2]),
+        (2 if "distance" in kinds or (pins and "slot" in kinds) else 1, circles,
+         shape[:4] == (1, 2, 0, 0) and pins + slides == 1 and not gears
+         and "weld" not in kinds and (slides or "rack" not in kinds
+                                      or all(spot == hubs[0] for spot in hubs))),  # round a pin
+        (1, "", len(kinds) == 2 * gears == 2 * pins == 2 * shape[0] and not own),  # linear
+        (2, circles, shape == (3, 4, 2, 1, True) and slides == 1 and own[0].endswith(".slide")),
+        (6, "Roberts 1875", shape == (3, 4, 2, 1, True) and own[0].count(".") == 2 and not slides),
+        (2 * max(1, *(abs(int(float(k))) for k in (turn, turn - 1))), "degree in exp(i angle)",
+         turn.is_integer() and arm in inner and shape[:4] == (3, 5, 2, 0) and gears == 1
+         and pins == 4),
+        (6, "Gosselin, Sefrioui, Richard 1992", shape == (4, 6, 3, 0, True) and slides <= 2
          and any(sum(body in pair for pair in inner) == 3 for body in group))):
         if holds:
-            return count
-    raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
+            return count, theorem
+    return 0, f"no theorem here tells how many poses {group} has"
 
 
-def alike(one: list[Any], other: list[Any]) -> bool:
-    """Whether two poses in balls may be one, whole turns aside."""
-    off = ((a - b) / 2 for a, b in zip(one, other))
-    return all((d if k % 3 < 2 else d.sin()).contains(0) for k, d in enumerate(off))
+def wheels(m: Checked) -> list[set[str]]:
+    """Return the bodies of each joint whose equations tell whole turns apart."""
+    return [{joint["carrier"], *(body for body, _ in joint["ends"])} - {"ground"}
+            for joint in m.joints.values() if joint["kind"] in ("gear", "rack")]
+
+
+def alike(m: Checked, groups: list[Any], one: list[Any], other: list[Any]) -> bool:
+    """Whether two poses in balls may be one, whole turns aside.
+
+    Theorems count the poses of a group for one pose of those before it. Where wheels or racks tell
+    whole turns of these, poses with other turns of them are not counted twice: they are one.
+    """
+    wheeled = set[str]().union(*wheels(m))
+    for group in groups:
+        off = [[(one[3 * k + i] - other[3 * k + i]) / 2 for i in range(3)]
+               for k in map(m.bodies.index, group)]
+        if not all(v.contains(0) for x, y, turn in off for v in (x, y, turn.sin())):
+            return False
+        if any(b in wheeled and not own[2].contains(0) for b, own in zip(group, off)):
+            return True
+    return True
 
 
 def modes(m: Wide, data: Any) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
     u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
     found, count, known, every = list[Any](), 1, {"ground"}, m.joints
-    m.joints = m.rest
+    theorems, m.joints = list[tuple[int, str]](), m.rest
     for group in groups:
-        count, known = count * most(m, group, known), known | set(group)
+        theorems.append(most(m, group, known))
+        count, known = count * theorems[LAST][0], known | set(group)
     m.joints, fit = every, list[Any]()
     for k, own in enumerate(part(data, "complex", list, "certificate")):
         z = [acb(*exacts(pair, 2, f"complex/{k}")) for pair in own] + [acb(u)]
         box = solution(m, z).box() if len(z) == m.n + 1 else []
-        if not box or any(alike(box[:LAST], other) for other in found) or not all(
-                (a - b).abs_upper() < 1e-9 * (1 + m.size) for a, b in zip(z, box)):
-            raise FalseClaim(f"complex/{k}", "no pose, one that stands there twice, or 1e-9 off")
-        found.append(box[:LAST])
+        need(box and not any(alike(m, groups, box, other) for other in found) and all(
+            (a - b).abs_upper() < 1e-9 * (1 + m.size) for a, b in zip(z, box)),
+            f"complex/{k}", "no pose, one that stands there twice, or 1e-9 off")
+        found.append(box)
         fit += [found[LAST]] if all(row.contains(0) for row in m.every(box)) else []
-    if len(found) != count or known != {"ground", *m.bodies}:
-        raise FalseClaim("complex", f"{len(found)} poses, and not all {count} there are")
-    z = m.pose(u)
-    if len(part(data, "modes", list, "modes")) != 1 or len(fit) != 1 or not alike(z[:LAST], fit[0]):
-        raise FalseClaim("modes", f"{len(fit)} poses may meet all equations, one does for sure")
+    why = [f"{own} by {theorem}" if own else theorem for own, theorem in theorems if theorem]
+    need(count == len(found) and known == {"ground", *m.bodies}, "complex",
+         f"{len(found)} poses, and not all {count}: {' times '.join(why)}")
+    need(len(part(data, "modes", list, "modes")) == 1 == len(fit)
+         and alike(m, groups, z := m.pose(u), fit[0]), "modes",
+         f"{len(fit)} poses may meet all equations, one does for sure")
     told(m, z, data["modes"][0], "modes/0")
-    return f"1 mode, {count - 1} of {count} complex poses miss {len(m.left)} superfluous equations"
+    return f"1 mode, and no others: {count - 1} of {count} complex poses, {' times '.join(why)}, " \
+           f"miss {len(m.left)} superfluous equations"
 
 
 def check(path: str) -> str:

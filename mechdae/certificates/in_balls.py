@@ -207,15 +207,14 @@ def counted(own: Any, m: Any, groups: list[list[str]]) -> int:
     count, known, joints = 1, {"ground"}, m.joints
     m.joints = getattr(m, "rest", joints)  # without superfluous equations
     for group in groups:
-        try:
-            count *= own.most(m, group, known)
-        except own.FalseClaim:
+        most, _ = own.most(m, group, known)
+        if not most:
             raise UnavailableError(
                 "no certificate is written of modes of a group whose poses no theorem of the "
                 f"checker counts: {', '.join(group)}",
                 hint="docs/certificates.md lists the groups that are counted",
-            ) from None
-        known |= set(group)
+            )
+        count, known = count * most, known | set(group)
     m.joints = joints
     return count
 
@@ -257,7 +256,7 @@ class PoseSearch:
         return found
 
     def _alike(self, one: list[Any], other: list[Any]) -> bool:
-        alike: bool = self.own.alike(*((self.m,) if self.spatial else ()), one, other)
+        alike: bool = self.own.alike(self.m, self.groups, one, other)
         return alike
 
     def _proper(self, pose: list[Any]) -> bool:

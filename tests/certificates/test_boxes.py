@@ -37,7 +37,7 @@ def checked(content: Any, path: Path) -> str:
 @pytest.mark.parametrize("name", TURNS)
 def test_there_are_no_others(name: str, written: Any, tmp_path: Path) -> None:
     told = checked(written[name], tmp_path / "c.json")
-    assert told.startswith(f"{TURNS[name]} modes, no others in ")
+    assert told.startswith(f"{TURNS[name]} modes, and no others: nothing else in ")
 
 
 @pytest.mark.parametrize("name", ["bennett", "sarrus", "flyball-governor"])

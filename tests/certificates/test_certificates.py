@@ -69,7 +69,7 @@ def test_certificates_are_checked(word: str, written: Any, tmp_path: Path) -> No
     path.write_text(json.dumps(written[word]))
     proved = md.check_certificate(path)
     if word in MODES:
-        assert proved == "{} modes, {} complex poses".format(*MODES[word])
+        assert proved.startswith("{} modes, and no others: of {} complex".format(*MODES[word]))
     elif CASES[word][2]:
         assert f" {CASES[word][2]} poses" in proved
 
@@ -80,7 +80,9 @@ def test_superfluous_equations_are_left_out_for_a_whole_turn(tmp_path: Path) -> 
     problem = problem.with_task("turn", replace(problem.tasks["turn"], poses=5))
     path = tmp_path / "c.json"
     path.write_text(json.dumps(md.certify(problem, "turn")))
-    assert " 5 poses, 0 limit positions, 1 superfluous" in md.check_certificate(path)
+    told = md.check_certificate(path)
+    assert " 5 poses, of others nothing is claimed, 1 superfluous equations off by" in told
+    assert " steps, 0 limit positions, " in told
 
 
 def test_altered_certificates_are_refused(written: Any, tmp_path: Path) -> None:
@@ -208,7 +210,7 @@ def source(name: str) -> str:
 
 @pytest.mark.parametrize("name", CHECKERS)
 def test_checkers_share_nothing_and_are_short(name: str) -> None:
-    """They import flint and the standard library, and have at most 400 lines of code each."""
+    """They import flint and the standard library, and have at most 430 lines of code each."""
     text = source(name)
     tree, quoted = ast.parse(text), set()
     for node in ast.walk(tree):
@@ -223,7 +225,7 @@ def test_checkers_share_nothing_and_are_short(name: str) -> None:
         for k, line in enumerate(text.splitlines(), 1)
         if line.strip() and not line.strip().startswith("#") and k not in quoted
     ]
-    assert len(lines) <= 400
+    assert len(lines) <= 430
 
 
 def test_what_checkers_have_in_common_is_one_text() -> None:
@@ -388,7 +390,7 @@ def test_theorems_ask_for_what_they_say() -> None:
     a rack on the body that moves, a crank of which one coordinate of a point is driven."""
     from mechdae.certificates import check_modes as check
 
-    def counted(joints: dict[str, Any], driver: str, group: list[str]) -> int:
+    def counted(joints: dict[str, Any], driver: str, group: list[str], **places: Any) -> int:
         names = {end.split(".")[0] for joint in joints.values() for end in joint["ends"]}
         m = object.__new__(check.Checked)
         m.bodies, m.drivers = sorted(names - {"ground", *group}), {driver: "s"}
@@ -398,8 +400,11 @@ def test_theorems_ask_for_what_they_say() -> None:
             ratio = check.exact(own.get("ratio", "1"), name)
             carrier = own.get("carrier", "ground")
             made[name] = {"kind": own["kind"], "ends": ends, "carrier": carrier, "ratio": ratio}
-        m.joints = made
-        return check.most(m, group, {"ground", *m.bodies})
+        m.joints, m.points = made, {}
+        for end in (end for own in made.values() for end in own["ends"]):
+            place = [check.exact(v, "") for v in places.get(".".join(end), ("0", "0"))]
+            m.points.setdefault(end[0], {})[end[1]] = place
+        return check.most(m, group, {"ground", *m.bodies})[0]
 
     def pin(one: str, other: str) -> dict[str, Any]:
         return {"kind": "revolute", "ends": [one, other]}
@@ -418,6 +423,9 @@ def test_theorems_ask_for_what_they_say() -> None:
     )
     rack = {"R": {"kind": "rack", "ends": ["p.C", "w.F"]}, "P": pin("w.C", "p.C")}
     assert counted(rack, "w.angle", ["p"]) == 1
+    beside = {"R": {"kind": "rack", "ends": ["p.D", "w.F"]}, "P": pin("w.C", "p.C")}
+    assert counted(beside, "w.angle", ["p"]) == 1  # two names of one point
+    assert counted(beside, "w.angle", ["p"], **{"p.D": ("1/8", "0")}) == 0  # an eccentric wheel
     crank = {"A": pin("ground.A", "a.A")}
     assert counted(crank, "a.angle", ["a"]) == counted(crank, "A.angle", ["a"]) == 1
     turned = {"R": {"kind": "rack", "ends": ["w.F", "p.C"]}, "P": pin("w.C", "p.C")}
@@ -427,5 +435,4 @@ def test_theorems_ask_for_what_they_say() -> None:
         (turned, "w.angle", ["p"]),
         (crank, "a.P.x", ["a"]),
     ):
-        with pytest.raises(check.FalseClaim, match="no theorem"):
-            counted(joints, driver, group)
+        assert counted(joints, driver, group) == 0

@@ -36,11 +36,12 @@ CASES = {
 }
 HALF_TURN = Fraction("3.14159265358979323846264338327950288419716939937510")
 PROVED = {
-    "beam": "3 change points, 13 poses, 4 superfluous equations that hold identically",
-    "rod": "0 change points, 13 poses, 1 superfluous equations that hold identically",
-    "rods": "1 mode, 3 of 4 complex poses miss 1 superfluous equations",
-    **dict.fromkeys(("folding", "kite", "anti"), "4 poses, 1 change points"),
-    **{"cam": "3 poses, 0 limit positions", "lobes": "2 poses, 0 limit positions"},
+    "beam": "3 change points, 4 superfluous equations that hold identically, from 0 to 6.28318531, "
+    "13 poses",
+    "rod": "0 change points, 1 superfluous equations that hold identically",
+    "rods": "1 mode, and no others: 3 of 4 complex poses, 2 by circles and lines times 2",
+    **dict.fromkeys(("folding", "kite", "anti"), "1 change points, from"),
+    **{"cam": "0 limit positions, from 0 to 0.6", "lobes": "0 limit positions, from"},
     **{"contacts": "2 modes, and", "pin": "2 modes, and", "seals": "8 modes, and no others"},
 }
 """Two circles meet in two points, two cranks more follow from a circle and a line each: of these 4

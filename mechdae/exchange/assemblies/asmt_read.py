@@ -14,11 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.errors import ProblemFileError
+from mechdae.errors import ProblemFileError, UnavailableError
 
 HEADS = ("OndselSolver", "freeCAD:")
+REFERENCES = ("RefPoints", "RefCurves", "RefSurfaces")
 MOST_BYTES = 20_000_000
-ORTHOGONAL = 1e-6
+ORTHOGONAL = 1e-5
+"""By how much a matrix may miss a rotation, which then is the nearest one; what is `ROUNDED`."""
+ROUNDED = 1e-12
 
 
 @dataclass
@@ -99,6 +102,7 @@ class AsmtAssembly:
     gravity: Any
     times: tuple[float, float, float] | None
     others: list[str]
+    remarks: list[str]
 
 
 def read_assembly(path: str | Path) -> AsmtAssembly:
@@ -114,6 +118,8 @@ def read_assembly(path: str | Path) -> AsmtAssembly:
         return _assembly(root)
     except _Wrong as error:
         raise ProblemFileError(str(error), where=f"{path}: line {error.line}") from None
+    except UnavailableError as error:
+        raise UnavailableError(error.what, where=f"{path}: {error.where}") from None
 
 
 class _Wrong(Exception):
@@ -174,15 +180,41 @@ def _frame(node: AsmtNode) -> AsmtFrame:
     if turn and len(turn) != 3:
         raise _Wrong("a RotationMatrix has three rows", node)
     R = np.array([_row(row, 3) for row in turn]) if turn else np.eye(3)
-    if np.abs(R @ R.T - np.eye(3)).max() > ORTHOGONAL or np.linalg.det(R) < 0:
-        raise _Wrong("a RotationMatrix that is no rotation", node)
+    off = _off(R)
+    if off > ORTHOGONAL or np.linalg.det(R) < 0:
+        raise _Wrong("a RotationMatrix that is no rotation", node.get("RotationMatrix") or node)
+    if off > ROUNDED:
+        left, _, right = np.linalg.svd(R)
+        R = left @ right
     return AsmtFrame(origin, R)
 
 
+def _off(R: Any) -> float:
+    """Return by how much a matrix misses a rotation."""
+    return float(np.abs(R @ R.T - np.eye(3)).max())
+
+
+def _rounded(root: AsmtNode) -> Iterator[str]:
+    """Yield a remark on matrices of a file that are rotations nearly."""
+    todo, found = [root], list[tuple[float, int]]()
+    while todo:
+        node = todo.pop()
+        todo += node.children
+        if node.text == "RotationMatrix":
+            found.append((_off(np.array([_row(row, 3) for row in node.children])), node.line))
+    off = [own for own in found if own[0] > ROUNDED]
+    if off:
+        worst, line = max(off)
+        yield (
+            f"{len(off)} of {len(found)} rotation matrices are none by up to {worst:.1e} (line "
+            f"{line}): the nearest rotations are taken"
+        )
+
+
 def _markers(node: AsmtNode) -> dict[str, AsmtFrame]:
-    """Return the markers of a part in its frame."""
+    """Return the markers of a part in its frame, those of curves and surfaces too."""
     found = {}
-    for point in node.parts("RefPoints"):
+    for point in (own for key in REFERENCES for own in node.parts(key)):
         around = _frame(point)
         for marker in point.parts("Markers"):
             found[_named(marker)] = _frame(marker).inside(around)
@@ -219,8 +251,9 @@ def _assembly(root: AsmtNode) -> AsmtAssembly:
     known |= {(part.name, marker) for part in parts.values() for marker in part.markers}
     joints = [_joint(node, name, known) for node in sets.parts("Joints")]
     gravity = root.parts("ConstantGravity")
-    others = [node.text for node in sets.parts("GeneralConstraintSets")]
-    others += [f"{node.text} {node.word('Name')}".strip() for node in sets.parts("Limits")]
+    for node in sets.parts("GeneralConstraintSets"):
+        raise UnavailableError(f"a {node.text} has no counterpart", where=f"line {node.line}")
+    others = [f"{node.text} {node.word('Name')}".strip() for node in sets.parts("Limits")]
     others += [f"{n.text} {n.word('Name')}".strip() for n in root.parts("ForceTorques")]
     return AsmtAssembly(
         name,
@@ -231,7 +264,16 @@ def _assembly(root: AsmtNode) -> AsmtAssembly:
         _row(gravity[0], 3) if gravity else np.zeros(3),
         _times(root),
         others,
+        [*_rounded(root), *_unnamed(joints, sets)],
     )
+
+
+def _unnamed(joints: list[AsmtJoint], sets: AsmtNode) -> Iterator[str]:
+    """Yield a remark on joints that have no name in the file."""
+    given = {node.word("Name") for node in sets.parts("Joints")}
+    called = [joint.name for joint in joints if joint.name not in given]
+    if called:
+        yield f"joints without a name are called {', '.join(called)}"
 
 
 def _joint(node: AsmtNode, assembly: str, known: set[tuple[str, str]]) -> AsmtJoint:
@@ -249,7 +291,8 @@ def _joint(node: AsmtNode, assembly: str, known: set[tuple[str, str]]) -> AsmtJo
                 numbers[own.text] = float(own.children[0].text)
             except ValueError:
                 continue
-    return AsmtJoint(node.text, _named(node), sides[0], sides[1], numbers)
+    name = node.word("Name") or f"{node.text}_{node.line}"
+    return AsmtJoint(node.text, name, sides[0], sides[1], numbers)
 
 
 def _motions(sets: AsmtNode, assembly: str) -> Iterator[AsmtMotion]:

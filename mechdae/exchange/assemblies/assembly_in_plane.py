@@ -8,18 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Gear, Joint, Prismatic, Revolute, Weld
+from mechdae.describe.joints import Gear, Joint, Prismatic, Rack, Revolute, Weld
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.errors import UnavailableError
 from mechdae.exchange.assemblies.asmt_read import AsmtJoint
-from mechdae.exchange.assemblies.assembly_parts import JoinedAssembly, Side
+from mechdae.exchange.assemblies.assembly_parts import SAME, JoinedAssembly, Side
 
 PARALLEL = 1e-6
 """Sine of the angle within which directions are parallel."""
 APART = 1e-3
 """Share of the size by which markers may be apart along the normal without a remark."""
-ABOUT = ("RevoluteJoint", "CylindricalJoint", "GearJoint", "ParallelAxesJoint", "PlanarJoint")
+ABOUT = (
+    *("RevoluteJoint", "CylindricalJoint", "GearJoint", "RackPinionJoint"),
+    *("ParallelAxesJoint", "PlanarJoint"),
+)
 """Kinds whose axis is the plane's normal,"""
 ACROSS = ("TranslationalJoint",)
 """whose axis lies in the plane,"""
@@ -106,6 +109,18 @@ class _InPlane:
                 x = R.T @ plane.x if flat is None else np.eye(3)[flat]
                 self.axes[body] = (x, np.cross(R.T @ plane.normal, x))
                 self.angles[body] = plane.angle(R @ x)
+        self._flatten()
+
+    def _flatten(self) -> None:
+        """Make one point of those of a body that lie behind each other: they are on one pin."""
+        known: dict[str, list[tuple[Any, str]]] = {body: [] for body in self.angles}
+        for side, point in self.made.points.items():
+            body = self.made.body(side)
+            here = np.array(self._local(body, self.made.local(side)))
+            reach = SAME * self.made.size
+            same = [own for place, own in known[body] if np.abs(place - here).max() <= reach]
+            known[body].append((here, point))
+            self.made.points[side] = same[0] if same else point
 
     def _local(self, body: str, place: Any) -> tuple[float, float]:
         """Return a place in the part's frame in the frame of a body."""
@@ -148,6 +163,8 @@ class _InPlane:
             return [Prismatic(name, *ends, axis=_rounded(_whole(axis)), turn=_rounded(turn))]
         if joint.form == "GearJoint":
             return [self._gear(joint, name, ends)]
+        if joint.form == "RackPinionJoint":
+            return [self._rack(joint, name, ends)]
         turn = self._turns(joint, self._flat(joint.first))
         return [Weld(name, *ends, turn=_rounded(turn))]
 
@@ -179,6 +196,39 @@ class _InPlane:
         phase = _rounded(angles[0] - ratio * angles[1])
         on = None if carrier == GROUND else carrier
         return Gear(name, *ends, carrier=on, ratio=ratio, phase=phase)
+
+    def _rack(self, joint: AsmtJoint, name: str, ends: tuple[str, str]) -> Rack:
+        """Return a wheel on a rack: x of the second marker in the first one + r turn is constant.
+
+        The first marker's x is the rack, the second one is on the wheel.
+        """
+        made, radius = self.made, joint.numbers.get("pitchRadius", 0.0) * self.made.unit
+        if not radius:
+            raise UnavailableError("a rack needs a pitchRadius", where=f"{made.path}: {joint.name}")
+        rack, wheel = made.body(joint.first), made.body(joint.second)
+        if rack not in self._straight():
+            raise UnavailableError("a rack that turns", where=f"{made.path}: {joint.name}")
+        radius *= 1.0 if float(self.plane.normal @ _z(made, joint)) > 0 else -1.0
+        along = made.markers[joint.first].R[:, 0]
+        gap = made.markers[joint.first].origin - made.markers[joint.second].origin
+        return Rack(
+            name,
+            ends[1],
+            ends[0],
+            radius=radius,
+            axis=_rounded(_whole(self._turn(joint.first, 0))),
+            phase=_rounded(float(along @ gap) - radius * self.angles[wheel]),
+        )
+
+    def _straight(self) -> set[str]:
+        """Return the bodies that slide in the ground, or on those that do: they do not turn."""
+        found = {GROUND}
+        for _ in self.made.joints:
+            for joint in self.made.joints:
+                ends = {self.made.body(joint.first), self.made.body(joint.second)}
+                if joint.form in ("TranslationalJoint", "FixedJoint") and ends & found:
+                    found |= ends
+        return found
 
     def _pinned(self, body: str) -> set[str]:
         """Return the bodies that a body turns on."""

@@ -28,6 +28,16 @@ from mechdae.exchange.drawings.dxf_read import NAMED
 FREECAD = "OndselAssembly"
 """What FreeCAD calls its assemblies: they are in millimetres."""
 POSES, MOST = 181, 1441
+DOUBLE = re.compile(r"(?<![\w.])(\d+(?:\.\d*)?)d(?![\w-])")
+"""Numbers as Smalltalk writes them, 2.0d; what follows after a minus sign is an exponent there."""
+
+
+PLANE = {"revolute": 2, "prismatic": 2, "weld": 3, "gear": 1, "rack": 1}
+SPACE = {
+    **{"revolute": 5, "prismatic": 5, "weld": 6, "cylindrical": 4, "spherical": 3},
+    **{"universal": 4, "screw": 5, "planar": 3},
+}
+"""What joints that are read take of the freedoms of bodies."""
 
 
 def problem_of_assembly(path: str | Path, unit: str | None = None) -> tuple[Problem, list[str]]:
@@ -57,6 +67,7 @@ def problem_of_assembly(path: str | Path, unit: str | None = None) -> tuple[Prob
         mechanism, starts = mechanism_of_space(made, remarks)
     else:
         mechanism, starts = mechanism_of_plane(made, plane, remarks)
+    remarks += assembly.remarks
     if assembly.others:
         remarks.append(f"left out: {', '.join(assembly.others)}")
     tasks = _tasks(assembly, made, mechanism, starts, remarks)
@@ -76,6 +87,13 @@ def _tasks(
     laws = [_law(assembly, made, starts, motion) for motion in assembly.motions]
     times = assembly.times
     moving = [own for own in laws if own is not None]
+    count = _freedoms(mechanism)
+    if count > max(len(moving), 1):
+        told = f", {len(moving)} driven" if moving else ""
+        remarks.append(
+            f"mobility by count {count}{told}: tasks with drivers are left to be written"
+        )
+        return {}
     if moving and times is not None and times[1] > times[0] and times[2] > 0:
         first, last, step = times
         poses = min(max(round((last - first) / step) + 1, 2), MOST)
@@ -91,6 +109,17 @@ def _tasks(
         return {}
     remarks.append(f"driver: {name}")
     return {"turn": Sweep(driver=Driver(name, range="assembled"), poses=POSES)}
+
+
+def _freedoms(mechanism: Mechanism) -> int:
+    """Return the mobility by count, which is less than the true one of superfluous equations."""
+    whole, held = (3, PLANE) if mechanism.dimension == 2 else (6, SPACE)
+    joints = mechanism.joints.values()
+    on = {
+        body: [joint.kind for joint in joints if body in joint.bodies] for body in mechanism.bodies
+    }
+    idle = sum(kinds == ["spherical"] * 2 for kinds in on.values())  # they turn about their line
+    return whole * len(mechanism.bodies) - sum(held[joint.kind] for joint in joints) - idle
 
 
 def _crank(mechanism: Mechanism) -> str:
@@ -118,7 +147,7 @@ def _law(
             where=f"{made.path}: {motion.name}",
         )
     _, sign, factor, offset = starts[coordinate]
-    law = re.sub(r"\btime\b", "t", motion.law).replace("^", "**")
+    law = DOUBLE.sub(r"\1", re.sub(r"\btime\b", "t", motion.law)).replace("^", "**")
     try:
         values = [evaluate(law, {"t": t}) for t in (0.1, 0.37, 0.9)]
         strange = names_in(law) - {"t"}

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     if options.check:
         if options.out or options.task:
             raise InputError("not together with --out or --task", where="--check")
-        print(f"{options.check}: {check_certificate(options.check, problem)}: proved")
+        print(f"{options.check}: proved: {check_certificate(options.check, problem)}")
         return 0
     if problem is None or not options.out:
         raise InputError("a problem and --out FILE are needed, or --check FILE")
