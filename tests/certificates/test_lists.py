@@ -49,6 +49,8 @@ PARTS = (
 PICKED = 1
 """Lists of each kind that are altered in each certificate."""
 LEAST = 200
+LONG = ("crossing", "cam", "space", "superfluous", "legs")
+"""Certificates whose check takes a second: of these lists of numbers are left out."""
 
 
 @pytest.fixture(scope="module")
@@ -114,6 +116,8 @@ def plan(written: dict[str, Any]) -> Iterator[tuple[str, tuple[Any, ...], str, A
             kinds.setdefault(kind, []).append(place)
         for places in kinds.values():
             for place in rng.sample(places, min(PICKED, len(places))):
+                if word in LONG and place[-1] not in ("poses", "steps", *SETS):
+                    continue
                 numbers = any(isinstance(key, str) and key in SETS for key in place[-1:])
                 for how in ("less", "twice", "moved"):
                     other = altered(content, place, how, rng)

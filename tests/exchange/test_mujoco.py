@@ -8,6 +8,7 @@ import pytest
 import mechdae as md
 from mechdae.exchange.robots.link_frames import quaternion
 from tests.shared.exports import coordinate, in_space, motion, rows
+from tests.shared.paths import DATA
 
 mujoco = pytest.importorskip("mujoco", reason="the extra exchange is not installed")
 
@@ -111,3 +112,87 @@ def test_masses_are_those_of_the_file() -> None:
     assert model.body("rod").inertia.max() == pytest.approx(values["rod.inertia"], rel=1e-12)
     text = md.exported("slider-crank-inertia", "mjcf").text
     assert "assumed for crank, which MuJoCo needs: mass" in text
+
+
+# -- held against gravity --------------------------------------------------------------------------
+
+HELD = (
+    *("four-bar-crank-rocker", "gorshkov-seven-link", "slider-crank-offset", "jansen-leg"),
+    *("quick-return-pin", "watt-six-bar", "scotch-yoke", "bean-curve", "geared-five-bar"),
+    "oscillating-cylinder",
+)
+SECONDS, WEIGHT = 3.0, (0.0, -9.81, 0.0)
+STIFF = 100.0
+GAP, OFF = 1e-3, 0.02
+"""How far a loop may open, of the size; how far the force may be off, of weight times size."""
+
+
+def held(text: str, names: list[str], given: tuple[float, float] | None = None):
+    """Hold joints where they are; return the largest gap on the way, last forces and places."""
+    model = mujoco.MjModel.from_xml_string(text)
+    springs = []
+    for name in names:
+        mass = model.dof_M0[model.joint(name).dofadr[0]]
+        kp, kv = given or (mass * STIFF**2, mass * STIFF)
+        springs.append(f'<position name="{name}" joint="{name}" kp="{kp}" kv="{kv}"/>')
+    own = text.replace("</mujoco>", f"<actuator>{''.join(springs)}</actuator></mujoco>")
+    model = mujoco.MjModel.from_xml_string(own)
+    model.opt.gravity[:] = WEIGHT
+    data = mujoco.MjData(model)
+    data.ctrl[:] = [data.qpos[model.joint(name).qposadr[0]] for name in names]
+    worst = 0.0
+    for _ in range(round(SECONDS / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        worst = max(worst, float(np.abs(data.efc_pos[: data.ne]).max(initial=0.0)))
+    assert not data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number
+    ends = [float(data.qpos[model.joint(name).qposadr[0]]) for name in names]
+    return worst, data.actuator_force.copy(), ends
+
+
+def heights(text: str, result, rows_: list[int]) -> np.ndarray:
+    """Return sum of m g h of all bodies of a file in poses of mechdae."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data, found = mujoco.MjData(model), []
+    for row in rows_:
+        for j in range(model.njnt):
+            place = coordinate(result, model.joint(j).name, row)
+            data.qpos[model.jnt_qposadr[j]] = place
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        found.append(-WEIGHT[1] * float(model.body_mass @ data.xipos[:, 1]))
+    return np.array(found)
+
+
+def slope(x: np.ndarray, y: np.ndarray, at: float) -> float:
+    """Return the derivative at a place next to the first of four, of the cubic through them."""
+    return float(np.polyder(np.poly1d(np.polyfit(x - x[0], y, 3)))(at - x[0]))
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_mechanisms_are_held_for_three_seconds(name: str) -> None:
+    """Loops stay closed; the force that holds is the slope of the potential energy."""
+    text, result = md.exported(name, "mjcf").text, motion(name).result
+    model = mujoco.MjModel.from_xml_string(text)
+    joints = [model.joint(j).name for j in range(model.njnt)]
+    first = [row for row in range(len(result.status)) if str(result.status[row]) == "ok"][:4]
+    moves = [abs(coordinate(result, j, first[0]) - coordinate(result, j, first[2])) for j in joints]
+    driver = joints[0]
+    assert moves[0] > 0
+    size = max(float(np.abs(own.position).max()) for own in result.points.values())
+    worst, (force,), (at,) = held(text, [driver])
+    assert worst <= GAP * size
+    q = np.array([coordinate(result, driver, row) for row in first])
+    known = slope(q, heights(text, result, first), at)
+    weight = -WEIGHT[1] * float(model.body_mass.sum()) * (size if "angle" in driver else 1.0)
+    assert abs(force - known) <= OFF * weight
+
+
+def test_cylinders_without_mass_hold_an_excavator() -> None:
+    """Its three rods are given a share of what they push; by 0.03 kg beside 1200 kg loops opened by
+    half a metre."""
+    problem = md.load(DATA / "excavator-massless-cylinders.toml")
+    text = md.exported(problem, "mjcf", task="inverse").text
+    assert "assumed for rod1, which MuJoCo needs: mass 2.4 kg" in text
+    assert "0.002 of boom's mass" in text
+    worst, _, _ = held(text, ["cyl1.slide", "cyl2.slide", "cyl3.slide"], (2e7, 4e5))
+    assert worst < 1e-4

@@ -30,8 +30,8 @@ from mechdae.exchange.robots.tree_parts import (
     TreeLink,
 )
 
-SMALL = 1e-3
-"""Share of the smallest mass that a massless body gets where a simulator needs one,"""
+SMALL = 2e-3
+"""Share of its heaviest neighbour's mass that a massless body gets where simulators need one,"""
 SPREAD = 0.1
 """and the radius of gyration that it gets, as a share of the mechanism's size."""
 RANKS = {"revolute": 1, "prismatic": 1, "weld": 0, "cylindrical": 2, "screw": 2, "universal": 2,
@@ -209,21 +209,47 @@ def _float(
 def _mass(tree: LinkTree, described: Described, name: str) -> tuple[MassOf, str]:
     """Return the mass of a link, and what of it is assumed: simulators take no massless ones."""
     bodies = tree.motion.mechanism.bodies
-    known = [described.values[f"{n}.mass"] for n, b in bodies.items() if b.mass is not None]
-    small = SMALL * min([m for m in known if m > 0], default=1.0)
+    small, heavy = _small(tree, described, name)
     least = small * (SPREAD * tree.size) ** 2 * np.eye(3)
     found = described.mass(name)
     if found is None:
         points = [described.local(f"{name}.{p}") for p in bodies[name].points]
-        return MassOf(small, np.mean(points, axis=0), least), f"mass {small:g} kg and inertia"
+        told = f"mass {small:g} kg and inertia {least[0, 0]:g} kg m2{heavy}"
+        return MassOf(small, np.mean(points, axis=0), least), told
     assumed = []
     mass, inertia = found.mass, found.inertia
     if not mass > 0:
-        mass, assumed = small, [f"mass {small:g} kg"]
+        mass, assumed = small, [f"mass {small:g} kg{heavy}"]
     if not np.linalg.eigvalsh(inertia).min() > 0:
         inertia = inertia + least
         assumed.append(f"inertia {least[0, 0]:g} kg m2")
     return MassOf(mass, found.center, inertia), " and ".join(assumed)
+
+
+def _small(tree: LinkTree, described: Described, name: str) -> tuple[float, str]:
+    """Return the mass that is assumed for a body, and by which neighbour.
+
+    Loops hold as well as masses on both of their sides are alike: it is a share of the heaviest
+    body beside it, or beside the massless ones that it hangs on.
+    """
+    mechanism = tree.motion.mechanism
+    pairs = [set(joint.bodies) for joint in mechanism.joints.values()]
+    reached, near = {name, GROUND}, {name}
+    while near:
+        heavy = {b: described.values.get(f"{b}.mass", 0.0) for b in near - {name}}
+        best = max(heavy, key=heavy.__getitem__, default="")
+        if best and heavy[best] > 0:
+            return SMALL * heavy[best], f", {SMALL:g} of {best}'s mass"
+        near = set().union(*(own for own in pairs if own & near)) - reached
+        reached |= near
+    return SMALL, ""
+
+
+def small_mass(tree: LinkTree, *between: str) -> MassOf:
+    """Return the mass of a link that is no body of the mechanism, between two that are."""
+    links = [tree.links[name] for name in between if name in tree.links] or [*tree.links.values()]
+    mass = max(own.mass.mass * (1.0 if own.assumed else SMALL) for own in links)
+    return MassOf(mass, np.zeros(3), mass * (SPREAD * tree.size) ** 2 * np.eye(3))
 
 
 def _motions(

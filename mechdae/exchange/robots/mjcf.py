@@ -15,7 +15,7 @@ from mechdae import __version__
 from mechdae.describe.mechanism import GROUND
 from mechdae.exchange.motion_of import ExportedMotion
 from mechdae.exchange.robots.link_frames import BodyFrame, placed, quaternion
-from mechdae.exchange.robots.link_tree import LinkTree, link_tree
+from mechdae.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeLink
 from mechdae.exchange.robots.xml_text import Element, document, numbers, put, remark
 
@@ -48,10 +48,11 @@ class _Model:
         self._head()
         put(root, "compiler", angle="radian", autolimits="true")
         gravity = self._gravity()
-        put(root, "option", timestep=0.001, gravity=gravity)
+        put(root, "option", timestep=0.0005, gravity=gravity, iterations=200, tolerance=1e-12)
         default = put(root, "default")
         put(default, "geom", contype="0", conaffinity="0", rgba="0.35 0.45 0.6 1")
-        put(default, "equality", solref="0.004 1", solimp="0.99 0.999 0.001")
+        remark(default, "loops are closed again within 2 ms (4 steps), to 1e-4 of a force")
+        put(default, "equality", solref="0.002 1", solimp="0.999 0.9999 0.0001")
         world = put(root, "worldbody")
         self.elements[GROUND] = world
         for point in self.motion.mechanism.ground.points:
@@ -144,11 +145,10 @@ class _Model:
         frame = BodyFrame(second.world(loop.second_place), second.R)
         name = f"{loop.joint}.block"
         own = self._body(loop.first, name, frame)
-        remark(own, "carries the loop's joint; its mass is assumed")
+        mass = small_mass(self.tree, loop.first, loop.second)
+        remark(own, f"carries the loop's joint; its mass of {mass.mass:g} kg is assumed")
         self._joints(own, motions)
-        small = min(link.mass.mass for link in self.tree.links.values()) * 0.1
-        inertia = small * (0.1 * self.tree.size) ** 2
-        put(own, "inertial", pos=[0, 0, 0], mass=small, diaginertia=[inertia] * 3)
+        put(own, "inertial", pos=[0, 0, 0], mass=mass.mass, diaginertia=np.diag(mass.inertia))
         put(own, "site", name=name, pos=[0, 0, 0])
         return name
 

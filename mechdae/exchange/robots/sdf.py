@@ -16,13 +16,12 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnavailableError
 from mechdae.exchange.motion_of import ExportedMotion
 from mechdae.exchange.robots.link_frames import BodyFrame, MassOf, Z, placed, quaternion
-from mechdae.exchange.robots.link_tree import LinkTree, link_tree
+from mechdae.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.exchange.robots.single_freedoms import (
     ChainJoint,
     chain,
     frame_of,
     loop_chain,
-    small_mass,
 )
 from mechdae.exchange.robots.tree_parts import LoopJoint
 from mechdae.exchange.robots.xml_text import Element, document, number, numbers, put, remark
@@ -117,9 +116,10 @@ class _World:
             put(shape, "length", number(length))
 
     def _joints(self, joints: list[ChainJoint]) -> None:
+        ends = [joints[0].parent, joints[-1].child] if joints else []
         for own in joints:
             if own.small:
-                self._link(own.child, own.frame, small_mass(self.tree))
+                self._link(own.child, own.frame, small_mass(self.tree, *ends))
             kind = "fixed" if own.motion is None else TYPES[own.motion.kind]
             if own.motion is not None and own.name.endswith("_slide") and self._is_screw(own):
                 raise UnavailableError(
@@ -153,7 +153,9 @@ class _World:
         first, second = frame_of(tree, loop.first), frame_of(tree, loop.second)
         one, other = first.world(loop.first_place), second.world(loop.second_place)
         name = f"{loop.joint}_bar"
-        body = self._link(name, BodyFrame(one, np.eye(3)), small_mass(tree))
+        body = self._link(
+            name, BodyFrame(one, np.eye(3)), small_mass(tree, loop.first, loop.second)
+        )
         self._drawn(body, [np.zeros(3), other - one])
         kind = "revolute" if self.motion.mechanism.dimension == 2 else "ball"
         for side, link, place in (("first", loop.first, one), ("second", loop.second, other)):

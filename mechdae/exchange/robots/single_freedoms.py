@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND
-from mechdae.exchange.robots.link_frames import BodyFrame, MassOf
+from mechdae.exchange.robots.link_frames import BodyFrame
 from mechdae.exchange.robots.link_tree import LinkTree
 from mechdae.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeEdge
 
@@ -69,9 +69,3 @@ def _chain(
         found.append(ChainJoint(f"{joint}_{word}", parent, name, here, own, not last))
         parent = name
     return found
-
-
-def small_mass(tree: LinkTree) -> MassOf:
-    """Return the mass of a link that is no body of the mechanism."""
-    mass = 0.1 * min(link.mass.mass for link in tree.links.values())
-    return MassOf(mass, np.zeros(3), mass * (0.1 * tree.size) ** 2 * np.eye(3))

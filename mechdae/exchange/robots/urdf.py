@@ -18,9 +18,9 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.errors import InputError, UnavailableError
 from mechdae.exchange.motion_of import ExportedMotion
 from mechdae.exchange.robots.link_frames import BodyFrame, MassOf, turned
-from mechdae.exchange.robots.link_tree import LinkTree, driven_joint, link_tree
+from mechdae.exchange.robots.link_tree import LinkTree, driven_joint, link_tree, small_mass
 from mechdae.exchange.robots.mimic import Mimics, NotProved, mimics
-from mechdae.exchange.robots.single_freedoms import ChainJoint, chain, frame_of, small_mass
+from mechdae.exchange.robots.single_freedoms import ChainJoint, chain, frame_of
 from mechdae.exchange.robots.tree_parts import ElementaryMotion, LoopJoint
 from mechdae.exchange.robots.xml_text import Element, document, number, put, remark
 
@@ -123,7 +123,7 @@ class _Robot:
             above = frame_of(tree, edge.parent)
             for joint in chain(tree, edge):
                 if joint.small:
-                    self._link(joint.child, small_mass(tree))
+                    self._link(joint.child, small_mass(tree, edge.parent, edge.child))
                 self._joint(joint, above)
                 above = joint.frame
         return document(self.root)
