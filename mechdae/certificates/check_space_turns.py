@@ -516,6 +516,7 @@ def modes(m: Checked, data: Any) -> str:
     u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
     found = list[list[arb]]()
     for k, mode in enumerate(part(data, "modes", list, "certificate")):
+        exacts(part(mode, "signs", list, f"modes/{k}"), len(groups), f"modes/{k}/signs")
         found.append(proved(m, m.claimed(mode, u, f"modes/{k}"), f"modes/{k}"))
         compare(m, found[LAST], mode, f"modes/{k}")
     if not found or sorted(sum(groups, ["ground"])) != sorted(m.points):

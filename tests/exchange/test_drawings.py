@@ -13,6 +13,7 @@ import mechdae as md
 from mechdae.exchange.drawings.dxf_read import read_drawing
 from mechdae.exchange.drawings.from_drawing import problem_of_drawing
 from tests.shared.exports import motion
+from tests.shared.paths import DATA
 
 SAMPLE = (
     "gorshkov-seven-link",
@@ -232,3 +233,94 @@ def test_a_structure_gets_no_task(tmp_path: Path) -> None:
     own, remarks = problem(tmp_path, dxf(*BARS, line(A, C), *PINS, *FIXED))
     assert not own.tasks
     assert remarks == ["mobility by count 0: tasks with drivers are left to be written"]
+
+
+# -- what does not come back is said ---------------------------------------------------------------
+
+PLANAR = (
+    *("scotch-yoke", "whitworth-quick-return", "quick-return-pin", "oscillating-cylinder"),
+    *("elliptic-trammel", "four-bar-crank-rocker", "jansen-leg", "slider-crank", "belt-drive"),
+    *("geared-five-bar", "watt-six-bar", "klann-leg"),
+)
+LOST = ("on layer JOINTS", "second circle", "guide without", "ground without")
+
+
+def shape(mechanism: md.Mechanism) -> tuple[int, int]:
+    """Return how many bodies a mechanism has but blocks on guides, and its mobility by count."""
+    blocks = {
+        joint.second_body
+        for joint in mechanism.joints.values()
+        if joint.straight
+        and joint.keeps_angle
+        and len(mechanism.body(joint.second_body).points) < 2
+    }
+    rows = {"weld": 3, "revolute": 2, "prismatic": 2}
+    held = sum(rows.get(joint.kind, 1) for joint in mechanism.joints.values())
+    return len(mechanism.bodies) - len(blocks), 3 * len(mechanism.bodies) - held
+
+
+def test_planar_problems_come_back_or_it_is_said_what_is_lost(tmp_path: Path) -> None:
+    alike, said = 0, 0
+    for name in PLANAR:
+        whole = md.load(name)
+        try:
+            path = drawn(name, tmp_path)
+            own, remarks = problem_of_drawing(path)
+        except md.MechdaeError:
+            said += 1
+            continue
+        if any(word in " ".join(remarks) for word in LOST):
+            said += 1
+            continue
+        assert shape(own.mechanism) == shape(whole.mechanism), (name, remarks)
+        count = shape(own.mechanism)[1]
+        assert count == 1 or any(f"mobility by count {count}" in text for text in remarks), name
+        alike += 1
+    assert alike > 3
+    assert said > 1
+
+
+def test_a_fixed_slot_comes_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slider-crank whose pin runs in a slot of the ground: its travel is twice the crank."""
+    whole = md.load(DATA / "slider-crank-in-a-fixed-slot.toml")
+    path = md.exported(whole, "dxf").save(tmp_path / "slot.dxf")[0]
+    own, remarks = problem_of_drawing(path)
+    (slot,) = (joint for joint in own.mechanism.joints.values() if joint.slot)
+    result = md.solve(own, "turn")
+    assert result.fault is None
+    known = [own for own in whole.mechanism.joints.values() if own.slot]
+    task = next(iter(whole.tasks))
+    driver = next(iter(md.solve(whole, task).drivers))
+    sweep = md.Sweep(driver=md.Driver(driver, range="assembled"), poses=361)
+    there = md.solve(whole.with_task("turn", sweep), "turn")
+    travel = [float(np.ptp(r.joints[j.name].slide)) for r, j in ((result, slot), (there, known[0]))]
+    assert travel[0] == pytest.approx(travel[1], rel=1e-6)
+    assert not any(word in " ".join(remarks) for word in LOST)
+
+    from mechdae.exchange.drawings import from_drawing
+
+    monkeypatch.setattr(from_drawing._Sketch, "_slot", lambda self, pin: None)
+    _, remarks = problem_of_drawing(path)
+    assert any("2 guide without a pin" in text for text in remarks)
+
+
+def test_grounds_as_hatches_and_double_circles_are_no_other_mechanism(tmp_path: Path) -> None:
+    """Grounds are hatches on a layer of their own, moving pins two circles: what is not read is
+    said, and no moving pin becomes a fixed one."""
+    hatch = "0\nHATCH\n8\nGROUND\n10\n0\n20\n0\n"
+    double = (*PINS, circle(B, 3), circle(C, 3))
+    with pytest.raises(md.InputError, match="no pin is fixed"):
+        problem(tmp_path, dxf(*BARS, *double, circle(A), circle(D), hatch, hatch))
+    text = dxf(*BARS, *double, circle(A), circle(D), hatch, hatch)
+    own, remarks = problem(tmp_path, text, ground=(A, D))
+    assert len(own.mechanism.bodies) == 3
+    assert "2 HATCH on layer GROUND" in remarks[-1]
+    assert "2 second circle around a pin" in remarks[-1]
+
+
+def test_lines_of_the_ground_and_guides_without_a_pin_are_said(tmp_path: Path) -> None:
+    more = (line((0, -10), (80, -10), "GROUND"), line((0, 90), (80, 90), "GUIDES"))
+    own, remarks = problem(tmp_path, dxf(*BARS, *PINS, *FIXED, *more))
+    assert len(own.mechanism.bodies) == 3
+    assert "1 guide without a pin" in remarks[-1]
+    assert "1 line of the ground without a pin" in remarks[-1]

@@ -43,13 +43,14 @@ class DrawnLine:
 class DrawnSketch:
     """The lines and circles of a drawing [m]; ``skipped`` counts what else is in it.
 
-    ``unit`` is the length of a unit of the drawing [m].
+    ``unit`` is the length of a unit of the drawing [m], ``layers`` are those of all entities.
     """
 
     unit: float = 1e-3
     lines: list[DrawnLine] = field(default_factory=list)
     circles: list[DrawnCircle] = field(default_factory=list)
     skipped: Counter[str] = field(default_factory=Counter)
+    layers: set[str] = field(default_factory=set)
 
 
 def read_drawing(path: str | Path, unit: str | None = None) -> DrawnSketch:
@@ -161,7 +162,9 @@ def _entities(pairs: Pairs, found: DrawnSketch, factor: float) -> None:
         elif name == "POINT":
             found.circles.append(DrawnCircle(layer, spot(10), 0.0))
         elif name not in ("SECTION", "ENDSEC", "EOF"):
-            found.skipped[name] += 1
+            found.skipped[f"{name} on layer {layer}" if layer != "0" else name] += 1
+        if name not in ("SECTION", "ENDSEC", "EOF"):
+            found.layers.add(layer)
 
 
 def _number(text: str) -> float:

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Joint, Prismatic, Revolute
+from mechdae.describe.joints import Joint, PinInSlot, Prismatic, Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep, Task
@@ -33,6 +34,8 @@ ON = 1e-4
 """Share of its size within which a pin is on a line."""
 SNAP = 1.05
 """Radii within which the end of a line is meant for a pin."""
+SLOT = 2.0
+"""Radii of a pin within which the sides of its slot are."""
 DIGITS = 12
 POSES = 361
 
@@ -89,6 +92,7 @@ def problem_of_drawing(
     sketch = _Sketch(drawing, str(path), places)
     mechanism = sketch.mechanism()
     tasks, remarks = _tasks(mechanism)
+    drawing.skipped.update(sketch.unread)
     if drawing.skipped:
         told = ", ".join(f"{count} {name}" for name, count in sorted(drawing.skipped.items()))
         remarks.append(f"not read: {told}")
@@ -100,6 +104,8 @@ def problem_of_drawing(
 class _Sketch:
     def __init__(self, drawing: DrawnSketch, path: str, ground: tuple[Spot, ...]) -> None:
         self.path = path
+        self.unread: Counter[str] = Counter()
+        self.grounded = bool(drawing.layers & {*FIXED})
         layers = {line.layer for line in drawing.lines}
         ignored = (*NOT_LINKS, *GUIDES)
         chosen = [
@@ -121,6 +127,15 @@ class _Sketch:
                 for own in chosen
             ]
         )
+        for link in self.links:
+            if link.fixed and not link.pins:
+                self.unread["line of the ground without a pin"] += 1
+        blocks = [line for line in drawing.lines if line.layer == "JOINTS"]
+        for line in blocks:  # a block on a guide that is read is drawn for the eye only
+            middle = _middle(line.corners)
+            pin = any(math.dist(own.center, middle) <= ON * self.size for own in self.pins)
+            if line.corners[0] != line.corners[-1] or not (pin and self._guided(middle)):
+                self.unread["line on layer JOINTS"] += 1
 
     def _pins(self, drawing: DrawnSketch, ground: tuple[Spot, ...]) -> list[_Pin]:
         pins: list[_Pin] = []
@@ -129,8 +144,11 @@ class _Sketch:
                 continue
             fixed = circle.layer in FIXED
             same = [own for own in pins if math.dist(own.center, circle.center) <= NEAR * self.size]
-            if same:  # a second circle around it
-                same[0].fixed = fixed or same[0].fixed or circle.radius != same[0].radius
+            if same:  # a second circle around it, where no layer says what is fixed
+                double = circle.radius != same[0].radius and not self.grounded
+                if circle.radius != same[0].radius and not double and not fixed:
+                    self.unread["second circle around a pin"] += 1
+                same[0].fixed = fixed or same[0].fixed or double
                 same[0].radius = min(same[0].radius, circle.radius) or circle.radius
             else:
                 pins.append(_Pin(circle.center, circle.radius, fixed))
@@ -193,7 +211,7 @@ class _Sketch:
         for link in self.links:
             for pin in link.pins if link.fixed else ():
                 pin.fixed = True
-        if not any(pin.fixed for pin in self.pins):
+        if not any(pin.fixed or self._held(pin) for pin in self.pins):
             told = ", ".join(f"({p.center[0]:g}, {p.center[1]:g})" for p in self.pins)
             raise InputError(
                 f"no pin is fixed; there are pins at {told} m",
@@ -228,9 +246,21 @@ class _Sketch:
     ) -> tuple[list[Joint], list[Body]]:
         joints: list[Joint] = []
         blocks: list[Body] = []
+        used: list[tuple[Spot, ...]] = []
         for pin in self.pins:
             on = [names[id(link)] for link in moving if pin in link.pins]
             guide = next((g for g in self.guides if self._on(pin, g)), None)
+            slot = self._slot(pin) if guide is None and not pin.fixed and on else None
+            used += [guide] if guide is not None else [*(slot or ())]
+            if slot is not None:
+                fixed = f"{pin.name}0"
+                ground[fixed] = _rounded(pin.center)
+                (x, y), (u, v) = slot[0][0], slot[0][-1]
+                turn = round(math.atan2(v - y, u - x), DIGITS)
+                name = f"slot_{pin.name}"
+                joints.append(
+                    PinInSlot(name, f"{GROUND}.{fixed}", f"{on[0]}.{pin.name}", axis=turn)
+                )
             if guide is not None and not pin.fixed and on:
                 block = f"block{len(blocks) + 1}"
                 blocks.append(Body(block, points=Table({pin.name: (0.0, 0.0)})))
@@ -252,7 +282,37 @@ class _Sketch:
             for k, (one, other) in enumerate(pairs, 1):
                 name = pin.name if len(pairs) == 1 else f"{pin.name}_{k}"
                 joints.append(Revolute(name, f"{one}.{pin.name}", f"{other}.{pin.name}"))
+        lost = sum(guide not in used for guide in self.guides)
+        if lost:
+            self.unread["guide without a pin"] += lost
         return joints, blocks
+
+    def _held(self, pin: _Pin) -> bool:
+        """Whether a guide of the ground holds a pin."""
+        return any(self._on(pin, guide) for guide in self.guides) or self._slot(pin) is not None
+
+    def _guided(self, place: Spot) -> bool:
+        return any(
+            _distance(place, *edge) <= ON * self.size
+            for guide in self.guides
+            for edge in itertools.pairwise(guide)
+        )
+
+    def _slot(self, pin: _Pin) -> tuple[tuple[Spot, ...], tuple[Spot, ...]] | None:
+        """Return the two parallel guides that a pin lies in the middle of."""
+        near = [
+            (own, far)
+            for own in self.guides
+            if len(own) == 2 and (far := _distance(pin.center, *own)) <= SLOT * pin.radius
+        ]
+        for (one, far), (other, also) in itertools.combinations(near, 2):
+            ways = [(b[0] - a[0], b[1] - a[1]) for a, b in (one, other)]
+            cross = ways[0][0] * ways[1][1] - ways[0][1] * ways[1][0]
+            between = math.dist(_middle(one), _middle(other))
+            level = abs(cross) <= ON * math.hypot(*ways[0]) * math.hypot(*ways[1])
+            if level and abs(far - also) <= ON * self.size and abs(between - 2 * far) <= far:
+                return one, other
+        return None
 
     def _on(self, pin: _Pin, guide: tuple[Spot, ...]) -> bool:
         return any(
@@ -283,7 +343,8 @@ class _Sketch:
 
 def _tasks(mechanism: Mechanism) -> tuple[dict[str, Task], list[str]]:
     """Return a sweep of a link that turns in the ground, and its assembly modes."""
-    freedoms = 3 * len(mechanism.bodies) - 2 * len(mechanism.joints)
+    held = sum(1 if joint.slot else 2 for joint in mechanism.joints.values())
+    freedoms = 3 * len(mechanism.bodies) - held
     cranks = [
         joint.second_body
         for joint in mechanism.joints.values()
@@ -319,6 +380,12 @@ def _local(place: Spot, origin: Spot, angle: float) -> Spot:
 
 def _rounded(place: Spot) -> Spot:
     return round(place[0], DIGITS) + 0.0, round(place[1], DIGITS) + 0.0
+
+
+def _middle(corners: tuple[Spot, ...]) -> Spot:
+    """Return the mean of the corners, a closed line's last one counted once."""
+    own = corners[:-1] if len(corners) > 2 and corners[0] == corners[-1] else corners
+    return sum(x for x, _ in own) / len(own), sum(y for _, y in own) / len(own)
 
 
 def _distance(point: Spot, start: Spot, end: Spot) -> float:
