@@ -61,6 +61,10 @@ class MechanismError(InputError):
     """The bodies, joints and loads do not make a mechanism."""
 
 
+class SketchError(MechanismError):
+    """The sketch does not tell which of several assembly modes is meant."""
+
+
 class FreedomError(MechanismError):
     """Equations depend on each other and leave bodies of a group free."""
 

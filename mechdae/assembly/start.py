@@ -12,7 +12,7 @@ from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.closure import NoPose
 from mechdae.assembly.nearest_mode import MOST_BEGUN
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.errors import AssemblyError, MechanismError, UnknownName
+from mechdae.errors import AssemblyError, MechanismError, SketchError, UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.slips import long_length, odd_lengths
@@ -24,8 +24,10 @@ MOST_NAMED = 64
 """Assembly modes that a message names."""
 
 
-def sketched_pose(assembler: Assembler, plan: DriverPlan) -> tuple[Any, Any]:
+def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True) -> tuple[Any, Any]:
     """Return driver values (nd,) and unknowns (nx,) of the assembled sketch.
+
+    `labelled` tells that the task may name the mode by its label.
 
     Raises
     ------
@@ -40,12 +42,13 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan) -> tuple[Any, Any]:
         raise not_assembled(assembler.scene, found.failure, u)
     if found.doubtful:
         keys, lines = assembler.sketched.hint(found, u)
-        raise MechanismError(
+        error = SketchError if keys else MechanismError
+        raise error(
             f"does not tell which assembly mode of group {found.doubtful[0].name} is meant",
             where="sketch",
             hint=(
-                f"add {' and '.join(keys)} to [sketch], like {' and '.join(lines)}, "
-                f"or choose a mode with --mode"
+                f"add {' and '.join(keys)} to [sketch], like {' and '.join(lines)}"
+                f"{', or choose a mode with --mode' if labelled else ''}"
                 if keys
                 else "the modes meet at this pose: sketch another one"
             ),

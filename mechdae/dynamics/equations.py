@@ -69,7 +69,8 @@ class Setup:
     ``end`` is the last time, ``times`` those of the outputs, None for the steps themselves;
     ``notes`` what was assumed; ``held`` are coordinates
     that nothing moves, ``meshes`` gears, racks and belts with the forces of their teeth;
-    ``longest`` is the longest step asked for, ``pieces`` those of tables over the time that hold.
+    ``longest`` is the longest step asked for, ``pieces`` those of tables over the time that hold;
+    ``likely`` are coordinates to tell the freedoms with, beside those that the start names.
     """
 
     problem: Problem
@@ -87,6 +88,7 @@ class Setup:
     meshes: dict[str, Mesh | SpatialMesh] = field(default_factory=dict)
     longest: float | None = None
     pieces: Any = field(default_factory=lambda: np.zeros(0))
+    likely: tuple[str, ...] = ()
 
     @kept_property
     def plain(self) -> Released:

@@ -9,13 +9,27 @@ import numpy as np
 from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Motion
+from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.determined import Determined
 from mechdae.dynamics.observe import Observer
 from mechdae.dynamics.reported import Reported
+from mechdae.dynamics.rest.chart import Chart
 from mechdae.dynamics.run import MotionRun
 from mechdae.dynamics.space.lagrange import left_over
+from mechdae.errors import InputError
 from mechdae.forces.meshes import slack_belts
-from mechdae.results import Event, MotionResult, Named, Series, Status, Summary, events_of, statuses
+from mechdae.numerics.null_space import freedoms
+from mechdae.results import (
+    Event,
+    Later,
+    MotionResult,
+    Named,
+    Series,
+    Status,
+    Summary,
+    events_of,
+    statuses,
+)
 
 BALANCED = 1e-3
 """Gap of the energy balance, over the energies that move, that is a fault."""
@@ -58,6 +72,7 @@ def report(
     sticking = [] if setup.smooth else [slip.owner for slip in setup.rubbing.slips]
     if assumed := about_motion(setup.problem.mechanism, sticking):
         summary["assumptions"] = assumed
+    summary |= dict.fromkeys(("mode", "mode_coordinates"), _mode(task, run))
     faults = [run.fault] if run.fault else []
     faults += slack_belts(
         setup.model,
@@ -89,6 +104,25 @@ def report(
         unique=forces.unique(),
         **shown.tables,
     )
+
+
+def _mode(task: Motion, run: MotionRun) -> Later:
+    """Return the assembly mode that the motion starts on, and the coordinates that tell it."""
+    setup, x = run.setup, run.begin.q[run.setup.released.free]
+
+    def told() -> dict[str, Any]:
+        kernel = setup.kernel
+        if not kernel.m:
+            return {"mode": "", "mode_coordinates": []}
+        J = kernel.value("place", 0.0, x, np.zeros(len(x)), setup.loose)[1]
+        names = start_values(setup.problem.mechanism, task.start, "start")
+        try:
+            chart = Chart(setup, x, freedoms(J, kernel.sizes), [c.text for c in names])
+        except InputError:
+            return {"mode": None, "mode_coordinates": []}
+        return {"mode": chart.label(x), "mode_coordinates": chart.names}
+
+    return Later(told)
 
 
 def _watch_unique(run: MotionRun, forces: Determined) -> None:

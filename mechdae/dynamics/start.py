@@ -1,13 +1,12 @@
 """Where a motion starts: pose and speeds that meet all constraints.
 
-The joints are closed from the sketch first, by steps of Gauss and Newton; then the coordinates
-that the start names, and those with a law of time, are moved to their values, in steps
-short enough to stay on the assembly mode. What the start leaves open stays where the sketch has it.
+The sketch is assembled as a sweep assembles it; then the coordinates that the start names, and
+those with a law of time, are moved to their values, in steps short enough to stay on the assembly
+mode. What the start leaves open stays where the sketch has it.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,25 +14,18 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.closure import bar_lengths, straight
-from mechdae.assembly.start import sketched_pose
-from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import STILL, Setup
-from mechdae.dynamics.space.transfer import Transfer, wound
-from mechdae.errors import AssemblyError, InconsistentStartError, MechanismError, MechdaeError
+from mechdae.dynamics.sketch import CLOSED, RANK, PlanarSketch
+from mechdae.errors import AssemblyError, InconsistentStartError
 from mechdae.kernels.run.call import Call
-from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
 from mechdae.setup.drivers import sketched
 
 STEPS = 60
-CLOSED = 1e-12
-"""Left-over of a constraint, over its natural size, that counts as closed."""
 OPEN = 1e-6
 """Left-over of a contradictory start that is put down to rounded numbers and corrected."""
-RANK = 1e-10
 UNITS = 8
 """Steps in which quaternions get the length of one."""
 FAR = 0.35
@@ -42,9 +34,6 @@ TURNED = 0.6
 """Change of a free coordinate that one such step may bring."""
 PASSED, STEEP = 1e-3, 20.0
 """Step at which modes that meet are passed, and how much faster the mechanism may move in it."""
-CORNERS = (0.0, np.pi / 2, np.pi, -np.pi / 2)
-GUESSES = 256
-SAME = 1e-6
 
 
 @dataclass
@@ -64,6 +53,7 @@ class _Starter:
         self.given = start_values(mechanism, task.start, "start")
         self.speeds = start_values(mechanism, task.start_speed, "start_speed")
         model, laws = setup.model, setup.laws
+        self.named = [*self.given, *self.speeds, *(law.coordinate for law in laws)]
         self.aims = dict(self.given)
         found = setup.laws_at(0.0, setup.pieces)
         for law, value in zip(laws, found[0], strict=True):
@@ -151,120 +141,20 @@ class _Starter:
         if self.setup.problem.mechanism.dimension == 3:
             from mechdae.dynamics.space.sketch import SpatialSketch
 
-            x, nearest = SpatialSketch(self, self._by_groups).pose()
-            if x is None:
-                raise self._not_assembled(nearest)
-            return x
-        guess, loose = self._guess()
-        found, nearest = self._closed(guess, loose)
-        if len(found) != 1:
-            grouped = self._by_groups()
-            if grouped is not None:
-                found = [grouped]
-        if not found:
+            x, nearest = SpatialSketch(self).pose()
+        else:
+            x, nearest = PlanarSketch(self).pose()
+        if x is None:
             raise self._not_assembled(nearest)
-        if len(found) > 1:
-            bodies = list(dict.fromkeys(self.r.coordinates[i].owner for i in loose))
-            raise MechanismError(
-                "does not tell which assembly mode is meant",
-                where="sketch",
-                hint=f"add {', '.join(f'{body}_deg' for body in bodies)} to [sketch]",
-            )
-        return found[0]
-
-    def _guess(self) -> tuple[Any, list[int]]:
-        """Return what the sketch says of coordinates, and constrained ones that it leaves out."""
-        guess, unknown = np.zeros(self.n), []
-        known, angles = self.places, self.drawn.angles
-        on_curves = {c.part: value for c, value in known.items() if c.on_curve}
-        for i, own in enumerate(self.r.coordinates):
-            if own.owner in self.setup.model.contacts:
-                guess[i] = own.middle
-                if own.kind is PLACE:
-                    guess[i] = on_curves.get(own.owner, own.middle)
-                unknown += [] if any(c.part == own.owner for c in known) else [i]
-            elif own.kind is ANGLE:
-                guess[i] = angles.get(own.owner, 0.0)
-                unknown += [] if own.owner in angles else [i]
-        held = set(self.r.J.sparsity().get_col()) if unknown and self.m else set()
-        return guess, [i for i in unknown if i in held]
-
-    def _closed(self, guess: Any, loose: list[int]) -> tuple[list[Any], Any]:
-        """Return closed poses from a guess with `loose` turned about, and the nearest to one."""
-        found: list[Any] = []
-        least, nearest = np.inf, guess
-        tried = itertools.product(CORNERS, repeat=len(loose))
-        for corners in itertools.islice(tried, GUESSES):
-            x = guess.copy()
-            for i, corner in zip(loose, corners, strict=True):
-                x[i] += corner * self.sizes[i]
-            x = self._placed(x)
-            if self.places:
-                x, _ = self.close(x, self._drawn_places(), short=0.5)
-            x, left = self.close(x, {}, short=0.5)
-            if left < least:
-                least, nearest = left, x
-            if left < CLOSED and not any(self._same(x, other) for other in found):
-                found.append(x)
-        return found, nearest
-
-    def _by_groups(self) -> Any:
-        """Return the sketch assembled group by group, as a sweep does it, None if it cannot.
-
-        The drivers are the coordinates that the start names.
-        """
-        named = list(dict.fromkeys([*self.given, *self.speeds, *self.law_speeds]))
-        values = {**self.aims, **self.places}
-        values |= {c: self.drawn.angles[c.part] for c in named if c.part in self.drawn.angles}
-        drivers = tuple(Driver(c.text, at=(values[c],)) for c in named if c in values)
-        if not drivers:
-            return None
-        try:
-            setting = prepare(self.setup.problem, Sweep(drivers=drivers))
-            u, pose = sketched_pose(setting.assembler, setting.plan)
-        except MechdaeError:
-            return None
-        x, left = self.close(self._free(setting, pose, u), {})
-        return x if left < CLOSED else None
-
-    def _free(self, setting: Setting, pose: Any, u: Any) -> Any:
-        """Return the free coordinates at a pose of a sweep."""
-        q = setting.assembler.coordinates(pose, u)
-        if self.setup.problem.mechanism.dimension == 2:
-            return np.array([q[c.key] for c in self.r.coordinates])
-        model = setting.scene.model
-        found = Transfer(model, self.setup.model)(np.array([q[key] for key in model.q_names]))
-        near = {(c.part, c.word): value for c, value in self.places.items()}
-        return wound(self.r.coordinates, found[self.r.free], near)
-
-    def _placed(self, x: Any) -> Any:
-        """Return x with its lengths fitted while its angles stay."""
-        moved = np.flatnonzero(self.r.coordinates.lengths)
-        if len(moved):
-            values, J = self.rows(x)
-            values = values.copy()
-            rows = list(range(self.m))
-            for k, value in self._drawn_places().items():
-                values[self.m + k] -= value
-                rows.append(self.m + k)
-            step = np.linalg.lstsq(J[rows][:, moved], -values[rows], rcond=RANK)[0]
-            x = x.copy()
-            x[moved] += self.sizes[moved] * step
         return x
 
-    def _drawn_places(self) -> dict[int, float]:
+    def sketched_places(self) -> dict[int, float]:
         """Return the places that the sketch or the start gives, by place in `moving`."""
         return {
             k: self.places[c] / self.scales[self.m + k]
             for k, c in enumerate(self.moving)
             if c in self.places
         }
-
-    def _same(self, x: Any, other: Any) -> bool:
-        angle = self.r.coordinates.turns
-        gap = (x - other) / self.sizes
-        gap[angle] = np.remainder(gap[angle] + np.pi, 2 * np.pi) - np.pi
-        return bool(np.max(np.abs(gap), initial=0.0) < SAME)
 
     def _not_assembled(self, x: Any) -> AssemblyError:
         joints = np.array([unit != "1" for unit in self.r.units])
@@ -315,7 +205,8 @@ class _Starter:
         found, left = self.close(x, goals, short=0.5)
         if left < CLOSED and far <= FAR:
             moved = float(np.max(np.abs((found - x) / self.sizes), initial=0.0))
-            return (found, left) if moved <= 3 * max(far, 0.1) else None
+            there = self._side(found, goals) == self._side(x, goals)
+            return (found, left) if there and moved <= 3 * max(far, 0.1) else None
         rank = np.linalg.matrix_rank
         _, J = self.rows(found)
         chosen = [*range(self.m), *(self.m + k for k in goals)]

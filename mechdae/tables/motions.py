@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from typing import Any
 
 from mechdae.results import Event, Result, Units
 from mechdae.tables.facts import lift_off, pairs_of_wheels
@@ -46,6 +47,7 @@ def motion_facts(result: Result) -> list[str]:
         "  equations {} coordinates, {} constraints ({} eliminated)".format(*equations)
         + f", {_freedoms(summary['freedoms'])}"
     )
+    lines += _mode(summary)
     if summary["superfluous_equations"]:
         count = summary["superfluous_equations"]
         text = f"  redundant {count} equation(s) superfluous"
@@ -74,6 +76,11 @@ def motion_facts(result: Result) -> list[str]:
     return lines
 
 
+def _mode(summary: Mapping[str, Any]) -> list[str]:
+    """Return the assembly mode, in the words of a sweep."""
+    return [f"  mode      {summary['mode']}"] if summary["mode"] else []
+
+
 def equilibrium_facts(result: Result) -> list[str]:
     """Return stability and small motions of an equilibrium."""
     summary = result.summary
@@ -81,6 +88,7 @@ def equilibrium_facts(result: Result) -> list[str]:
         f"  {summary['stable']}, {_freedoms(summary['freedoms'])}; {summary['residual']:.1e} of "
         f"the loads is left after {summary['iterations']} steps"
     ]
+    lines += _mode(summary)
     found = summary["equilibria"]
     if len(found) > 1:
         count = sum(entry["sketched_mode"] for entry in found)

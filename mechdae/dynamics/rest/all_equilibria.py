@@ -27,6 +27,8 @@ BEND = 0.15
 FAR = 60.0
 """Way along a circuit that is followed in each direction, in natural sizes."""
 SAME = 1e-6
+EQUAL = 1e-9
+"""Share of the largest load by which forces differ that whole turns leave as they are."""
 STARTS = 16
 LARGE = 12
 """Freedoms from which on only the sketch is a start."""
@@ -79,7 +81,7 @@ class Rests:
     def __init__(self, balance: EquilibriumEquations, chart: Chart, x: Any) -> None:
         self.balance, self.chart, self.x = balance, chart, x
         self.sizes = balance.sizes
-        self.angle = balance.setup.released.coordinates.turns
+        self.wheel = balance.setup.released.coordinates.periods / self.sizes
         self.balls = balance.setup.released.coordinates.balls
         self.found: list[Rest] = []
         self.whole, self.crossed = True, False
@@ -117,10 +119,19 @@ class Rests:
 
     def _far(self, x: Any, y: Any, wound: bool = True) -> float:
         gap = (self._alike(x, y) - x) / self.sizes
-        if not wound:
-            turned = np.remainder(gap + np.pi, 2 * np.pi) - np.pi
-            gap = np.where(self.angle, turned, gap)
-        return float(np.linalg.norm(gap))
+        return float(np.linalg.norm(gap if wound else gap - self._turns(gap)))
+
+    def _turns(self, gap: Any) -> Any:
+        """Return the whole turns in gaps: of angles and of places on closed curves."""
+        return self.wheel * np.round(gap / np.where(self.wheel > 0, self.wheel, 1.0))
+
+    def _equal(self, x: Any, y: Any) -> bool:
+        """Return whether whole turns between two poses change no force: a spring may tell them."""
+        turns = self._turns((self._alike(x, y) - x) / self.sizes)
+        if not turns.any():
+            return True
+        moved = self.balance.light(x + self.sizes * turns)[0] - self.balance.light(x)[0]
+        return float(np.max(np.abs(moved))) <= EQUAL * self.balance.weight(x)
 
     def _alike(self, x: Any, y: Any) -> Any:
         """Return y with unit quaternions of the sign that is nearer to x: they are the same."""
@@ -139,7 +150,7 @@ class Rests:
         if left > (SOLVED if most == 0 else ACCEPTED) or self._far(x, y) > max(most, SAME):
             return
         for rest in self.found:
-            if self._far(rest.x, y, wound=False) < SAME * 10:
+            if self._far(rest.x, y, wound=False) < SAME * 10 and self._equal(rest.x, y):
                 rest.own |= own
                 rest.downhill |= downhill
                 rest.circuit = rest.circuit or circuit
@@ -231,7 +242,8 @@ class Rests:
             downhill = downhill and on
             way += gone
             self._passed.append(after)
-            if way > 3 * STEP and self._far(start, after, wound=False) < 0.7 * STEP:
+            around = way > 3 * STEP and self._far(start, after, wound=False) < 0.7 * STEP
+            if around and self._equal(start, after):
                 return
             x, force, tangent = after, ahead, turned
             step = min(1.5 * step, STEP)

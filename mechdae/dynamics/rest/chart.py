@@ -7,7 +7,7 @@ along a way, the way stays on one mode.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -16,19 +16,15 @@ import numpy as np
 
 from mechdae.assembly.start import mode_by_label
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.describe.coordinates import BALL, NamedCoordinate, coordinate
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import GROUND
-from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
-from mechdae.describe.tasks.motion import named_coordinate
+from mechdae.describe.coordinates import BALL, NamedCoordinate
+from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.errors import InputError, MechdaeError
+from mechdae.kinematics.driverless import independent, likely_drivers
 from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.model.coordinates import QUATERNION
 
-INDEPENDENT = 1e-6
-"""Share of a coordinate's gradient across the others from which it is independent."""
 GROUPS = 8
 """Groups up to which the modes of a scene are counted."""
 
@@ -79,23 +75,15 @@ class Chart:
     def _chosen(self, x: Any, basis: Any, names: list[str]) -> list[NamedCoordinate]:
         """Return independent coordinates at a pose, the preferred ones first."""
         setup, k = self.setup, self.setup.kernel
-        found: list[NamedCoordinate] = []
-        across = np.zeros((basis.shape[1], 0))
         turns = turns_of_balls(setup.model) if self.in_space else []
-        for c in dict.fromkeys([*_candidates(setup.problem, names), *turns]):
-            if len(found) == basis.shape[1]:
-                break
-            if c in [law.coordinate for law in setup.laws]:
-                continue
-            slope = k.call(f"slope {c.text}", partial(self._slope, c))
-            own = np.ravel(slope(0.0, x, np.zeros(len(x)), setup.loose)[0]) * k.sizes
-            size = float(np.linalg.norm(own))
-            along = basis.T @ own
-            rest = along - across @ (across.T @ along)
-            length = float(np.linalg.norm(rest))
-            if size > 0 and length > INDEPENDENT * size:
-                found.append(c)
-                across = np.column_stack([across, rest / length])
+        laws = [law.coordinate for law in setup.laws]
+
+        def slope(c: NamedCoordinate) -> Any:
+            own = k.call(f"slope {c.text}", partial(self._slope, c))
+            return np.ravel(own(0.0, x, np.zeros(len(x)), setup.loose)[0]) * k.sizes
+
+        every = [c for c in [*likely_drivers(setup.problem, names), *turns] if c not in laws]
+        found = independent(every, slope, basis)
         if len(found) < basis.shape[1]:
             raise InputError(
                 "no coordinates tell the freedoms apart", where="free", hint=", ".join(names)
@@ -249,32 +237,3 @@ def turns_of_balls(model: Any) -> list[NamedCoordinate]:
         if name in QUATERNION[1:]:
             found.append(NamedCoordinate(f"{owner}.{name}", BALL, owner))
     return found
-
-
-def _candidates(problem: Problem, names: list[str]) -> Iterator[NamedCoordinate]:
-    """Yield coordinates that may tell the modes, the likeliest first."""
-    mechanism = problem.mechanism
-    for name in names:
-        yield named_coordinate(mechanism, name)
-    for task in problem.tasks.values():
-        if isinstance(task, Driven):
-            for driver in task.all_drivers:
-                yield coordinate(mechanism, driver.coordinate)
-    joints = mechanism.joints
-    for ground in (True, False):
-        for name, joint in joints.items():
-            if (GROUND in joint.bodies) is not ground:
-                continue
-            if mechanism.dimension == 3:
-                for word in joint.coordinates:
-                    yield coordinate(mechanism, f"{name}.{word}")
-                continue
-            if joint.slides:
-                yield coordinate(mechanism, f"{name}.slide")
-            for body in joint.bodies:
-                if body != GROUND:
-                    yield coordinate(mechanism, f"{body}.angle")
-    for body, part in mechanism.bodies.items():
-        for point in part.points:
-            for axis in mechanism.axes:
-                yield coordinate(mechanism, f"{body}.{point}.{axis}")

@@ -118,6 +118,7 @@ def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
     whole = setup(problem, as_motion(task), moves=False)
     if whole.loads.uses_time:
         raise InputError("it uses t", where=f"loads.{whole.loads.uses_time[0]}")
+    whole.likely = task.free or ()
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
     return whole, begin.q[whole.released.free]

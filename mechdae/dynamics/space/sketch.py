@@ -1,31 +1,26 @@
 """The assembled sketch of a spatial mechanism that moves under forces.
 
-What the sketch says of joints and of points is met as well as the joints let it be. Where it says
-all of the tree's coordinates the pose next to them is taken; else the mechanism is assembled group
-by group, as a sweep does it; where that is no sweep's business the nearest of the poses is taken
-that are found from many starts.
+A sketch that says all of the tree's coordinates and is a pose is that pose; else the mechanism is
+assembled group by group, as a sweep does it; where that is no sweep's business what the sketch says
+of joints and of points is met as well as the joints let it be, by the nearest of the poses that are
+found from many starts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from collections.abc import Iterator
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.sketch import CLOSED, EXACT, AssembledSketch, JointClosing
 from mechdae.errors import MechanismError
 from mechdae.kernels.run.call import Call
-from mechdae.model.motion_equations import Released
 from mechdae.model.tree.reading import WIDTH, placements
 
-CLOSED = 1e-12
 STARTS = 48
-NEAR = 0.35
-"""Distance from a sketch within which it is a pose's own: 20 degrees."""
 TIE = 1e-6
 """Difference of two distances, over the distance, at which a sketch does not tell poses apart."""
 FITS = 30
@@ -35,22 +30,6 @@ LIGHT = 0.05
 """Weight of the sketch beside the joints, after a few steps with 1."""
 
 
-class JointClosing(Protocol):
-    """What closes the joints at the start of a motion."""
-
-    setup: Setup
-    r: Released
-    places: dict[NamedCoordinate, float]
-    moving: list[NamedCoordinate]
-    m: int
-    n: int
-    sizes: Any
-    scales: Any
-
-    def rows(self, x: Any) -> tuple[Any, Any]: ...
-    def close(self, x: Any, aims: Any, short: float = ...) -> tuple[Any, float]: ...
-
-
 class SpatialSketch:
     """A sketch in space, to be assembled.
 
@@ -58,12 +37,10 @@ class SpatialSketch:
     ----------
     closing
         Equations of the joints and of the coordinates that are given.
-    by_groups
-        Gives the pose as a sweep assembles it, None where it cannot.
     """
 
-    def __init__(self, closing: JointClosing, by_groups: Callable[[], Any]) -> None:
-        self.closing, self.by_groups = closing, by_groups
+    def __init__(self, closing: JointClosing) -> None:
+        self.closing = closing
         self.model: Any = closing.setup.model
         r, self.p = closing.r, closing.setup.model.p_values
         self.given = {
@@ -89,24 +66,25 @@ class SpatialSketch:
             The sketch does not tell which pose is meant.
         """
         guess, unknown, held = self._guess()
-        nearest = guess
-        if not unknown:
-            x, left = self._tried(guess)
-            if left < CLOSED and self._right(x) and self._far(x) <= NEAR:
-                return x, x
-        grouped = self.by_groups()
-        if grouped is not None:
-            return grouped, grouped
         found: list[tuple[float, Any]] = []
-        least = np.inf
+        least, nearest = np.inf, guess
         for start in self._starts(guess, unknown):
             x, left = self._tried(start)
-            if left < least and self._right(x):
+            if not self._right(x):
+                continue
+            if left < least:
                 least, nearest = left, x
-            if left < CLOSED and self._right(x):
+            if left < CLOSED:
                 found.append((self._far(x), x))
+                if len(found) > 1 or not held:
+                    continue
+                if not unknown and found[0][0] < EXACT:
+                    return x, x
+                grouped = AssembledSketch(self.closing).pose(x)
+                if grouped is not None:
+                    return grouped, grouped
         if not found:
-            return None, nearest
+            return (AssembledSketch(self.closing).pose(nearest) if held else None), nearest
         far = min(own for own, _ in found)
         x, *tied = [own for gap, own in found if gap - far <= TIE * max(far, 1e-3)]
         # without joints that hold them, what turns freely stays as near as it is to angles of 0
