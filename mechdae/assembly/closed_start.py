@@ -7,13 +7,15 @@ form does not tell beyond doubt is left to the assembler.
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.assembly.assembler import Assembler
-from mechdae.assembly.nearest_mode import told_apart
+from mechdae.assembly.turns.undecided import told_apart
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
 from mechdae.kernels.run.call import Call
@@ -25,8 +27,15 @@ MOST = 16
 """Modes of one part of the mechanism that are compared in one call, at most."""
 MARGIN = 1e-9
 """D over A^2 + B^2 below which it is not told in closed form whether a dyad assembles."""
+MANY = 4 * math.pi
+"""Angle that looks like degrees without a suffix [rad]."""
 HALF_TURN = 1e-6
 """Turns by which an angle is off half a turn from its sketch at least."""
+
+
+def looks_like_degrees(sketch: Mapping[str, float]) -> bool:
+    """Return whether an angle of a sketch looks like degrees without a suffix."""
+    return any(abs(angle) > MANY for angle in sketch.values())
 
 
 def turns_tell(assembler: Assembler) -> bool:
@@ -83,7 +92,8 @@ class ClosedStart:
         """Return (u, sketched values, sketched angles, p) -> length, and of each part's modes.
 
         Those are unknowns (nx, m), least D over A^2 + B^2 and its least size, squares of the
-        distance from the sketch, least share of a turn by which an angle is off half a turn.
+        distance from the sketch, least share of a turn by which an angle is off half a turn, and
+        the largest turn of a body from its sketch.
         """
         g, scale = self.graphs, scale_of(self.graphs.scene.model)
         u, wanted = SX.sym("u", g.nu), SX.sym("wanted", len(self.wanted))
@@ -99,23 +109,26 @@ class ClosedStart:
         self, part: list[int], own: list[int], sign: Any, u: Any, wanted: Any, angles: Any,
         scale: Any,
     ) -> tuple[Any, ...]:  # fmt: skip
-        """Return unknowns, depths, distance and share of a turn of one mode of a part."""
+        """Return unknowns, depths, distance, share of a turn and turn of one mode of a part."""
         x, _, _, depth = self.form.symbolic(u, SX(sign))
         inner = depth[own] if own else SX(1)
-        far, between = SX(0), SX(1)
+        far, between, worst = SX(0), SX(1), SX(0)
         for n, entry in enumerate(self.sketched.entries):
             if entry.stage in part:
                 places = zip((x, u, self.graphs.p), entry.value.held, strict=True)
                 value = entry.value.function(*[v[i] if i else SX(0, 1) for v, i in places])
                 gap = (value - wanted[n]) / (1 if entry.coordinate.is_angle else scale)
-                far += (ca.remainder(gap, 2 * np.pi) if entry.turns else gap) ** 2
+                gap = ca.remainder(gap, 2 * np.pi) if entry.turns else gap
+                far += gap**2
+                if entry.coordinate.kind == "body angle":
+                    worst = ca.fmax(worst, ca.fabs(gap))
         for i in (i for b in own for i in self.graphs.blocks[b].own):
             if self.graphs.scene.unknowns[i].kind is ANGLE:
                 turned = ca.remainder(x[i] - angles[i], 2 * np.pi)
                 x[i] = angles[i] + turned
                 between = ca.fmin(between, 0.5 - ca.fabs(turned) / (2 * np.pi))
         least = [ca.mmin(inner), ca.mmin(ca.fabs(inner))]
-        return x, *least, far, between
+        return x, *least, far, between, worst
 
     def __call__(self, u: Any, p: Any) -> tuple[float, Any, Any] | None:
         """Return length, unknowns and signs of the nearest mode at drivers `u`; None: not told."""
@@ -124,9 +137,9 @@ class ClosedStart:
         for k, (own, columns) in enumerate(zip(self.parts, self.columns, strict=True)):
             if not own:
                 continue
-            poses, depth, doubt, far, between = modes[5 * k : 5 * k + 5]
+            poses, depth, doubt, far, between, worst = modes[6 * k : 6 * k + 6]
             best = _nearest(depth.tolist(), doubt.tolist(), far.tolist())
-            if best is None or not between[best] >= HALF_TURN:
+            if best is None or not between[best] >= HALF_TURN or worst[best] > math.pi / 2:
                 return None
             x[columns] = poses.reshape(len(far), -1)[best, columns]
             sign[own] = self.choices[k][best][own]
@@ -137,6 +150,8 @@ def closed_start(assembler: Assembler) -> ClosedStart | None:
     """Return the closed form of an assembler's modes, None where there is none."""
     graphs, scene = assembler.graphs, assembler.scene
     if scene.redundant or scene.checks or graphs.contacts or turns_tell(assembler):
+        return None
+    if looks_like_degrees(assembler.sketch):
         return None
     form = closed_form(graphs, assembler.p)
     if not isinstance(form, ClosedForm):

@@ -11,28 +11,26 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from dataclasses import field
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from mechdae.assembly.closure import NoPose
-from mechdae.assembly.contacts import Contacts
-from mechdae.assembly.turns.block_turns import BlockTurns
-from mechdae.describe.coordinate_kinds import ANGLE, KINDS, PLACE
-from mechdae.describe.coordinates import NamedCoordinate, Selection, coordinate
+from mechdae.assembly.turns.undecided import (
+    Assembling,
+    Nearest,
+    SketchNumber,
+    Undecided,
+    told_apart,
+)
+from mechdae.describe.coordinate_kinds import ANGLE, PLACE
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
-from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.local import Local, local
+from mechdae.kernels.run.local import local
 from mechdae.model.groups import Group
-from mechdae.model.reduction import Scene
-from mechdae.records import dataclass
 from mechdae.setup.scales import driver_size
 
-TIE = 1e-6
-"""Difference of two distances over the distance, at which a sketch does not tell modes apart."""
-ROUNDING = 1e-9
-"""The same for sketches that are a mode but for rounding [rad, sizes of the mechanism]."""
 MOST_BEGUN = 2000
 """Begun modes that are gone on from before the search ends with the best of them."""
 MOST_TIED = 32
@@ -42,62 +40,6 @@ OWN = 1e-3
 """Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
 ITERATIONS, FITS = 12, 3
 NUDGE = 1e-6
-
-
-@dataclass(frozen=True)
-class SketchNumber:
-    """A number of the sketch; ``stage`` is the place of the group it is known with.
-
-    ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
-    """
-
-    coordinate: NamedCoordinate
-    wanted: float
-    stage: int
-    size: float
-    turns: bool
-    value: Local
-
-    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float:
-        """Return how far it is from its value at a pose, whole turns too if `unwound`."""
-        gap = float((self.value(x, u, p).item() - self.wanted) / self.size)
-        return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
-
-
-@dataclass
-class Nearest:
-    """The pose nearest to the sketch, or the group that failed on the way to it.
-
-    ``doubtful`` are groups whose mode the sketch does not tell, ``tied`` their places and the poses
-    between which it does not; ``ended`` tells that the search was ended before all were compared.
-    """
-
-    x: Any
-    failure: NoPose | None = None
-    doubtful: list[Group] = field(default_factory=list)
-    tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)
-    ended: bool = False
-
-
-class Assembling(Protocol):
-    """What is asked of the assembler whose modes are compared."""
-
-    graphs: Graphs
-    scene: Scene
-    sketch: dict[str, float]
-    places: dict[NamedCoordinate, float]
-    p: Any
-    size: float
-    natural: Any
-    turns: BlockTurns
-    contacts: Contacts
-    solvers: list[Any]
-    shortened: bool
-
-    def blocks_of(self, group: Group) -> list[int]: ...
-    def candidates(
-        self, group: Group, x: Any, u: Any, nearby: bool = False, *, drawn: bool = False
-    ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
 class Sketched:
@@ -117,18 +59,20 @@ class Sketched:
             coordinate(self.scene.model.mechanism, f"{body}.angle"): angle
             for body, angle in assembler.sketch.items()
         }
-        entries = [self._entry(c, value) for c, value in (told | assembler.places).items()]
+        entries = [self.entry(c, value) for c, value in (told | assembler.places).items()]
         self.entries = [entry for entry in entries if entry is not None]
         self._at_stage: dict[int, list[SketchNumber]] = {}
         for entry in self.entries:
             self._at_stage.setdefault(entry.stage, []).append(entry)
-        self.parts = self._parts()
+        self._known_parts: dict[tuple[int, ...], list[list[int]]] = {}
+        self.parts = self._parts(list(range(len(self.groups))))
+        self.undecided = Undecided(self)
         self.ended = False
         """Whether the last search ended before all modes were compared."""
         self.turned: list[str] = []
         """Joints whose angles the sketch does not tell, and no point: the least were taken."""
 
-    def _entry(self, c: NamedCoordinate, wanted: float) -> SketchNumber | None:
+    def entry(self, c: NamedCoordinate, wanted: float) -> SketchNumber | None:
         """Return an entry of the sketch, None where it tells of bodies that are not solved for."""
         bodies = [body for body in self.bodies(c) if body != GROUND]
         if not bodies or not all(body in self.stage for body in bodies):
@@ -147,11 +91,17 @@ class Sketched:
         own_joint = c.kind not in ("body angle", "point")
         return joints[c.part].bodies if own_joint else (c.part,)
 
-    def _parts(self) -> list[list[int]]:
-        """Return sets of groups that depend on each other by their poses or by the sketch."""
+    def _parts(self, stages: list[int]) -> list[list[int]]:
+        """Return sets of groups that depend on each other by their poses or by the sketch.
+
+        `stages` are those looked at, others are solved.
+        """
+        known = self._known_parts.get(tuple(stages))
+        if known is not None:
+            return known
         at = {group.index: k for k, group in enumerate(self.groups)}
         block = {i: at[graph.group] for graph in self.scene.blocks for i in graph.x}
-        leader = list(range(len(self.groups)))
+        leader = {k: k for k in stages}
 
         def of(k: int) -> int:
             while leader[k] != k:
@@ -159,8 +109,9 @@ class Sketched:
             return k
 
         def unite(k: int, unknowns: list[int]) -> None:
-            for i in unknowns:
-                leader[of(block[i])] = of(k)
+            for own in {block[i] for i in unknowns} & leader.keys():
+                if k in leader:
+                    leader[of(own)] = of(k)
 
         for part in self.scene.blocks:
             unite(at[part.group], list(part.uses))
@@ -169,9 +120,10 @@ class Sketched:
         for entry in self.entries:
             unite(entry.stage, entry.value.held[0])
         found: dict[int, list[int]] = {}
-        for k in range(len(self.groups)):
+        for k in stages:
             found.setdefault(of(k), []).append(k)
-        return list(found.values())
+        self._known_parts[tuple(stages)] = list(found.values())
+        return self._known_parts[tuple(stages)]
 
     # -- search ----------------------------------------------------------------------------
 
@@ -183,145 +135,93 @@ class Sketched:
         """
         for drawn in (True, False):
             result = Nearest(np.zeros(self.assembler.graphs.nx))
-            self.turned, self.assembler.shortened = [], False
+            self.assembler.shortened = False
             for part in self.parts:
                 self._part(part, result, u, drawn)
                 if result.failure is not None:
                     break
             if result.failure is None or not self.assembler.shortened:
                 break
-        self.ended = result.ended
+        self.ended, self.turned = result.ended, list(dict.fromkeys(result.turned))
         return result
 
     def _part(self, part: list[int], result: Nearest, u: Any, drawn: bool) -> None:
         """Continue `result` by the nearest mode of groups that depend on each other."""
         order = itertools.count()
-        begun = [(0.0, 0.0, next(order), 0.0, 0, result.x)]  # the first two tell what is next
-        found: list[tuple[float, Any]] = []
-        deepest, failure, taken = -1, None, 0
+        # the first two tell what is next
+        begun = [(0.0, 0.0, next(order), 0.0, 0, Nearest(result.x))]
+        found: list[tuple[float, Nearest]] = []
+        deepest, taken = -1, 0
+        failed: NoPose | None = None
+        at = result.x
         most = MOST_TIED if self.scene.model.mechanism.dimension == 2 else MOST_TURNED
         while begun and taken < 2 * MOST_BEGUN:
-            *_, cost, done, x = heapq.heappop(begun)
+            *_, cost, done, own = heapq.heappop(begun)
             if found and told_apart(cost, found[0][0]):
                 break
             if done == len(part):
-                found.append((cost, x))
+                found.append((cost, own))
                 if len(found) == most or result.ended:
                     break
                 continue
-            stage, left = part[done], float(len(part) - done - 1)
-            poses, _, failed = self.assembler.candidates(
-                self.groups[stage], x, u, nearby=True, drawn=drawn
-            )
-            if failed is not None and done > deepest:
-                deepest, failure, result.x = done, failed, x
-            for pose in poses:
-                ahead = cost + self._square(stage, pose, u)
-                key = (left, ahead) if result.ended else (ahead, left)
-                heapq.heappush(begun, (*key, next(order), ahead, done + 1, pose))
+            ahead, failure = self._ahead(part[done:], own, u, drawn)
+            if failure is not None and done > deepest:
+                deepest, failed, at = done, failure, own.x
+            for more, gone, pose in ahead:
+                left, total = float(len(part) - done - gone), cost + more
+                key = (left, total) if result.ended else (total, left)
+                heapq.heappush(begun, (*key, next(order), total, done + gone, pose))
             taken += 1
             if taken == MOST_BEGUN:  # from here on the deepest first
                 result.ended = True
-                begun = [(left, cost, *rest) for cost, left, *rest in begun]
+                begun = [(own[1], own[0], *own[2:]) for own in begun]
                 heapq.heapify(begun)
-        if not found:
-            result.failure = failure
-            return
-        self._choose(part, found, result, u)
+        if found:
+            self._choose(part, [own for _, own in found], result, u)
+        else:
+            result.failure, result.x = failed, at
 
-    def _choose(self, part: list[int], found: list[Any], result: Nearest, u: Any) -> None:
-        """Take the nearest of modes that the sketch tells apart by whole turns at most."""
-        near: list[Any] = []
-        for _, x in found:  # a group may give one pose twice
-            if not any(np.array_equal(x, other) for other in near):
-                near.append(x)
-        if len(near) > 1:  # the same but for whole turns, which a gear tells apart
-            whole = [self._unwound(part, x, u) for x in near]
-            least = min(whole)
-            by_turns = sorted(zip(whole, range(len(near)), strict=True))
-            near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
-        if len(near) > 1 and self.scene.model.mechanism.dimension == 3:
-            near = self._least_wound(near, u)
-            near = self._least_turned(part, near, u) if len(near) > 1 else near
-        result.x = near[0]
-        if len(near) > 1:
-            result.doubtful.append(self._first_to_differ(part, near))
-            result.tied.append((part, near))
+    def _ahead(
+        self, rest: list[int], own: Nearest, u: Any, drawn: bool
+    ) -> tuple[list[tuple[float, int, Nearest]], NoPose | None]:
+        """Return how a begun mode goes on: squares of its distance, groups done, the mode.
 
-    def _least_wound(self, near: list[Any], u: Any) -> list[Any]:
-        """Return modes in space without those that are others with wheels or screws turned on."""
-        from mechdae.assembly.turns.least_wound import least_wound, wound
-
-        mechanism, p = self.scene.model.mechanism, self.assembler.p
-        angles = wound(self.scene, self.groups)
-        if not angles:
-            return near
-        told = {entry.coordinate.text: entry for entry in self.entries}
-        entries = {
-            name: told.get(name) or self._entry(coordinate(mechanism, name), 0.0)
-            for own in angles for name in own
-        }  # fmt: skip
-
-        def turned(name: str, x: Any) -> float:
-            entry = entries[name]
-            return 0.0 if entry is None else float(entry.gap(x, u, p, True))
-
-        return least_wound(near, angles, turned)
-
-    def _least_turned(self, part: list[int], near: list[Any], u: Any) -> list[Any]:
-        """Return of modes in which all points are at one place the one of the least angles.
-
-        A leg between a cross and a ball closes too when it is turned by half a turn about itself.
+        Groups that what is done leaves without anything in common are solved each for itself.
         """
-        mechanism, p = self.scene.model.mechanism, self.assembler.p
-        groups = [self.groups[k] for k in part]
-        points = [
-            self._entry(coordinate(mechanism, f"{body}.{point}.{axis}"), 0.0)
-            for group in groups
-            for body in group.bodies
-            for point in self._placed(body)
-            for axis in mechanism.axes
-        ]
-        for entry in points:
-            if entry and any(abs(self._moved(entry, near[0], x, u)) > TIE for x in near[1:]):
-                return near
-        turns = [
-            self._entry(coordinate(mechanism, f"{name}.{word}"), 0.0)
-            for group in groups
-            for name in group.joints
-            for word in mechanism.joints[name].coordinates
-            if KINDS[word] is ANGLE
-        ]
-        turns = [entry for entry in turns if entry is not None]
-        sizes = [math.hypot(*[entry.gap(x, u, p) for entry in turns if entry]) for x in near]
-        least = min(sizes)
-        kept = [x for x, size in zip(near, sizes, strict=True) if size - least < TIE]
-        if len(kept) == 1:
-            for entry in turns:
-                if entry and any(abs(self._moved(entry, kept[0], x, u)) > TIE for x in near):
-                    self.turned.append(entry.coordinate.part)
-            self.turned = list(dict.fromkeys(self.turned))
-            return kept
-        return near
+        apart = self._parts(rest)
+        if len(apart) > 1:
+            whole = replace(own, doubtful=[*own.doubtful], tied=[*own.tied], turned=[*own.turned])
+            for part in apart:
+                self._part(part, whole, u, drawn)
+                if whole.failure is not None:
+                    return [], whole.failure
+            square = sum(self._square(stage, whole.x, u) for stage in rest)
+            return [(square, len(rest), whole)], None
+        poses, _, failure = self.assembler.candidates(
+            self.groups[rest[0]], own.x, u, nearby=True, drawn=drawn
+        )
+        ahead = [(self._square(rest[0], x, u), 1, replace(own, x=x)) for x in poses]
+        return ahead, failure
 
-    def _first_to_differ(self, part: list[int], poses: list[Any]) -> Group:
-        return next(self.groups[k] for k in part if self._differ(self.groups[k], poses))
-
-    def _differ(self, group: Group, poses: list[Any]) -> bool:
-        """Return whether the group's own unknowns are not the same in all poses."""
-        own = [i for b in self.assembler.blocks_of(group) for i in self.scene.blocks[b].x]
-        return any(not np.array_equal(poses[0][own], x[own]) for x in poses)
+    def _choose(self, part: list[int], found: list[Nearest], result: Nearest, u: Any) -> None:
+        """Take the nearest of modes that the sketch does not tell apart, if one is meant."""
+        near: list[Nearest] = []
+        for own in found:  # a group may give one pose twice
+            if not any(np.array_equal(own.x, other.x) for other in near):
+                near.append(own)
+        kept, turned = self.undecided.meant(part, [own.x for own in near], u)
+        chosen = next(own for own in near if own.x is kept[0])
+        result.x, result.ended = chosen.x, result.ended or chosen.ended
+        result.turned += [*chosen.turned, *turned]
+        result.doubtful += chosen.doubtful
+        result.tied += chosen.tied
+        if len(kept) > 1:
+            result.doubtful.append(self.undecided.first_to_differ(part, kept))
+            result.tied.append((part, kept))
 
     def _square(self, stage: int, x: Any, u: Any) -> float:
         p = self.assembler.p
         return sum(entry.gap(x, u, p) ** 2 for entry in self._at_stage.get(stage, ()))
-
-    def _unwound(self, part: list[int], x: Any, u: Any) -> float:
-        """Return how far geared bodies are from the sketch, whole turns included [rad]."""
-        geared = self.assembler.turns.whole.geared
-        own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
-        gaps = [e.gap(x, u, self.assembler.p, True) for e in own if e.coordinate.part in geared]
-        return math.hypot(*gaps)
 
     def distance(self, group: Group, x: Any, u: Any) -> float:
         """Return how far what is known with a group is from the sketch [rad]."""
@@ -397,86 +297,3 @@ class Sketched:
             pose = pose.copy()
             pose[lengths] -= step * size
         return pose
-
-    # -- what would tell -------------------------------------------------------------------
-
-    def hint(self, found: Nearest, u: Any) -> tuple[list[str], list[str]]:
-        """Return keys of the sketch that tell the tied modes apart, and lines as one mode has them.
-
-        All keys are needed; where any of some does, they come as "one of".
-        """
-        keys, lines, p = [], [], self.assembler.p
-        in_plane = self.scene.model.mechanism.dimension == 2
-        for part, poses in found.tied:
-            left = poses
-            while len(left) > 1:
-                telling = self._telling(self._first_to_differ(part, left), left, u)
-                if not telling:
-                    return [], []
-                first = telling[0]
-                value = first.value(left[0], u, p).item()
-                angle = first.coordinate.kind == "body angle"
-                every = [_key(e.coordinate, in_plane) for e in telling]
-                keys.append(every[0] if len(every) == 1 else f"one of {', '.join(every)}")
-                shown = math.degrees(value) if angle else value
-                lines.append(f"{_key(first.coordinate, in_plane)} = {shown:.6g}")
-                left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= TIE]
-        return keys, lines
-
-    def _placed(self, body: str) -> list[str]:
-        """Return the points of a body that have a place: not those of a link that spins freely."""
-        model = self.scene.model
-        points = model.mechanism.bodies[body].points
-        every = Selection((), tuple(f"{body}.{point}" for point in points), ())
-        return [point.split(".")[1] for point in model.reported(every, False).points]
-
-    def _moved(self, entry: SketchNumber, x: Any, y: Any, u: Any) -> float:
-        """Return by how much a coordinate differs between two poses, in its size."""
-        p = self.assembler.p
-        gap = entry.gap(y, u, p, True) - entry.gap(x, u, p, True)
-        return math.remainder(gap, 2 * math.pi) if entry.turns else gap
-
-    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[SketchNumber]:
-        """Return angles that differ between poses, else slides, else the point that moves most."""
-        mechanism = self.scene.model.mechanism
-        told = {entry.coordinate for entry in self.entries}
-        in_plane = mechanism.dimension == 2
-        angles = [coordinate(mechanism, f"{body}.angle") for body in group.bodies if in_plane]
-        slides = [
-            coordinate(mechanism, f"{name}.{word}")
-            for name in group.joints
-            for word in mechanism.joints[name].coordinates
-            if KINDS[word] is not ANGLE or not in_plane
-        ]
-        points = [
-            coordinate(mechanism, f"{body}.{point}.{axis}")
-            for body in group.bodies
-            for point in self._placed(body)
-            for axis in mechanism.axes
-        ]
-        for every in (angles, slides, points):
-            entries = [self._entry(c, 0.0) for c in every if c not in told]
-            apart = {}
-            for entry in entries:
-                if entry is not None:
-                    apart[entry] = max(abs(self._moved(entry, poses[0], x, u)) for x in poses)
-            telling = [entry for entry, gap in apart.items() if gap > TIE]
-            telling.sort(key=lambda entry: -apart[entry])
-            if telling:
-                return telling[:1] if every is points else telling
-        return []
-
-
-def _key(c: NamedCoordinate, in_plane: bool = True) -> str:
-    """Return a coordinate as a key of the sketch."""
-    if c.kind == "point":
-        return f'"{c.text}"'
-    if c.kind == "body angle":
-        return f"{c.part}_deg"
-    return c.part if in_plane else f'"{c.text}"'
-
-
-def told_apart(one: Any, other: Any) -> Any:
-    """Return whether a mode is farther from the sketch than another, by more than rounding."""
-    far, near = np.sqrt(one), np.sqrt(other)
-    return far - near > TIE * near + ROUNDING

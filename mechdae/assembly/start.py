@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.assembly.assembler import Assembler
+from mechdae.assembly.closed_start import MANY
 from mechdae.assembly.closure import NoPose
 from mechdae.assembly.nearest_mode import MOST_BEGUN
+from mechdae.assembly.turns.undecided import cylinders
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.errors import AssemblyError, MechanismError, SketchError, UnknownName
+from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.slips import long_length, odd_lengths
@@ -41,7 +44,7 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True)
     if found.failure is not None:
         raise not_assembled(assembler.scene, found.failure, u)
     if found.doubtful:
-        keys, lines = assembler.sketched.hint(found, u)
+        keys, lines = assembler.sketched.undecided.hint(found, u)
         error = SketchError if keys else MechanismError
         raise error(
             f"does not tell which assembly mode of group {found.doubtful[0].name} is meant",
@@ -53,7 +56,40 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True)
                 else "the modes meet at this pose: sketch another one"
             ),
         )
+    _check_near(assembler, found.x, u)
     return u, found.x
+
+
+def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
+    """Raise where a sketch chose between modes that are more than a right angle from it.
+
+    One body is, or all of a group together where its angles look like degrees without a suffix.
+    """
+    angles: dict[Group, dict[str, tuple[float, float]]] = {}
+    for entry in assembler.sketched.entries:
+        if entry.coordinate.kind == "body angle":
+            group = assembler.scene.groups[entry.stage]
+            gap = entry.gap(x, u, assembler.p)
+            angles.setdefault(group, {})[entry.coordinate.part] = (entry.wanted, gap)
+    for group, own in angles.items():
+        plain = [body for body, (wanted, _) in own.items() if abs(wanted) > MANY]
+        body, worst = max(own.items(), key=lambda item: abs(item[1][1]))
+        off = math.hypot(*[gap for _, gap in own.values()]) if plain else abs(worst[1])
+        if group.driven or off <= math.pi / 2:
+            continue
+        if len(assembler.candidates(group, x, u, nearby=True)[0]) < 2:
+            continue
+        near = ", ".join(
+            f"{name}_deg = {math.degrees(math.remainder(wanted + gap, 2 * math.pi)):.6g}"
+            for name, (wanted, gap) in own.items()
+        )
+        slip = f"{plain[0]} is in radians, {plain[0]}_deg is not; else " if plain else ""
+        raise SketchError(
+            f"chooses no assembly mode of group {group.name}: the nearest one is "
+            f"{math.degrees(off):.0f} degrees away, {body} most of all",
+            where="sketch",
+            hint=f"{slip}sketch the mode that is meant; the nearest one has {near}",
+        )
 
 
 def try_redundant(assembler: Assembler, plan: DriverPlan) -> None:
@@ -77,7 +113,7 @@ def doubts(
     """
     notes = list(slips)
     for body, angle in assembler.sketch.items():
-        if abs(angle) > 4 * math.pi:
+        if abs(angle) > MANY:
             notes.append(f"sketch: {body} = {angle:g} is in radians; did you mean {body}_deg?")
     notes += odd_lengths(assembler.scene.model.mechanism)
     if not slips and plan.values is not None and plan.coordinates[0].is_angle:
@@ -88,6 +124,15 @@ def doubts(
                 f"numbers without a suffix are radians"
             )
     notes += assembler.contacts.corners()
+    entries = [entry.coordinate for entry in assembler.sketched.entries]
+    told = {c.part for c in (*entries, *plan.coordinates) if not c.is_angle}
+    mechanism = assembler.scene.model.mechanism
+    pushed, names = cylinders(mechanism), {text: name for name, text in mechanism.aliases.items()}
+    for group in assembler.scene.groups:
+        for name, slide in assembler.slides(group, x, u).items():
+            if name in pushed and slide < 0 and name not in told:
+                text = names.get(f"{name}.slide", f"{name}.slide")
+                notes.append(f"{text} is negative at first: {slide:.6g} m, a length backwards")
     if assembler.sketched.ended:
         notes.append(
             f"the sketch is too rough to compare all modes: {MOST_BEGUN} were begun, another may "

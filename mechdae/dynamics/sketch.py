@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.errors import MechanismError, MechdaeError, SketchError
@@ -38,13 +38,14 @@ EXACT = 1e-9
 class JointClosing(Protocol):
     """What closes the joints at the start of a motion.
 
-    ``drawn`` is the sketch, with what the start alone gives; ``aims`` are coordinates that are
-    moved to a value, ``named`` those that the start names.
+    ``drawn`` is the sketch, with what the start alone gives, ``said`` what the sketch itself does;
+    ``aims`` are coordinates that are moved to a value, ``named`` those that the start names.
     """
 
     setup: Setup
     r: Released
     drawn: Sketch
+    said: set[NamedCoordinate]
     places: dict[NamedCoordinate, float]
     aims: dict[NamedCoordinate, float]
     named: list[NamedCoordinate]
@@ -68,12 +69,8 @@ class AssembledSketch:
 
     def __init__(self, closing: JointClosing) -> None:
         self.closing, self.setup, self.r = closing, closing.setup, closing.r
-        mechanism = self.setup.problem.mechanism
-        angles = {
-            coordinate(mechanism, f"{body}.angle"): value
-            for body, value in closing.drawn.angles.items()
-        }
-        self.known = {**angles, **closing.places}
+        drawn = closing.drawn.coordinates(self.setup.problem.mechanism)
+        self.known = drawn | closing.places
 
     def pose(self, rough: Any) -> Any:
         """Return the free coordinates of the assembled sketch, None where no sweep assembles it.
@@ -116,7 +113,7 @@ class AssembledSketch:
         closing, problem = self.closing, self.setup.problem
         named = [c.text for c in closing.named]
         every = [*likely_drivers(problem, [*named, *self.setup.likely]), *self.known]
-        every.sort(key=lambda c: c not in self.known)
+        every.sort(key=lambda c: (c not in closing.said, c not in self.known))
         basis = freedoms(closing.rows(x)[1][: closing.m])
         found = independent(every, lambda c: self._slope(c, x)[1] * closing.sizes, basis)
         return found if len(found) == basis.shape[1] else []
@@ -161,7 +158,8 @@ class PlanarSketch:
         guess, loose, lengths = self._guess()
         tries = self._closings(guess, loose)
         first = next(tries)
-        if not self.closing.m or (not loose and self._exact(*first, guess, lengths)):
+        open_chain = not self.closing.m and not self.closing.said & self.closing.places.keys()
+        if open_chain or (not loose and self._exact(*first, guess, lengths)):
             return first[0], first[0]
         closed: list[Any] = []
         nearest = first

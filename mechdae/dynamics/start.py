@@ -67,6 +67,7 @@ class _Starter:
         }
         self.drawn = sketched(mechanism)
         self.places = dict(self.drawn.places)
+        self.said = {*self.places, *self.drawn.coordinates(mechanism)}
         for c, value in self.aims.items():
             if c.kind == "body angle":
                 self.drawn.angles.setdefault(c.part, value)

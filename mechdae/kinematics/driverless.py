@@ -19,6 +19,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
 from mechdae.describe.tasks.motion import named_coordinate
+from mechdae.describe.values import Number
 from mechdae.kinematics.prepared import Setting, prepare
 
 INDEPENDENT = 1e-6
@@ -89,7 +90,7 @@ def assembled(
     MechdaeError
         As of a sweep with these drivers.
     """
-    told = Table({c.text: value for c, value in sketch.items()})
+    told: Table[Number] = Table({c.text: value for c, value in sketch.items()})
     problem = replace(problem, mechanism=replace(problem.mechanism, sketch=told))
     drivers = tuple(Driver(c.text, at=(sketch[c],)) for c in driven)
     setting = prepare(problem, Sweep(drivers=drivers))

@@ -215,6 +215,11 @@ class Sketch:
     angles: dict[str, float]
     places: dict[NamedCoordinate, float]
 
+    def coordinates(self, mechanism: Mechanism) -> dict[NamedCoordinate, float]:
+        """Return all of it by coordinate."""
+        own = {coordinate(mechanism, f"{body}.angle"): v for body, v in self.angles.items()}
+        return own | self.places
+
 
 def sketched(mechanism: Mechanism) -> Sketch:
     """Return the sketch as numbers.

@@ -88,10 +88,10 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
     """Return notes on lengths that are out of proportion.
 
     One more than ten times all others together, one below a thousandth of the largest, radii and
-    other sizes of joints and loads more than ten times the largest.
+    other sizes of joints and loads more than ten times the largest; links of negative length.
     """
     long = long_length(mechanism)
-    notes = [long] if long else []
+    notes = [*_backward(mechanism), *([long] if long else [])]
     sizes = [item for item in _lengths(mechanism) if item[0] > 0]
     if long or not sizes:
         return notes
@@ -112,6 +112,21 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
                 notes.append(
                     f"{name} is {size:g} m, {size / largest:.0f} times the largest length: is that "
                     "in metres?"
+                )
+    return notes
+
+
+def _backward(mechanism: Mechanism) -> list[str]:
+    """Return notes on links that a negative parameter alone makes point backwards."""
+    values, notes = mechanism.values(), []
+    for name, body in mechanism.bodies.items():
+        feet = [point for point, place in body.points.items() if not any(place)]
+        for point, (along, *across) in body.points.items():
+            negative = along in mechanism.parameters and values[f"{name}.{point}.x"] < 0
+            if negative and feet and not any(across):
+                notes.append(
+                    f"{along} is negative: {point} of {name} lies behind {feet[0]}, on the other "
+                    "side of the link's angle"
                 )
     return notes
 

@@ -101,7 +101,7 @@ class Drawn:
         found = {}
         for name, value in self.parameters.items():
             if name[0] in "st":
-                found[name] = self.rng.uniform(-4, 7, ROWS).tolist()
+                found[name] = (value + self.rng.uniform(-1, 1, ROWS)).tolist()
             elif name[0] == "g":
                 found[name] = self.rng.uniform(-2, 2, ROWS).tolist()
             else:

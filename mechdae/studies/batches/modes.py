@@ -7,12 +7,13 @@ assemble, as it does for a single set.
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.closed_start import HALF_TURN, MARGIN, turns_tell
-from mechdae.assembly.nearest_mode import SketchNumber, told_apart
+from mechdae.assembly.closed_start import HALF_TURN, MARGIN, looks_like_degrees, turns_tell
+from mechdae.assembly.turns.undecided import SketchNumber, told_apart
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.run.batch import Batch
@@ -57,7 +58,7 @@ class StartingModes:
     @property
     def usable(self) -> bool:
         """Whether the modes are few, and whole turns of their angles make no difference."""
-        if turns_tell(self.assembler):
+        if turns_tell(self.assembler) or looks_like_degrees(self.assembler.sketch):
             return False
         return all(2 ** int(self.form.branches[own].sum()) <= MOST for own in self.parts)
 
@@ -74,13 +75,13 @@ class StartingModes:
             if not own:
                 continue
             columns = [i for b in own for i in g.blocks[b].own]
-            poses, signs, far, doubtful = self._modes(part, own, numbers, u)
+            poses, signs, far, worst, doubtful = self._modes(part, own, numbers, u)
             order = np.argsort(far, axis=0, kind="stable")
             rows = np.arange(count)
             best = order[0]
             none = ~np.isfinite(far[best, rows])
             nowhere |= none & ~doubtful
-            sure &= ~doubtful
+            sure &= ~doubtful & (none | (worst[best, rows] <= math.pi / 2))
             if len(far) > 1:
                 near, next_ = far[best, rows], far[order[1], rows]
                 with np.errstate(invalid="ignore"):
@@ -92,16 +93,16 @@ class StartingModes:
 
     def _modes(
         self, part: list[int], own: list[int], numbers: Numbers, u: Any
-    ) -> tuple[Any, Any, Any, Any]:
+    ) -> tuple[Any, Any, Any, Any, Any]:
         """Return poses (m, k, nx), signs (m, blocks), squares by which they are off (m, k).
 
-        A mode that does not assemble is infinitely far; the last part tells for which lanes that
-        is not sure.
+        The fourth part is by how much a body is turned from its sketch at most (m, k). A mode that
+        does not assemble is infinitely far; the last part tells for which lanes that is not sure.
         """
         count, g = len(u), self.graphs
         branching = [b for b in own if self.form.branches[b]]
         choices = list(itertools.product((1.0, -1.0), repeat=len(branching)))
-        poses, far = [], []
+        poses, far, worst = [], [], []
         signs = np.ones((len(choices), len(own)))
         doubtful = np.zeros(count, bool)
         for m, choice in enumerate(choices):
@@ -112,12 +113,13 @@ class StartingModes:
             with np.errstate(invalid="ignore"):
                 doubtful |= (np.abs(inner) <= MARGIN).any(axis=1)
                 assembled = (inner > 0).all(axis=1)
-                off = self._far(part, x, u, numbers)
+                off, most = self._far(part, x, u, numbers)
             for k, b in enumerate(own):
                 signs[m, k] = sign[0, b]
             poses.append(x)
             far.append(np.where(assembled & np.isfinite(off), off, np.inf))
-        return np.array(poses), signs, np.array(far), doubtful
+            worst.append(most)
+        return np.array(poses), signs, np.array(far), np.array(worst), doubtful
 
     def _turned(self, x: Any, sketches: Sketches) -> tuple[Any, Any]:
         """Return unknowns with angles on the turns that sketches ask for, and which are between."""
@@ -129,13 +131,16 @@ class StartingModes:
                 between |= np.abs(np.abs(turns - np.round(turns)) - 0.5) < HALF_TURN
         return x, between
 
-    def _far(self, part: list[int], x: Any, u: Any, numbers: Numbers) -> Any:
-        """Return the sums of squares by which poses of lanes are off their sketches."""
-        total = np.zeros(len(x))
+    def _far(self, part: list[int], x: Any, u: Any, numbers: Numbers) -> tuple[Any, Any]:
+        """Return sums of squares by which poses of lanes are off their sketches, largest turns."""
+        total, worst = np.zeros(len(x)), np.zeros(len(x))
         for n, entry in enumerate(self.sketched.entries):
             if entry.stage in part:
-                total += self._gaps(n, entry, x, u, numbers) ** 2
-        return total
+                gap = self._gaps(n, entry, x, u, numbers)
+                total += gap**2
+                if entry.coordinate.kind == "body angle":
+                    worst = np.fmax(worst, np.abs(gap))
+        return total, worst
 
     def _gaps(self, n: int, entry: SketchNumber, x: Any, u: Any, numbers: Numbers) -> Any:
         value: Batch = self.graphs.kept(
