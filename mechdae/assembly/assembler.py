@@ -19,9 +19,8 @@ from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses, moving
 from mechdae.assembly.mode_labels import ModeLabels
-from mechdae.assembly.nearest_mode import Sketched
+from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.turns.block_turns import BlockTurns, put
-from mechdae.assembly.turns.undecided import Nearest
 from mechdae.assembly.turns.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import LENGTH
 from mechdae.describe.coordinates import NamedCoordinate, coordinate

@@ -15,20 +15,19 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.assembler import Assembler
-from mechdae.assembly.turns.undecided import told_apart
+from mechdae.assembly.nearest_mode import told_apart
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.setup.scales import scale_of
+from mechdae.setup.slips import MANY
 
 SX = ca.SX
 MOST = 16
 """Modes of one part of the mechanism that are compared in one call, at most."""
 MARGIN = 1e-9
 """D over A^2 + B^2 below which it is not told in closed form whether a dyad assembles."""
-MANY = 4 * math.pi
-"""Angle that looks like degrees without a suffix [rad]."""
 HALF_TURN = 1e-6
 """Turns by which an angle is off half a turn from its sketch at least."""
 

@@ -11,26 +11,32 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from dataclasses import replace
-from typing import Any
+from dataclasses import field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from mechdae.assembly.closure import NoPose
-from mechdae.assembly.turns.undecided import (
-    Assembling,
-    Nearest,
-    SketchNumber,
-    Undecided,
-    told_apart,
-)
+from mechdae.assembly.contacts import Contacts
+from mechdae.assembly.turns.block_turns import BlockTurns
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
-from mechdae.kernels.run.local import local
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
+from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 from mechdae.setup.scales import driver_size
 
+if TYPE_CHECKING:
+    from mechdae.assembly.turns.undecided import Undecided
+
+TIE = 1e-6
+"""Difference of two distances over the distance, at which a sketch does not tell modes apart."""
+ROUNDING = 1e-9
+"""The same for sketches that are a mode but for rounding [rad, sizes of the mechanism]."""
 MOST_BEGUN = 2000
 """Begun modes that are gone on from before the search ends with the best of them."""
 MOST_TIED = 32
@@ -40,6 +46,64 @@ OWN = 1e-3
 """Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
 ITERATIONS, FITS = 12, 3
 NUDGE = 1e-6
+
+
+@dataclass(frozen=True)
+class SketchNumber:
+    """A number of the sketch; ``stage`` is the place of the group it is known with.
+
+    ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
+    """
+
+    coordinate: NamedCoordinate
+    wanted: float
+    stage: int
+    size: float
+    turns: bool
+    value: Local
+
+    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float:
+        """Return how far it is from its value at a pose, whole turns too if `unwound`."""
+        gap = float((self.value(x, u, p).item() - self.wanted) / self.size)
+        return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
+
+
+@dataclass
+class Nearest:
+    """The pose nearest to the sketch, or the group that failed on the way to it.
+
+    ``doubtful`` are groups whose mode the sketch does not tell, ``tied`` their places and the poses
+    between which it does not; ``turned`` joints at which the least angles were taken; ``ended``
+    tells that the search was ended before all were compared.
+    """
+
+    x: Any
+    failure: NoPose | None = None
+    doubtful: list[Group] = field(default_factory=list)
+    tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)
+    turned: list[str] = field(default_factory=list)
+    ended: bool = False
+
+
+class Assembling(Protocol):
+    """What is asked of the assembler whose modes are compared."""
+
+    graphs: Graphs
+    scene: Scene
+    sketch: dict[str, float]
+    places: dict[NamedCoordinate, float]
+    p: Any
+    size: float
+    natural: Any
+    turns: BlockTurns
+    contacts: Contacts
+    solvers: list[Any]
+    shortened: bool
+
+    def blocks_of(self, group: Group) -> list[int]: ...
+    def candidates(
+        self, group: Group, x: Any, u: Any, nearby: bool = False, *, drawn: bool = False
+    ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
 class Sketched:
@@ -66,7 +130,6 @@ class Sketched:
             self._at_stage.setdefault(entry.stage, []).append(entry)
         self._known_parts: dict[tuple[int, ...], list[list[int]]] = {}
         self.parts = self._parts(list(range(len(self.groups))))
-        self.undecided = Undecided(self)
         self.ended = False
         """Whether the last search ended before all modes were compared."""
         self.turned: list[str] = []
@@ -209,7 +272,15 @@ class Sketched:
         for own in found:  # a group may give one pose twice
             if not any(np.array_equal(own.x, other.x) for other in near):
                 near.append(own)
-        kept, turned = self.undecided.meant(part, [own.x for own in near], u)
+        if len(near) > 1:  # the same but for whole turns, which a gear tells apart
+            whole = [self._unwound(part, own.x, u) for own in near]
+            least = min(whole)
+            by_turns = sorted(zip(whole, range(len(near)), strict=True))
+            near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
+        kept = [own.x for own in near]
+        turned: list[str] = []
+        if len(kept) > 1:
+            kept, turned = self.undecided.meant(part, kept, u)
         chosen = next(own for own in near if own.x is kept[0])
         result.x, result.ended = chosen.x, result.ended or chosen.ended
         result.turned += [*chosen.turned, *turned]
@@ -222,6 +293,20 @@ class Sketched:
     def _square(self, stage: int, x: Any, u: Any) -> float:
         p = self.assembler.p
         return sum(entry.gap(x, u, p) ** 2 for entry in self._at_stage.get(stage, ()))
+
+    def _unwound(self, part: list[int], x: Any, u: Any) -> float:
+        """Return how far geared bodies are from the sketch, whole turns included [rad]."""
+        geared = self.assembler.turns.whole.geared
+        own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
+        own = [e for e in own if e.coordinate.part in geared]
+        return math.hypot(*[e.gap(x, u, self.assembler.p, True) for e in own])
+
+    @cached_property
+    def undecided(self) -> Undecided:
+        """What tells modes apart that are equally near."""
+        from mechdae.assembly.turns.undecided import Undecided
+
+        return Undecided(self, TIE)
 
     def distance(self, group: Group, x: Any, u: Any) -> float:
         """Return how far what is known with a group is from the sketch [rad]."""
@@ -297,3 +382,9 @@ class Sketched:
             pose = pose.copy()
             pose[lengths] -= step * size
         return pose
+
+
+def told_apart(one: Any, other: Any) -> Any:
+    """Return whether a mode is farther from the sketch than another, by more than rounding."""
+    far, near = np.sqrt(one), np.sqrt(other)
+    return far - near > TIE * near + ROUNDING

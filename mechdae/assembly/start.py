@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.assembly.assembler import Assembler
-from mechdae.assembly.closed_start import MANY
 from mechdae.assembly.closure import NoPose
 from mechdae.assembly.nearest_mode import MOST_BEGUN
-from mechdae.assembly.turns.undecided import cylinders
 from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.describe.structure import cylinders
 from mechdae.errors import AssemblyError, MechanismError, SketchError, UnknownName
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 from mechdae.setup.drivers import DriverPlan
-from mechdae.setup.slips import long_length, odd_lengths
+from mechdae.setup.slips import MANY, long_length, odd_lengths
 
 if TYPE_CHECKING:
     from mechdae.assembly.mode_tree import Mode
@@ -44,7 +43,7 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True)
     if found.failure is not None:
         raise not_assembled(assembler.scene, found.failure, u)
     if found.doubtful:
-        keys, lines = assembler.sketched.undecided.hint(found, u)
+        keys, lines = assembler.sketched.undecided.hint(found.tied, u)
         error = SketchError if keys else MechanismError
         raise error(
             f"does not tell which assembly mode of group {found.doubtful[0].name} is meant",

@@ -31,7 +31,10 @@ def drawn_joints(joints: Mapping[str, Joint]) -> dict[str, Joint]:
 def drawn_sketch(
     joints: Mapping[str, Joint], bodies: Mapping[str, Any], sketch: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the sketch of the drawn pose: angles are 0, bodies without any are at their points."""
+    """Return the sketch of the drawn pose: angles are 0, other bodies are at their points.
+
+    Those are bodies without any joint that has an angle, and those that hang in a ball or on a bar.
+    """
     found: dict[str, Any] = {}
     for name, joint in joints.items():
         angles = [word for word in joint.coordinates if word.startswith("angle")]
@@ -40,11 +43,26 @@ def drawn_sketch(
             found |= {f"{name}.{word}": 0.0 for word in angles}
     for name, body in bodies.items():
         own = [joint for joint in joints.values() if name in joint.bodies]
-        if any(joint.coordinates for joint in own):
+        told = any(joint.coordinates for joint in own)
+        if told and not any(joint.ball or joint.bar for joint in own):
             continue
         for point, place in list(body.points.items())[:TOLD]:
             found |= {f"{name}.{point}.{x}": v for x, v in zip("xyz", place, strict=True)}
     return found
+
+
+def drawn_value(
+    joints: Mapping[str, Joint], values: Mapping[str, float], part: str, words: list[str]
+) -> float:
+    """Return the place of a point or the slide of a joint as drawn, nan of other coordinates."""
+    if part not in joints:
+        return values.get(".".join([part, *words]), math.nan)
+    if words != ["slide"]:
+        return math.nan
+    joint = joints[part]
+    axis = [values[f"{part}.axis.{x}"] for x in "xyz"]
+    gap = [values[f"{joint.second}.{x}"] - values[f"{joint.first}.{x}"] for x in "xyz"]
+    return sum(a * b for a, b in zip(axis, gap, strict=True)) / math.hypot(*axis)
 
 
 def check_drawn(joints: Mapping[str, Joint], values: Mapping[str, float], size: float) -> None:

@@ -101,3 +101,24 @@ def _load(load: Load) -> Hashable:
         if isinstance(number, str)
     ]
     return (load.kind, tuple(rest), tuple(texts), getattr(load, "points", None))
+
+
+def cylinders(mechanism: Mechanism) -> list[str]:
+    """Return the sliding joints between two bodies that have a pin or a ball each and no more."""
+    others: dict[str, list[str]] = {}
+    for name, joint in mechanism.joints.items():
+        for body in joint.bodies:
+            others.setdefault(body, []).append(name)
+    joints = mechanism.joints
+    return [
+        name
+        for name, joint in joints.items()
+        if joint.straight
+        and (joint.keeps_angle or (joint.spatial and not joint.winds))
+        and all(
+            body in mechanism.bodies
+            and len(others[body]) == 2
+            and all(joints[other].hinge for other in others[body] if other != name)
+            for body in joint.bodies
+        )
+    ]

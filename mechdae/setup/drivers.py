@@ -14,6 +14,7 @@ from mechdae.describe.coordinates import (
     coordinate,
     coordinate_names,
 )
+from mechdae.describe.drawn import drawn_value
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import DEFAULT_POSES, Driven, Driver, Sweep
@@ -205,7 +206,10 @@ def _driver_in_sketch(
     for name in (c.text, c.part if c.kind != "point" else c.text):
         if name in mechanism.sketch:
             return evaluate(mechanism.sketch[name], known)
-    return float("nan")
+    if mechanism.frames is None:
+        return float("nan")
+    part, *words = c.text.split(".")
+    return drawn_value(mechanism.joints, mechanism.values(), part, words)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ SMALL = 1e-3
 """Share of the largest length below which a length looks wrong."""
 LEAST = 3
 """Lengths that a mechanism must have to tell which of them is out of place."""
+MANY = 4 * math.pi
+"""Angle of a sketch that looks like degrees without a suffix [rad]."""
 TURNS = 5
 """Turns above which a whole number of radians looks like degrees."""
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.turns.undecided import Undecided, cylinders
+from mechdae.assembly.turns.undecided import Undecided
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.load import load as load_file
+from mechdae.describe.structure import cylinders
 from mechdae.errors import SketchError
 from tests.shared.paths import DATA
 

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.nearest_mode import Sketched
-from mechdae.assembly.turns.undecided import ROUNDING, SketchNumber
+from mechdae.assembly.nearest_mode import ROUNDING, Sketched, SketchNumber
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 
 CLOSE = 1e-6

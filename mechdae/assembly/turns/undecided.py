@@ -8,102 +8,66 @@ say.
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
-from mechdae.assembly.closure import NoPose
-from mechdae.assembly.contacts import Contacts
-from mechdae.assembly.turns.block_turns import BlockTurns
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS
 from mechdae.describe.coordinates import NamedCoordinate, Selection, coordinate
-from mechdae.describe.mechanism import Mechanism
-from mechdae.kernels.graphs.steps import Graphs
+from mechdae.describe.structure import cylinders
 from mechdae.kernels.run.local import Local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
-from mechdae.records import dataclass
-
-TIE = 1e-6
-"""Difference of two distances over the distance, at which a sketch does not tell modes apart."""
-ROUNDING = 1e-9
-"""The same for sketches that are a mode but for rounding [rad, sizes of the mechanism]."""
 
 
-@dataclass(frozen=True)
-class SketchNumber:
-    """A number of the sketch; ``stage`` is the place of the group it is known with.
+class Said(Protocol):
+    """A number of the sketch, or one as if it said so."""
 
-    ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
-    """
-
-    coordinate: NamedCoordinate
-    wanted: float
-    stage: int
-    size: float
-    turns: bool
-    value: Local
-
-    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float:
-        """Return how far it is from its value at a pose, whole turns too if `unwound`."""
-        gap = float((self.value(x, u, p).item() - self.wanted) / self.size)
-        return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
-
-
-@dataclass
-class Nearest:
-    """The pose nearest to the sketch, or the group that failed on the way to it.
-
-    ``doubtful`` are groups whose mode the sketch does not tell, ``tied`` their places and the poses
-    between which it does not; ``turned`` joints at which the least angles were taken; ``ended``
-    tells that the search was ended before all were compared.
-    """
-
-    x: Any
-    failure: NoPose | None = None
-    doubtful: list[Group] = field(default_factory=list)
-    tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)
-    turned: list[str] = field(default_factory=list)
-    ended: bool = False
+    @property
+    def coordinate(self) -> NamedCoordinate: ...
+    @property
+    def turns(self) -> bool: ...
+    @property
+    def value(self) -> Local: ...
+    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float: ...
 
 
 class Assembling(Protocol):
-    """What is asked of the assembler whose modes are compared."""
+    """What is asked of an assembler."""
 
-    graphs: Graphs
-    scene: Scene
-    sketch: dict[str, float]
-    places: dict[NamedCoordinate, float]
     p: Any
-    size: float
-    natural: Any
-    turns: BlockTurns
-    contacts: Contacts
-    solvers: list[Any]
-    shortened: bool
 
     def blocks_of(self, group: Group) -> list[int]: ...
-    def candidates(
-        self, group: Group, x: Any, u: Any, nearby: bool = False, *, drawn: bool = False
-    ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
 class Saying(Protocol):
     """What is asked of what the sketch says."""
 
-    assembler: Assembling
+    @property
+    def assembler(self) -> Assembling: ...
+    @property
+    def entries(self) -> Sequence[Said]: ...
+
     scene: Scene
     groups: list[Group]
-    entries: list[SketchNumber]
 
-    def entry(self, c: NamedCoordinate, wanted: float) -> SketchNumber | None: ...
+    def entry(self, c: NamedCoordinate, wanted: float) -> Said | None: ...
 
 
 class Undecided:
-    """Which of modes is meant that are equally near to the sketch."""
+    """Which of modes is meant that are equally near to the sketch.
 
-    def __init__(self, sketched: Saying) -> None:
+    Parameters
+    ----------
+    sketched
+        What the sketch says.
+    tie
+        Difference in angles [rad] and sizes that counts as none.
+    """
+
+    def __init__(self, sketched: Saying, tie: float) -> None:
+        self.tie = tie
         self.sketched, self.assembler = sketched, sketched.assembler
         self.scene, self.groups = sketched.scene, sketched.groups
 
@@ -113,24 +77,12 @@ class Undecided:
         `near` are poses that the sketch tells apart by whole turns at most.
         """
         turned: list[str] = []
-        if len(near) > 1:  # the same but for whole turns, which a gear tells apart
-            whole = [self._unwound(part, x, u) for x in near]
-            least = min(whole)
-            by_turns = sorted(zip(whole, range(len(near)), strict=True))
-            near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
         if len(near) > 1:
             near = self._pushed_out(part, near, u)
         if len(near) > 1 and self.scene.model.mechanism.dimension == 3:
             near = self._least_wound(near, u)
             near, turned = self._least_turned(part, near, u) if len(near) > 1 else (near, [])
         return near, turned
-
-    def _unwound(self, part: list[int], x: Any, u: Any) -> float:
-        """Return how far geared bodies are from the sketch, whole turns included [rad]."""
-        geared = self.assembler.turns.whole.geared
-        own = [e for e in self.sketched.entries if e.stage in part]
-        own = [e for e in own if e.coordinate.kind == "body angle" and e.coordinate.part in geared]
-        return math.hypot(*[e.gap(x, u, self.assembler.p, True) for e in own])
 
     def _pushed_out(self, part: list[int], near: list[Any], u: Any) -> list[Any]:
         """Return the modes in which each cylinder has a positive slide, all if there is none."""
@@ -142,7 +94,7 @@ class Undecided:
         out = [x for x, own in zip(near, slides, strict=True) if min(own, default=0.0) > 0]
         return out or near
 
-    def _of(self, name: str) -> SketchNumber | None:
+    def _of(self, name: str) -> Said | None:
         """Return a coordinate as if the sketch said that it is zero."""
         return self.sketched.entry(coordinate(self.scene.model.mechanism, name), 0.0)
 
@@ -181,7 +133,7 @@ class Undecided:
             for axis in mechanism.axes
         ]
         for entry in points:
-            if entry and any(abs(self._moved(entry, near[0], x, u)) > TIE for x in near[1:]):
+            if entry and any(abs(self._moved(entry, near[0], x, u)) > self.tie for x in near[1:]):
                 return near, []
         every = [
             self._of(f"{name}.{word}")
@@ -193,25 +145,27 @@ class Undecided:
         turns = [entry for entry in every if entry is not None]
         sizes = [math.hypot(*[entry.gap(x, u, p) for entry in turns]) for x in near]
         least = min(sizes)
-        kept = [x for x, size in zip(near, sizes, strict=True) if size - least < TIE]
+        kept = [x for x, size in zip(near, sizes, strict=True) if size - least < self.tie]
         if len(kept) > 1:
             return near, []
         return kept, [
             entry.coordinate.part
             for entry in turns
-            if any(abs(self._moved(entry, kept[0], x, u)) > TIE for x in near)
+            if any(abs(self._moved(entry, kept[0], x, u)) > self.tie for x in near)
         ]
 
     # -- what would tell -------------------------------------------------------------------
 
-    def hint(self, found: Nearest, u: Any) -> tuple[list[str], list[str]]:
+    def hint(
+        self, tied: Sequence[tuple[list[int], list[Any]]], u: Any
+    ) -> tuple[list[str], list[str]]:
         """Return keys of the sketch that tell the tied modes apart, and lines as one mode has them.
 
         All keys are needed; where any of some does, they come as "one of".
         """
         keys, lines, p = [], [], self.assembler.p
         in_plane = self.scene.model.mechanism.dimension == 2
-        for part, poses in found.tied:
+        for part, poses in tied:
             left = poses
             while len(left) > 1:
                 telling = self._telling(self.first_to_differ(part, left), left, u)
@@ -224,7 +178,7 @@ class Undecided:
                 keys.append(every[0] if len(every) == 1 else f"one of {', '.join(every)}")
                 shown = math.degrees(value) if angle else value
                 lines.append(f"{_key(first.coordinate, in_plane)} = {shown:.6g}")
-                left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= TIE]
+                left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= self.tie]
         return keys, lines
 
     def first_to_differ(self, part: list[int], poses: list[Any]) -> Group:
@@ -242,13 +196,13 @@ class Undecided:
         every = Selection((), tuple(f"{body}.{point}" for point in points), ())
         return [point.split(".")[1] for point in model.reported(every, False).points]
 
-    def _moved(self, entry: SketchNumber, x: Any, y: Any, u: Any) -> float:
+    def _moved(self, entry: Said, x: Any, y: Any, u: Any) -> float:
         """Return by how much a coordinate differs between two poses, in its size."""
         p = self.assembler.p
         gap = entry.gap(y, u, p, True) - entry.gap(x, u, p, True)
         return math.remainder(gap, 2 * math.pi) if entry.turns else gap
 
-    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[SketchNumber]:
+    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[Said]:
         """Return angles that differ between poses, else slides, else the point that moves most."""
         mechanism = self.scene.model.mechanism
         told = {entry.coordinate.text for entry in self.sketched.entries}
@@ -272,32 +226,11 @@ class Undecided:
             for entry in entries:
                 if entry is not None:
                     apart[entry] = max(abs(self._moved(entry, poses[0], x, u)) for x in poses)
-            telling = [entry for entry, gap in apart.items() if gap > TIE]
+            telling = [entry for entry, gap in apart.items() if gap > self.tie]
             telling.sort(key=lambda entry: -apart[entry])
             if telling:
                 return telling[:1] if every is points else telling
         return []
-
-
-def cylinders(mechanism: Mechanism) -> list[str]:
-    """Return the sliding joints between two bodies that have a pin or a ball each and no more."""
-    others: dict[str, list[str]] = {}
-    for name, joint in mechanism.joints.items():
-        for body in joint.bodies:
-            others.setdefault(body, []).append(name)
-    joints = mechanism.joints
-    return [
-        name
-        for name, joint in joints.items()
-        if joint.straight
-        and (joint.keeps_angle or (joint.spatial and not joint.winds))
-        and all(
-            body in mechanism.bodies
-            and len(others[body]) == 2
-            and all(joints[other].hinge for other in others[body] if other != name)
-            for body in joint.bodies
-        )
-    ]
 
 
 def _key(c: NamedCoordinate, in_plane: bool = True) -> str:
@@ -307,9 +240,3 @@ def _key(c: NamedCoordinate, in_plane: bool = True) -> str:
     if c.kind == "body angle":
         return f"{c.part}_deg"
     return c.part if in_plane else f'"{c.text}"'
-
-
-def told_apart(one: Any, other: Any) -> Any:
-    """Return whether a mode is farther from the sketch than another, by more than rounding."""
-    far, near = np.sqrt(one), np.sqrt(other)
-    return far - near > TIE * near + ROUNDING

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly.closed_start import HALF_TURN, MARGIN, looks_like_degrees, turns_tell
-from mechdae.assembly.turns.undecided import SketchNumber, told_apart
+from mechdae.assembly.nearest_mode import SketchNumber, told_apart
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.run.batch import Batch
