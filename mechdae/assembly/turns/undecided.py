@@ -21,7 +21,7 @@ from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 
 
-class Said(Protocol):
+class NumberOfSketch(Protocol):
     """A number of the sketch, or one as if it said so."""
 
     @property
@@ -33,7 +33,7 @@ class Said(Protocol):
     def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float: ...
 
 
-class Assembling(Protocol):
+class BlocksOfGroups(Protocol):
     """What is asked of an assembler."""
 
     p: Any
@@ -45,14 +45,14 @@ class Saying(Protocol):
     """What is asked of what the sketch says."""
 
     @property
-    def assembler(self) -> Assembling: ...
+    def assembler(self) -> BlocksOfGroups: ...
     @property
-    def entries(self) -> Sequence[Said]: ...
+    def entries(self) -> Sequence[NumberOfSketch]: ...
 
     scene: Scene
     groups: list[Group]
 
-    def entry(self, c: NamedCoordinate, wanted: float) -> Said | None: ...
+    def entry(self, c: NamedCoordinate, wanted: float) -> NumberOfSketch | None: ...
 
 
 class Undecided:
@@ -94,7 +94,7 @@ class Undecided:
         out = [x for x, own in zip(near, slides, strict=True) if min(own, default=0.0) > 0]
         return out or near
 
-    def _of(self, name: str) -> Said | None:
+    def _of(self, name: str) -> NumberOfSketch | None:
         """Return a coordinate as if the sketch said that it is zero."""
         return self.sketched.entry(coordinate(self.scene.model.mechanism, name), 0.0)
 
@@ -196,13 +196,13 @@ class Undecided:
         every = Selection((), tuple(f"{body}.{point}" for point in points), ())
         return [point.split(".")[1] for point in model.reported(every, False).points]
 
-    def _moved(self, entry: Said, x: Any, y: Any, u: Any) -> float:
+    def _moved(self, entry: NumberOfSketch, x: Any, y: Any, u: Any) -> float:
         """Return by how much a coordinate differs between two poses, in its size."""
         p = self.assembler.p
         gap = entry.gap(y, u, p, True) - entry.gap(x, u, p, True)
         return math.remainder(gap, 2 * math.pi) if entry.turns else gap
 
-    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[Said]:
+    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[NumberOfSketch]:
         """Return angles that differ between poses, else slides, else the point that moves most."""
         mechanism = self.scene.model.mechanism
         told = {entry.coordinate.text for entry in self.sketched.entries}

@@ -81,11 +81,12 @@ class StartingModes:
             best = order[0]
             none = ~np.isfinite(far[best, rows])
             nowhere |= none & ~doubtful
-            sure &= ~doubtful & (none | (worst[best, rows] <= math.pi / 2))
+            sure &= ~doubtful
             if len(far) > 1:
                 near, next_ = far[best, rows], far[order[1], rows]
                 with np.errstate(invalid="ignore"):
                     sure &= none | ~np.isfinite(next_) | told_apart(next_, near)
+            nowhere |= sure & ~none & (worst[best, rows] > math.pi / 2)  # no mode is chosen
             x[:, columns] = poses[best, rows][:, columns]
             sign[:, own] = signs[best]
         turned, halves = self._turned(x, numbers.sketches)
@@ -138,7 +139,8 @@ class StartingModes:
             if entry.stage in part:
                 gap = self._gaps(n, entry, x, u, numbers)
                 total += gap**2
-                if entry.coordinate.kind == "body angle":
+                own = self.assembler.blocks_of(self.scene.groups[entry.stage])
+                if entry.coordinate.kind == "body angle" and self.form.branches[own].any():
                     worst = np.fmax(worst, np.abs(gap))
         return total, worst
 
