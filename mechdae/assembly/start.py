@@ -82,7 +82,9 @@ def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
             f"{name}_deg = {math.degrees(math.remainder(wanted + gap, 2 * math.pi)):.6g}"
             for name, (wanted, gap) in own.items()
         )
-        slip = f"{plain[0]} is in radians, {plain[0]}_deg is not; else " if plain else ""
+        slips = [f"{name} = {v:g}" for name, v in assembler.sketch.items() if abs(v) > MANY]
+        slip = f"in radians are {', '.join(slips)}; " if slips else ""
+        slip += f"did you mean {slips[0].split()[0]}_deg? Else " if slips else ""
         raise SketchError(
             f"chooses no assembly mode of group {group.name}: the nearest one is "
             f"{math.degrees(off):.0f} degrees away, {body} most of all",
