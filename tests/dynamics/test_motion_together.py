@@ -186,8 +186,8 @@ def test_three_blocks_on_each_other() -> None:
 
 # -- random machines -----------------------------------------------------------------------------
 
-SEEDS = range(len(KINDS))
-"""One of each kind; the script draws more."""
+SEEDS = (*range(len(KINDS)), 226)
+"""One of each kind; in the last the force that holds has its kink where it gives way."""
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -35,6 +35,8 @@ FINER = 12
 """Steps to the bottom of a dip after that."""
 SURE = 0.5
 """Bottom of the parabola through three values, over the least, from which a dip stays short."""
+BACK = 8
+"""Widths of a place, each twice the last, by which it is left where its beginning is past zero."""
 AHEAD = 40
 """Times that the first time of a step is halved for a place above zero."""
 
@@ -239,6 +241,11 @@ class Looker:
         if low == 0 and sign.row == 0 and not sign.dip and sign.before * other <= 0:
             return self._ahead(sign)
         width = high - low
+        if not sign.dip and sign.before * other <= 0:  # a fit over a kink is off by some widths
+            for k in range(BACK):
+                earlier = max(low - width * 2**k, 0.0)
+                if sign.before * self._own(sign, earlier) > 0:
+                    return [(self.located(sign, earlier, low), sign.before)]
         reach = (max(low - width, 0.0), min(high + width, 1.0))
         if not sign.dip:
             low, high = reach
