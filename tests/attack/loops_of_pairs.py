@@ -158,6 +158,8 @@ class Truth:
             own = self.free[i]
             choices.append((f"J{own.joint}.{own.word}", int(i)))
         for k in range(len(self.loop) - 1):
+            if spins(self.loop) and self.loop[k + 1] != "S":
+                continue  # a point beside the line would drive a spin
             choices += [(f"b{k + 1}.P{k + 1}.{w}", (k, j)) for j, w in enumerate("xyz")]
         return self._chosen(choices)
 
