@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-__version__ = "0.15.0"
+__version__ = "0.16.0"
 
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
