@@ -86,7 +86,7 @@ class Stage:
 
     def whole(self) -> PoseForces:
         """Return them after following the motion again, and check them."""
-        moving = Moving(self.setting, run(self.setting, self.task))
+        moving = Moving(self.setting, run(self.setting, self.task), self.task.quasi_static)
         answer = self.forces(moving)
         checks(self.statics, moving, answer)
         return answer

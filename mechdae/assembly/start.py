@@ -60,9 +60,9 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True)
 
 
 def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
-    """Raise where a sketch chose between modes that are more than a right angle from it.
+    """Raise where angles that look like degrees chose between modes a right angle off or more.
 
-    One body is, or all of a group together where its angles look like degrees without a suffix.
+    Other sketches so far off have a note: they may be those of another value of the driver.
     """
     angles: dict[Group, dict[str, tuple[float, float]]] = {}
     for entry in assembler.sketched.entries:
@@ -72,9 +72,9 @@ def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
             angles.setdefault(group, {})[entry.coordinate.part] = (entry.wanted, gap)
     for group, own in angles.items():
         plain = [body for body, (wanted, _) in own.items() if abs(wanted) > MANY]
-        body, worst = max(own.items(), key=lambda item: abs(item[1][1]))
-        off = math.hypot(*[gap for _, gap in own.values()]) if plain else abs(worst[1])
-        if group.driven or off <= math.pi / 2:
+        body = max(own, key=lambda name: abs(own[name][1]))
+        off = math.hypot(*[gap for _, gap in own.values()])
+        if not plain or group.driven or off <= math.pi / 2:
             continue
         if len(assembler.candidates(group, x, u, nearby=True)[0]) < 2:
             continue
@@ -83,8 +83,7 @@ def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
             for name, (wanted, gap) in own.items()
         )
         slips = [f"{name} = {v:g}" for name, v in assembler.sketch.items() if abs(v) > MANY]
-        slip = f"in radians are {', '.join(slips)}; " if slips else ""
-        slip += f"did you mean {slips[0].split()[0]}_deg? Else " if slips else ""
+        slip = f"in radians are {', '.join(slips)}; did you mean {slips[0].split()[0]}_deg? Else "
         raise SketchError(
             f"chooses no assembly mode of group {group.name}: the nearest one is "
             f"{math.degrees(off):.0f} degrees away, {body} most of all",

@@ -74,7 +74,7 @@ class Spans:
         columns = np.array([column for column, _, _ in self.entries])
         known = [
             np.where(own.alive.all(axis=1)[:, None], own.y[0][:, columns], np.nan)
-            - _whole_turns(evaluator, path, own, columns)
+            - _whole_turns(own, columns)
             for own in (poses, at_nodes)
         ]  # no body goes further than the mechanism does
         least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
@@ -91,14 +91,17 @@ class Spans:
         return {word: table for word, table in result.items() if table}
 
 
-def _whole_turns(evaluator: Evaluator, path: Path, poses: Poses, columns: Integers) -> Any:
-    """Return by how much quantities (n, k) are off their values on the path, whole turns away."""
+def _whole_turns(poses: Poses, columns: Integers) -> Any:
+    """Return by how much angles that are the driver's (n, k) are off those on the path.
+
+    Others keep their whole turns: gears tell them apart.
+    """
     turned = poses.s - poses.places
     if not turned.any():
         return 0.0
-    place = poses.places[np.argmax(turned != 0)]
-    one, other = evaluator.at(path, np.array([place, place + 2 * np.pi])).y[0][:, columns]
-    return turned[:, None] * (other - one) / (2 * np.pi)
+    there = poses.alive.all(axis=1)
+    apart = np.ptp(poses.y[0][there][:, columns] - poses.s[there, None], axis=0)
+    return turned[:, None] * (apart < SAME)
 
 
 def _spanned(outputs: Outputs) -> list[tuple[int, str, str]]:

@@ -125,10 +125,12 @@ def page(
         whole = problem if isinstance(problem, Problem) else load(problem)
     if name is None:
         able = [own for own, kind in whole.tasks.items() if kind.kind in KINDS]
-        able.sort(key=lambda own: -whole.task(own).way)
         if not able:
             raise InputError("no task with poses along a path", where="tasks", hint="kind = sweep")
+        live = [own for own in able if whole.task(own).kind != "motion"]
         name = able[0]
+        if name in live:  # one over an interval before one of a few poses
+            name = max(live, key=lambda own: whole.task(own).way)
     chosen = whole.task(name)
     if chosen.kind not in KINDS:
         raise InputError(

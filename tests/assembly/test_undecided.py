@@ -97,22 +97,13 @@ def four_bar(**sketch: float) -> md.Mechanism:
     return replace(mechanism, sketch=sketch)
 
 
-@pytest.mark.parametrize(
-    ("sketch", "said"),
-    [
-        ({"crank": 0.4, "coupler": 1.9, "rocker": 2.6}, "rocker most of all"),
-        ({"crank": 30.0, "coupler": 97.0, "rocker": 23.0}, "in radians"),
-    ],
-)
-def test_a_sketch_that_is_far_from_all_modes_chooses_none(
-    sketch: dict[str, float], said: str
-) -> None:
+def test_degrees_without_a_suffix_choose_no_mode() -> None:
     """Beyond a right angle nothing was chosen: a mode was answered with a note."""
-    mechanism = four_bar(**sketch)
+    mechanism = four_bar(crank=30.0, coupler=97.0, rocker=23.0)
     for task in (md.Sweep(md.Driver("crank.angle", at=[0.4])), md.Motion(at=[0, 1e-3])):
         with pytest.raises(SketchError, match="chooses no assembly mode") as caught:
             md.solve(mechanism, task)
-        assert said in f"{caught.value.what} {caught.value.hint}"
+        assert "in radians" in caught.value.hint
     told = caught.value.hint.rpartition("nearest one has ")[2]
     near = {
         key.removesuffix("_deg"): math.radians(float(value))

@@ -199,7 +199,6 @@ def test_a_mechanism_that_does_not_assemble_is_one(capsys) -> None:
         (["solve", "slider-crank", "--mode", "-:1"], "the modes here are"),
         (["plot", "slider-crank", "--kind", "diagramm"], "did you mean diagram"),
         (["plot", "slider-crank", "--format", "bmp"], "format"),
-        (["plot", "slider-crank", "--out", "a/b.png"], "--out a --format png"),
         (["new", "fourbar"], "did you mean four-bar"),
         (["show", "slider-crank", "--frob"], "unrecognized"),
     ],

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mechdae as md
@@ -147,7 +148,9 @@ def test_energy_and_drift_of_a_motion_are_series() -> None:
     first, second = axes.figure.axes
     drawn = {own.get_gid(): own.get_ydata() for own in first.lines}
     factor = 1e3 if "[mJ]" in first.get_ylabel() else 1.0
-    assert drawn["curve-energy-"] == pytest.approx(factor * result.scalars["energy"])
+    poses = factor * result.scalars["energy"]  # the curve passes through all of them
+    gaps = np.abs(np.asarray(drawn["curve-energy-"])[:, None] - poses).min(axis=0)
+    assert gaps.max() < 1e-9 * np.abs(poses).max()
     assert second.get_ylabel() == "drift"
     assert second.get_yscale() == "log"
     with pytest.raises(md.UnknownName) as told:

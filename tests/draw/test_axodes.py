@@ -71,7 +71,7 @@ def test_a_sweep_without_the_measure_is_told_so() -> None:
 def test_the_command_line_computes_what_it_draws(tmp_path, capsys) -> None:
     more = ["--out", str(tmp_path), "--axodes"]
     assert main(["plot", "wobble-plate", *more, "plate"]) == 0
-    assert (tmp_path / "wobble-plate-turn-diagram-axodes.svg").exists()
+    assert (tmp_path / "wobble-plate-turn-diagram-axodes-plate.svg").exists()
     assert (
         main(["plot", "four-bar-crank-rocker", "--axodes", "rocker", "--out", str(tmp_path)]) == 2
     )

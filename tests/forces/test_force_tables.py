@@ -478,6 +478,7 @@ def test_show_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         "masses": [],
         "massless": ["crank", "rod", "slider"],
         "direction": "driver",
+        "quasi_static": False,
         "friction": {"O": "r f |R|", "B": "r f |R|", "slide": "f max(|N|, |M|/b)"},
         "coupled": False,
     }

@@ -474,7 +474,7 @@ def test_none_found_is_exit_code_1(capsys, path, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("mechdae.synthesis.synthesize.designs", lambda *_: ([], rejected))
     code, out, err = run(capsys, "synthesize", str(path), "--out", str(tmp_path))
     assert code == 1
-    assert "rejected  objective 2.5: the input does not turn fully" in out
+    assert "rejected  objective 2.5 m2: the input does not turn fully" in out
     assert "no design found from 12 starts" in err
     assert (tmp_path / "design.json").exists()
     assert not (tmp_path / "design-1.toml").exists()

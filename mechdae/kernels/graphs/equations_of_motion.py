@@ -36,7 +36,7 @@ DEFINITE = 1e-9
 """Least eigenvalue of the scaled mass matrix that counts as definite."""
 NEWTON = 2
 """Steps of a projection to the constraints, and of one to their rates."""
-SIZES = 4
+SIZES = 6
 """Steps of Newton's method for the forces of friction."""
 SIZES_OF_BALLS = 8
 """The same beside balls, whose friction turns with their load."""

@@ -7,7 +7,6 @@ assemble, as it does for a single set.
 from __future__ import annotations
 
 import itertools
-import math
 from typing import Any
 
 import numpy as np
@@ -75,7 +74,7 @@ class StartingModes:
             if not own:
                 continue
             columns = [i for b in own for i in g.blocks[b].own]
-            poses, signs, far, worst, doubtful = self._modes(part, own, numbers, u)
+            poses, signs, far, doubtful = self._modes(part, own, numbers, u)
             order = np.argsort(far, axis=0, kind="stable")
             rows = np.arange(count)
             best = order[0]
@@ -86,7 +85,6 @@ class StartingModes:
                 near, next_ = far[best, rows], far[order[1], rows]
                 with np.errstate(invalid="ignore"):
                     sure &= none | ~np.isfinite(next_) | told_apart(next_, near)
-            nowhere |= sure & ~none & (worst[best, rows] > math.pi / 2)  # no mode is chosen
             x[:, columns] = poses[best, rows][:, columns]
             sign[:, own] = signs[best]
         turned, halves = self._turned(x, numbers.sketches)
@@ -94,16 +92,16 @@ class StartingModes:
 
     def _modes(
         self, part: list[int], own: list[int], numbers: Numbers, u: Any
-    ) -> tuple[Any, Any, Any, Any, Any]:
+    ) -> tuple[Any, Any, Any, Any]:
         """Return poses (m, k, nx), signs (m, blocks), squares by which they are off (m, k).
 
-        The fourth part is by how much a body is turned from its sketch at most (m, k). A mode that
-        does not assemble is infinitely far; the last part tells for which lanes that is not sure.
+        A mode that does not assemble is infinitely far; the last part tells for which lanes that
+        is not sure.
         """
         count, g = len(u), self.graphs
         branching = [b for b in own if self.form.branches[b]]
         choices = list(itertools.product((1.0, -1.0), repeat=len(branching)))
-        poses, far, worst = [], [], []
+        poses, far = [], []
         signs = np.ones((len(choices), len(own)))
         doubtful = np.zeros(count, bool)
         for m, choice in enumerate(choices):
@@ -114,13 +112,12 @@ class StartingModes:
             with np.errstate(invalid="ignore"):
                 doubtful |= (np.abs(inner) <= MARGIN).any(axis=1)
                 assembled = (inner > 0).all(axis=1)
-                off, most = self._far(part, x, u, numbers)
+                off = self._far(part, x, u, numbers)
             for k, b in enumerate(own):
                 signs[m, k] = sign[0, b]
             poses.append(x)
             far.append(np.where(assembled & np.isfinite(off), off, np.inf))
-            worst.append(most)
-        return np.array(poses), signs, np.array(far), np.array(worst), doubtful
+        return np.array(poses), signs, np.array(far), doubtful
 
     def _turned(self, x: Any, sketches: Sketches) -> tuple[Any, Any]:
         """Return unknowns with angles on the turns that sketches ask for, and which are between."""
@@ -132,17 +129,13 @@ class StartingModes:
                 between |= np.abs(np.abs(turns - np.round(turns)) - 0.5) < HALF_TURN
         return x, between
 
-    def _far(self, part: list[int], x: Any, u: Any, numbers: Numbers) -> tuple[Any, Any]:
-        """Return sums of squares by which poses of lanes are off their sketches, largest turns."""
-        total, worst = np.zeros(len(x)), np.zeros(len(x))
+    def _far(self, part: list[int], x: Any, u: Any, numbers: Numbers) -> Any:
+        """Return the sums of squares by which poses of lanes are off their sketches."""
+        total = np.zeros(len(x))
         for n, entry in enumerate(self.sketched.entries):
             if entry.stage in part:
-                gap = self._gaps(n, entry, x, u, numbers)
-                total += gap**2
-                own = self.assembler.blocks_of(self.scene.groups[entry.stage])
-                if entry.coordinate.kind == "body angle" and self.form.branches[own].any():
-                    worst = np.fmax(worst, np.abs(gap))
-        return total, worst
+                total += self._gaps(n, entry, x, u, numbers) ** 2
+        return total
 
     def _gaps(self, n: int, entry: SketchNumber, x: Any, u: Any, numbers: Numbers) -> Any:
         value: Batch = self.graphs.kept(
