@@ -60,7 +60,7 @@ class Slips:
     ----------
     found : list of (t, signs by name, kind)
         Events: kind "reversal", "stick" or "slip", and the sign of the speed behind it of all
-        joints and loads to which it happens in one instant, the one it was found of first.
+        joints and loads to which it happens in one instant, in the order of the mechanism.
     """
 
     def __init__(self, setup: Setup, integrator: Integrator) -> None:

@@ -290,7 +290,9 @@ class Sticking(WaysFromRest):
             kind = "reversal" if side != 0 and not from_rest else kind
             if turned and not any(self.names[k] in own for own in kinds.values()):
                 kinds.setdefault(kind, {})[self.names[k]] = side
-        self.found += [(t, own, kind) for kind, own in kinds.items()]
+        for kind, sides_of in kinds.items():
+            found = {name: sides_of[name] for name in self.names if name in sides_of}
+            self.found.append((t, found, kind))
 
     def final(self, signs: Any, t: float, x: Any, v: Any) -> bool:
         """Return whether nothing moves any more: all freedoms stick and nothing depends on t."""
