@@ -2,12 +2,12 @@
 
     python -m tests.attack.mutations --count 2000 --workers 2 --out docs/data/mutations.json
 
-Each case takes a predefined file, changes it once to three times (drops a key, swaps a type, adds
-a unit, changes a name, empties a list, puts a huge, negative, zero or infinite number, a table in
-the place of a number and the other way round, ...) and runs one command on it as a user would,
-inside this process. It must end with an exit code 0, 1 or 2, with a message where that is not 0
-(or a result that has the fault), without a traceback or a warning, and within `LONGEST` seconds of
-CPU. A run that was broken off goes on with the same --log.
+Each case takes a predefined file, or one of the folder --files, changes it once to three times
+(drops a key, swaps a type, adds a unit, changes a name, empties a list, puts a huge, negative, zero
+or infinite number, a table in the place of a number and the other way round, ...) and runs one
+command on it as a user would, inside this process. It must end with an exit code 0, 1 or 2, with a
+message where that is not 0 (or a result that has the fault), without a traceback or a warning, and
+within `LONGEST` seconds of CPU. A run that was broken off goes on with the same --log.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from pathlib import Path
 from tests.shared import attack
 from tests.shared.paths import ROOT
 
+PROBLEMS = ROOT / "problems"
 LONGEST = 20.0
 """Seconds of CPU that a command may take on a mutated file."""
 COMMANDS = ("check", "show", "solve", "solve", "solve", "solve")
@@ -45,10 +46,10 @@ TEXTS = (
 )  # fmt: skip
 
 
-def bases():
-    """Return the tables of all predefined files by name, made short."""
+def bases(files=PROBLEMS):
+    """Return the tables of all problem files in a folder by name, made short."""
     found = {}
-    for path in sorted((ROOT / "problems").glob("*.toml")):
+    for path in sorted(Path(files).rglob("*.toml")):
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
         for task in tables.get("tasks", {}).values():
             if task["kind"] == "synthesis":
@@ -257,7 +258,7 @@ def run(seed, tables=None, folder=None):
             folder = stack.enter_context(tempfile.TemporaryDirectory())
         path = Path(folder) / f"{name}.toml"
         path.write_text(text, encoding="utf-8")
-        for table in (ROOT / "problems").glob("*.csv"):
+        for table in PROBLEMS.glob("*.csv"):
             (Path(folder) / table.name).write_bytes(table.read_bytes())
         out, err = io.StringIO(), io.StringIO()
         if threading.current_thread() is threading.main_thread():
@@ -308,8 +309,8 @@ def wrong(code, out, err, words):
     return ""
 
 
-def _several(seeds):
-    tables = bases()
+def _several(seeds, files):
+    tables = bases(files)
     with tempfile.TemporaryDirectory() as folder:
         return [run(seed, tables, folder) for seed in seeds]
 
@@ -317,6 +318,9 @@ def _several(seeds):
 def main(arguments=None):
     parser = attack.parser(__doc__, 200)
     parser.add_argument("--log", type=Path, help="a line for each case; its cases are not repeated")
+    parser.add_argument(
+        "--files", type=Path, default=PROBLEMS, help="folder of the files that are changed"
+    )
     options = parser.parse_args(arguments)
     import mechdae as md
 
@@ -327,7 +331,7 @@ def main(arguments=None):
     left = [seed for seed in seeds if seed not in known]
     chunks = [left[i : i + 10] for i in range(0, len(left), 10)]
     with attack.processes(options.workers) as run:
-        for part in run(_several, [(chunk,) for chunk in chunks]):
+        for part in run(_several, [(chunk, options.files) for chunk in chunks]):
             records += part
             print(f"{len(records)} of {len(seeds)}", end="\r", file=sys.stderr, flush=True)
             if options.log:

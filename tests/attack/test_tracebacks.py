@@ -3,6 +3,7 @@ is not is refused with the place and what to try."""
 
 from __future__ import annotations
 
+import json
 import random
 import re
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
+from mechdae.describe.file.load import from_dict
 from tests.attack import mutations
 
 TURN = """[tasks.t]
@@ -472,6 +474,23 @@ def test_mutated_files_end_with_a_message(first: int, tables: dict, tmp_path: Pa
         record = mutations.run(seed, tables, tmp_path)
         fault = record.get("fault", "")
         assert not fault or fault.endswith(" s"), record  # seconds are measured by the script
+
+
+def test_kinds_that_are_no_text(tables: dict) -> None:
+    """Each kind of joint, load, task, goal of the predefined files is made a list, a table, ..."""
+    seen = set()
+    for name, base in tables.items():
+        for path in mutations.places(base):
+            sort = (path[0], len(path), str(mutations.at(base, path)))
+            if path[-1] != "kind" or sort in seen:
+                continue
+            seen.add(sort)
+            for value in ([], {}, [sort[-1]], {"a": sort[-1]}, 3, 0.5, True):
+                own = json.loads(json.dumps(base))
+                mutations.at(own, path[:-1])["kind"] = value
+                with pytest.raises(md.InputError):
+                    from_dict(own, name)
+    assert len(seen) > 40
 
 
 def test_a_planted_traceback_is_seen(tables: dict, tmp_path: Path, monkeypatch) -> None:

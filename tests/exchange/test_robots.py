@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from xml.etree import ElementTree as ET
 
@@ -9,10 +10,14 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.exchange.motion_of import motion_of
 from mechdae.exchange.robots.link_frames import of_quaternion, turned
 from mechdae.exchange.robots.link_tree import link_tree
 from mechdae.exchange.robots.mimic import NotProved, mimics
-from tests.shared.exports import coordinate, in_space, motion, rows
+from mechdae.exchange.robots.sdf import sdf
+from mechdae.exchange.robots.urdf import urdf
+from tests.shared.exports import GRAVITY, coordinate, held_by, in_space, motion, rows
+from tests.shared.paths import DATA
 
 CLOSURE = 1e-9
 
@@ -221,6 +226,79 @@ def test_sdf_gears_have_the_sign_of_the_format() -> None:
     two = result.bodies[gear.find("child").text].angle - carrier
     change = (two - two[0]) + ratio * (one - one[0])
     assert np.abs(change).max() <= CLOSURE
+
+
+# -- weights ---------------------------------------------------------------------------------------
+
+
+def sdf_weights(text: str, values: dict[str, float]) -> dict[str, tuple[float, np.ndarray]]:
+    """Return masses of links and places of their centres, parts between links by their joints."""
+    root = ET.fromstring(text)
+    found = {}
+    for name, place in sdf_links(root, values).items():
+        link = next((own for own in root.iter("link") if own.get("name") == name), None)
+        if link is not None:
+            own = link.find("inertial")
+            there = place @ pose_of(own)
+            found[name] = (float(own.find("mass").text), there[:3, 3])
+    return found
+
+
+def urdf_weights(text: str, values: dict[str, float]) -> dict[str, tuple[float, np.ndarray]]:
+    """Return what `sdf_weights` does, by a reader of others."""
+    yourdfpy = pytest.importorskip("yourdfpy", reason="the extra exchange is not installed")
+    robot = yourdfpy.URDF.load(io.BytesIO(text.encode()), load_meshes=False)
+    robot.update_cfg({joint: values[joint] for joint in robot.actuated_joint_names})
+    found = {}
+    for name, link in robot.link_map.items():
+        if link.inertial is not None:
+            place = robot.get_transform(name, "ground") @ link.inertial.origin
+            found[name] = (float(link.inertial.mass), place[:3, 3])
+    return found
+
+
+READERS = {"sdf": sdf_weights, "urdf": urdf_weights}
+WRITTEN = {"sdf": sdf, "urdf": urdf}
+
+
+@pytest.mark.parametrize("form", READERS)
+@pytest.mark.parametrize(
+    "name",
+    ["balanced-four-bar", "toggle-four-bar", str(DATA / "excavator-massless-cylinders.toml")],
+)
+def test_weights_of_a_file_are_held_by_the_efforts_of_mechdae(name: str, form: str) -> None:
+    """Slopes of the potential energy of the links of a file, by each driver."""
+    given = motion(name, "forward" if "excavator" in name else None)
+    start = {
+        word: float(own.position[given.first + 1]) for word, own in given.result.drivers.items()
+    }
+    for word in start:
+        step = 1e-4 * (1.0 if "angle" in word else given.mechanism.scale)
+        moves = [
+            md.Driver(key, at=[at + k * step * (key == word) for k in (0, -1, 1)])
+            for key, at in start.items()
+        ]
+        near = given.problem.with_task("near", md.Sweep(drivers=moves))
+        whole = motion_of(near, "near")
+        assert set(whole.result.status) == {"ok"}
+        tree = link_tree(whole)
+        text = WRITTEN[form](whole)[""]
+        energies, first = [], {}
+        for row in range(3):
+            values = {}
+            for edge in tree.edges.values():
+                for own in edge.motions:
+                    joint = own.coordinate.replace(".", "_")
+                    joint = joint if len(edge.motions) > 1 else edge.joint
+                    moved = coordinate(whole.result, own.coordinate, row)
+                    values[joint] = moved - (own.start if form == "sdf" else 0.0)
+            found = READERS[form](text, values)
+            first = first or found
+            energies.append(sum(-GRAVITY[1] * mass * place[1] for mass, place in found.values()))
+        slope = (energies[2] - energies[1]) / (2 * step)
+        (known,) = held_by(whole, first, 0, start)[[*start].index(word)].reshape(1)
+        weight = -GRAVITY[1] * sum(mass for mass, _ in first.values()) * given.mechanism.scale
+        assert abs(slope - known) <= 1e-6 * weight, (word, slope, known)
 
 
 # -- refused ---------------------------------------------------------------------------------------

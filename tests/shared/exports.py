@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 
 import mechdae as md
+from mechdae.describe.table import Table
 from mechdae.exchange.motion_of import ExportedMotion, motion_of
 
 
 @cache
-def motion(name: str) -> ExportedMotion:
-    return motion_of(md.load(name), None)
+def motion(name: str, task: str | None = None) -> ExportedMotion:
+    return motion_of(md.load(name), task)
 
 
 def rows(name: str, count: int = 200) -> list[int]:
@@ -38,3 +41,47 @@ def coordinate(result: Any, word: str, row: int) -> float:
         return float(result.bodies[part].angle[row])
     point, axis = quantity.split(".")
     return float(result.points[f"{part}.{point}"].position[row]["xyz".index(axis)])
+
+
+GRAVITY = (0.0, -9.81)
+Weights = Mapping[str, tuple[float, Any]]
+"""Mass and place of its centre by body, or by joint of a small part between two bodies."""
+
+
+def weighed(whole: ExportedMotion, weights: Weights, row: int) -> md.Mechanism:
+    """Return a mechanism of the plane under gravity alone, as it stands in a row of a result.
+
+    What has no mass gets that of a file: in the row its centre is where the file puts it.
+    """
+    mechanism, result = whole.mechanism, whole.result
+    values, bodies = mechanism.values(), {}
+    for name, body in mechanism.bodies.items():
+        bodies[name] = body
+        if body.mass is None:
+            mass, place = weights[name]
+            point = next(iter(body.points))
+            x, y = np.asarray(place)[:2] - result.points[f"{name}.{point}"].position[row]
+            angle = float(result.bodies[name].angle[row])
+            c, s = np.cos(angle), np.sin(angle)
+            shift = values[f"{name}.{point}.x"], values[f"{name}.{point}.y"]
+            center = float(c * x + s * y + shift[0]), float(c * y - s * x + shift[1])
+            bodies[name] = replace(body, mass=mass, center=center)
+    loads = {
+        name: md.Force(name, mechanism.joints[name].second, (0.0, GRAVITY[1] * mass))
+        for name, (mass, _) in weights.items()
+        if name not in bodies
+    }
+    sketch = {name: float(result.bodies[name].angle[row]) for name in bodies}
+    slides = [name for name, joint in mechanism.joints.items() if joint.straight]
+    sketch |= {name: float(result.joints[name].slide[row]) for name in slides}
+    return replace(
+        mechanism, bodies=Table(bodies), loads=Table(loads), gravity=GRAVITY, sketch=Table(sketch)
+    )
+
+
+def held_by(whole: ExportedMotion, weights: Weights, row: int, at: dict[str, float]) -> Any:
+    """Return the efforts with which drivers hold a mechanism of the plane against gravity."""
+    drivers = [md.Driver(name, at=[value]) for name, value in at.items()]
+    result = md.solve(weighed(whole, weights, row), md.Reactions(drivers=drivers, friction="none"))
+    assert set(result.status) == {"ok"}
+    return np.array([float(result.efforts[name][0]) for name in at])

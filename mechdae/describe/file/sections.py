@@ -186,7 +186,7 @@ def _chosen(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
 def _read_joint(name: str, table: Any, dimension: int) -> Joint:
     place = f"joints.{name}"
     kinds = KINDS_OF_JOINTS[dimension]
-    word = table.get("kind") if isinstance(table, Mapping) else None
+    word = str(table.get("kind")) if isinstance(table, Mapping) else ""
     if dimension == 2 and word in SPATIAL_JOINTS.keys() - JOINTS.keys():
         raise InputError(
             f"a {word} joint is one of space", where=place, hint="dimension = 3 above the tables"
