@@ -1,4 +1,4 @@
-"""Slips of the pen in measures, motion and synthesis: each is seen, by a check of its own at least.
+"""Slips of the pen in rooms of the package: each is seen, by a check of its own at least.
 
 `python -m tests.attack.test_slips` plants each and runs the test of the suite that it names.
 """
@@ -11,6 +11,7 @@ import sys
 import pytest
 
 from tests.attack import (
+    slips_exchange,
     slips_measures,
     slips_motion,
     slips_space,
@@ -21,6 +22,7 @@ from tests.shared.paths import ROOT
 from tests.shared.planting import Slip, plant
 
 SLIPS = {
+    "exchange": slips_exchange.SLIPS,
     "measures": slips_measures.SLIPS,
     "motion": slips_motion.SLIPS,
     "space": slips_space.SLIPS,

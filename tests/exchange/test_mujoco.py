@@ -190,9 +190,6 @@ def test_cylinders_without_mass_hold_an_excavator() -> None:
     """Its three rods are given a share of what they push; by 0.03 kg beside 1200 kg loops opened by
     half a metre."""
     name = str(DATA / "excavator-massless-cylinders.toml")
-    text = mjcf(motion(name, "forward"))[""]
-    assert "assumed for rod1, which MuJoCo needs: mass 2.4 kg" in text
-    assert "0.002 of boom's mass" in text
     gap, force = off(name, (2e7, 4e5), 8.0)  # 71 t swing on its largest cylinder, 0.35 s
     assert gap <= GAP / 10
     assert force <= 5e-4

@@ -20,6 +20,7 @@ from tests.shared.exports import GRAVITY, coordinate, held_by, in_space, motion,
 from tests.shared.paths import DATA
 
 CLOSURE = 1e-9
+EXCAVATOR = str(DATA / "excavator-massless-cylinders.toml")
 
 
 # -- URDF by a reader of others --------------------------------------------------------------------
@@ -264,7 +265,7 @@ WRITTEN = {"sdf": sdf, "urdf": urdf}
 @pytest.mark.parametrize("form", READERS)
 @pytest.mark.parametrize(
     "name",
-    ["balanced-four-bar", "toggle-four-bar", str(DATA / "excavator-massless-cylinders.toml")],
+    ["balanced-four-bar", "toggle-four-bar", EXCAVATOR],
 )
 def test_weights_of_a_file_are_held_by_the_efforts_of_mechdae(name: str, form: str) -> None:
     """Slopes of the potential energy of the links of a file, by each driver."""
@@ -299,6 +300,12 @@ def test_weights_of_a_file_are_held_by_the_efforts_of_mechdae(name: str, form: s
         (known,) = held_by(whole, first, 0, start)[[*start].index(word)].reshape(1)
         weight = -GRAVITY[1] * sum(mass for mass, _ in first.values()) * given.mechanism.scale
         assert abs(slope - known) <= 1e-6 * weight, (word, slope, known)
+
+
+def test_a_body_without_mass_gets_a_share_of_its_neighbour() -> None:
+    text = sdf(motion(EXCAVATOR, "forward"))[""]
+    assert "assumed for rod1: mass 2.4 kg" in text
+    assert "0.002 of boom's mass" in text
 
 
 # -- refused ---------------------------------------------------------------------------------------

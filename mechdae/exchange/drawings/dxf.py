@@ -17,7 +17,7 @@ from mechdae.draw.diagram.shapes import edges, shape_of
 from mechdae.draw.diagram.wheels import circles, rack_span
 from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
-from mechdae.exchange.drawings.dxf_text import SAME, DxfText
+from mechdae.exchange.drawings.dxf_text import SAME, UNDRAWN, DxfText
 from mechdae.exchange.motion_of import ExportedMotion
 
 PIN = 0.012
@@ -60,6 +60,7 @@ class _Drawing:
         self.out = DxfText()
         self.size = self._size()
         self.lines: list[tuple[Any, Any]] = []
+        self.undrawn: list[str] = []
 
     def _size(self) -> float:
         """Return the larger side of the links and paths [m]."""
@@ -90,6 +91,7 @@ class _Drawing:
             f"mechdae {__version__}: {motion.problem.name}, task {motion.task}, pose {self.pose}",
             "millimetres; circles of pins in the ground are on the layer GROUND",
         ]
+        remarks += [f"{UNDRAWN}{', '.join(self.undrawn)}"] if self.undrawn else []
         return self.out.document(remarks)
 
     # -- links -----------------------------------------------------------------------------
@@ -137,6 +139,8 @@ class _Drawing:
                 start, end, _ = rack_span(scene, joint, pose)
                 out.line("JOINTS", start, end)
             rims = circles(scene, joint, pose)
+            if not rims:  # a ratio without radii
+                self.undrawn.append(f"{joint.kind} {joint.name}")
             for reference, center, radius in rims:
                 known = drawn.setdefault(reference, [])
                 if not any(abs(radius - own) <= SAME * self.size for own in known):

@@ -13,10 +13,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mechdae.errors import InputError, ProblemFileError
+from mechdae.exchange.drawings.dxf_text import UNDRAWN
 
 UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 10: 0.9144, 14: 0.1}
 """Metres by the values of $INSUNITS."""
 NAMED = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
+COMMENT = 999
 MOST_BYTES = 50_000_000
 Pairs = list[tuple[int, str]]
 Spot = tuple[float, float]
@@ -43,7 +45,8 @@ class DrawnLine:
 class DrawnSketch:
     """The lines and circles of a drawing [m]; ``skipped`` counts what else is in it.
 
-    ``unit`` is the length of a unit of the drawing [m], ``layers`` are those of all entities.
+    ``unit`` is the length of a unit of the drawing [m], ``layers`` are those of all entities,
+    ``undrawn`` are comments of a drawing of mechdae's on what has no line.
     """
 
     unit: float = 1e-3
@@ -51,6 +54,7 @@ class DrawnSketch:
     circles: list[DrawnCircle] = field(default_factory=list)
     skipped: Counter[str] = field(default_factory=Counter)
     layers: set[str] = field(default_factory=set)
+    undrawn: list[str] = field(default_factory=list)
 
 
 def read_drawing(path: str | Path, unit: str | None = None) -> DrawnSketch:
@@ -71,7 +75,8 @@ def read_drawing(path: str | Path, unit: str | None = None) -> DrawnSketch:
         raise InputError(f"unknown unit '{unit}'", where="--units", hint=", ".join(NAMED))
     pairs = _pairs(target)
     factor = NAMED[unit] if unit else UNITS.get(_units(pairs), 1e-3)
-    found = DrawnSketch(factor)
+    undrawn = [text for code, text in pairs if code == COMMENT and text.startswith(UNDRAWN)]
+    found = DrawnSketch(factor, undrawn=undrawn)
     try:
         _entities(pairs, found, factor)
     except (ValueError, KeyError):

@@ -11,6 +11,8 @@ MILLIMETRE = 1000.0
 LAYERS = {"LINKS": 7, "JOINTS": 5, "GROUND": 8, "GUIDES": 8, "PATHS": 1, "NAMES": 3}
 """Layers with their colours."""
 DASHED = {"PATHS"}
+UNDRAWN = "not drawn: "
+"""Begin of the comment that names joints without a line."""
 SAME = 1e-9
 """Share of the extent by which ends of a polyline that is closed may be apart."""
 

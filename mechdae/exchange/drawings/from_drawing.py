@@ -89,16 +89,26 @@ def problem_of_drawing(
     """
     drawing = read_drawing(path, unit)
     places = tuple((x * drawing.unit, y * drawing.unit) for x, y in ground)
-    sketch = _Sketch(drawing, str(path), places)
-    mechanism = sketch.mechanism()
+    try:
+        sketch = _Sketch(drawing, str(path), places)
+        mechanism = sketch.mechanism()
+    except InputError as error:
+        lines = [own for own in drawing.lines if own.layer == "JOINTS"]
+        drawing.skipped.update("line on layer JOINTS" for _ in lines)
+        error.hint = "; ".join([error.hint, *_unread(drawing)])
+        raise
     tasks, remarks = _tasks(mechanism)
     drawing.skipped.update(sketch.unread)
-    if drawing.skipped:
-        told = ", ".join(f"{count} {name}" for name, count in sorted(drawing.skipped.items()))
-        remarks.append(f"not read: {told}")
+    remarks += _unread(drawing)
     name = Path(path).stem
     title = f"From the drawing {Path(path).name}"
     return Problem(mechanism, Table(tasks), name=name, title=title), remarks
+
+
+def _unread(drawing: DrawnSketch) -> list[str]:
+    """Return what of a drawing is no part of the mechanism read."""
+    told = ", ".join(f"{count} {name}" for name, count in sorted(drawing.skipped.items()))
+    return [*([f"not read: {told}"] if told else []), *drawing.undrawn]
 
 
 class _Sketch:
@@ -145,10 +155,11 @@ class _Sketch:
             fixed = circle.layer in FIXED
             same = [own for own in pins if math.dist(own.center, circle.center) <= NEAR * self.size]
             if same:  # a second circle around it, where no layer says what is fixed
-                double = circle.radius != same[0].radius and not self.grounded
-                if circle.radius != same[0].radius and not double and not fixed:
+                other = circle.radius != same[0].radius
+                outer = fixed if circle.radius > same[0].radius else same[0].fixed
+                if other and self.grounded and not outer:
                     self.unread["second circle around a pin"] += 1
-                same[0].fixed = fixed or same[0].fixed or double
+                same[0].fixed = fixed or same[0].fixed or (other and not self.grounded)
                 same[0].radius = min(same[0].radius, circle.radius) or circle.radius
             else:
                 pins.append(_Pin(circle.center, circle.radius, fixed))

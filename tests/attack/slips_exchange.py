@@ -1,0 +1,108 @@
+"""Slips planted in drawings and in trees of links, seen by what comes back and by poses."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import mechdae as md
+from mechdae.exchange.robots.link_frames import of_quaternion, quaternion, turned
+from mechdae.exchange.robots.link_tree import link_tree
+from tests.shared.exports import coordinate, in_space, motion
+from tests.shared.paths import DATA
+from tests.shared.planting import Slip
+from tests.shared.round_trips import CLOSE, back, faults
+
+DRAWN, ROBOTS = "exchange/test_drawings.py::", "exchange/test_robots.py::"
+BACK = f"{DRAWN}test_a_problem_comes_back_or_what_is_lost_is_said"
+WEIGHTS = f"{ROBOTS}test_weights_of_a_file_are_held_by_the_efforts_of_mechdae"
+CLOSES = f"{ROBOTS}test_sdf_closes_at_200_poses"
+EXACT = 1e-12
+
+
+def drawings() -> float:
+    """Two mechanisms are drawn and read: a guide, and links of three pins."""
+    worst = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("slider-crank-offset", "watt-six-bar"):
+            found = back(name, Path(folder))
+            if faults(found) or "lost" in found:
+                return np.inf
+            worst = max(worst, found["off"], found["followed"])
+    return worst / CLOSE
+
+
+def circles() -> float:
+    """Wheels around pins are no pins, and are said to be lost."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = back("geared-five-bar-97-13", Path(folder)).get("lost")
+    return 0.0 if found == ["2 second circle around a pin"] else np.inf
+
+
+def links() -> float:
+    """Points and centres of links are where the pose has them."""
+    whole, worst = motion("balanced-four-bar"), 0.0
+    values, row = whole.mechanism.values(), whole.first
+    for name, link in link_tree(whole).links.items():
+        angle = float(whole.result.bodies[name].angle[row])
+        R = turned(np.array([0.0, 0.0, 1.0]), angle)
+        for point, local in link.points.items():
+            known = in_space(whole.result.points[f"{name}.{point}"].position[row])
+            worst = max(worst, float(np.abs(link.frame.world(local) - known).max()))
+            arm = [values[f"{name}.center.{a}"] - values[f"{name}.{point}.{a}"] for a in "xy"]
+            gap = link.frame.world(link.mass.center) - known - R @ in_space(arm)
+            worst = max(worst, float(np.abs(gap).max()))
+    return worst / EXACT
+
+
+def massless() -> float:
+    """A rod without mass beside a boom of 1200 kg gets 2/1000 of it."""
+    tree = link_tree(motion(str(DATA / "excavator-massless-cylinders.toml"), "forward"))
+    return abs(tree.links["rod1"].mass.mass - 2.4) / EXACT
+
+
+def meshes() -> float:
+    """Sums of coordinates that wheels keep are the same in all poses."""
+    whole = motion("geared-five-bar")
+    try:
+        (coupling,) = link_tree(whole).couplings
+    except md.MechdaeError:
+        return np.inf
+    sums = [
+        sum(own * coordinate(whole.result, word, row) for word, own in coupling.factors.items())
+        for row in whole.rows[::40]
+    ]
+    return float(np.ptp(sums)) / 1e-9
+
+
+def turns() -> float:
+    """Quaternions are those of the matrices."""
+    R = turned(np.array([2.0, -1.0, 2.0]) / 3, 2.0)
+    return float(np.abs(of_quaternion(quaternion(R)) - R).max()) / EXACT
+
+
+FROM, TREE = "exchange.drawings.from_drawing", "exchange.robots.link_tree"
+SLIPS = [
+    Slip(FROM, "self.grounded and not outer", "self.grounded and outer", circles, BACK),
+    Slip(FROM, "c * x + s * y, -s * x + c * y", "c * x - s * y, s * x + c * y", drawings, BACK),
+    Slip(FROM, "guide[-1][1] - guide[0][1], guide[-1][0] - guide[0][0]",
+         "guide[-1][0] - guide[0][0], guide[-1][1] - guide[0][1]", drawings, BACK),
+    Slip(FROM, "3 * len(mechanism.bodies) - held", "3 * len(mechanism.bodies) + held", drawings,
+         BACK),
+    Slip(FROM, "and a not in pins", "", drawings, BACK),
+    Slip("exchange.drawings.dxf_text", "MILLIMETRE * float(v)", "1.000001 * MILLIMETRE * float(v)",
+         drawings, f"{DRAWN}test_links_and_paths_are_those_of_the_result"),
+    Slip(TREE, "mass.center - shift, mass.inertia)\n    tree.links[child]",
+         "mass.center + shift, mass.inertia)\n    tree.links[child]", links, WEIGHTS),
+    Slip(TREE, "points = {p: described.local(f\"{child}.{p}\") - shift",
+         "points = {p: described.local(f\"{child}.{p}\") + shift", links, CLOSES),
+    Slip(TREE, "return SMALL * heavy[best]", "return SMALL**2 * heavy[best]", massless,
+         f"{ROBOTS}test_a_body_without_mass_gets_a_share_of_its_neighbour"),
+    Slip("exchange.robots.couplings", "_plus(first, second, -joint.turn_ratio(",
+         "_plus(first, second, joint.turn_ratio(", meshes,
+         f"{ROBOTS}test_sdf_gears_have_the_sign_of_the_format"),
+    Slip("exchange.robots.link_frames", "R[2, 1] - R[1, 2], R[0, 2] - R[2, 0]",
+         "R[1, 2] - R[2, 1], R[0, 2] - R[2, 0]", turns, CLOSES),
+]  # fmt: skip
