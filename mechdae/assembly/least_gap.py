@@ -26,6 +26,7 @@ SMALL = 1e-14
 """Share of a radian or of the mechanism's length: a shorter step ends the search."""
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
     """Return the joint that stays open and by how much, with the block's equations met best.
 

@@ -493,6 +493,18 @@ def test_kinds_that_are_no_text(tables: dict) -> None:
     assert len(seen) > 40
 
 
+@pytest.mark.parametrize("name", ["rssr", "five-rod-suspension", "four-bar-crank-rocker"])
+def test_points_far_away_are_answered(name: str, tables: dict, tmp_path: Path) -> None:
+    """Lengths whose squares are no numbers: an answer without a warning."""
+    own = json.loads(json.dumps(tables[name]))
+    points = own["ground"]["points" if "points" in own["ground"] else "points_mm"]
+    far = list(points)[-1]
+    points[far] = [points[far][0], 1e99, *points[far][2:]]
+    path = tmp_path / "far.toml"
+    path.write_text(mutations.text_of(own), encoding="utf-8")
+    assert main(["show", str(path)]) in (0, 1)
+
+
 def test_a_planted_traceback_is_seen(tables: dict, tmp_path: Path, monkeypatch) -> None:
     """Without a check of their count, drivers that are an empty list end in NumPy."""
     from mechdae.describe.tasks import kinds
