@@ -6,7 +6,9 @@ Blocks with more equations than unknowns are checked by the kernels themselves, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -23,19 +25,29 @@ from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 UNITS = {"m": "length", "rad": "angle", "1": "parameter"}
+MEANT = 1e-3
+"""Share of its size up to which dimensions of a mechanism may be off though they should agree."""
 
 
 @dataclass(frozen=True)
 class Gap:
     """By how much a joint (or driver) stays open; ``unit`` is m or rad.
 
-    ``superfluous`` tells that the group closes without some of its equations.
+    ``superfluous`` tells that the group closes without some of its equations, ``whole`` is what
+    stays open of all of them [m], angles over the size of the mechanism, nan: not known.
     """
 
     size: float
     unit: str
     joint: str
     superfluous: bool = True
+    whole: float = math.nan
+
+    def tolerance(self, size: float) -> float | None:
+        """Return a tolerance that would do in a mechanism of that size, None: none is meant."""
+        if not 0 < self.whole < MEANT * size:
+            return None
+        return float(f"1e{math.ceil(math.log10(2 * self.whole))}")
 
 
 @dataclass(frozen=True)
@@ -106,7 +118,7 @@ class Closing:
 
     def open(self, x: Any, u: Any, error: Any, constants: Constants) -> Any:
         """Return which checks stay open at poses with the given bounds `error`, (n, nc)."""
-        sizes = (constants.size_x, constants.size_u, constants.p, constants.floors)
+        sizes = (constants.size_x, constants.size_u, constants.p, constants.scale, constants.floors)
         slope, rounding = (
             np.array(part) for part in self.graphs.check_bounds(*sizes, *constants.boxes)
         )
@@ -142,7 +154,8 @@ class Closing:
                 return None
             size = np.array([constants.scale if v == "m" else 1.0 for v in graph.block.units])
             lengths = bar_lengths(self.scene.model.mechanism, graph.block.owners)
-            return worst(straight(F, lengths)[0] / size, graph.block, constants.scale)
+            gap = worst(straight(F, lengths)[0] / size, graph.block, constants.scale)
+            return replace(gap, whole=float(np.linalg.norm(F / r)) * constants.scale)
         own = np.array([check.group == group for check in self.checks], bool)
         if not own.any() or not self.open(x[None], u[None], error[None], constants)[0][own].any():
             return None
@@ -151,7 +164,10 @@ class Closing:
         residuals = straight(residuals, bar_lengths(self.scene.model.mechanism, owners))[0]
         values = np.where(own, np.abs(residuals), 0.0)
         check = self.checks[int(np.argmax(values))]
-        return Gap(float(values.max()), check.unit, check.owner)
+        sizes = np.array([1.0 if each.unit == "m" else constants.scale for each in self.checks])
+        return Gap(
+            float(values.max()), check.unit, check.owner, whole=float((values * sizes).max())
+        )
 
     # -- all poses ---------------------------------------------------------------------------
 

@@ -86,7 +86,10 @@ class BlockSearch:
         self.scale = np.asarray(sizes, float)
         self.period = np.array([solver.period(j) for j in range(self.n)])
         self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
-        self.rounding = ROUGH if graph.redundant else ROUNDING
+        self.rounding = ROUNDING
+        if graph.redundant:
+            open_by = solver.scene.model.mechanism.tolerance
+            self.rounding = max(ROUGH, open_by / solver.size)
 
     def _equations(self) -> Batch:
         scene, graph = self.solver.scene, self.solver.graph

@@ -182,7 +182,8 @@ class _Boxes:
     ) -> None:  # fmt: skip
         self.search, self.chart, n = search, chart, search.n
         graph, scene = search.solver.graph, search.solver.scene
-        self.met = MET * search.row if graph.redundant else 0.0
+        met = max(MET, scene.model.mechanism.tolerance / search.solver.size)
+        self.met = met * search.row if graph.redundant else 0.0
         self.positive = positive
         if positive is not None:
             self._told = (z, u, scene.model.p_values)

@@ -14,9 +14,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.closure import Gap, bar_lengths, straight, worst
+from mechdae.assembly.closure import MEANT, Gap, bar_lengths, straight, worst
 from mechdae.assembly.elimination import BlockSolver, Solutions
 from mechdae.assembly.least_gap import opening
+from mechdae.assembly.turns.block_turns import put
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.model.reduction import Block, Scene
 from mechdae.records import dataclass
@@ -52,6 +53,7 @@ class RedundantSolver(BlockSolver):
         self.slopes = slopes
         self.row_size = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
         self.x_size = np.where(self.angle, 1.0, size)
+        self.rough = max(ROUGH, scene.model.mechanism.tolerance / size)
         self._chains: dict[bytes, list[list[Step]]] = {}
 
     def _chain(self, pattern: Any) -> list[list[Step]]:
@@ -119,19 +121,30 @@ class RedundantSolver(BlockSolver):
         steps, others = self._chain(self._pattern(start, u))
         if not steps or not others:
             return None
-        first = self._chained(steps, start, u)
+        first = self._chained(steps, start, u, self.rough)
         if len(first.x) and not first.free:
             return first
-        second = self._chained(others, start, u)
+        second = self._chained(others, start, u, self.rough)
         if not first.free or not second.free:
             sure = [one for one in (first, second) if not one.free]
+            sure += [self._nearly(steps, start, u)] if len(sure) == 2 else []
             return min(sure, key=lambda one: one.gap)
         found = list(first.x)
         found += [x for x in second.x if not any(self._same(x, other) for other in found)]
         return Solutions(np.array(found), False, free=True) if found else None
 
-    def _chained(self, steps: list[Step], start: Any, u: Any) -> Solutions:
-        """Return the solutions by some steps; ``free`` where a step does not decide."""
+    def _nearly(self, steps: list[Step], start: Any, u: Any) -> Solutions:
+        """Return no solution, and how far all equations stay open where dimensions hardly agree."""
+        near = self._chained(steps, start, u, MEANT)
+        gaps = [self._refined(put(start, self.graph.own, x), u)[1] for x in near.x]
+        least = min(gaps, key=_size, default=Gap(np.inf, "m", ""))
+        return replace(near, x=near.x[:0], gap=least.size, gap_at=least)
+
+    def _chained(self, steps: list[Step], start: Any, u: Any, rough: float) -> Solutions:
+        """Return the solutions by some steps, which may miss other equations by `rough` sizes.
+
+        ``free`` tells that a step does not decide.
+        """
         found, proven, free = [start], True, False
         for step in steps:
             ahead: list[Any] = []
@@ -148,7 +161,7 @@ class RedundantSolver(BlockSolver):
                     new = x.copy()
                     new[[self.graph.own[j] for j in step.columns]] = solution
                     new, gap = self._refined(new, u, step.columns, step.rows)
-                    if gap.size > ROUGH * (self.size if gap.unit == "m" else 1.0):
+                    if gap.size > rough * (self.size if gap.unit == "m" else 1.0):
                         nearest = min(nearest, gap, key=_size)
                     elif not any(self._same(new[self.graph.own], a[self.graph.own]) for a in ahead):
                         ahead.append(new)
@@ -157,9 +170,9 @@ class RedundantSolver(BlockSolver):
                 return Solutions(
                     np.zeros((0, self.n)), proven, nearest.size, free=free, gap_at=nearest
                 )
-        every, rows = list(range(self.n)), list(range(self.graph.rows))
-        refined = [self._refined(x, u, every, rows)[0][self.graph.own] for x in found]
-        return Solutions(np.array(refined), proven and not free, free=free)
+        refined = [self._refined(x, u)[0][self.graph.own] for x in found]
+        sure = proven and not free and not self.scene.model.mechanism.tolerance
+        return Solutions(np.array(refined), sure, free=free)
 
     def _missed(self, step: Step, x: Any, u: Any) -> Gap:
         """Return what stays open where the step's own equations have no solution.
@@ -185,8 +198,12 @@ class RedundantSolver(BlockSolver):
             gaps[j] = np.remainder(gaps[j] + period / 2, period) - period / 2 if period else gaps[j]
         return bool(np.abs(gaps).max() < 1e-7)
 
-    def _refined(self, x: Any, u: Any, columns: list[int], rows: list[int]) -> tuple[Any, Gap]:
-        """Return x after steps of Gauss and Newton on some equations, and what stays open."""
+    def _refined(
+        self, x: Any, u: Any, columns: list[int] | None = None, rows: list[int] | None = None
+    ) -> tuple[Any, Gap]:
+        """Return x after steps of Gauss and Newton on some equations, or all, and what is left."""
+        columns = list(range(self.n)) if columns is None else columns
+        rows = list(range(self.graph.rows)) if rows is None else rows
         own = [self.graph.own[j] for j in columns]
         row_size, x_size = self.row_size[rows], self.x_size[columns]
         before, last, left = x, np.inf, np.inf
@@ -206,8 +223,9 @@ class RedundantSolver(BlockSolver):
             x[own] -= step * x_size
         F = np.zeros(self.graph.rows)
         F[rows] = self.graph.value_at(x, u, self.values)[0][rows]
+        whole = float(np.linalg.norm(F / self.row_size)) * self.size
         F = straight(F, bar_lengths(self.scene.model.mechanism, self.graph.block.owners))[0]
-        return x, worst(F / self.row_size, self.graph.block, self.size)
+        return x, replace(worst(F / self.row_size, self.graph.block, self.size), whole=whole)
 
 
 def _undecided(result: Solutions) -> bool:

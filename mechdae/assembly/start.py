@@ -12,6 +12,7 @@ from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.closure import NoPose
 from mechdae.assembly.nearest_mode import MOST_BEGUN
 from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.structure import cylinders
 from mechdae.errors import AssemblyError, MechanismError, SketchError, UnknownName
 from mechdae.model.groups import Group
@@ -232,7 +233,14 @@ def not_assembled(scene: Scene, failure: NoPose, u: Any) -> AssemblyError:
             "give dimensions that depend on each other as expressions, or with all their digits; "
             f"or remove a joint{' or a driver' if len(scene.drivers) > 1 else ''}"
         )
+        enough = at.tolerance(scene.model.mechanism.scale)
+        hint += tolerance_hint(enough) if enough else ""
     return AssemblyError(what, where=where(scene, u), hint=hint)
+
+
+def tolerance_hint(enough: float) -> str:
+    """Return what lets superfluous equations stay open by so much."""
+    return f"; or let superfluous equations stay open: {TOLERANCE} = {enough:g}"
 
 
 def where(scene: Scene, u: Any) -> str:

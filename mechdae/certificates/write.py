@@ -34,6 +34,7 @@ from mechdae.continuation.legs import Legs
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
 from mechdae.errors import UnavailableError
 from mechdae.kinematics.modes_task import modes
@@ -93,6 +94,11 @@ def mechanism_of_task(problem: Problem, name: str) -> dict[str, Any]:
 
 def mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
     """Return bodies, joints and drivers of a scene; of each driver its law."""
+    if scene.redundant and scene.model.mechanism.tolerance:
+        raise UnavailableError(
+            "no certificate is written of superfluous equations that are not met exactly",
+            where=TOLERANCE,
+        )
     spatial = scene.model.mechanism.dimension == 3
     return (spatial_mechanism_of if spatial else planar_mechanism_of)(scene, laws)
 

@@ -232,7 +232,8 @@ class Turning:
             if k > 0 and h < SMALL:
                 break
         place.rate[own], place.beta[b], place.sign[b] = rate, beta, float(np.sign(det))
-        return bool(h <= LAST and left <= OPEN)
+        open_by = self.graphs.scene.model.mechanism.tolerance / self.finder.scale
+        return bool(h <= LAST and left <= OPEN + open_by)
 
     def _step(self, b: int, x: Any, u: Any, rate: Any, du: Any) -> tuple[Any, ...]:
         call = self.graphs.kept(("along", b), lambda: Call(self.graphs.along(b)))

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Spring
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.mechanism import TOLERANCE, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Reactions
 
 
@@ -25,6 +25,13 @@ def about_speeds(mechanism: Mechanism, task: Driven) -> list[str]:
     slow = isinstance(task, Reactions) and task.quasi_static
     rates = "velocities, losses and powers" if slow else rates
     return [f"{', '.join(names)} {have} no speed: {rates} are those at {pace}"]
+
+
+def about_closure(mechanism: Mechanism) -> list[str]:
+    """Return how far superfluous equations of a task may stay open."""
+    if not mechanism.tolerance:
+        return []
+    return [f"superfluous equations close within {mechanism.tolerance:g} m ({TOLERANCE})"]
 
 
 def about_inertia(mechanism: Mechanism, task: Reactions) -> list[str]:

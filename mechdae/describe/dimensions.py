@@ -17,7 +17,7 @@ from typing import Any
 from mechdae.describe.coordinates import unit_of
 from mechdae.describe.expression import CONSTANTS, dotted, parse
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.named import split_rate
 from mechdae.describe.tasks.kinds import Driver, Task
 from mechdae.describe.units import EVERY
@@ -163,8 +163,8 @@ def _automatic(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
         part, *rest = name.split(".")
         if part == "loads":
             continue  # below, with what they act on
-        if part == "gravity":
-            yield name, "m/s2"
+        if part in WHOLE_UNITS:
+            yield name, WHOLE_UNITS[part]
         elif part in mechanism.joints:
             entries = {entry.name: entry.metadata for entry in fields(mechanism.joints[part])}
             # the ends of a curve's range are no fields, and s has no unit

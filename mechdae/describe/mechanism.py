@@ -35,7 +35,11 @@ if TYPE_CHECKING:
 
 GROUND = "ground"
 MAX_BODIES = 3000
-RESERVED = (*CONSTANTS, "t")
+TOLERANCE = "closure_tolerance"
+"""Its key, and its automatic name."""
+RESERVED = (*CONSTANTS, "t", TOLERANCE)
+WHOLE_UNITS = {"gravity": "m/s2", TOLERANCE: "m"}
+"""Units of the numbers of the whole mechanism."""
 MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Moments and products of inertia, in the order they are given in."""
 
@@ -98,6 +102,9 @@ class Mechanism:
     frames
         "drawn": in space, points and directions of all bodies are places in one assembled pose.
         There all angles of joints are 0, and the sketch says so where it says nothing else.
+    closure_tolerance
+        By how much superfluous equations may stay open [m], angles as what they are at its scale;
+        without it they are met to the rounding of the numbers given.
 
     Raises
     ------
@@ -116,6 +123,7 @@ class Mechanism:
     dimension: int = 2
     closure: Closure | None = None
     frames: str | None = None
+    closure_tolerance: Number | None = key("number", None, unit="m")
 
     AXES: ClassVar[str] = "xyz"
 
@@ -160,6 +168,11 @@ class Mechanism:
                     down = ["0"] * (self.dimension - 1) + [f"{-abs(self.gravity):g}"]
                     problem.hint = f"gravity = [{', '.join(down)}]"
                 raise problem.inside("gravity") from None
+        if self.closure_tolerance is not None:
+            try:
+                put(TOLERANCE, values.number(self.closure_tolerance))
+            except MechdaeError as problem:
+                raise problem.inside(TOLERANCE) from None
         if self.frames is not None:
             if self.frames != "drawn" or self.dimension != 3:
                 raise MechanismError(
@@ -207,9 +220,16 @@ class Mechanism:
                 yield f"{joint.name}.{entry}", number
         for axis, number in zip(self.AXES, self.gravity or (), strict=False):
             yield f"gravity.{axis}", number
+        if self.closure_tolerance is not None:
+            yield TOLERANCE, self.closure_tolerance
         for load in self.loads.values():
             for entry, number in load.numbers():
                 yield f"loads.{load.name}.{entry}", number
+
+    @cached_property
+    def settable(self) -> dict[str, Number]:
+        """The numbers that can be set by name: parameters, automatic names, the tolerance."""
+        return {TOLERANCE: 0.0, **dict(self._numbers), **self.parameters}
 
     def values(self) -> dict[str, float]:
         """Return all parameters and automatic names with their values [SI, rad]."""
@@ -246,6 +266,11 @@ class Mechanism:
             if follows_curve(joint):
                 spans.append(extent(joint, values))
         return max(spans, default=0.0) or 1.0
+
+    @property
+    def tolerance(self) -> float:
+        """By how much superfluous equations may stay open [m], 0: by rounding."""
+        return self._values.get(TOLERANCE, 0.0)
 
     def _renumbered(self, parameters: Table[Number]) -> Mechanism:
         """Return the mechanism with other values of its parameters: only values are checked."""
@@ -301,8 +326,8 @@ class Mechanism:
         """
         result, parameters = self, self.parameters
         if not all(name in parameters for name in changes):
-            known = {*parameters, *dict(self.numbers())}
-            if not changes.keys() <= known:
+            known = self.settable
+            if not changes.keys() <= known.keys():
                 in_si = import_module(UNITS).in_si
                 changes = dict(in_si(self, {}, known, *own) for own in changes.items())
         for name, number in changes.items():
@@ -361,6 +386,8 @@ def by_name(items: Any) -> Table[Any]:
 
 
 def _with_number(mechanism: Mechanism, name: str, number: Number) -> Mechanism:
+    if name == TOLERANCE:
+        return replace(mechanism, closure_tolerance=number)
     if name not in dict(mechanism.numbers()):
         automatic = [entry for entry, _ in mechanism.numbers()]
         raise UnknownName("parameter", name, [*mechanism.parameters, *automatic])
@@ -560,6 +587,8 @@ def _check_values(mechanism: Mechanism) -> None:
         joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})
         if follows_curve(joint):
             check_curve(joint, mechanism.parameters, values)
+    if values.get(TOLERANCE, 0.0) < 0:
+        raise MechanismError("is negative", where=TOLERANCE)
     pins = mechanism._pins
     for name in mechanism.bodies:
         moments = [f"inertia.{word}" for word in MOMENTS[:3]]

@@ -15,6 +15,7 @@ import numpy as np
 
 from mechdae.assembly.closure import bar_lengths, straight
 from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import STILL, Setup
 from mechdae.dynamics.sketch import CLOSED, RANK, PlanarSketch
@@ -168,11 +169,14 @@ class _Starter:
         gaps = np.abs(straight(self.rows(x)[0][: self.m] * self.gaps, lengths)[0])
         k = int(np.argmax(np.where(joints, gaps / self.gaps, -1.0)))
         row, gap = rows[k], gaps[k]
+        hint = "check the lengths, or sketch the start more closely"
+        if self.setup.problem.mechanism.tolerance:
+            hint = f"{TOLERANCE} is of sweeps, modes and reactions: motions close to rounding"
         return AssemblyError(
             f"the mechanism does not close at the sketch: joint {row.owner} stays open by "
             f"{gap:.4g} {row.unit}",
             where="sketch",
-            hint="check the lengths, or sketch the start more closely",
+            hint=hint,
         )
 
     # -- the start -----------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.mode_tree import Mode, ModeTree
 from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.single_pose import certified
+from mechdae.describe.assumed import about_closure
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
@@ -149,6 +150,8 @@ def _summary(modes: _Modes) -> Summary:
         ]
     if the_scene.redundant and found:
         summary["superfluous"] = assembler.superfluous(found[0].x, u)
+        if assumed := about_closure(the_scene.model.mechanism):
+            summary["assumptions"] = assumed
     if assembler.free:
         names = sorted({group.name for group in assembler.free})
         summary["free"] = names  # modes in which the group moves by itself are not counted

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from mechdae.assembly import start
+from mechdae.assembly.closure import Gap
 from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.crossings.across_change_point import PASS, Zone
 from mechdae.continuation.evaluate import Poses
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.measures.measure import sorted_events
@@ -39,6 +42,8 @@ SINGULAR_START = (
 )
 MOST = 4
 """Intervals named in one sentence."""
+GAPS = 9
+"""Poses of an interval at which superfluous equations are looked at."""
 ENDS = ("from", "to")
 STOPS = {
     "unproved": "its steps became too small to go on proving the path",
@@ -179,10 +184,12 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     notes += setting.expressions.notes + lost + found.notes
     if notes:
         summary["notes"] = notes
-    if task.derivatives and task.untimed:
-        from mechdae.describe.assumed import about_speeds
+    opened = bool(setting.scene.redundant) and problem.mechanism.tolerance > 0
+    if opened or (task.derivatives and task.untimed):
+        from mechdae.describe.assumed import about_closure, about_speeds
 
-        summary["assumptions"] = about_speeds(problem.mechanism, task)
+        assumed = about_speeds(problem.mechanism, task) if task.derivatives else []
+        summary["assumptions"] = assumed + (about_closure(problem.mechanism) if opened else [])
     events, rollers = _undercut(setting, run)
     fault: str | Later | None
     if len(status) and status[0] == CODES[Status.UNASSEMBLED]:  # its modes are looked for
@@ -444,12 +451,17 @@ def _gap(setting: Setting, run: Run, group: Group, poses: range) -> dict[str, An
     """Return the joint of a superfluous equation that stays open at lost poses, and its gap."""
     if not group.superfluous or run.poses.singular[poses].all():
         return {}
-    for k in (poses[0], poses[len(poses) // 2], poses[-1]):
+    found: list[Gap] = []
+    for k in np.unique(np.linspace(poses[0], poses[-1], GAPS).astype(int)):
         x = np.nan_to_num(run.poses.x[k])
         failure = setting.assembler.candidates(group, x, run.values[k], search=False)[2]
         if failure is not None and failure.at is not None and np.isfinite(failure.gap):
-            return {"joint": failure.at.joint, "gap": failure.gap, "unit": failure.at.unit}
-    return {}
+            found.append(failure.at)
+    if not found:
+        return {}
+    entry = {"joint": found[0].joint, "gap": found[0].size, "unit": found[0].unit}
+    enough = [gap.tolerance(setting.assembler.size) or math.inf for gap in found]
+    return entry | ({TOLERANCE: max(enough)} if max(enough) < math.inf else {})
 
 
 def _cause(run: Run, status: Any, poses: range) -> dict[str, Any]:
@@ -561,6 +573,8 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
         text += f"; the motion stops at {_place(setting, event)}: {why}{_range(event)}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += f", and {_not_switched(event)}"
+    if enough := [one[TOLERANCE] for one in failed if TOLERANCE in one]:
+        text += start.tolerance_hint(max(enough))
     if status[0] == CODES[Status.UNASSEMBLED]:
         text += _modes_at_start(setting, run)
     return text

@@ -62,6 +62,7 @@ def inversion(problem: Problem, pose: Pose, link: str) -> Variant:
         parameters=base.parameters,
         sketch=Table(sketch),
         gravity=base.gravity,
+        closure_tolerance=base.closure_tolerance,
     )
     drives = {f"{name}.angle": _joint_of(base, name) for name in base.bodies}
 

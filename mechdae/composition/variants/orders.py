@@ -106,6 +106,7 @@ class Orders:
                 joints=closure.joints,
                 parameters=base.parameters,
                 gravity=base.gravity,
+                closure_tolerance=base.closure_tolerance,
             )
             sketch = {**base.sketch, **self.pose.angles, **self.pose.slides}
             known = {*mechanism.bodies, *mechanism.joints}

@@ -76,6 +76,7 @@ def with_kinds(problem: Problem, pose: Pose, word: str) -> Variant:
         parameters=base.parameters,
         sketch=Table({**pose.angles, **slides}),
         gravity=base.gravity,
+        closure_tolerance=base.closure_tolerance,
     )
     drives = {f"{body}.angle": _joint_of(base, body) for body in base.bodies}
 

@@ -12,9 +12,11 @@ from typing import Any
 from mechdae.describe.file import library
 from mechdae.describe.file.misplaced import explain
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.reading import split_known
 from mechdae.describe.file.repeat import expand
 from mechdae.describe.file.sections import read_problem
 from mechdae.describe.file.tabulated import with_tables, with_time_tables
+from mechdae.describe.mechanism import TOLERANCE
 from mechdae.errors import (
     InputError,
     MechdaeError,
@@ -31,8 +33,8 @@ HEAD = re.compile(r"\s*\[?\[?([^=\[\]]+)[=\]]")
 """A key with its sign of equality, or the head of a table."""
 TOML_HINT = "expressions stand in quotes, decimals have a point, lists end with ]"
 TOP = (
-    "schema title source dimension frames gravity parameters sizes ground bodies joints sketch "
-    "loads outputs tasks expected repeat vectors loops nodes"
+    "schema title source dimension frames gravity closure_tolerance parameters sizes ground bodies "
+    "joints sketch loads outputs tasks expected repeat vectors loops nodes"
 ).split()
 
 
@@ -116,7 +118,7 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
 def _from_dict(data: Mapping[str, Any], name: str) -> Problem:
     _check_depth(data)
     for entry in data:
-        if entry not in TOP:
+        if split_known(entry, (TOLERANCE,))[0] not in TOP:
             raise UnknownName("key", entry, TOP)
     if data.get("schema", None) != SCHEMA or isinstance(data["schema"], bool):
         raise InputError(f"schema = {SCHEMA} is needed at the top of the file", where="schema")

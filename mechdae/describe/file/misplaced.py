@@ -13,7 +13,7 @@ from mechdae.describe.file.reading import keys_of, split_unit
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.errors import MechdaeError, UnknownName
 
-WHOLE = ("schema", "title", "source", "dimension", "frames", "gravity")
+WHOLE = ("schema", "title", "source", "dimension", "frames", "gravity", "closure_tolerance")
 """Keys of the whole file that are no tables."""
 MOST = 4
 

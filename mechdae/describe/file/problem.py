@@ -124,7 +124,7 @@ class Problem:
                 except MechdaeError as problem:
                     problem.where = f"set {name}: {problem.where}".removesuffix(": ")
                     raise problem from None
-        known = {*self.mechanism.parameters, *dict(self.mechanism.numbers())}
+        known = self.mechanism.settable
         new: dict[str, Number] = {}
         for name, value in changes.items():
             if name in self.sizes:

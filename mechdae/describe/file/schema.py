@@ -11,7 +11,7 @@ from mechdae.describe.file.reading import NESTED, suffixes
 from mechdae.describe.file.repeat import KEYS
 from mechdae.describe.joints import JOINTS
 from mechdae.describe.loads import LOADS
-from mechdae.describe.mechanism import Body, Ground
+from mechdae.describe.mechanism import TOLERANCE, Body, Ground
 from mechdae.describe.spatial_joints import SPATIAL_JOINTS
 from mechdae.describe.tasks.constraints import Choices, Region
 from mechdae.describe.tasks.kinds import TASKS
@@ -106,6 +106,7 @@ def schema() -> dict[str, Any]:
         "dimension": {"enum": [2, 3]},
         "frames": {"const": "drawn"},
         "gravity": _KINDS["components"],
+        TOLERANCE: NUMBER,
         "sizes": {"type": "object", "additionalProperties": {"type": "integer"}},
         **sections,
         "tasks": {"type": "object", "additionalProperties": {"oneOf": _tasks()}},
@@ -125,7 +126,7 @@ def schema() -> dict[str, Any]:
             {"required": ["tasks"], "properties": {"tasks": {"additionalProperties": ONLY}}},
         ],
         "additionalProperties": False,
-        "properties": properties,
+        "properties": properties | {f"{TOLERANCE}{u}": NUMBER for u in suffixes("m", EVERY)},
     }
 
 

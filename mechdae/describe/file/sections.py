@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 from mechdae.describe.file.beside import degrees_beside
@@ -21,7 +21,7 @@ from mechdae.describe.file.repeat import Read, pattern_of
 from mechdae.describe.file.units import check_units
 from mechdae.describe.joints import JOINTS, Joint
 from mechdae.describe.loads import LOADS
-from mechdae.describe.mechanism import Body, Ground, Mechanism
+from mechdae.describe.mechanism import TOLERANCE, Body, Ground, Mechanism
 from mechdae.describe.spatial_joints import KINDS_OF_JOINTS, SPATIAL_JOINTS
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.composition import bare_crank
@@ -53,6 +53,7 @@ def read_problem(
         "gravity": data.get("gravity"),
         "dimension": dimension,
         **({"frames": data["frames"]} if "frames" in data else {}),
+        **_tolerance(data),
     }
     loops = [entry for entry in ("vectors", "loops", "nodes") if _table(data, entry)]
     if loops:
@@ -93,6 +94,12 @@ def _only_composes(data: Mapping[str, Any]) -> bool:
     return bool(tasks) and all(
         isinstance(table, Mapping) and table.get("kind") == Composition.kind for table in tasks
     )
+
+
+def _tolerance(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tolerance of superfluous equations, whatever length it is typed in."""
+    known = {TOLERANCE: next(own for own in fields(Mechanism) if own.name == TOLERANCE)}
+    return plain({word: data[word] for word in data if split_known(word, known)[0] in known}, known)
 
 
 def _outputs(table: Mapping[str, Any]) -> Table[str]:

@@ -9,7 +9,7 @@ from typing import Any
 from mechdae.describe.coordinates import unit_of
 from mechdae.describe.dimensions import misfit
 from mechdae.describe.file.reading import check_suffix, split_known, split_unit, to_si
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Study, Task
 from mechdae.describe.values import Number, number
 from mechdae.errors import MechdaeError
@@ -32,9 +32,9 @@ QUANTITIES = {
 
 def check_number(mechanism: Mechanism, name: str, suffix: str) -> None:
     """Raise for an automatic name given in a unit that is not that of its number."""
-    rest = name.split(".")[1:]
-    if rest and suffix:  # units of parameters follow from their uses alone
-        check_suffix(f"{rest[-1]}{suffix}", unit_of_number(mechanism, name), rest[-1])
+    last = name.split(".")[-1]
+    if suffix and last not in mechanism.parameters:  # units of those follow from their uses alone
+        check_suffix(f"{last}{suffix}", unit_of_number(mechanism, name), last)
 
 
 def check_parameter(
@@ -90,8 +90,8 @@ def unit_of_number(mechanism: Mechanism, name: str) -> str | None:
         owner: Any = mechanism.joints[part] if part != "loads" else mechanism.loads[rest.pop(0)]
         entry = next((f for f in fields(owner) if f.name == rest[0]), None)
         return entry.metadata.get("unit") if entry else None
-    if part == "gravity":
-        return "m/s2"
+    if part in WHOLE_UNITS:
+        return WHOLE_UNITS[part]
     return {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
 
 

@@ -14,10 +14,11 @@ from typing import Any
 
 from mechdae.describe.file.load import SCHEMA
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.reading import split_known
 from mechdae.describe.file.tabulated import write_tables
 from mechdae.describe.joints import Joint
 from mechdae.describe.loads import Load, TableLoad
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.mechanism import TOLERANCE, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.composition import CurveGoal
 from mechdae.describe.tasks.constraints import Constraint
@@ -113,9 +114,8 @@ def dumps(problem: Problem) -> str:
 
 def _typed(tables: Mapping[str, Any]) -> list[str]:
     """Return the mechanism of a file with repetition, keys and units as they were typed."""
-    lines = [
-        f"{e} = {_value(tables[e])}" for e in ("dimension", "frames", "gravity") if e in tables
-    ]
+    heads = ("dimension", "frames", "gravity", TOLERANCE)
+    lines = [f"{e} = {_value(tables[e])}" for e in tables if split_known(e, heads)[0] in heads]
     for name in ("sizes", "parameters", *LOOPS, "ground", *REST):
         lines += _section(name, tables.get(name, {}))
     for cell, entries in tables.get("repeat", {}).items():
@@ -133,6 +133,8 @@ def _mechanism(mechanism: Mechanism, loops: Closure | None) -> list[str]:
     lines += [f'frames = "{mechanism.frames}"'] if mechanism.frames else []
     if mechanism.gravity is not None:
         lines.append(f"gravity = {_value(mechanism.gravity)}")
+    if mechanism.closure_tolerance is not None:
+        lines.append(f"{TOLERANCE} = {_value(mechanism.closure_tolerance)}")
     lines += _section("parameters", mechanism.parameters)
     parts: Mechanism | Closure = mechanism
     if loops is not None:

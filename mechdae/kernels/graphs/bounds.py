@@ -77,13 +77,12 @@ class BoundGraphs(PoseGraphs):
         for b, graph in enumerate(self.blocks):
             size, box = self._own(graph, sizes, ranges)
             if graph.reaches is not None:
-                for found, part in zip((kappas, rhos, mus), self._reached(b, size), strict=True):
-                    found.append(part)
-                continue
-            make = partial(self._constants, b, box)
-            kappa, rho, mu = self._once("constants", b, make, [*size, graph.noise])
+                kappa, rho, mu = self._reached(b, size)
+            else:
+                make = partial(self._constants, b, box)
+                kappa, rho, mu = self._once("constants", b, make, [*size, graph.noise])
             kappas.append(kappa)
-            rhos.append(rho)
+            rhos.append(rho + self.tolerated / self.scale if graph.redundant else rho)
             mus.append(mu)
         results = [ca.densify(column(parts)) for parts in (kappas, rhos, mus)]
         inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
@@ -195,23 +194,26 @@ class BoundGraphs(PoseGraphs):
     def check_bounds(self) -> Any:
         """Bounds that hold for the scene's checks r, equations without unknowns of their own.
 
-        (|x|, |u|, p, floors, low, high) -> bound of |dr/dx| (nc, nx), change of r by rounding
-        (nc,) of its terms and of parameters.
+        (|x|, |u|, p, scale, floors, low, high) -> bound of |dr/dx| (nc, nx), change of r by
+        rounding (nc,) of its terms and of parameters, or as far as it may stay open.
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         rows = ca.vertcat(*[check.residual for check in self.scene.checks])
-        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
+        also = [self.tolerated / (1 if c.unit == "m" else self.scale) for c in self.scene.checks]
         known = RowReaches(self.scene, rows, [c.reach for c in self.scene.checks], moving)
         if known.any:
             found = known.bounds(sizes, whole=True)
-            results = [found.first[:, : self.nx], ROUNDOFF * (found.rounding + found.data)]
+            rounding = ROUNDOFF * (found.rounding + found.data) + column(also)
+            results = [found.first[:, : self.nx], rounding]
             return ca.Function("check_bounds", inputs, [ca.densify(part) for part in results])
         slope, _ = self._bound(ca.jacobian(rows, self.scene.x), moving, sizes, ranges)
         _, rounding = self._bound(rows, moving, sizes, ranges, noise={})
         rounding += self._data(rows, self.p, moving, sizes, ranges)
         shaped = ca.reshape(slope, rows.numel(), self.nx)
-        return ca.Function("check_bounds", inputs, [ca.densify(shaped), ROUNDOFF * rounding])
+        rounding = ROUNDOFF * rounding + column(also)
+        return ca.Function("check_bounds", inputs, [ca.densify(shaped), rounding])
 
     @kept_property
     def output_slopes(self) -> tuple[list[int], list[int], Call]:

@@ -10,7 +10,7 @@ h <= 1/4 (Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970
 
 A redundant block has a left inverse A of its Jacobian in place of the inverse. The theorem
 then holds for A F = 0, which every solution of F = 0 solves; that F itself vanishes, to within
-`CLOSURE` times its rounding, is checked beside it.
+`CLOSURE` times its rounding or the mechanism's tolerance, is checked beside it.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
+from mechdae.describe.mechanism import TOLERANCE
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import (
@@ -198,6 +199,11 @@ class PoseGraphs:
         results: list[Any] = made.call([*inputs, self.scale, self.blocks[b].q])
         return results
 
+    @property
+    def tolerated(self) -> Any:
+        """What superfluous equations may stay open by because the user says so, as rounding [m]."""
+        return self.scene.model.numbers.get(TOLERANCE, SX(0)) / CLOSURE
+
     def _solve(self, b: int, at: Sequence[Any]) -> tuple[Any, Any, Any, Any, Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
         F, J, Fz = self.blocks[b].shape.value(*at)
@@ -326,6 +332,7 @@ class PoseGraphs:
         scene = self.scene
         sizes = [c.size_symbol(self.scale) for c in scene.unknowns]
         parts = [*(graph.F for graph in self.blocks), *(c.residual for c in scene.checks), *sizes]
+        parts += [self.tolerated] if scene.redundant else []
         results = [column(parts), self.outputs]
         inputs = [scene.x, scene.u, self.p, self.scale]
         equations = ca.Function("equations", inputs, [ca.densify(part) for part in results])

@@ -1,0 +1,75 @@
+"""Slips of the pen in what is assembled and told, each seen by a truth of its own."""
+
+from __future__ import annotations
+
+import math
+
+import mechdae as md
+from mechdae.errors import AssemblyError
+from mechdae.kinematics.prepared import SHAPES
+from tests.shared.noisy import bound_missed, parallelogram, value_named
+from tests.shared.planting import Slip
+
+
+def noise() -> float:
+    """Poses of dimensions that hardly agree are those of least squares, within their bounds."""
+    SHAPES.clear()  # kernels of a slip are no one else's
+    try:
+        return max(bound_missed(seed) for seed in range(3))
+    finally:
+        SHAPES.clear()
+
+
+def tolerance_told() -> float:
+    """The tolerance that a message names is enough, and no more than twenty times what is open."""
+    mechanism, at = parallelogram(1e-7, 3), md.Sweep(md.Driver("c1.angle", at=[1.0]))
+    try:
+        md.solve(mechanism, at)
+    except AssemblyError as error:
+        enough = value_named(error)
+    try:
+        result = md.solve(mechanism.with_values({"closure_tolerance": enough}), at)
+    except AssemblyError:
+        return math.inf
+    gap = result.summary["closure"]["length"]
+    return enough / gap / 40 if list(result.status) == ["ok"] else math.inf
+
+
+SUITE = "assembly/test_closure_tolerance.py::"
+SLIPS = [
+    Slip(
+        "kernels.graphs.pose",
+        "SX(0)) / CLOSURE",
+        "SX(0)) / CLOSURE**2",
+        noise,
+        SUITE + "test_poses_are_those_of_least_squares_within_their_bounds",
+    ),
+    Slip(
+        "kernels.graphs.bounds",
+        "rho + self.tolerated / self.scale if graph.redundant else rho",
+        "rho",
+        noise,
+        SUITE + "test_poses_are_those_of_least_squares_within_their_bounds",
+    ),
+    Slip(
+        "assembly.closure",
+        "values = np.abs(self.residuals(x, u, p))",
+        "values = 0.1 * np.abs(self.residuals(x, u, p))",
+        noise,
+        SUITE + "test_poses_are_those_of_least_squares_within_their_bounds",
+    ),
+    Slip(
+        "assembly.closure",
+        "math.log10(2 * self.whole)",
+        "math.log10(self.whole / 20)",
+        tolerance_told,
+        SUITE + "test_the_value_that_is_named_does",
+    ),
+    Slip(
+        "assembly.closure",
+        "whole=float(np.linalg.norm(F / r)) * constants.scale",
+        "whole=float(np.linalg.norm(F / r)) * constants.scale * 1e3",
+        tolerance_told,
+        SUITE + "test_a_motion_that_is_locked_names_a_value_that_does",
+    ),
+]
