@@ -7,6 +7,7 @@ count is proven; larger groups by Newton's method from many starts, and their co
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -385,9 +386,16 @@ class Assembler:
         return self._opening(own[0], x, u) if len(own) == 1 else None
 
     def _opening(self, b: int, x: Any, u: Any) -> Gap:
-        from mechdae.assembly.least_gap import opening
+        from mechdae.assembly.least_gap import opening, reach
 
-        return opening(self.solvers[b], self.scene.model, x, u)
+        model, group = self.scene.model, self.scene.blocks[b].group
+        gap = opening(self.solvers[b], model, x, u)
+
+        def place(point: str) -> Any:
+            return self._local(("point", point), lambda: model.point(point))(x, u, self.p).ravel()
+
+        own = next(one for one in self.scene.groups if one.index == group)
+        return replace(gap, reach=reach(model.mechanism, own, place))
 
     def _placed(self, group: Group, poses: list[Any], x: Any, u: Any) -> list[Any]:
         """Return poses given as coordinates of bodies as unknowns, with their whole turns."""

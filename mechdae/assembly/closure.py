@@ -34,7 +34,8 @@ class Gap:
     """By how much a joint (or driver) stays open; ``unit`` is m or rad.
 
     ``superfluous`` tells that the group closes without some of its equations, ``whole`` is what
-    stays open of all of them [m], angles over the size of the mechanism, nan: not known.
+    stays open of all of them [m], angles over the size of the mechanism, nan: not known. ``reach``
+    says how long links are to be.
     """
 
     size: float
@@ -42,6 +43,7 @@ class Gap:
     joint: str
     superfluous: bool = True
     whole: float = math.nan
+    reach: str = ""
 
     def tolerance(self, size: float) -> float | None:
         """Return a tolerance that would do in a mechanism of that size, None: none is meant."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 
 from mechdae.assembly.closure import Gap, bar_lengths, straight, worst
 from mechdae.assembly.elimination import BlockSolver
+from mechdae.describe.mechanism import Mechanism
+from mechdae.model.groups import Group
 from mechdae.model.model import Model
 
 ANGLES = 24
@@ -58,6 +61,51 @@ def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
     joints = model.mechanism.joints
     owner = gap.joint if gap.joint in joints else gap.joint.rpartition(".")[0]
     return replace(gap, joint=owner if owner in joints else gap.joint, superfluous=False)
+
+
+def reach(mechanism: Mechanism, group: Group, place: Callable[[str], Any]) -> str:
+    """Return how long two hinged links would have to be to close; "" for other groups.
+
+    `place` gives the place of a point of bodies before the group.
+    """
+    if group.kind != "RRR":
+        return ""
+    values, lengths, names, outer = mechanism.values(), [], [], []
+    for body in group.bodies:
+        pins = [
+            mechanism.joints[name] for name in group.joints if body in mechanism.joints[name].bodies
+        ]
+        pins.sort(key=lambda pin: pin.name not in group.inner)
+        points = [pin.first if pin.first_body == body else pin.second for pin in pins]
+        outer.append(place(pins[1].second if pins[1].first_body == body else pins[1].first))
+        ends = [np.array([values[f"{p}.{axis}"] for axis in "xy"]) for p in points]
+        lengths.append(float(np.linalg.norm(ends[1] - ends[0])))
+        names.append(_called(mechanism, points))
+    apart = float(np.linalg.norm(outer[1] - outer[0]))
+    a, b = lengths
+    if apart > a + b:
+        return (
+            f"here {names[0]} at least {apart - b:.6g} m, or {names[1]} at least {apart - a:.6g} m"
+        )
+    long = int(b > a)
+    if apart < abs(a - b):
+        most, least = min(a, b) + apart, max(a, b) - apart
+        return (
+            f"here {names[long]} at most {most:.6g} m, or {names[1 - long]} at least {least:.6g} m"
+        )
+    return ""
+
+
+def _called(mechanism: Mechanism, points: list[str]) -> str:
+    """Return what the length between two points of a link is called."""
+    body = points[0].split(".")[0]
+    own = mechanism.bodies[body].points
+    first, second = (name for name in own if f"{body}.{name}" in points)
+    numbers = [*own[first], *own[second]]
+    told = [number for number in numbers if number != 0]
+    if len(told) == 1 and told[0] in mechanism.parameters:
+        return str(told[0])
+    return f"{first} to {second} of {body}"
 
 
 def _places(solver: BlockSolver) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.closure import NoPose
-from mechdae.assembly.nearest_mode import MOST_BEGUN
+from mechdae.assembly.nearest_mode import MOST_BEGUN, Nearest
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.structure import cylinders
@@ -23,6 +24,10 @@ from mechdae.setup.slips import MANY, long_length, odd_lengths
 if TYPE_CHECKING:
     from mechdae.assembly.mode_tree import Mode
 
+TRIES = 8
+"""Asked values that are tried where a sketched slide does not close: next, 2nd, 4th, 8th, ..."""
+CLOSE = 1e-4
+"""Share of 60 degrees, or of the mechanism, to which it is told from where on a sketch closes."""
 MOST_NAMED = 64
 """Assembly modes that a message names."""
 
@@ -42,7 +47,12 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True)
     u = start_values(plan)
     found = assembler.from_sketch(u)
     if found.failure is not None:
-        raise not_assembled(assembler.scene, found.failure, u)
+        other = _asked_pose(assembler, plan, u)
+        if other is None:
+            searched = found.failure.starts or found.failure.group.superfluous
+            hint = "" if searched else _where_it_closes(assembler, plan, u)
+            raise not_assembled(assembler.scene, found.failure, u, hint)
+        u, found = other
     if found.doubtful:
         keys, lines = assembler.sketched.undecided.hint(found.tied, u)
         error = SketchError if keys else MechanismError
@@ -58,6 +68,44 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True)
         )
     _check_near(assembler, found.x, u)
     return u, found.x
+
+
+def _asked_pose(assembler: Assembler, plan: DriverPlan, u: Any) -> tuple[Any, Nearest] | None:
+    """Return the values asked for that are nearest to sketched slides that do not close.
+
+    And the pose there that is nearest to the rest of the sketch; None where none is found.
+    """
+    slides = not any(c.is_angle for c in plan.coordinates) and np.isfinite(plan.sketch).all()
+    if plan.values is None or plan.timing or not slides:
+        return None
+    order = np.argsort(np.linalg.norm(plan.values - u, axis=1), kind="stable")
+    tried = dict.fromkeys(min(2**k, len(order)) - 1 for k in range(TRIES))
+    for row in (plan.values[order[k]] for k in tried):
+        found = assembler.from_sketch(row)
+        if found.failure is None:
+            return row, found
+    return None
+
+
+def _where_it_closes(assembler: Assembler, plan: DriverPlan, u: Any) -> str:
+    """Return from which value of a single driver on the sketch closes, "" where none is near."""
+    if len(u) > 1 or plan.timing:
+        return ""
+    c = plan.coordinates[0]
+    size = math.radians(60) if c.is_angle else assembler.size
+
+    def closes(value: float) -> bool:
+        return assembler.from_sketch(np.array([value])).failure is None
+
+    for share, way in itertools.product((1 / 64, 1 / 16, 1 / 4, 1.0), (1.0, -1.0)):
+        low, high = float(u[0]), float(u[0]) + way * share * size
+        if closes(high):
+            while abs(high - low) > CLOSE * size:
+                middle = (low + high) / 2
+                low, high = (low, middle) if closes(middle) else (middle, high)
+            text = shown(c.unit, high + way * CLOSE * size)
+            return f"it closes from {c.text} = {text} {'on' if way > 0 else 'down'}"
+    return ""
 
 
 def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
@@ -113,6 +161,12 @@ def doubts(
     `slips` are those of the drivers' values.
     """
     notes = list(slips)
+    for c, wanted, value in zip(plan.coordinates, plan.sketch, u, strict=True):
+        if math.isfinite(wanted) and wanted != value and not c.is_angle:
+            texts = (f"{c.text} = {shown(c.unit, own)}" for own in (wanted, value))
+            notes.append(
+                "sketch: {} does not close; begun at {}, which is asked for".format(*texts)
+            )
     for body, angle in assembler.sketch.items():
         if abs(angle) > MANY:
             notes.append(f"sketch: {body} = {angle:g} is in radians; did you mean {body}_deg?")
@@ -192,15 +246,16 @@ def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
     raise error
 
 
-def not_assembled(scene: Scene, failure: NoPose, u: Any) -> AssemblyError:
-    """Return the error for a group that has no pose at `u`."""
+def not_assembled(scene: Scene, failure: NoPose, u: Any, hint: str = "") -> AssemblyError:
+    """Return the error for a group that has no pose at `u`; `hint` tells where it has one."""
     group, at = failure.group, failure.at
     joint, unit = (at.joint, at.unit) if at is not None else (group.key_joint, "m")
     gap = f" by {failure.gap:.4g} {unit}" if 0 < failure.gap < math.inf else ""
     what = f"group {group.name} cannot be assembled: joint {joint} stays open{gap}"
-    hint = long_length(scene.model.mechanism) or (
-        "check the lengths, or give the sketch with a driver value at which it closes"
+    hint = long_length(scene.model.mechanism) or "; ".join(
+        filter(None, (hint, at.reach if at is not None else ""))
     )
+    hint = hint or "check the lengths, or give the sketch with a driver value at which it closes"
     if group.superfluous and scene.model.space.behind:
         hint = (
             f"{group.superfluous} of the equations of its joints are superfluous: it holds "

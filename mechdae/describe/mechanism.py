@@ -304,7 +304,7 @@ class Mechanism:
 
     @cached_property
     def _pins(self) -> dict[str, dict[str, str]]:
-        """The points of pins of each body, each with a joint there."""
+        """The points of pins of each body that has no other joints, each with a joint there."""
         pins: dict[str, dict[str, str]] = {name: {} for name in self.bodies}
         for joint in self.joints.values():
             if joint.hinge:
@@ -312,7 +312,10 @@ class Mechanism:
                     owner, point = side.split(".")
                     if owner != GROUND:
                         pins[owner].setdefault(point, joint.name)
-        return pins
+        others = {
+            body for joint in self.joints.values() if not joint.hinge for body in joint.bodies
+        }
+        return pins | {body: {} for body in others & pins.keys()}
 
     def with_values(self, changes: Mapping[str, Number]) -> Mechanism:
         """Return the mechanism with parameters or automatic names set to new numbers.
@@ -602,18 +605,18 @@ def _check_values(mechanism: Mechanism) -> None:
 def _check_link(
     mechanism: Mechanism, name: str, pins: Mapping[str, str], values: Mapping[str, float]
 ) -> None:
-    """Raise for a link whose two pins (point -> joint) fall on one point."""
+    """Raise for a link with pins alone (point -> joint), all of which fall on one point."""
     place = {
         point: tuple(values[f"{name}.{point}.{axis}"] for axis in mechanism.axes) for point in pins
     }
-    for first, second in ((a, b) for a in pins for b in pins if a < b):
-        if place[first] == place[second]:
-            raise MechanismError(
-                f"link of zero length: its pins {first} and {second} (joints {pins[first]} and "
-                f"{pins[second]}) are the same point",
-                where=f"bodies.{name}",
-                hint="correct the points, or let both joints name the same point",
-            )
+    if len(place) > 1 and len(set(place.values())) == 1:
+        first, second, *_ = sorted(pins)
+        raise MechanismError(
+            f"link of zero length: its pins {first} and {second} (joints {pins[first]} and "
+            f"{pins[second]}) are the same point",
+            where=f"bodies.{name}",
+            hint="correct the points, or let both joints name the same point",
+        )
 
 
 __all__ = ["GROUND", "JOINTS", "Body", "Ground", "Mechanism", "evaluate_all", "fields"]

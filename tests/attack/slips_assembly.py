@@ -7,6 +7,7 @@ import math
 import mechdae as md
 from mechdae.errors import AssemblyError
 from mechdae.kinematics.prepared import SHAPES
+from tests.shared.booms import reach_missed, slide_missed
 from tests.shared.noisy import bound_missed, parallelogram, value_named
 from tests.shared.planting import Slip
 
@@ -35,7 +36,18 @@ def tolerance_told() -> float:
     return enough / gap / 40 if list(result.status) == ["ok"] else math.inf
 
 
+def slides() -> float:
+    """Booms begin where their cylinder is asked for, from sketches out of reach."""
+    return max(slide_missed(seed) for seed in range(3))
+
+
+def reach() -> float:
+    """Lengths that would reach are told."""
+    return max(reach_missed(seed) for seed in range(4))
+
+
 SUITE = "assembly/test_closure_tolerance.py::"
+ROUGH = "assembly/test_rough_sketches.py::"
 SLIPS = [
     Slip(
         "kernels.graphs.pose",
@@ -71,5 +83,40 @@ SLIPS = [
         "whole=float(np.linalg.norm(F / r)) * constants.scale * 1e3",
         tolerance_told,
         SUITE + "test_a_motion_that_is_locked_names_a_value_that_does",
+    ),
+    Slip(
+        "assembly.start",
+        "slides = not any(",
+        "slides = any(",
+        slides,
+        ROUGH + "test_a_driven_slide_may_be_sketched_out_of_reach",
+    ),
+    Slip(
+        "assembly.start",
+        "            return row, found",
+        "            return u, found",
+        slides,
+        ROUGH + "test_a_driven_slide_may_be_sketched_out_of_reach",
+    ),
+    Slip(
+        "assembly.least_gap",
+        "at least {apart - b:.6g} m",
+        "at least {apart - a:.6g} m",
+        reach,
+        ROUGH + "test_lengths_that_would_reach",
+    ),
+    Slip(
+        "assembly.least_gap",
+        "most, least = min(a, b) + apart, max(a, b) - apart",
+        "most, least = max(a, b) + apart, max(a, b) - apart",
+        reach,
+        ROUGH + "test_lengths_that_would_reach",
+    ),
+    Slip(
+        "assembly.least_gap",
+        "long = int(b > a)",
+        "long = int(a > b)",
+        reach,
+        ROUGH + "test_lengths_that_would_reach",
     ),
 ]

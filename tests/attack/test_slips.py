@@ -11,6 +11,7 @@ import sys
 import pytest
 
 from tests.attack import (
+    slips_assembly,
     slips_exchange,
     slips_measures,
     slips_motion,
@@ -23,6 +24,7 @@ from tests.shared.planting import Slip, plant
 
 SLIPS = {
     "exchange": slips_exchange.SLIPS,
+    "assembly": slips_assembly.SLIPS,
     "measures": slips_measures.SLIPS,
     "motion": slips_motion.SLIPS,
     "space": slips_space.SLIPS,
