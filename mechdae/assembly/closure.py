@@ -25,7 +25,7 @@ from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 UNITS = {"m": "length", "rad": "angle", "1": "parameter"}
-MEANT = 1e-3
+MEANT = 1e-4
 """Share of its size up to which dimensions of a mechanism may be off though they should agree."""
 
 
