@@ -11,9 +11,9 @@ from functools import partial
 from typing import Any
 
 from benchmarks import alternatives, forces, integrators, startup, studies
-from mechdae.bench import kinematics, motions
-from mechdae.cli.commands import bench
 from mechdae.describe.file.load import load
+from mechdae.parts.bench import kinematics, motions
+from mechdae.parts.bench.commands import bench
 
 TIGHT = (1e-10,)
 

@@ -23,9 +23,9 @@ import numpy as np
 
 import mechdae as md
 from benchmarks import forces, integrators, startup, studies
-from mechdae.bench import chain, kinematics, motions
-from mechdae.bench.yardstick import yardstick
 from mechdae.kernels.machine.library import backend
+from mechdae.parts.bench import chain, kinematics, motions
+from mechdae.parts.bench.yardstick import yardstick
 
 MANY = 100_000
 MOST, LEAST = "at most", "at least"

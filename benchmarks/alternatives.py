@@ -14,11 +14,11 @@ import casadi as ca
 import numpy as np
 
 from benchmarks import four_bar
-from mechdae.bench.kinematics import Other, SweepWork, unknowns_error
-from mechdae.continuation.interpolate import quintic
-from mechdae.continuation.path import Path
 from mechdae.kernels.run.call import Call
-from mechdae.kinematics.prepared import Run, Setting
+from mechdae.motion.continuation.interpolate import quintic
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.kinematics.prepared import Run, Setting
+from mechdae.parts.bench.kinematics import Other, SweepWork, unknowns_error
 
 NODES = (24, 48, 96, 192)
 TOLERANCES = (1e-4, 1e-7, 1e-10, 1e-13)

@@ -19,7 +19,7 @@ import numpy as np
 
 import mechdae as md
 from benchmarks.forces import problem as four_bar_with_masses
-from mechdae.studies.rows import Computer, row_of
+from mechdae.design.studies.rows import Computer, row_of
 
 SETS, POSES, CHECKED = 1024, 200, 24
 BEGIN, END = "<!-- measures and forces -->", "<!-- end of measures and forces -->"

@@ -28,18 +28,18 @@ import numpy as np
 
 import mechdae as md
 from mechdae import __version__
-from mechdae.describe.tasks.composition import asked_of
 from mechdae.numerics.dominance import hypervolume, undominated
-from mechdae.schemes.aims import Aim
-from mechdae.schemes.archive import SizedScheme
-from mechdae.schemes.closure import material, shortest, turned
-from mechdae.schemes.descent import SHORT
-from mechdae.schemes.designs import certified, problem_of_scheme, tracer
-from mechdae.schemes.laid import Laid
-from mechdae.schemes.pieces import FoundSets, computed
-from mechdae.schemes.scheme import read
-from mechdae.schemes.search import SchemeSearch
-from mechdae.schemes.shape import Wanted, distances
+from mechdae.parts.types.described.composition import asked_of
+from mechdae.parts.types.schemes.aims import Aim
+from mechdae.parts.types.schemes.archive import SizedScheme
+from mechdae.parts.types.schemes.closure import material, shortest, turned
+from mechdae.parts.types.schemes.descent import SHORT
+from mechdae.parts.types.schemes.designs import certified, problem_of_scheme, tracer
+from mechdae.parts.types.schemes.laid import Laid
+from mechdae.parts.types.schemes.pieces import FoundSets, computed
+from mechdae.parts.types.schemes.scheme import read
+from mechdae.parts.types.schemes.search import SchemeSearch
+from mechdae.parts.types.schemes.shape import Wanted, distances
 from tests.reference.circles import followed, of_file
 
 TURN = 2 * np.pi

@@ -15,8 +15,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks import absolute
-from mechdae.bench.kinematics import interleaved
-from mechdae.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints import Revolute
 from mechdae.describe.loads import Torque
@@ -27,7 +25,9 @@ from mechdae.forces.checks import checks
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving, loaded_run
 from mechdae.kernels.run.high_precision import LONG
-from mechdae.kinematics.sweep import run
+from mechdae.motion.kinematics.sweep import run
+from mechdae.parts.bench.kinematics import interleaved
+from mechdae.parts.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
 from mechdae.tasks.solve import solve
 
 SAMPLES = 400

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.bench.kinematics import COMPARED, Other
-from mechdae.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
 from mechdae.kernels.run.high_precision import LONG
+from mechdae.parts.bench.kinematics import COMPARED, Other
+from mechdae.parts.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
 
 LENGTHS = (CRANK, COUPLER, ROCKER, GROUND)
 SOURCE = Path(__file__).with_name("fourbar.c")

@@ -17,9 +17,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.bench.works import MotionEnd, MotionWork, RubbingWork, Way
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.quiet import quiet
+from mechdae.parts.bench.works import MotionEnd, MotionWork, RubbingWork, Way
 
 SX = ca.SX
 IMPLICIT = 1e-8

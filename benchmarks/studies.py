@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.bench.yardstick import yardstick
-from mechdae.studies.rows import Computer
+from mechdae.design.studies.rows import Computer
+from mechdae.parts.bench.yardstick import yardstick
 
 POSES, CHECKED = 200, 40
 CASES = (

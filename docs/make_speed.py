@@ -36,9 +36,10 @@ the sweep, motion or synthesis of any other problem. `python -m benchmarks`, in 
 measures other methods beside them in the same run, as far as they can be had: a closed form in C
 (where a compiler is), pylinkage, scipy, casadi's rootfinder, SUNDIALS. Times are ratios to a
 yardstick that runs interleaved with each: the closed-form four-bar in NumPy, two angles with two
-derivatives each, for the same number of poses ([yardstick.py](../mechdae/bench/yardstick.py)).
-Ratios carry from machine to machine, seconds do not. Medians of processor time are shown. Of
-`rssr`, a spatial four-bar, rocker angle and ball are asked for.
+derivatives each, for the same number of poses
+([yardstick.py](../mechdae/parts/bench/yardstick.py)). Ratios carry from machine to machine,
+seconds do not. Medians of processor time are shown. Of `rssr`, a spatial
+four-bar, rocker angle and ball are asked for.
 
 The error is the true one: one Newton step whose residual is evaluated in 80-bit floats, at 400
 of the poses, in radians or lengths of the mechanism. The bound is what the result itself

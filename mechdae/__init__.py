@@ -10,6 +10,12 @@ from typing import Any
 
 __version__ = "0.16.0"
 
+PARTS = (
+    "mechdae.parts.page", "mechdae.parts.paper", "mechdae.parts.exchange", "mechdae.parts.types",
+    "mechdae.certificates", "mechdae.parts.bench",
+)  # fmt: skip
+"""Packages that add commands, kinds of tasks and pictures, see `mechdae.additions`."""
+
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
     "UnavailableError SolveError AssemblyError IndeterminateFrictionError "
@@ -21,35 +27,36 @@ _HOMES = {
     "mechdae.describe.vectors.expand": "from_loops",
     "mechdae.describe.spatial_joints": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
     "Universal PlanarPair Screw SpatialWeld SpatialGear SpatialRack",
-    "mechdae.homotopy.platforms": "platform_poses",
-    "mechdae.homotopy.six_axes": "arm_poses",
+    "mechdae.numerics.homotopy.platforms": "platform_poses",
+    "mechdae.numerics.homotopy.six_axes": "arm_poses",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
-    "Composition CurveGoal Study Sensitivity",
+    "Study Sensitivity",
+    "mechdae.parts.types.described.task": "Composition CurveGoal",
     "mechdae.describe.file.problem": "Problem Expected",
     "mechdae.describe.file.load": "load",
     "mechdae.describe.file.writing": "dump dumps",
     "mechdae.tasks.solve": "solve",
     "mechdae.tasks.solver": "Solver",
     "mechdae.tasks.study": "study screen",
-    "mechdae.derivatives.function": "function",
-    "mechdae.assembly.open_mechanism": "opened",
+    "mechdae.design.derivatives.function": "function",
+    "mechdae.motion.assembly.open_mechanism": "opened",
     "mechdae.tasks.designing": "synthesize",
     "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
-    "mechdae.export.folder": "read save StoredResults",
+    "mechdae.tasks.export.folder": "read save StoredResults",
     "mechdae.draw": "plot",
-    "mechdae.pages": "Page page",
+    "mechdae.parts.page": "Page page",
     "mechdae.certificates": "certify check_certificate",
-    "mechdae.explanations": "Explanation explain",
-    "mechdae.reports": "Report report",
-    "mechdae.assignments": "Assignment Assignments assign",
-    "mechdae.exchange": "Exported exported imported",
-    "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
-    "mechdae.composition.mechanisms": "mechanism_of problem_of",
-    "mechdae.composition.variants.scheme": "Variant",
-    "mechdae.ranking.variants": "variants count_variants",
-    "mechdae.ranking.rank": "rank Ranking",
+    "mechdae.parts.paper.explanations": "Explanation explain",
+    "mechdae.parts.paper.reports": "Report report",
+    "mechdae.parts.paper.assignments": "Assignment Assignments assign",
+    "mechdae.parts.exchange": "Exported exported imported",
+    "mechdae.parts.types.chains.chains": "KinematicChain chains count_chains assur_groups",
+    "mechdae.parts.types.chains.mechanisms": "mechanism_of problem_of",
+    "mechdae.parts.types.chains.variants.scheme": "Variant",
+    "mechdae.parts.types.ranking.variants": "variants count_variants",
+    "mechdae.parts.types.ranking.rank": "rank Ranking",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_HOME)]
@@ -63,7 +70,7 @@ def __getattr__(name: str) -> Any:
 
 def _shown(how: str, result: Any) -> str:
     """Return a result as "text" or "html": what rooms make of it that results do not know."""
-    tables = importlib.import_module("mechdae.tables")
+    tables = importlib.import_module("mechdae.results.tables")
     if how == "text":
         text: str = tables.table(result)
         return text

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.draw import save
-from mechdae.draw.atlas import atlas
+from mechdae.parts.types.drawn.atlas import atlas
 
 
 def figure() -> Figure:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.draw import save
-from mechdae.draw.ranking import sheet
+from mechdae.parts.types.drawn.ranking_pictures import sheet
 
 
 def figure() -> Figure:

@@ -39,7 +39,7 @@ STRUCTURES = 160
 @pytest.fixture(scope="session", autouse=True)
 def kept() -> None:
     """Keep more structures than a user's process does: the same problems are solved again."""
-    from mechdae.kinematics import prepared
+    from mechdae.motion.kinematics import prepared
 
     prepared.SHAPES.most, prepared.SHAPES.size_of = STRUCTURES, lambda shape: 1
 
@@ -66,7 +66,7 @@ class Planting(pytest.MonkeyPatch):
     def _forget(self) -> None:
         """Let nothing that was built before be found until this is undone."""
         if not self.fresh:
-            from mechdae.kinematics import prepared
+            from mechdae.motion.kinematics import prepared
 
             self.fresh = True
             empty = type(prepared.SHAPES)(prepared.SHAPES.size_of)

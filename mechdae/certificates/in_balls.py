@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from flint import acb, ctx
 
-from mechdae.assembly.linkage.rigid_parts import GroupPoses
 from mechdae.certificates import (
     check,
     check_curves,
@@ -21,6 +20,7 @@ from mechdae.certificates import (
 from mechdae.certificates.complex_starts import poses_of_group
 from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
+from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses
 
 LAST_KEPT = 1e-3
 """Weight of the equations of crosses and screws: theorems count poses of those that keep others."""

@@ -10,9 +10,9 @@ import numpy as np
 
 from mechdae.describe.joints import Curve, Joint, follows_curve
 from mechdae.describe.mechanism import GROUND
+from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.bounds.walk import replay
-from mechdae.model.reduction import Scene
 
 NAMES = {"pin-in-slot": "slot", "belt": "gear", "friction-wheel": "gear"}
 """Kinds of joints whose equation is that of another one."""

@@ -10,10 +10,10 @@ import numpy as np
 from mechdae.certificates.crossings import meeting
 from mechdae.certificates.mechanism import Frames, as_text
 from mechdae.certificates.space import SpatialFrames
-from mechdae.continuation.legs import Legs
-from mechdae.continuation.path import Path
-from mechdae.continuation.reachable_arc import Arc
 from mechdae.errors import UnavailableError
+from mechdae.motion.continuation.legs import Legs
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.reachable_arc import Arc
 
 BEFORE = 1e-3
 """Share of the largest step before a limit position from which on the way into it begins."""

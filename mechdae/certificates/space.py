@@ -13,10 +13,10 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
 from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
+from mechdae.equations.reduction import Scene
+from mechdae.equations.tree.pointers import WORDS
 from mechdae.errors import UnavailableError
-from mechdae.model.reduction import Scene
-from mechdae.model.tree.pointers import WORDS
-from mechdae.setup.turning import quaternions
+from mechdae.motion.setup.turning import quaternions
 
 SIDES = (("axis", "zero"), ("axis2", "zero2"))
 

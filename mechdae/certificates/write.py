@@ -30,20 +30,20 @@ from mechdae.certificates.mechanism import (
 from mechdae.certificates.paths import corners_of, path_of
 from mechdae.certificates.space import SpatialFrames, spatial_mechanism_of
 from mechdae.certificates.superfluous import steps_of, with_motion
-from mechdae.continuation.legs import Legs
-from mechdae.continuation.path import Path
-from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
+from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
-from mechdae.kinematics.modes_task import modes
-from mechdae.kinematics.prepared import Run, Setting, prepare
-from mechdae.kinematics.report import report
-from mechdae.kinematics.sweep import run
-from mechdae.model.reduction import Scene
+from mechdae.motion.continuation.legs import Legs
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.reachable_arc import Arc, arc_of
+from mechdae.motion.kinematics.modes_task import modes
+from mechdae.motion.kinematics.prepared import Run, Setting, prepare
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.kinematics.sweep import run
+from mechdae.motion.setup.drivers import plan
 from mechdae.results import ModesResult, Result, Status
-from mechdae.setup.drivers import plan
 
 LOOKED_AT = 64
 """Places of a path at which superfluous equations are chosen."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import gc
-import importlib
 import io
 import os
 import sys
@@ -16,37 +15,29 @@ from contextlib import nullcontext, redirect_stdout
 from typing import Any
 
 from mechdae import __version__
+from mechdae.additions import Added, Registry
 from mechdae.errors import MechdaeError, SolveError
 from mechdae.kernels.machine.library import backend
 
-COMMANDS = {
+_PLAIN = {
     "list": "the predefined problems",
     "show": "structure of a problem: groups, mobility, what its tasks build",
     "check": "validate files and verify the values they expect",
     "solve": "run the tasks of a problem",
     "plot": "pictures of a problem",
-    "page": "a live page of a mechanism, one HTML file",
-    "explain": "a pose on paper: equations of each group with their numbers",
-    "edit": "an editor of mechanisms, one HTML file",
-    "report": "a course report: assignment, structure, positions, forces",
-    "assign": "variants of a problem for a class, with sheets and answer keys",
-    "export": "formats of other programs: dxf, mjcf, sdf, urdf, c, js",
     "synthesize": "dimensions that do what a task asks for",
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",
-    "chains": "kinematic chains, inversions, drivers, Assur groups",
-    "variants": "orders, fixed links, kinds of pairs, constructions of a mechanism",
-    "rank": "variants of a mechanism by size, criteria and weights",
-    "certify": "a certificate of a sweep or of modes, or the check of one",
     "modules": "the catalogue of vector modules",
-    "bench": "speed against error",
     "cache": "kernels kept on disk",
     "schema": "JSON Schema of the problem file",
-    "new": "a commented problem file to start from",
 }
-
-FOLDERS = dict.fromkeys(("explain", "report", "assign", "certify"), "paper.")
-"""Folders of commands that are not directly among the others."""
+COMMANDS: Registry[Added] = Registry(
+    "commands",
+    {name: Added(f"mechdae.cli.commands.{name}", about=about) for name, about in _PLAIN.items()},
+    lambda added: added,
+)
+"""The commands, with what each is for; those of parts add themselves."""
 
 
 class _Version(argparse.Action):
@@ -82,21 +73,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--version", action=_Version, nargs=0, help="version and back end")
     commands = parser.add_subparsers(dest="command", metavar="command", required=True)
     asked = next((word for word in words if not word.startswith("-")), None)
-    for name, title in COMMANDS.items():
-        if asked in COMMANDS and name != asked:
-            continue  # its parser says nothing of the others
+    known = COMMANDS.whole() if asked is None or asked not in COMMANDS else [asked]
+    for name in known:  # one says nothing of the others
+        title = COMMANDS[name].about
         command = commands.add_parser(name, help=title, description=title, allow_abbrev=False)
         command.add_argument("--quiet", action="store_true", help="no messages, only results")
         command.add_argument("--debug", action="store_true", help="tracebacks of errors")
         if name == asked:
-            _module(name).arguments(command)
+            COMMANDS[name].load().arguments(command)
     try:
         arguments = parser.parse_args(_with_labels(words))
     except SystemExit as stop:
         return int(stop.code or 0)
     try:
         with redirect_stdout(_Unread(sys.stdout)) if _writes(arguments) else nullcontext():
-            return int(_module(arguments.command).run(arguments))
+            return int(COMMANDS[arguments.command].load().run(arguments))
     except MechdaeError as error:
         if arguments.debug:
             raise
@@ -165,11 +156,6 @@ def _with_labels(words: list[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
-
-
-def _module(command: str):  # type: ignore[no-untyped-def]
-    folder = FOLDERS.get(command, "")
-    return importlib.import_module(f"mechdae.cli.commands.{folder}{command}")
 
 
 def message(text: str, quiet: bool) -> None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def check_out(out: str | None, problem: Problem, task: str | None, kind: str) -> None:
     """Raise for a folder whose results a job would overwrite, before it is done."""
-    from mechdae.export import check_folder
+    from mechdae.tasks.export import check_folder
 
     names = [name for name, own in problem.tasks.items() if own.kind == kind]
     for name in ([task] if task else names[:1] or [kind]) if out else ():
@@ -25,8 +25,8 @@ def check_out(out: str | None, problem: Problem, task: str | None, kind: str) ->
 
 def reported(result: Result, options: argparse.Namespace) -> int:
     """Print the result, write it where ``--out`` says, and return the exit code."""
-    from mechdae.export import json_text, save
-    from mechdae.tables import table
+    from mechdae.results.tables import table
+    from mechdae.tasks.export import json_text, save
 
     if options.json:
         print(json_text([result]))

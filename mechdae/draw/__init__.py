@@ -57,7 +57,7 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     Raises
     ------
     UnavailableError
-        The live page, see `mechdae.pages`.
+        A document such as the live page, see `md.page`.
     UnknownName
         Not a kind of picture, or no option of one.
     InputError

@@ -1,20 +1,22 @@
 """The kinds of pictures and their options, in one list; nothing is drawn here.
 
-A new kind of picture is an entry of `PICTURES` and a module with ``draw(result, ax, **options)``.
+A new kind of picture is an entry of `PICTURES`, or of the ``ADDS`` of a part, and a module with
+``draw(result, ax, **options)``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from mechdae.additions import Registry
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.records import dataclass
 
-PAGE = "page"
-"""No picture of matplotlib's: `mechdae.pages` and ``mechdae page`` write it."""
+DOCUMENTS: Registry[Callable[[Any], int]] = Registry("documents", {})
+"""Kinds that are no pictures on axes: what writes one for the options of ``mechdae plot``."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Picture:
 _SERIES = ("sweep", "reactions", "motion")
 _DESIGNS = "synthesize the task and draw its result"
 
-PICTURES: Mapping[str, Picture] = {
+PICTURES: Registry[Picture] = Registry("pictures", {
     "diagram": Picture(
         "mechdae.draw.diagram.diagram",
         "the kinematic diagram of one pose",
@@ -164,14 +166,6 @@ PICTURES: Mapping[str, Picture] = {
         first=("synthesis",),
         in_space="mechdae.draw.designs.front",
     ),
-    "sheet": Picture(
-        "mechdae.draw.designs.schemes",
-        "the schemes of a composition side by side, each with its curve",
-        of=("schemes",),
-        options=("lang",),
-        hint="synthesize a task of kind composition and draw its result",
-        first=("composition",),
-    ),
     "compare": Picture(
         "mechdae.draw.designs.compare",
         "all designs of a synthesis",
@@ -199,7 +193,7 @@ PICTURES: Mapping[str, Picture] = {
         first=("synthesis",),
         in_space="mechdae.draw.designs.census",
     ),
-}  # fmt: skip
+})  # fmt: skip
 """Kind -> picture."""
 
 
@@ -277,8 +271,6 @@ OPTIONS: Mapping[str, Option] = {
 """Name -> option."""
 
 
-IN_SPACE = tuple(kind for kind, own in PICTURES.items() if own.in_space)
-"""Kinds of pictures of spatial mechanisms."""
 IN_ONE = {"view": 3, "axodes": 3, "shape": 2, "polar": 2}
 """Options of pictures of mechanisms of one dimension only."""
 
@@ -293,11 +285,12 @@ def picture_of(kind: str) -> Picture:
     UnknownName
         Not a kind of picture.
     """
-    if kind == PAGE:
-        raise UnavailableError("a page is no picture on axes", hint="md.page, or mechdae page")
+    if kind not in PICTURES and kind in DOCUMENTS:
+        hint = f"md.{kind}, or mechdae {kind}"
+        raise UnavailableError(f"a {kind} is no picture on axes", hint=hint)
     if kind not in PICTURES:
-        error = UnknownName("kind of picture", str(kind), [*PICTURES, PAGE])
-        error.hint = error.hint or f"one of {', '.join([*PICTURES, PAGE])}"
+        error = UnknownName("kind of picture", str(kind), [*PICTURES, *DOCUMENTS])
+        error.hint = error.hint or f"one of {', '.join([*PICTURES, *DOCUMENTS])}"
         raise error
     return PICTURES[kind]
 
@@ -328,10 +321,10 @@ def check_dimension(
     """
     mechanism = getattr(result, "mechanism", None)
     dimension = getattr(mechanism, "dimension", 2)
-    if dimension == 3 and kind not in IN_SPACE:
+    if dimension == 3 and not picture_of(kind).in_space:
         raise UnavailableError(
             f"pictures of kind '{kind}' are not drawn of spatial mechanisms by this version",
-            hint=f"available: {', '.join(IN_SPACE)}",
+            hint=f"available: {', '.join(k for k, own in PICTURES.items() if own.in_space)}",
         )
     for name in options:
         if IN_ONE.get(name, dimension) != dimension and options[name] is not None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechdae.describe.tasks.kinds import Task
-from mechdae.draw.catalogue import PAGE, PICTURES, checked, names_of, picture_of, usual_kind
+from mechdae.draw.catalogue import DOCUMENTS, PICTURES, checked, names_of, picture_of, usual_kind
 from mechdae.errors import InputError
 
 OF_FORCES = ("force", "friction", "lever")
@@ -47,7 +47,7 @@ def kind_and_task(
         raise InputError("no task that this version computes", where=f"{where}: tasks")
     if kind is None and not set(asked) <= set(names_of("diagram")):
         kind = next((own for own in PICTURES if set(asked) <= set(names_of(own))), None)
-    shown = "diagram" if kind in (None, PAGE) else str(kind)
+    shown = "diagram" if kind in (None, *DOCUMENTS) else str(kind)
     picture_of(shown)
     options = {} if kind is None else checked(shown, asked, "--")
     chosen = min(drawn, key=lambda own: _rank(tasks[own], shown, options))

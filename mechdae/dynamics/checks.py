@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.start import Start
+from mechdae.equations.motion_equations import row_size
 from mechdae.errors import (
     InconsistentStartError,
     IndeterminateFrictionError,
@@ -16,7 +17,6 @@ from mechdae.errors import (
     SolveError,
 )
 from mechdae.kernels.run.call import Call
-from mechdae.model.motion_equations import row_size
 from mechdae.numerics.null_space import dependences, freedoms, rank, unit_rows
 
 SX = ca.SX

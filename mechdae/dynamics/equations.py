@@ -17,23 +17,23 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion
+from mechdae.equations.forces.dry_friction import Rubbing
+from mechdae.equations.forces.loads import Loads
+from mechdae.equations.forces.meshes import Mesh
+from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.forces.time_tables import Timed
+from mechdae.equations.kept import Kept, kept_property
+from mechdae.equations.model import FUNCTIONS, Model
+from mechdae.equations.motion_equations import Law, Released
+from mechdae.equations.tree.bars import check_in_space
+from mechdae.equations.tree.choice import released_model
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.smooth_friction import Smooth
 from mechdae.kernels.graphs.stepper import Stepper
 from mechdae.kernels.run.call import Call
-from mechdae.kinematics import prepared
-from mechdae.kinematics.shapes import free_numbers, size_of
-from mechdae.model.forces.dry_friction import Rubbing
-from mechdae.model.forces.loads import Loads
-from mechdae.model.forces.meshes import Mesh
-from mechdae.model.forces.spatial_meshes import SpatialMesh
-from mechdae.model.forces.time_tables import Timed
-from mechdae.model.kept import Kept, kept_property
-from mechdae.model.model import FUNCTIONS, Model
-from mechdae.model.motion_equations import Law, Released
-from mechdae.model.tree.bars import check_in_space
-from mechdae.model.tree.choice import released_model
+from mechdae.motion.kinematics import prepared
+from mechdae.motion.kinematics.shapes import free_numbers, size_of
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -11,10 +11,10 @@ import numpy as np
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.named import COMPONENTS, RATES, TIME, split_rate
+from mechdae.equations.forces.loads import Loads
+from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.loads import Loads
-from mechdae.model.model import FUNCTIONS, Model
 
 SX = ca.SX
 

@@ -16,9 +16,9 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
 from mechdae.dynamics.watchers.lift_off import HoldingContacts
+from mechdae.equations.forces.feedback import ACROSS
 from mechdae.forces.friction_solutions import SAME, apart, solutions_of
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.forces.feedback import ACROSS
 
 LEAST = 1e-150
 

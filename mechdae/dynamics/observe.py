@@ -10,14 +10,14 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
+from mechdae.equations.forces.generalised import Wrench, add, reaction, times
+from mechdae.equations.forces.joint_reactions import JointReactions
+from mechdae.equations.gradients import gradients
+from mechdae.equations.kept import kept_property
+from mechdae.equations.motion_equations import row_size
 from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.generalised import Wrench, add, reaction, times
-from mechdae.model.forces.joint_reactions import JointReactions
-from mechdae.model.gradients import gradients
-from mechdae.model.kept import kept_property
-from mechdae.model.motion_equations import row_size
 from mechdae.records import dataclass
 
 SX = ca.SX

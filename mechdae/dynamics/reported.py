@@ -11,13 +11,13 @@ from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.named import reactions_of
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import WithReactions
+from mechdae.equations.model import Model
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.model import Model
+from mechdae.motion.setup.named_outputs import NamedOutputs, requests
+from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
 from mechdae.results import Named, Series
-from mechdae.setup.named_outputs import NamedOutputs, requests
-from mechdae.setup.outputs import Outputs
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Equilibrium, Motion
 from mechdae.dynamics.equations import as_motion, setup
 from mechdae.dynamics.task import motion_start
+from mechdae.equations.model import Model
 from mechdae.errors import MechdaeError
-from mechdae.model.model import Model
 
 
 def motion_structure(

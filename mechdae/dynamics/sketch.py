@@ -17,13 +17,13 @@ from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.space.transfer import Transfer, wound
+from mechdae.equations.motion_equations import Released
 from mechdae.errors import MechanismError, MechdaeError, SketchError
 from mechdae.kernels.run.call import Call
-from mechdae.kinematics.driverless import assembled, independent, likely_drivers
-from mechdae.kinematics.prepared import Setting
-from mechdae.model.motion_equations import Released
+from mechdae.motion.kinematics.driverless import assembled, independent, likely_drivers
+from mechdae.motion.kinematics.prepared import Setting
+from mechdae.motion.setup.drivers import Sketch
 from mechdae.numerics.null_space import freedoms
-from mechdae.setup.drivers import Sketch
 
 CLOSED = 1e-12
 """Left-over of a constraint, over its natural size, that counts as closed."""

@@ -13,7 +13,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.closure import bar_lengths, straight
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.motion import start_values
@@ -21,8 +20,9 @@ from mechdae.dynamics.equations import STILL, Setup
 from mechdae.dynamics.sketch import CLOSED, RANK, PlanarSketch
 from mechdae.errors import AssemblyError, InconsistentStartError
 from mechdae.kernels.run.call import Call
+from mechdae.motion.assembly.closure import bar_lengths, straight
+from mechdae.motion.setup.drivers import sketched
 from mechdae.records import dataclass
-from mechdae.setup.drivers import sketched
 
 STEPS = 60
 OPEN = 1e-6

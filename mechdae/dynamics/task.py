@@ -23,10 +23,10 @@ from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.start import Start, start
+from mechdae.equations.forces.meshes import Mesh
+from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.errors import InputError, MechanismError, UnavailableError
 from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
-from mechdae.model.forces.meshes import Mesh
-from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
 

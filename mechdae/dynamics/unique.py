@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from mechdae.dynamics.observe import Observer, States, alike
+from mechdae.equations.forces.generalised import Wrench
+from mechdae.equations.forces.joint_reactions import columns_in_space, lock_columns
+from mechdae.equations.gradients import gradients
+from mechdae.equations.kept import Kept
+from mechdae.equations.model import Model
+from mechdae.equations.motion_equations import row_size
 from mechdae.forces.unique_in_space import Orientations
 from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, in_space, shared_bodies
-from mechdae.model.forces.generalised import Wrench
-from mechdae.model.forces.joint_reactions import columns_in_space, lock_columns
-from mechdae.model.gradients import gradients
-from mechdae.model.kept import Kept
-from mechdae.model.model import Model
-from mechdae.model.motion_equations import row_size
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
 

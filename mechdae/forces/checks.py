@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.follower import extend
-from mechdae.continuation.path import Path
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
+from mechdae.motion.continuation.follower import extend
+from mechdae.motion.continuation.path import Path
 
 CHECKS = ("virtual_power", "energy", "balance")
 PANELS = 6

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.start import shown
-from mechdae.continuation.legs import Legs
 from mechdae.errors import InputError
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.kinks import ROUNDING, State, kinks_of
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
+from mechdae.motion.assembly.start import shown
+from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.quadrature import Substitution, integrate
 
 NO_POWER = 1e-9

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.start import shown
 from mechdae.describe.assumed import about_bodies, about_inertia, about_springs
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces
-from mechdae.kinematics.prepared import Setting
+from mechdae.motion.assembly.start import shown
+from mechdae.motion.kinematics.prepared import Setting
 
 TOLERANCE = 1e-9
 """Share by which a check may fail before the result says so."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.model.forces.feedback import ACROSS
+from mechdae.equations.forces.feedback import ACROSS
 
 STEPS = 16
 """Steps of Newton's method at most."""

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.equations.forces.feedback import ACROSS
 from mechdae.forces.friction_laws import newton, sized, sizes_of
-from mechdae.model.forces.feedback import ACROSS
 
 CHOICES = 4096
 """Choices of pieces that are tried in one group."""

@@ -10,10 +10,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.continuation.evaluate import Evaluator
 from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.equations.forces.friction import Laws
+from mechdae.equations.forces.loads import BOUNDLESS, Loads
+from mechdae.equations.forces.meshes import Mesh
+from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.kept import Kept
+from mechdae.equations.model import Model
+from mechdae.equations.reduction import Scene
 from mechdae.forces.friction_branches import Branches, Stage, some
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
@@ -21,13 +27,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, stored
-from mechdae.model.forces.friction import Laws
-from mechdae.model.forces.loads import BOUNDLESS, Loads
-from mechdae.model.forces.meshes import Mesh
-from mechdae.model.forces.spatial_meshes import SpatialMesh
-from mechdae.model.kept import Kept
-from mechdae.model.model import Model
-from mechdae.model.reduction import Scene
+from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.records import dataclass
 
 SOLVED = 1e-12

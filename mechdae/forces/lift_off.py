@@ -12,16 +12,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.start import shown
-from mechdae.continuation.legs import Legs
+from mechdae.equations.forces.one_sided import one_sided
+from mechdae.equations.model import Model
 from mechdae.forces.inverse_dynamics import Statics, absolute
 from mechdae.forces.kinks import SAMPLES, State
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.one_sided import one_sided
-from mechdae.model.model import Model
+from mechdae.motion.assembly.start import shown
+from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.changes import arcs_of, changes
 
 PLACES, ROUNDS = 15, 16

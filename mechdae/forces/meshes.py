@@ -18,14 +18,14 @@ import numpy as np
 
 from mechdae.describe.joints import PRESSURE_ANGLE
 from mechdae.describe.mechanism import Mechanism
+from mechdae.equations.forces.meshes import Mesh
+from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.model import Model
+from mechdae.equations.motion_equations import Released
+from mechdae.equations.reduction import Scene
+from mechdae.equations.tree.teeth import AxesOfMesh
 from mechdae.forces.spatial_teeth import teeth_along
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.meshes import Mesh
-from mechdae.model.forces.spatial_meshes import SpatialMesh
-from mechdae.model.model import Model
-from mechdae.model.motion_equations import Released
-from mechdae.model.reduction import Scene
-from mechdae.model.tree.teeth import AxesOfMesh
 from mechdae.numerics.null_space import ZERO, freedoms
 
 REAL = 1e-8

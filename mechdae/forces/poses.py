@@ -8,20 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.evaluate import Poses, in_time
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.equations.forces.inertia import massive
+from mechdae.equations.forces.loads import Loads
+from mechdae.equations.model import Model
+from mechdae.equations.reduction import Scene
 from mechdae.errors import InputError
 from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
-from mechdae.kinematics.prepared import Run, Setting, prepare
-from mechdae.kinematics.sweep import run
-from mechdae.model.forces.inertia import massive
-from mechdae.model.forces.loads import Loads
-from mechdae.model.model import Model
-from mechdae.model.reduction import Scene
+from mechdae.motion.continuation.evaluate import Poses, in_time
+from mechdae.motion.kinematics.prepared import Run, Setting, prepare
+from mechdae.motion.kinematics.sweep import run
+from mechdae.motion.setup.named_outputs import time_of
+from mechdae.motion.setup.outputs import Request
 from mechdae.records import dataclass
-from mechdae.setup.named_outputs import time_of
-from mechdae.setup.outputs import Request
 
 PREFIX = "unknown "
 

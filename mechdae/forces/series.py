@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.equations.model import Model
 from mechdae.forces.friction_branches import some
 from mechdae.forces.inverse_dynamics import Statics, absolute
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.uniqueness import Uniqueness
-from mechdae.kinematics.prepared import Setting
-from mechdae.model.model import Model
+from mechdae.motion.kinematics.prepared import Setting
 from mechdae.results import Series
 
 

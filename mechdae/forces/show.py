@@ -6,18 +6,18 @@ from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.equations.forces.friction import Laws
+from mechdae.equations.forces.inertia import massive
+from mechdae.equations.forces.loads import Loads
+from mechdae.equations.model import Model
+from mechdae.equations.reduction import Scene
+from mechdae.equations.tree.bars import check_in_space
+from mechdae.equations.tree.choice import model_of
+from mechdae.equations.tree.teeth import axes_of_mesh
 from mechdae.forces.meshes import meshes_of
 from mechdae.forces.poses import loaded_bodies
-from mechdae.kinematics.show import driven_structure
-from mechdae.model.forces.friction import Laws
-from mechdae.model.forces.inertia import massive
-from mechdae.model.forces.loads import Loads
-from mechdae.model.model import Model
-from mechdae.model.reduction import Scene
-from mechdae.model.tree.bars import check_in_space
-from mechdae.model.tree.choice import model_of
-from mechdae.model.tree.teeth import axes_of_mesh
-from mechdae.setup.drivers import plan
+from mechdae.motion.kinematics.show import driven_structure
+from mechdae.motion.setup.drivers import plan
 
 
 def reactions_structure(

@@ -12,11 +12,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.kept import Kept
+from mechdae.equations.tree.teeth import AxesOfMesh, axes_of_mesh
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.spatial_meshes import SpatialMesh
-from mechdae.model.kept import Kept
-from mechdae.model.tree.teeth import AxesOfMesh, axes_of_mesh
 
 SAME = 1e-8
 """Share by which the works of teeth and of their equation may differ."""

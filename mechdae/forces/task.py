@@ -14,6 +14,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.equations.tree.bars import check_in_space
 from mechdae.errors import InputError
 from mechdae.forces.checks import CHECKS, checks
 from mechdae.forces.critical_friction import critical_factor
@@ -33,10 +34,9 @@ from mechdae.forces.series import (
     without_axes,
 )
 from mechdae.forces.uniqueness import uniqueness
-from mechdae.kinematics.prepared import Setting
-from mechdae.kinematics.report import report
-from mechdae.measures.measure import sorted_events
-from mechdae.model.tree.bars import check_in_space
+from mechdae.motion.kinematics.prepared import Setting
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.measures.measure import sorted_events
 from mechdae.results import (
     CODES,
     Later,

@@ -8,8 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.reduction import Scene
 from mechdae.records import dataclass
 
 

@@ -17,15 +17,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.equations.forces.friction import normal_form
+from mechdae.equations.forces.generalised import Wrench, reaction
+from mechdae.equations.kept import Kept
+from mechdae.equations.model import Model
 from mechdae.errors import IndeterminateFrictionError, SolveError
 from mechdae.forces.inverse_dynamics import LoadedPoses, Statics, absolute
 from mechdae.forces.unique_in_space import Orientations, SpatialDirections, still_directions
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.friction import normal_form
-from mechdae.model.forces.generalised import Wrench, reaction
-from mechdae.model.kept import Kept
-from mechdae.model.model import Model
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
 

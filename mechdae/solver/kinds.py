@@ -24,24 +24,30 @@ class TaskKind:
         as ``run`` where only that tells.
     spread
         Whether it consists of many computations, which take ``workers`` and ``progress``.
+    design
+        Looks for designs as a job: of problem and task, with the options of `md.synthesize`.
+    log
+        Name of the file with what such a job has finished.
     """
 
     run: str
     show: str = ""
     trial: str = ""
     spread: bool = False
+    design: str = ""
+    log: str = ""
 
 
 KINDS: Mapping[str, TaskKind] = {
     "sweep": TaskKind(
-        "mechdae.kinematics.sweep:sweep",
-        show="mechdae.kinematics.show:driven_structure",
-        trial="mechdae.kinematics.show:tried",
+        "mechdae.motion.kinematics.sweep:sweep",
+        show="mechdae.motion.kinematics.show:driven_structure",
+        trial="mechdae.motion.kinematics.show:tried",
     ),
     "modes": TaskKind(
-        "mechdae.kinematics.modes_task:modes",
-        show="mechdae.kinematics.show:driven_structure",
-        trial="mechdae.kinematics.modes_task:modes",
+        "mechdae.motion.kinematics.modes_task:modes",
+        show="mechdae.motion.kinematics.show:driven_structure",
+        trial="mechdae.motion.kinematics.modes_task:modes",
     ),
     "reactions": TaskKind(
         "mechdae.forces.task:reactions", show="mechdae.forces.show:reactions_structure"

@@ -12,10 +12,10 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, MechdaeError
+from mechdae.motion.setup.slips import doubts
 from mechdae.records import dataclass
 from mechdae.results import KINDS as SECTIONS
 from mechdae.results import Result
-from mechdae.setup.slips import doubts
 from mechdae.solver.kinds import function
 from mechdae.tasks.registry import KINDS
 from mechdae.tasks.solve import solve

@@ -10,12 +10,15 @@ from typing import Any
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Composition, Synthesis, Task
+from mechdae.describe.tasks.kinds import Synthesis, Task
 from mechdae.errors import InputError
 from mechdae.results import Result
+from mechdae.solver.kinds import function
+from mechdae.tasks.registry import KINDS
 
-LOGS = {"synthesis": "starts.jsonl", "composition": "pieces.jsonl"}
-"""Kind of task -> name of the log of its job."""
+
+def _looks_for_designs(task: Task) -> bool:
+    return task.kind in KINDS and bool(KINDS[task.kind].design)
 
 
 def designing_task(problem: Problem, task: str | None) -> tuple[str, Task]:
@@ -28,21 +31,21 @@ def designing_task(problem: Problem, task: str | None) -> tuple[str, Task]:
     """
     if task is not None:
         own = problem.task(task)
-        if own.kind not in LOGS:
+        if not _looks_for_designs(own):
             raise InputError(
                 f"is of kind '{own.kind}', not synthesis", where=f"tasks.{task}",
                 hint=f"mechdae solve {problem.name} --task {task}",
             )  # fmt: skip
         return task, own
     for name, own in problem.tasks.items():
-        if own.kind in LOGS:
+        if _looks_for_designs(own):
             return name, own
     raise InputError("no task of kind synthesis", where=f"{problem.name}: tasks")
 
 
 def synthesize(
     problem: Problem | Mechanism | str | Path,
-    task: Synthesis | Composition | str | None = None,
+    task: Task | str | None = None,
     *,
     starts: int | None = None,
     seed: int | None = None,
@@ -97,10 +100,6 @@ def synthesize(
         name, chosen = designing_task(whole, task)
         task = name
     own: Any = task
-    if isinstance(chosen, Composition):
-        from mechdae.schemes.job import compose
-
-        return compose(problem, own, **options)
-    from mechdae.synthesis.job.run import synthesize as dimensioned
-
-    return dimensioned(problem, own, paths=paths, **options)
+    design = function(KINDS[getattr(chosen, "kind", Synthesis.kind)].design)
+    found: Result = design(problem, own, paths=paths, **options)
+    return found

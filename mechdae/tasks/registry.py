@@ -1,21 +1,23 @@
-"""All kinds of tasks that are computed: those of one mechanism, and those above them."""
+"""All kinds of tasks that are computed: of one mechanism, above them, and of parts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
+from mechdae.additions import Registry
 from mechdae.solver.kinds import KINDS as OF_ONE_MECHANISM
 from mechdae.solver.kinds import TaskKind
 
-KINDS: Mapping[str, TaskKind] = {
-    **OF_ONE_MECHANISM,
-    "study": TaskKind("mechdae.studies.study:study", spread=True),
-    "sensitivity": TaskKind("mechdae.studies.sensitivity:sensitivity"),
-    "synthesis": TaskKind(
-        "mechdae.synthesis.front:synthesized", show="mechdae.tasks.show:design_structure"
-    ),
-    "composition": TaskKind(
-        "mechdae.schemes.job:composed", show="mechdae.tasks.show:scheme_structure"
-    ),
-}
+KINDS: Registry[TaskKind] = Registry(
+    "task functions",
+    {
+        **OF_ONE_MECHANISM,
+        "study": TaskKind("mechdae.design.studies.study:study", spread=True),
+        "sensitivity": TaskKind("mechdae.design.studies.sensitivity:sensitivity"),
+        "synthesis": TaskKind(
+            "mechdae.design.synthesis.front:synthesized",
+            show="mechdae.tasks.show:design_structure",
+            design="mechdae.design.synthesis.job.run:synthesize",
+            log="starts.jsonl",
+        ),
+    },
+)
 """Kind of task -> its functions."""

@@ -7,22 +7,21 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly import start
-from mechdae.assembly.assembler import Assembler
-from mechdae.assembly.idle_freedom import settled
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.composition import asked_of
-from mechdae.describe.tasks.kinds import Composition, Driven, Synthesis, Task
+from mechdae.describe.tasks.kinds import Driven, Synthesis, Task
 from mechdae.describe.tasks.synthesis import demand, listed_goals
+from mechdae.equations.groups import ROMAN, Group, count_mobility, formula
+from mechdae.equations.model import Model
+from mechdae.equations.reduction import Scene, scene
+from mechdae.equations.tree.choice import model_of
 from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.model.groups import ROMAN, Group, count_mobility, formula
-from mechdae.model.model import Model
-from mechdae.model.reduction import Scene, scene
-from mechdae.model.tree.choice import model_of
+from mechdae.motion.assembly import start
+from mechdae.motion.assembly.assembler import Assembler
+from mechdae.motion.assembly.idle_freedom import settled
+from mechdae.motion.setup.drivers import plan, sketched
+from mechdae.motion.setup.outputs import Outputs
 from mechdae.numerics.null_space import dependences, dependent
-from mechdae.setup.drivers import plan, sketched
-from mechdae.setup.outputs import Outputs
 from mechdae.solver.kinds import function
 from mechdae.solver.solve import available
 from mechdae.tasks.registry import KINDS
@@ -180,25 +179,6 @@ def design_structure(
         **entry,
         "goals": [goal.kind for goal, _ in listed_goals(task)],
         "free": [*asked.free, *asked.choices],
-        "starts": asked.starts,
-        "seed": asked.seed,
-    }
-
-
-def scheme_structure(
-    problem: Problem, task: Composition, _model: Model | None = None
-) -> dict[str, Any]:
-    """Return what a task of composition searches for."""
-    entry = {"kind": task.kind, "available": task.available}
-    try:
-        asked = asked_of(task, problem.mechanism.parameter_values)
-    except MechdaeError as error:
-        return {**entry, "error": str(error)}
-    return {
-        **entry,
-        "goals": [asked.kind],
-        "objectives": list(asked.objectives),
-        "chains": list(asked.chains or [f"{number} links" for number in asked.links]),
         "starts": asked.starts,
         "seed": asked.seed,
     }

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.derivatives.function import function
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Study, Sweep, Task
 from mechdae.describe.values import Number, names
+from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName
-from mechdae.kinematics.near_poses import NearPoses, near_poses
-from mechdae.kinematics.poses import PoseArrays, Posed
-from mechdae.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
+from mechdae.motion.kinematics.poses import PoseArrays, Posed
+from mechdae.motion.kinematics.shapes import Held, held_by
 from mechdae.results import Result
 from mechdae.solver.solve import as_problem, task_of
 from mechdae.tasks.solve import solve

@@ -10,8 +10,8 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.expand import slide_of
 from mechdae.describe.vectors.nodes import signed
-from mechdae.model.groups import Group
-from mechdae.modules.catalogue import MODULES, PLANE
+from mechdae.equations.groups import Group
+from mechdae.motion.modules.catalogue import MODULES, PLANE
 
 LETTERS = {"length": "l", "angle": "a", "elevation": "a", "azimuth": "b"}
 SHOWN = {"l": "l", "a": "\u03b1", "b": "\u03b2"}

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly import multistart
-from mechdae.assembly.assembler import Assembler
 from mechdae.describe.file.load import from_dict
 from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.motion.assembly import multistart
+from mechdae.motion.assembly.assembler import Assembler
 
 
 def two_pins_that_contradict():

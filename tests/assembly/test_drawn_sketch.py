@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.assembler import Assembler
-from mechdae.assembly.multistart import BlockSearch
-from mechdae.continuation.path import WINDOW, WINDOWS, Tries
+from mechdae.motion.assembly.assembler import Assembler
+from mechdae.motion.assembly.multistart import BlockSearch
+from mechdae.motion.continuation.path import WINDOW, WINDOWS, Tries
 
 
 @pytest.fixture

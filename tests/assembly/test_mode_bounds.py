@@ -7,7 +7,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.tables import table
+from mechdae.results.tables import table
 from tests.attack.refusals import pose_of
 from tests.reference.truth.driven import draw
 from tests.shared.mechanisms import four_bar
@@ -81,7 +81,7 @@ def test_the_text_says_the_bound():
 
 def test_a_bound_too_small_is_seen(monkeypatch):
     """Planted: bounds a million times smaller."""
-    from mechdae.continuation.output_bounds import OutputBounds
+    from mechdae.motion.continuation.output_bounds import OutputBounds
 
     honest = OutputBounds.by_kind
     monkeypatch.setattr(

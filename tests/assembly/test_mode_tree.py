@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly import mode_tree
-from mechdae.assembly.assembler import Assembler
-from mechdae.assembly.mode_tree import ModeTree
 from mechdae.cli import main
 from mechdae.errors import UnavailableError
+from mechdae.motion.assembly import mode_tree
+from mechdae.motion.assembly.assembler import Assembler
+from mechdae.motion.assembly.mode_tree import ModeTree
 from tests.shared.paths import DATA
 
 WALKER = DATA / "use" / "modes-of-a-walker.toml"
@@ -143,7 +143,7 @@ def test_independent_groups_are_solved_once(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def mode_tree_listed() -> int:
-    from mechdae.kinematics.modes_task import LISTED
+    from mechdae.motion.kinematics.modes_task import LISTED
 
     return LISTED
 

@@ -6,7 +6,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.tables import table
+from mechdae.results.tables import table
 
 RODS = {
     "rod1": ([0.12, 0.33, 0.18], [0.02, -0.06, -0.12], 0.393),

@@ -255,7 +255,7 @@ def test_figures_of_the_page_are_those_measured():
 
 def group_by_group(monkeypatch):
     """The old rule: each group for itself, all that names its bodies compared at once."""
-    from mechdae.assembly.nearest_mode import Sketched
+    from mechdae.motion.assembly.nearest_mode import Sketched
 
     def square(self, stage, x, u):
         own = set(self.groups[stage].bodies)
@@ -275,8 +275,8 @@ def test_the_old_distance_is_seen(monkeypatch):
 
 def test_turns_body_by_body_are_seen(monkeypatch):
     """Periods of each angle alone in place of the lattice of all of them."""
-    from mechdae.assembly.turns import block_turns
-    from mechdae.assembly.turns.turn_lattice import Lattice
+    from mechdae.motion.assembly.turns import block_turns
+    from mechdae.motion.assembly.turns.turn_lattice import Lattice
 
     def alone(lattice, periods):
         turns = [round(period / (2 * math.pi)) for period in periods]
@@ -291,7 +291,7 @@ def test_turns_body_by_body_are_seen(monkeypatch):
 @pytest.mark.parametrize("seed", PLATFORMS)
 def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
     """The old rule: the poses of the platform itself are proven, whatever hangs on its turns."""
-    from mechdae.assembly.assembler import Assembler
+    from mechdae.motion.assembly.assembler import Assembler
 
     def forgotten(self, *given):
         self.turns.endless = [False] * len(self.turns.endless)
@@ -303,7 +303,7 @@ def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
 
 
 def test_modes_merged_near_a_limit_are_seen(monkeypatch):
-    from mechdae.assembly.elimination import BlockSolver
+    from mechdae.motion.assembly.elimination import BlockSolver
 
     monkeypatch.setattr(BlockSolver, "_near_fold", lambda self, g, m, middle, half: (middle, 0, 1))
     x = 2 - 8 * 2.0**-52
@@ -312,7 +312,7 @@ def test_modes_merged_near_a_limit_are_seen(monkeypatch):
 
 
 def test_sets_on_the_mode_of_the_first_are_seen(monkeypatch):
-    from mechdae.studies.batches.modes import StartingModes
+    from mechdae.design.studies.batches.modes import StartingModes
 
     def first(self, numbers, u):
         starts = right(self, numbers, u)
@@ -325,7 +325,7 @@ def test_sets_on_the_mode_of_the_first_are_seen(monkeypatch):
 
 
 def test_a_pose_that_a_group_gives_twice_is_one(monkeypatch):
-    from mechdae.assembly.assembler import Assembler
+    from mechdae.motion.assembly.assembler import Assembler
 
     task = md.Sweep(md.Driver("A.angle", at=[0.3]))
     once = md.solve(md.load("rssr").mechanism, task)

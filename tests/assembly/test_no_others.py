@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly import no_others
+from mechdae.motion.assembly import no_others
 from tests.attack.geared_counts import counted, draw
 
 GEARED = [155, 466, 109, 246, 981, 1144, 1460]

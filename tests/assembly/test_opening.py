@@ -105,7 +105,7 @@ def test_a_rod_that_does_not_reach_its_guide() -> None:
 
 def test_poses_that_a_sweep_loses_are_not_measured(monkeypatch) -> None:
     """Whether they assemble anywhere is asked of many: by how much not would cost far more."""
-    from mechdae.assembly import least_gap
+    from mechdae.motion.assembly import least_gap
 
     measured = []
 

@@ -14,12 +14,12 @@ import mechdae as md
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
+from mechdae.equations.groups import formula
+from mechdae.equations.model import Model
+from mechdae.equations.reduction import scene
 from mechdae.errors import AssemblyError, MechanismError
 from mechdae.kernels.graphs.blocks import left_inverse
-from mechdae.model.groups import formula
-from mechdae.model.model import Model
-from mechdae.model.reduction import scene
-from mechdae.tables import table
+from mechdae.results.tables import table
 from mechdae.tasks.show import rank_mobility, structure
 from tests.shared.mechanisms import doubled, moved
 

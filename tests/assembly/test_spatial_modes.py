@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly import assembler
+from mechdae.motion.assembly import assembler
 from tests.shared.paths import DATA
 from tests.shared.space import ring_of_seven
 

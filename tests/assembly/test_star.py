@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly import assembler
-from mechdae.tables import table
+from mechdae.motion.assembly import assembler
+from mechdae.results.tables import table
 
 AT = md.Modes(md.Driver("crank.angle", at=[0.0]))
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.platform import Leg, closures, real_roots
 from mechdae.cli import main
+from mechdae.motion.assembly.platform import Leg, closures, real_roots
 from tests.reference.three_legs import KINDS, Condition, Platform, scan
 from tests.shared.mechanisms import four_bar
 

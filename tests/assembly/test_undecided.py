@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.turns.undecided import Undecided
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.load import load as load_file
 from mechdae.describe.structure import cylinders
 from mechdae.errors import SketchError
+from mechdae.motion.assembly.turns.undecided import Undecided
 from tests.shared.paths import DATA
 
 STEWART = DATA / "starts" / "stewart.toml"

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assignments.choice import choose
-from mechdae.assignments.ranges import ranges
-from mechdae.assignments.words import TABLE
 from mechdae.cli import main
+from mechdae.draw.formulas import Grid, Number
 from mechdae.errors import InputError, SolveError, UnknownName
-from mechdae.formulas import Grid, Number
+from mechdae.parts.paper.assignments.choice import choose
+from mechdae.parts.paper.assignments.ranges import ranges
+from mechdae.parts.paper.assignments.words import TABLE
 from tests.shared.closing import faults, passages
 
 VARY = {"a_mm": ("30", "50"), "b_mm": (100, 140), "c_mm": (70, 100, 5), "omega": (5, 15)}

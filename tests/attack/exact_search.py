@@ -16,8 +16,8 @@ import time
 
 import numpy as np
 
-from mechdae.synthesis.fourbar.dyads import dyads, poses_of
-from mechdae.synthesis.fourbar.exact import exact_path
+from mechdae.design.synthesis.fourbar.dyads import dyads, poses_of
+from mechdae.design.synthesis.fourbar.exact import exact_path
 from tests.reference import closure_fourbar as closure
 from tests.shared import attack
 from tests.shared.paths import DATA

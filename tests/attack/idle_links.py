@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.model.groups import count_mobility
+from mechdae.equations.groups import count_mobility
 
 KINDS = ("cylinder", "sleeve", "bent", "third joint", "knee")
 G = np.array([0, 0, -9.81])

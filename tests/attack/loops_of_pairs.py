@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.shapes import Held, held_by
 from tests.attack.spatial_honesty import Case, case
 
 FREEDOMS = {"R": 1, "P": 1, "C": 2, "U": 2, "S": 3}

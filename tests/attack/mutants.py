@@ -83,7 +83,7 @@ def wrong_first_rate_of_a_triad(monkeypatch):
 
 @mutant("in_time", "driver's acceleration left out", "acceleration", DYADS)
 def driver_acceleration_left_out(monkeypatch):
-    from mechdae.continuation import many_poses
+    from mechdae.motion.continuation import many_poses
 
     right = many_poses.in_time
 
@@ -95,7 +95,7 @@ def driver_acceleration_left_out(monkeypatch):
 
 @mutant("Outputs._coriolis", "sign changed", "coriolis", (("dyads", 8), ("dyads", 17)))
 def coriolis_turned_round(monkeypatch):
-    from mechdae.setup.outputs import Outputs
+    from mechdae.motion.setup.outputs import Outputs
 
     right = Outputs._coriolis
     monkeypatch.setattr(
@@ -105,7 +105,7 @@ def coriolis_turned_round(monkeypatch):
 
 @mutant("Spans._found", "swing and stroke one part in a thousand smaller", "truth show", DYADS[2:])
 def swing_too_small(monkeypatch):
-    from mechdae.kinematics.extremes import Spans
+    from mechdae.motion.kinematics.extremes import Spans
 
     right = Spans._found
 
@@ -120,7 +120,7 @@ def swing_too_small(monkeypatch):
 
 
 def divided(monkeypatch, divisor):
-    from mechdae.continuation.output_bounds import OutputBounds
+    from mechdae.motion.continuation.output_bounds import OutputBounds
 
     right = OutputBounds.of_kind
 
@@ -147,7 +147,7 @@ def bound_of_a_triad_too_small(monkeypatch):
 
 @mutant("Sketched._square", "the mode farthest from the sketch", "off by", DYADS[1:])
 def wrong_branch(monkeypatch):
-    from mechdae.assembly.nearest_mode import Sketched
+    from mechdae.motion.assembly.nearest_mode import Sketched
 
     right = Sketched._square
     monkeypatch.setattr(Sketched, "_square", lambda *args: 1e3 - right(*args))
@@ -160,7 +160,7 @@ def wrong_branch_of_a_triad(monkeypatch):
 
 @mutant("AnyPath.proved", "every step counts as proved", "", (("change", 1), ("change", 3)))
 def every_step_certified(monkeypatch):
-    from mechdae.continuation.any_path import AnyPath
+    from mechdae.motion.continuation.any_path import AnyPath
 
     monkeypatch.setattr(AnyPath, "proved", lambda self, state, test, *_: np.ones(test.shape, bool))
 
@@ -170,7 +170,7 @@ def every_step_certified(monkeypatch):
     "where it cannot be", DYADS[:2],
 )  # fmt: skip
 def every_pose_certified(monkeypatch):
-    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.motion.continuation.evaluate import Evaluator
 
     every_step_certified(monkeypatch)
     monkeypatch.setattr(
@@ -179,7 +179,7 @@ def every_pose_certified(monkeypatch):
 
 
 def plain(monkeypatch):
-    from mechdae.continuation.evaluate import H_LIMIT, Evaluator
+    from mechdae.motion.continuation.evaluate import H_LIMIT, Evaluator
 
     def converged(self, path, guess, results, *_):
         return path.constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
@@ -208,8 +208,8 @@ def plain_newton_continuation_of_a_triad(monkeypatch):
 
 def no_sign(monkeypatch):
     """Take away the sign of the determinant alone: each block's is called the right one."""
-    from mechdae.continuation.any_path import AnyPath
-    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.motion.continuation.any_path import AnyPath
+    from mechdae.motion.continuation.evaluate import Evaluator
 
     proved, good = AnyPath.proved, Evaluator._good
 
@@ -233,7 +233,7 @@ def no_sign(monkeypatch):
     "bound", (("exact", 5420), ("exact", 25169)),
 )  # fmt: skip
 def expansion_not_compared(monkeypatch):
-    from mechdae.continuation.crossings.across_change_point import Builder
+    from mechdae.motion.continuation.crossings.across_change_point import Builder
 
     monkeypatch.setattr(
         Builder, "_missed", lambda self, carried, s, centre, own: np.zeros(len(own))
@@ -245,7 +245,7 @@ def expansion_not_compared(monkeypatch):
     "velocity", (("exact", 15640), ("exact", 26124)),
 )  # fmt: skip
 def change_point_not_led_back(monkeypatch):
-    from mechdae.continuation.crossings.across_change_point import Builder
+    from mechdae.motion.continuation.crossings.across_change_point import Builder
 
     expansion_not_compared(monkeypatch)
     monkeypatch.setattr(Builder, "_leads_to", lambda *_: True)
@@ -256,7 +256,7 @@ def change_point_not_led_back(monkeypatch):
     (("exact", 14016), ("exact", 36304)),
 )  # fmt: skip
 def wrong_rates_next_to_a_change_point(monkeypatch):
-    from mechdae.continuation.crossings import across_change_point
+    from mechdae.motion.continuation.crossings import across_change_point
 
     right = across_change_point.quintic_rates
 
@@ -272,7 +272,7 @@ def wrong_rates_next_to_a_change_point(monkeypatch):
     (("exact", 202631), ("exact", 203373)),
 )  # fmt: skip
 def crossed_from_too_near(monkeypatch):
-    from mechdae.continuation import obstacles
+    from mechdae.motion.continuation import obstacles
 
     monkeypatch.setattr(obstacles, "go_back", lambda *_: [])
 
@@ -281,7 +281,7 @@ def crossed_from_too_near(monkeypatch):
 
 
 def flipped(monkeypatch):
-    from mechdae.assembly.mode_labels import ModeLabels
+    from mechdae.motion.assembly.mode_labels import ModeLabels
 
     right = ModeLabels.of_group
 
@@ -306,7 +306,7 @@ def flipped_label_of_a_triad(monkeypatch):
     "Assembler.candidates", "only the first mode is kept", "by trying all", DYADS[:1], modes=True
 )
 def lost_mode(monkeypatch):
-    from mechdae.assembly.assembler import Assembler
+    from mechdae.motion.assembly.assembler import Assembler
 
     right = Assembler.candidates
 
@@ -322,7 +322,7 @@ def lost_mode(monkeypatch):
     modes=True,
 )  # fmt: skip
 def whole_turns_forgotten(monkeypatch):
-    from mechdae.assembly.turns.whole_turns import WholeTurns
+    from mechdae.motion.assembly.turns.whole_turns import WholeTurns
 
     monkeypatch.setattr(WholeTurns, "number", lambda self, i, x, u: 0)
 
@@ -332,7 +332,7 @@ def whole_turns_forgotten(monkeypatch):
     (("gears", 25642),),
 )  # fmt: skip
 def whole_turns_by_declaration(monkeypatch):
-    from mechdae.assembly.turns.whole_turns import WholeTurns
+    from mechdae.motion.assembly.turns.whole_turns import WholeTurns
 
     monkeypatch.setattr(WholeTurns, "told", lambda self, i: [])
 
@@ -342,7 +342,7 @@ def whole_turns_by_declaration(monkeypatch):
     (("gears", 1907),),
 )  # fmt: skip
 def planet_always_back(monkeypatch):
-    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.motion.continuation.evaluate import Evaluator
 
     monkeypatch.setattr(
         Evaluator, "returns",
@@ -357,9 +357,9 @@ def planet_always_back(monkeypatch):
     (("parallel", 18), ("parallel", 25), ("parallel", 39)),
 )
 def each_group_on_its_own_way(monkeypatch):
-    from mechdae.continuation.evaluate import Evaluator
-    from mechdae.continuation.follower import extend
-    from mechdae.kinematics import sweep
+    from mechdae.motion.continuation.evaluate import Evaluator
+    from mechdae.motion.continuation.follower import extend
+    from mechdae.motion.kinematics import sweep
 
     def at(self, path, s, rates=()):
         s, count = np.asarray(s, float), len(self.graphs.driven)
@@ -402,7 +402,7 @@ def each_group_on_its_own_way(monkeypatch):
 
 
 def swallow(monkeypatch):
-    from mechdae.continuation.front import Front
+    from mechdae.motion.continuation.front import Front
 
     monkeypatch.setattr(Front, "end", lambda self, limit: self.ended.update(self.path.groups))
 
@@ -424,13 +424,13 @@ def swallowed_limit_of_a_triad(monkeypatch):
     (("triads", 2959), ("triads", 29737)),
 )
 def hidden_limit(monkeypatch):
-    from mechdae.continuation.into_fold import Turning
+    from mechdae.motion.continuation.into_fold import Turning
 
     monkeypatch.setattr(Turning, "_proved", lambda *args: True)
 
 
 def shift(monkeypatch):
-    from mechdae.continuation.front import Front
+    from mechdae.motion.continuation.front import Front
 
     right = Front.end
 
@@ -457,7 +457,7 @@ def moved_limit_of_a_triad(monkeypatch):
     (("end", 6), ("end", 12)),
 )
 def moved_pose_at_a_limit(monkeypatch):
-    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.motion.continuation.evaluate import Evaluator
 
     right = Evaluator._put_limit
 
@@ -482,14 +482,14 @@ def belt_not_crossed(monkeypatch):
     "Ends.carrier_angle", "carriers taken for the ground", "off by", (("gears", 4), ("gears", 17))
 )
 def carrier_forgotten(monkeypatch):
-    from mechdae.model.joints import Ends, ca
+    from mechdae.equations.joints import Ends, ca
 
     monkeypatch.setattr(Ends, "carrier_angle", property(lambda self: ca.SX(0)))
 
 
 @mutant("residuals.rack", "the rack runs the other way", "off by", (("gears", 6), ("gears", 16)))
 def rack_reversed(monkeypatch):
-    from mechdae.model import joints
+    from mechdae.equations import joints
 
     right = joints.rack
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mechdae.synthesis.exact.four_bars import four_bars_through, with_cognates
+from mechdae.design.synthesis.exact.four_bars import four_bars_through, with_cognates
 from tests.reference import closure_fourbar as closure
 
 HEIGHT = 0.02

@@ -19,12 +19,12 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.file.writing import dumps
-from mechdae.describe.tasks.composition import asked_of
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
-from mechdae.schemes.verified import verified
-from mechdae.synthesis.verification.claims import Claim, Stated, disagreement
-from mechdae.synthesis.verification.design_file import DesignFile
-from mechdae.synthesis.verification.verify import measured
+from mechdae.design.synthesis.verification.claims import Claim, Stated, disagreement
+from mechdae.design.synthesis.verification.design_file import DesignFile
+from mechdae.design.synthesis.verification.verify import measured
+from mechdae.parts.types.described.composition import asked_of
+from mechdae.parts.types.schemes.verified import verified
 from tests.reference.closure_fourbar import FourBar, SliderCrank
 
 TURN = 2 * np.pi

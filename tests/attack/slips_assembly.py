@@ -6,7 +6,7 @@ import math
 
 import mechdae as md
 from mechdae.errors import AssemblyError
-from mechdae.kinematics.prepared import SHAPES
+from mechdae.motion.kinematics.prepared import SHAPES
 from tests.shared.booms import reach_missed, slide_missed
 from tests.shared.noisy import bound_missed, parallelogram, value_named
 from tests.shared.planting import Slip

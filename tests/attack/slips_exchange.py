@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import mechdae as md
-from mechdae.exchange.robots.link_frames import of_quaternion, quaternion, turned
-from mechdae.exchange.robots.link_tree import link_tree
+from mechdae.parts.exchange.robots.link_frames import of_quaternion, quaternion, turned
+from mechdae.parts.exchange.robots.link_tree import link_tree
 from tests.shared.exports import coordinate, in_space, motion
 from tests.shared.paths import DATA
 from tests.shared.planting import Slip

@@ -7,15 +7,15 @@ from math import pi
 import numpy as np
 
 import mechdae as md
-from mechdae.synthesis.fourbar.cognates import are_cognates, cognates
-from mechdae.synthesis.fourbar.dyads import PlanePoses, dyads, slides
-from mechdae.synthesis.fourbar.freudenstein import function_starts
-from mechdae.synthesis.fourbar.linkage import faults, linkage, transmission
-from mechdae.synthesis.goals.path_generation import wound
-from mechdae.synthesis.goals.straight import lines_of
-from mechdae.synthesis.synthesize import synthesize
-from mechdae.synthesis.timing import ordered
-from mechdae.synthesis.trace import maxima
+from mechdae.design.synthesis.fourbar.cognates import are_cognates, cognates
+from mechdae.design.synthesis.fourbar.dyads import PlanePoses, dyads, slides
+from mechdae.design.synthesis.fourbar.freudenstein import function_starts
+from mechdae.design.synthesis.fourbar.linkage import faults, linkage, transmission
+from mechdae.design.synthesis.goals.path_generation import wound
+from mechdae.design.synthesis.goals.straight import lines_of
+from mechdae.design.synthesis.synthesize import synthesize
+from mechdae.design.synthesis.timing import ordered
+from mechdae.design.synthesis.trace import maxima
 from tests.attack.planted_designs import wrong
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared.planting import Slip

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mechdae.kinematics.prepared import SHAPES
-from mechdae.model.tree import closures
+from mechdae.equations.tree import closures
+from mechdae.motion.kinematics.prepared import SHAPES
 from tests.attack import (
     spatial_poses,
     spatial_structures,

@@ -23,7 +23,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.table import Table
-from mechdae.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.shapes import Held, held_by
 from tests.attack.spatial_honesty import LOOPS, Case, drawn, error_of
 
 NOISE = 0.2

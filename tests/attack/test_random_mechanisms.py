@@ -240,7 +240,7 @@ def test_steps_are_proved_without_the_sign(monkeypatch):
 
 def test_a_mechanism_that_is_refused_is_counted(monkeypatch):
     """A sweep that marks nothing ok has no fault, and all its poses are refused."""
-    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.motion.continuation.evaluate import Evaluator
 
     monkeypatch.setattr(
         Evaluator, "_good", lambda self, path, guess, results, *_: np.zeros(results[3].shape, bool)

@@ -7,9 +7,6 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.continuation.front import Front
-from mechdae.continuation.path import Path as Way
-from mechdae.continuation.series_steps import Expansion
 from mechdae.describe.file.load import from_dict
 from mechdae.kernels.bounds.series import (
     BoundedPolynomial,
@@ -19,6 +16,9 @@ from mechdae.kernels.bounds.series import (
     inverse,
     times,
 )
+from mechdae.motion.continuation.front import Front
+from mechdae.motion.continuation.path import Path as Way
+from mechdae.motion.continuation.series_steps import Expansion
 from tests.attack.refusals import add, examine
 from tests.reference.truth.driven import Driven, draw
 from tests.shared.paths import DATA
@@ -137,7 +137,7 @@ def test_floats_and_series_side_by_side():
 
 def way_of(case: Driven):
     """Return the package's path of a case, begun at the sketch."""
-    from mechdae.kinematics.prepared import covered, first_pose, prepare
+    from mechdae.motion.kinematics.prepared import covered, first_pose, prepare
 
     problem = from_dict(case.data())
     task = problem.tasks["t"]
@@ -188,7 +188,7 @@ def test_a_stretch_does_not_pass_a_limit(seed):
 
 def test_a_step_that_is_too_long_is_not_proved(monkeypatch):
     """Planted: what the inverse leaves of the Jacobian does not count; steps pass limits."""
-    import mechdae.continuation.series_steps as module
+    import mechdae.motion.continuation.series_steps as module
 
     case = draw(0)
     path = way_of(case)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.axis_senses import AxisSenses
+from mechdae.motion.assembly.axis_senses import AxisSenses
 from tests.attack.honesty import page
 from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
 from tests.attack.spatial_mutants import MUTANTS

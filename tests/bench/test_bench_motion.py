@@ -12,9 +12,9 @@ import pytest
 import mechdae as md
 from benchmarks import integrators
 from benchmarks.__main__ import main as beside
-from mechdae.bench import motions
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
+from mechdae.parts.bench import motions
 from tests.shared.paths import ROOT
 
 KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "tolerance", "drift"}

@@ -11,8 +11,8 @@ import pytest
 import mechdae as md
 from benchmarks import four_bar
 from benchmarks.__main__ import main
-from mechdae.bench import kinematics, tasks
-from mechdae.kinematics.prepared import SHAPES, prepare
+from mechdae.motion.kinematics.prepared import SHAPES, prepare
+from mechdae.parts.bench import kinematics, tasks
 
 KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "setting"}
 CRANK = np.linspace(0.0, 2 * np.pi, 37)
@@ -65,7 +65,7 @@ def test_the_package_and_other_means_agree_on_the_four_bar(n: int) -> None:
 
 
 def test_an_error_of_another_method_is_seen() -> None:
-    from mechdae.bench.yardstick import yardstick
+    from mechdae.parts.bench.yardstick import yardstick
 
     angles = np.array(yardstick(CRANK)[:2])
     assert four_bar.off(angles + 2 * np.pi, CRANK) < 1e-14, "whole turns are no error"

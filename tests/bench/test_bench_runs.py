@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 
-from mechdae.bench.runs import STAMP, BenchRun
+from mechdae.parts.bench.runs import STAMP, BenchRun
 from tests.shared.paths import ROOT
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 import mechdae as md
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.report import report
-from mechdae.kinematics.sweep import run
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.kinematics.sweep import run
 from tests.reference.truth.drawing import draw
 from tests.reference.truth.judging import swept
 from tests.shared.paths import ROOT

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.mode_labels import ModeLabels
-from mechdae.kinematics import extremes
-from mechdae.tables import table
+from mechdae.motion.assembly.mode_labels import ModeLabels
+from mechdae.motion.kinematics import extremes
+from mechdae.results.tables import table
 from tests.shared.paths import DATA
 
 STEPHENSON = DATA / "use" / "stephenson-beyond-reach.toml"

@@ -9,13 +9,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mechdae.bench.chain import chain
-from mechdae.continuation.path import Path
-from mechdae.continuation.quintic_steps import pieces
 from mechdae.kernels.bounds.series import NoSeries
 from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.quintic_steps import pieces
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.sweep import run
+from mechdae.parts.bench.chain import chain
 from tests.reference.levers import levers
 
 LONG = np.longdouble
@@ -126,7 +126,7 @@ def test_what_is_proved_needs_all_that_is_before(monkeypatch: pytest.MonkeyPatch
     assert whole[1].all()
     assert whole[0, :7].all()
     assert not whole[0, 7:].any()
-    monkeypatch.setattr("mechdae.continuation.path.DEEP", 1000)
+    monkeypatch.setattr("mechdae.motion.continuation.path.DEEP", 1000)
     assert path.__wrapped__(12).quintics is None
 
 

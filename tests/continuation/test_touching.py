@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.continuation import obstacles
+from mechdae.motion.continuation import obstacles
 from tests.shared.mechanisms import toggle
 
 

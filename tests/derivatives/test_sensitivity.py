@@ -379,8 +379,8 @@ def test_function_of_a_mechanism_without_tasks() -> None:
 
 def test_one_sweep_and_functions_that_are_kept(monkeypatch) -> None:
     """Values and derivatives come from one run; other numbers of the structure build nothing."""
-    from mechdae.continuation.evaluate import Evaluator
-    from mechdae.studies import sensitivity
+    from mechdae.design.studies import sensitivity
+    from mechdae.motion.continuation.evaluate import Evaluator
 
     problem = md.load("four-bar-crank-rocker")
     outputs = ("points/coupler.P/position", "bodies/rocker/angle")

@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.bench.chain import chain, scaling, table
 from mechdae.cli import main
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.repeat import MAX_COUNT, expand
 from mechdae.describe.file.schema import schema
+from mechdae.equations.model import Model
 from mechdae.errors import InputError, MechanismError, UnknownName
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
-from mechdae.model.model import Model
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.sweep import run
+from mechdae.parts.bench.chain import chain, scaling, table
 from tests.reference.levers import levers
 
 NAME = "chain-of-four-bars"

@@ -12,7 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
-from mechdae.tables import table
+from mechdae.results.tables import table
 from tests.shared.paths import ROOT
 
 FOUR_BAR = (ROOT / "problems/four-bar-crank-rocker.toml").read_text(encoding="utf-8")
@@ -130,7 +130,7 @@ driver = { coordinate = "crank.angle", at = [0] }
 
 
 def test_no_predefined_problem_is_doubted() -> None:
-    from mechdae.setup.slips import long_length
+    from mechdae.motion.setup.slips import long_length
 
     for path in (ROOT / "problems").glob("*.toml"):
         assert not long_length(md.load(path).mechanism), path.stem
@@ -226,7 +226,7 @@ def test_rest_is_zero() -> None:
     single = table(md.solve("slider-crank", md.Sweep(driver=md.Driver(
         "crank.angle", at=("pi/2",), speed=1.0))))  # fmt: skip
     assert not re.search(r"e-1[5-9]|-0[ ,)]", single.split("status")[0]), single
-    from mechdae.tables.text import cells
+    from mechdae.results.tables.text import cells
 
     assert list(cells(np.array([-0.0, 1e-17, -1e-17, 1.0]), 1.0)) == ["0", "0", "0", "1"]
     assert list(cells(np.array([-0.0, 1e-17]))) == ["0", "1e-17"]

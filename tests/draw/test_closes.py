@@ -15,7 +15,7 @@ from mechdae.describe.tasks.goals import Maximise
 from mechdae.draw import save
 from mechdae.draw.figure import svg_text
 from mechdae.errors import InputError
-from mechdae.export import packed
+from mechdae.tasks.export import packed
 from tests.shared.job_cases import FOUR_BAR
 from tests.shared.mechanisms import four_bar
 from tests.shared.scheme_cases import BEAN

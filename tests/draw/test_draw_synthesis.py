@@ -12,6 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import mechdae as md
+from mechdae.design.synthesis import design_motion
+from mechdae.design.synthesis.synthesize import synthesize
 from mechdae.draw import plot, save
 from mechdae.draw.catalogue import kinds_of
 from mechdae.draw.designs import census, design, targets
@@ -19,8 +21,6 @@ from mechdae.draw.designs.drawn_design import sense_of
 from mechdae.draw.style import SERIES
 from mechdae.draw.words import TABLE, Words
 from mechdae.errors import InputError
-from mechdae.synthesis import design_motion
-from mechdae.synthesis.synthesize import synthesize
 from tests.shared.command import run
 from tests.shared.readable import assert_readable as graphs_readable
 

@@ -13,7 +13,7 @@ from mechdae.describe.joints import Joint
 from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.draw.space.spatial_wheels import PitchPlane, sides, surfaces
-from mechdae.pages.space_scenes import space_of
+from mechdae.parts.page.space_scenes import space_of
 from tests.shared.drawn import gids
 from tests.shared.live import WEB
 from tests.shared.node import needs_node, run_script

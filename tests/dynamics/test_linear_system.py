@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae import export
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.tasks import export
 from tests.attack import equilibria
 
 M, m, L, K, C, G = 2.0, 0.5, 0.8, 40.0, 1.5, 9.81

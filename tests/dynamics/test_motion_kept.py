@@ -13,7 +13,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.kinematics import prepared
+from mechdae.motion.kinematics import prepared
 
 G = 9.81
 

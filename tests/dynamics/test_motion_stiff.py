@@ -78,8 +78,8 @@ def test_a_heavily_damped_spring(method: str) -> None:
 def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
     """Right-hand sides; `motion_long.py` measures times."""
     from benchmarks.integrators import sundials
-    from mechdae.bench.motions import work_of
     from mechdae.dynamics.bdf import Bdf
+    from mechdae.parts.bench.motions import work_of
 
     problem = from_dict(make(1e4, at=[5.0]))
     work = work_of(problem)

@@ -13,7 +13,7 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
-from mechdae.model.forces.time_tables import _spline
+from mechdae.equations.forces.time_tables import _spline
 
 G = 9.81
 
@@ -283,7 +283,7 @@ def test_laws_that_mean_nothing(tmp_path: Path, capsys: Any) -> None:
 
 def test_without_breakpoints_straight_lines_are_not_exact(monkeypatch: pytest.MonkeyPatch) -> None:
     """The pieces stay those of the start if rows are no breakpoints."""
-    from mechdae.model.forces.time_tables import Timed
+    from mechdae.equations.forces.time_tables import Timed
 
     monkeypatch.setattr(Timed, "knots", lambda *_: [])
     result = md.solve(pushed({"rows": [[0, 0], [1, 2], [3, -1], [5, 0]]}), "m")

@@ -15,7 +15,7 @@ from mechdae.describe.file.load import from_dict
 from mechdae.dynamics.clock import Clock, StepLimit
 from mechdae.dynamics.watchers import zeros
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo
-from mechdae.tables import table
+from mechdae.results.tables import table
 from tests.attack import stuck
 from tests.shared.paths import ROOT
 

@@ -260,7 +260,7 @@ def test_mistakes_in_the_equations_are_told_by_the_checks(
         mechanism = pinned((0.1, 0.2, 0.3), (0.1, 0.2, 0.3), G, sketch={"top.P": (0, 0, 1)})
         keys = {**started(0.4, [1.0, 2.0, 3.0]), "until": 0.3}
     plant(Slip(place, right, wrong, lambda: 0.0, ""), monkeypatch)
-    monkeypatch.setattr("mechdae.kinematics.prepared.SHAPES.get", lambda key: None)
+    monkeypatch.setattr("mechdae.motion.kinematics.prepared.SHAPES.get", lambda key: None)
     result = moved(mechanism, **keys)
     assert result.fault is not None
     assert max(result.checks.values()) > 1e-6

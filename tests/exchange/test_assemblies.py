@@ -15,11 +15,16 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.expression import evaluate
-from mechdae.exchange.assemblies import asmt_read
-from mechdae.exchange.assemblies.asmt_read import AsmtFrame, AsmtJoint, AsmtNode, read_assembly
-from mechdae.exchange.assemblies.assembly_in_plane import mechanism_of_plane, plane_of
-from mechdae.exchange.assemblies.assembly_parts import joined
-from mechdae.exchange.assemblies.from_assembly import DOUBLE, problem_of_assembly
+from mechdae.parts.exchange.assemblies import asmt_read
+from mechdae.parts.exchange.assemblies.asmt_read import (
+    AsmtFrame,
+    AsmtJoint,
+    AsmtNode,
+    read_assembly,
+)
+from mechdae.parts.exchange.assemblies.assembly_in_plane import mechanism_of_plane, plane_of
+from mechdae.parts.exchange.assemblies.assembly_parts import joined
+from mechdae.parts.exchange.assemblies.from_assembly import DOUBLE, problem_of_assembly
 from tests.shared.paths import DATA
 
 SAMPLES = sorted((DATA / "asmt").glob("*.asmt"))

@@ -12,9 +12,9 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.table import Table
-from mechdae.exchange.drawings.dxf_read import read_drawing
-from mechdae.exchange.drawings.from_drawing import problem_of_drawing
-from mechdae.exchange.motion_of import motion_of
+from mechdae.parts.exchange.drawings.dxf_read import read_drawing
+from mechdae.parts.exchange.drawings.from_drawing import problem_of_drawing
+from mechdae.tasks.motion_of import motion_of
 from tests.shared.exports import motion
 from tests.shared.paths import DATA
 from tests.shared.round_trips import back, faults, lost
@@ -293,7 +293,7 @@ def test_a_fixed_slot_comes_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert travel[0] == pytest.approx(travel[1], rel=1e-6)
     assert not lost(remarks)
 
-    from mechdae.exchange.drawings import from_drawing
+    from mechdae.parts.exchange.drawings import from_drawing
 
     monkeypatch.setattr(from_drawing._Sketch, "_slot", lambda self, pin: None)
     _, remarks = problem_of_drawing(path)

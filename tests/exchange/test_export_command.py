@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import mechdae as md
-from mechdae.exchange import formats
+from mechdae.parts.exchange import formats
 from tests.shared.command import run
 from tests.shared.paths import DATA
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.exchange.robots.link_frames import quaternion
-from mechdae.exchange.robots.mjcf import mjcf
+from mechdae.parts.exchange.robots.link_frames import quaternion
+from mechdae.parts.exchange.robots.mjcf import mjcf
 from tests.shared.exports import GRAVITY, coordinate, held_by, in_space, motion, rows
 from tests.shared.paths import DATA
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.exchange.motion_of import motion_of
-from mechdae.exchange.robots.link_frames import of_quaternion, turned
-from mechdae.exchange.robots.link_tree import link_tree
-from mechdae.exchange.robots.mimic import NotProved, mimics
-from mechdae.exchange.robots.sdf import sdf
-from mechdae.exchange.robots.urdf import urdf
+from mechdae.parts.exchange.robots.link_frames import of_quaternion, turned
+from mechdae.parts.exchange.robots.link_tree import link_tree
+from mechdae.parts.exchange.robots.mimic import NotProved, mimics
+from mechdae.parts.exchange.robots.sdf import sdf
+from mechdae.parts.exchange.robots.urdf import urdf
+from mechdae.tasks.motion_of import motion_of
 from tests.shared.exports import GRAVITY, coordinate, held_by, in_space, motion, rows
 from tests.shared.paths import DATA
 

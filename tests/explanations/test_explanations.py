@@ -16,11 +16,11 @@ import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.joints import JOINTS
 from mechdae.describe.spatial_joints import SPATIAL_JOINTS
+from mechdae.draw.formulas import Equation, Formula
+from mechdae.draw.formulas.plain import plain
 from mechdae.errors import InputError, UnknownName
-from mechdae.explanations.explain import KINDS
-from mechdae.explanations.words import TABLE
-from mechdae.formulas import Equation, Formula
-from mechdae.formulas.plain import plain
+from mechdae.parts.paper.explanations.explain import KINDS
+from mechdae.parts.paper.explanations.words import TABLE
 from tests.shared.closing import count, faults, passages
 
 PROBLEMS = sorted(path.stem for path in Path("problems").glob("*.toml"))

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import pytest
 
-from mechdae.formulas import Column, Equation, Less, Letter, Norm, Number, Product, Quotient, Sum
-from mechdae.formulas.mathml import mathml
-from mechdae.formulas.mathtext import mathtext
-from mechdae.formulas.plain import plain
-from mechdae.formulas.tree import columns, number, numbers
-from mechdae.formulas.typst import escaped, typst
+from mechdae.draw.formulas import (
+    Column,
+    Equation,
+    Less,
+    Letter,
+    Norm,
+    Number,
+    Product,
+    Quotient,
+    Sum,
+)
+from mechdae.draw.formulas.mathml import mathml
+from mechdae.draw.formulas.mathtext import mathtext
+from mechdae.draw.formulas.plain import plain
+from mechdae.draw.formulas.tree import columns, number, numbers
+from mechdae.draw.formulas.typst import escaped, typst
 
 V = Letter("v", ("B", "A_3"), "r", vector=True)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly.assembler import Assembler
+from mechdae.motion.assembly.assembler import Assembler
 
 AXES = np.eye(3)[[2, 1, 1, 0, 1, 0]]
 LINKS = ([0, 0, 0.4], [0, 0, 0.45], [0.1, 0, 0.05], [0.35, 0, 0], [0.08, 0, 0], [0.05, 0.02, 0])

@@ -17,8 +17,8 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.tables import table
-from mechdae.tables.text import WIDE, fact
+from mechdae.results.tables import table
+from mechdae.results.tables.text import WIDE, fact
 
 CRANK = """
 schema = 1

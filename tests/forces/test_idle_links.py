@@ -10,8 +10,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe import turnless
-from mechdae.model.groups import count_mobility
-from mechdae.model.tree import tree_model
+from mechdae.equations.groups import count_mobility
+from mechdae.equations.tree import tree_model
 from tests.attack.idle_links import KINDS, run
 from tests.shared.paths import ROOT
 

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 import mechdae as md
+import mechdae.equations.forces.friction as friction_module
+import mechdae.equations.forces.inertia as inertia_module
+import mechdae.equations.forces.meshes as meshes_module
 import mechdae.forces.inverse_dynamics as statics_module
 import mechdae.forces.meshes as wheels_module
-import mechdae.model.forces.friction as friction_module
-import mechdae.model.forces.inertia as inertia_module
-import mechdae.model.forces.meshes as meshes_module
-from mechdae.bench.chain import chain
+from mechdae.equations.space import Space
 from mechdae.forces.poses import loaded_run
 from mechdae.kernels.graphs.blocks import BlockGraph
-from mechdae.model.space import Space
+from mechdae.parts.bench.chain import chain
 from tests.reference.dense_forces import Dense
 from tests.reference.truth.drawing import FAMILIES, draw
 from tests.shared.series import only_poses

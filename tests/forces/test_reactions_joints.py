@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.table import Table
-from mechdae.tables import table
+from mechdae.results.tables import table
 from tests.reference.closed_forms import circle_line
 from tests.reference.force_truth import (
     LONG,

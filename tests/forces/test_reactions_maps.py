@@ -97,8 +97,8 @@ def test_critical_factor_of_a_mechanism_that_does_not_jam() -> None:
 
 
 def test_a_kinematic_task_builds_no_forces(monkeypatch) -> None:
+    from mechdae.equations.forces import friction, inertia, loads
     from mechdae.kernels.graphs import kinetostatics
-    from mechdae.model.forces import friction, inertia, loads
 
     def refuse(*_args, **_keys):
         raise AssertionError("built for a kinematic task")

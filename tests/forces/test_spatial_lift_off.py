@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.table import Table
-from mechdae.tables import table
+from mechdae.results.tables import table
 
 G = 9.81
 BALL = (1e-3, 1e-3, 1e-3)

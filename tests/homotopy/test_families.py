@@ -12,11 +12,11 @@ import mpmath
 import numpy as np
 import pytest
 
-from mechdae.homotopy.boxes import apart, enclosed
-from mechdae.homotopy.families import arrived, round_trip, there, way
-from mechdae.homotopy.far_ends import far_ends
-from mechdae.homotopy.trace_test import trace_test
 from mechdae.numerics.double_double import WideComplex
+from mechdae.numerics.homotopy.boxes import apart, enclosed
+from mechdae.numerics.homotopy.families import arrived, round_trip, there, way
+from mechdae.numerics.homotopy.far_ends import far_ends
+from mechdae.numerics.homotopy.trace_test import trace_test
 
 DEGREE = 5
 POWERS = np.arange(DEGREE)

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.assembly import assembler
-from mechdae.assembly.linkage import linkage_group
-from mechdae.composition.chains import chains
-from mechdae.homotopy import certified_poses, monodromy, stored_instances
-from mechdae.homotopy.canonical import canonical
-from mechdae.homotopy.generic_count import generic_count
-from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage, instance
-from mechdae.homotopy.linkage_poses import linkage_poses
-from mechdae.homotopy.sliding_count import sliding_count
+from mechdae.motion.assembly import assembler
+from mechdae.motion.assembly.linkage import linkage_group
+from mechdae.numerics.homotopy import certified_poses, monodromy, stored_instances
+from mechdae.numerics.homotopy.canonical import canonical
+from mechdae.numerics.homotopy.generic_count import generic_count
+from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage, instance
+from mechdae.numerics.homotopy.linkage_poses import linkage_poses
+from mechdae.numerics.homotopy.sliding_count import sliding_count
+from mechdae.parts.types.chains.chains import chains
 from tests.reference.dixon import all_poses
 from tests.scripts.all_modes import angles, compared, driven, missed, written
 from tests.shared.paths import DATA

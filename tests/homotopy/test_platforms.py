@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.homotopy import certify, platforms
-from mechdae.homotopy.study import displacement, quadrics
-from mechdae.homotopy.study_chart import StudyChart, all_apart, from_first_leg, numbers_along
+from mechdae.numerics.homotopy import certify, platforms
+from mechdae.numerics.homotopy.study import displacement, quadrics
+from mechdae.numerics.homotopy.study_chart import (
+    StudyChart,
+    all_apart,
+    from_first_leg,
+    numbers_along,
+)
 from tests.shared.paths import DATA
 
 

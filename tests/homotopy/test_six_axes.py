@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.homotopy import six_axes, wrists
+from mechdae.numerics.homotopy import six_axes, wrists
 from tests.shared.space import ring_of_seven
 
 H = np.pi / 2

@@ -55,7 +55,7 @@ def test_references_owe_the_package_nothing() -> None:
 
 
 def test_folders_are_rooms() -> None:
-    rooms = {path.stem for path in (ROOT / "mechdae").iterdir()}
+    rooms = {path.stem for path in (ROOT / "mechdae").rglob("*") if "." not in path.stem}
     for path in TESTS.iterdir():
         if path.is_dir() and path.name != "__pycache__":
             assert path.name in rooms or path.name in FOLDERS, path.name

@@ -22,12 +22,12 @@ import pytest
 
 import mechdae as md
 from mechdae.cli.progress import starts_progress
-from mechdae.jobs.distribute import ATTEMPTS, Failure, distribute
-from mechdae.jobs.executors import Borrowed, Processes, Supply
-from mechdae.synthesis.goals.base import Seed
-from mechdae.synthesis.ipopt import Optimum
-from mechdae.synthesis.job.log import NAME, Log
-from mechdae.synthesis.job.worker import Work, solved, text_of
+from mechdae.design.jobs.distribute import ATTEMPTS, Failure, distribute
+from mechdae.design.jobs.executors import Borrowed, Processes, Supply
+from mechdae.design.synthesis.goals.base import Seed
+from mechdae.design.synthesis.ipopt import Optimum
+from mechdae.design.synthesis.job.log import NAME, Log
+from mechdae.design.synthesis.job.worker import Work, solved, text_of
 from tests.shared.command import run
 from tests.shared.job_cases import FOUR_BAR
 
@@ -116,7 +116,8 @@ def test_what_is_sent_is_small_and_loads_nothing(path) -> None:
 
     work = works(path, 1)[0]
     assert len(pickle.dumps(work)) < 6000
-    code = "import mechdae.synthesis.job.worker, mechdae.jobs.executors, sys; print(*sys.modules)"
+    modules = "mechdae.design.synthesis.job.worker, mechdae.design.jobs.executors, sys"
+    code = f"import {modules}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"casadi", "numpy"} & {name.split(".")[0] for name in done.stdout.split()}
 
@@ -471,7 +472,7 @@ def test_show_tells_what_is_searched_and_plot_draws_the_best(capsys, path, tmp_p
 
 def test_none_found_is_exit_code_1(capsys, path, tmp_path, monkeypatch) -> None:
     rejected = [{"objective": 2.5, "reasons": ["the input does not turn fully"]}]
-    monkeypatch.setattr("mechdae.synthesis.synthesize.designs", lambda *_: ([], rejected))
+    monkeypatch.setattr("mechdae.design.synthesis.synthesize.designs", lambda *_: ([], rejected))
     code, out, err = run(capsys, "synthesize", str(path), "--out", str(tmp_path))
     assert code == 1
     assert "rejected  objective 2.5 m2: the input does not turn fully" in out

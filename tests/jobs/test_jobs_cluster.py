@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import mechdae as md
-from mechdae.synthesis.job.log import NAME
+from mechdae.design.synthesis.job.log import NAME
 from tests.shared.job_cases import FOUR_BAR
 from tests.shared.scheme_cases import BEAN
 
@@ -130,7 +130,7 @@ def test_a_composition_on_a_cluster_has_the_same_bits(root, tmp_path) -> None:
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://nowhere", "host:port"])
 def test_a_bad_address_is_refused_at_once(path, address) -> None:
-    from mechdae.jobs.executors import cluster
+    from mechdae.design.jobs.executors import cluster
 
     with pytest.raises(md.InputError, match="is no address"), cluster(address):
         pass

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.kernels.run import javascript
-from mechdae.kernels.run.javascript import HELPERS, OPERATIONS, NotPrintable, printed
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.sweep import run
+from mechdae.parts.page.programs import javascript
+from mechdae.parts.page.programs.javascript import HELPERS, OPERATIONS, NotPrintable, printed
 from tests.shared.node import needs_node, run_script
 
 pytestmark = needs_node

@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from mechdae.design.synthesis import ipopt
 from mechdae.kernels.run.quiet import quiet
-from mechdae.synthesis import ipopt
 
 
 def overconstrained() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.sweep import run
 
 PLACES = np.linspace(0.0, 1.0, 9)
 CASES = (("klann-leg", "turn"), ("watt-six-bar", "turn"), ("gorshkov-seven-link", "window"))

@@ -18,7 +18,7 @@ from mechdae.cli import main
 from mechdae.kernels.graphs import kinetostatics, pose, steps
 from mechdae.kernels.stored import functions
 from mechdae.kernels.stored.folder import HEAD, VARIABLE, Folder, place
-from mechdae.kinematics import prepared
+from mechdae.motion.kinematics import prepared
 from tests.shared.force_cases import slider_crank
 from tests.shared.paths import ROOT
 

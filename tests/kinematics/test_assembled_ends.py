@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.kinematics import sweep
+from mechdae.motion.kinematics import sweep
 
 
 def lift(stages: int, foot: float, share: float) -> md.Mechanism:

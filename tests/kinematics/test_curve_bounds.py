@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.bench.extended import true_error
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.table import Table
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.report import report
-from mechdae.kinematics.sweep import run
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.kinematics.sweep import run
+from mechdae.parts.bench.extended import true_error
 from tests.shared.cams import PI, turn
 from tests.shared.mechanisms import SPEED, cam
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.export import csv_text
-from mechdae.kinematics.prepared import prepare
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.tasks.export import csv_text
 from tests.reference.closed_forms import MECHANISMS, circle_circle
 from tests.reference.jets import Jet, derivatives, unit
 from tests.shared.series import jerk_of

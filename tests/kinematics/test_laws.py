@@ -17,12 +17,12 @@ from mechdae.describe.expression import build
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.schema import schema
 from mechdae.describe.file.writing import dumps
-from mechdae.export import csv_text
+from mechdae.equations.model import FUNCTIONS
 from mechdae.kernels.graphs.driver_curve import FINITE, DriverCurve
-from mechdae.kinematics.prepared import prepare
-from mechdae.model.model import FUNCTIONS
-from mechdae.tables import table
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.results.tables import table
 from mechdae.tasks.check import check
+from mechdae.tasks.export import csv_text
 from tests.reference.closed_forms import circle_circle, slider_crank
 from tests.reference.jets import Jet, arg, unit
 from tests.shared.mechanisms import five_bar, toggle

@@ -10,8 +10,8 @@ import pytest
 
 import mechdae as md
 from mechdae.errors import InputError, UnavailableError
-from mechdae.kinematics.prepared import prepare
-from mechdae.tables import table
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.results.tables import table
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import derivatives
 from tests.shared.mechanisms import cam, rod_and_slot

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.model import reduction
+from mechdae.equations import reduction
 from mechdae.tasks.show import structure
 from tests.shared.paths import ROOT
 

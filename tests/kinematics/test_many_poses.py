@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.continuation import many_poses
-from mechdae.continuation.evaluate import Evaluator
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
+from mechdae.motion.continuation import many_poses
+from mechdae.motion.continuation.evaluate import Evaluator
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.sweep import run
 
 KINDS = ("drivers", "bodies", "points", "joints")
 LARGE = {

@@ -13,9 +13,9 @@ import mechdae as md
 from mechdae.describe.dimensions import output_unit
 from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
-from mechdae.export import csv_text, save
-from mechdae.tables import table
+from mechdae.results.tables import table
 from mechdae.tasks.check import check
+from mechdae.tasks.export import csv_text, save
 from mechdae.tasks.show import structure
 from tests.reference.closed_forms import four_bar
 from tests.reference.jets import Jet, sqrt

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.continuation import single_pose
-from mechdae.model.tree import closures, tree_model
+from mechdae.equations.tree import closures, tree_model
+from mechdae.motion.continuation import single_pose
 from tests.attack.loops_of_pairs import run, turn
 from tests.shared.paths import ROOT
 

@@ -10,8 +10,8 @@ import pytest
 
 import mechdae as md
 from mechdae.kernels.run.sequence import Sequence
-from mechdae.kinematics.prepared import prepare
-from mechdae.tables import table
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.results.tables import table
 from mechdae.tasks.check import check
 from tests.reference.closed_forms import circle_circle
 from tests.reference.jets import Jet, arg, unit

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.bench.extended import true_error
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
-from mechdae.setup.drivers import plan
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.sweep import run
+from mechdae.motion.setup.drivers import plan
+from mechdae.parts.bench.extended import true_error
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import motion
 from tests.shared.mechanisms import five_bar, four_bar

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.export import csv_text
+from mechdae.tasks.export import csv_text
 from tests.shared.measured import driven, measured, trammel
 
 

@@ -11,8 +11,8 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.schema import schema
 from mechdae.describe.tasks.kinds import MEASURES
-from mechdae.kinematics.prepared import prepare
-from mechdae.tables import table
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.results.tables import table
 from tests.reference.closed_forms import four_bar
 from tests.shared.measured import measured
 

@@ -53,7 +53,7 @@ def test_a_rule_that_looks_at_the_largest_mean_alone_is_caught(monkeypatch) -> N
 
 def test_a_path_cut_short_before_its_limit_is_caught(monkeypatch) -> None:
     """As it was: what hangs on the driver ended at the last step before another group's limit."""
-    from mechdae.measures.track import Track
+    from mechdae.motion.measures.track import Track
 
     whole = Track.pieces
 

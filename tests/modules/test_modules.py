@@ -10,8 +10,8 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.modules.catalogue import MODULES, PLANE, WORDS
-from mechdae.modules.solutions import ModuleSolutions, solve_module, solve_planar
+from mechdae.motion.modules.catalogue import MODULES, PLANE, WORDS
+from mechdae.motion.modules.solutions import ModuleSolutions, solve_module, solve_planar
 from tests.shared.paths import DATA
 
 TABLE = json.loads((DATA / "vector_modules.json").read_text(encoding="utf-8"))

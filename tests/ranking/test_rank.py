@@ -11,9 +11,9 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.draw import ranking as pictures
 from mechdae.numerics.dominance import undominated
-from mechdae.ranking.weights import checked, intervals, ordered, shares
+from mechdae.parts.types.drawn import ranking_pictures as pictures
+from mechdae.parts.types.ranking.weights import checked, intervals, ordered, shares
 from tests.scripts.ranking_by_hand import CASES, compared
 from tests.shared.paths import ROOT
 

@@ -11,9 +11,9 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
+from mechdae.draw.formulas import Grid, Number
 from mechdae.errors import InputError, UnknownName
-from mechdae.formulas import Grid, Number
-from mechdae.reports.words import TABLE
+from mechdae.parts.paper.reports.words import TABLE
 from tests.shared.closing import faults, passages
 
 

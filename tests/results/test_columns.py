@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.export import csv_text, json_text
 from mechdae.results import Result, plain
+from mechdae.tasks.export import csv_text, json_text
 
 
 @pytest.fixture(scope="module")

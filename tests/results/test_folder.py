@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.export.folder import ENDING
+from mechdae.tasks.export.folder import ENDING
 
 CASES = (
     ("gorshkov-seven-link", "pose"),
@@ -172,7 +172,7 @@ def test_torn_results_are_named(folder: Path, capsys: pytest.CaptureFixture[str]
 def test_other_versions_are_refused(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("mechdae.export.folder.__version__", "99.0")
+    monkeypatch.setattr("mechdae.tasks.export.folder.__version__", "99.0")
     assert "written by mechdae" in refused(folder, capsys)
 
 

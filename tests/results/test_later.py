@@ -13,7 +13,7 @@ import mechdae as md
 from mechdae.results import Later, Series, Summary
 
 OPEN = {
-    "mechdae.kinematics.extremes.Spans._found": ("four-bar-crank-rocker", "turn", "swing"),
+    "mechdae.motion.kinematics.extremes.Spans._found": ("four-bar-crank-rocker", "turn", "swing"),
     "mechdae.forces.task.critical_factor": ("slider-crank-friction", "cycle", "critical_factor"),
     "mechdae.dynamics.determined.unique": ("four-bar-motor", "motion", "multipliers"),
 }

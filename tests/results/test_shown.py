@@ -64,7 +64,7 @@ def test_a_frame_is_the_table_of_the_file(result, monkeypatch):
             return table
 
     monkeypatch.setitem(sys.modules, "pandas", Pandas)
-    from mechdae.export import csv_text
+    from mechdae.tasks.export import csv_text
 
     frame = result.frame()
     head = csv_text(result).splitlines()[0].split(",")

@@ -17,8 +17,8 @@ from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.shown_units import KNOWN, units_of
 from mechdae.describe.units import TABLE
-from mechdae.setup.slips import doubts
-from mechdae.tables import table
+from mechdae.motion.setup.slips import doubts
+from mechdae.results.tables import table
 from tests.shared.paths import ROOT
 
 FOUR_BAR = (ROOT / "problems/four-bar-crank-rocker.toml").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, MechdaeError
-from mechdae.schemes.shape import Wanted, distances
+from mechdae.parts.types.schemes.shape import Wanted, distances
 from tests.reference.circles import followed, of_file
 from tests.shared.scheme_cases import BEAN
 

@@ -14,17 +14,17 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import MechdaeError
-from mechdae.schemes.aims import Aim
-from mechdae.schemes.closure import material, turned
-from mechdae.schemes.designs import loss_of, problem_of_scheme
-from mechdae.schemes.drawing import drawn
-from mechdae.schemes.laid import Laid
-from mechdae.schemes.losses import LossAsked, loss_slopes, losses
-from mechdae.schemes.scheme import read
-from mechdae.schemes.targets.functions import FunctionFitting
-from mechdae.schemes.targets.visits import VisitFitting, assigned
-from mechdae.schemes.types import schemes_of
-from mechdae.tables import table
+from mechdae.parts.types.schemes.aims import Aim
+from mechdae.parts.types.schemes.closure import material, turned
+from mechdae.parts.types.schemes.designs import loss_of, problem_of_scheme
+from mechdae.parts.types.schemes.drawing import drawn
+from mechdae.parts.types.schemes.laid import Laid
+from mechdae.parts.types.schemes.losses import LossAsked, loss_slopes, losses
+from mechdae.parts.types.schemes.scheme import read
+from mechdae.parts.types.schemes.targets.functions import FunctionFitting
+from mechdae.parts.types.schemes.targets.visits import VisitFitting, assigned
+from mechdae.parts.types.schemes.types import schemes_of
+from mechdae.results.tables import table
 from tests.shared.paths import DOCS
 from tests.shared.scheme_goals import (
     CLOSED,

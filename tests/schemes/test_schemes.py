@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.schemes.closure import material, turned
-from mechdae.schemes.designs import PATH, certified, problem_of_scheme, tracer
-from mechdae.schemes.drawing import reaching
-from mechdae.schemes.growth import grown, merged
-from mechdae.schemes.laid import Laid
-from mechdae.schemes.refine import POINTS, Refinement
-from mechdae.schemes.scheme import DYAD, RIGID, read
-from mechdae.schemes.screening import screened
-from mechdae.schemes.shape import Wanted, distances, resampled
-from mechdae.schemes.types import chain_names, schemes_of
+from mechdae.parts.types.schemes.closure import material, turned
+from mechdae.parts.types.schemes.designs import PATH, certified, problem_of_scheme, tracer
+from mechdae.parts.types.schemes.drawing import reaching
+from mechdae.parts.types.schemes.growth import grown, merged
+from mechdae.parts.types.schemes.laid import Laid
+from mechdae.parts.types.schemes.refine import POINTS, Refinement
+from mechdae.parts.types.schemes.scheme import DYAD, RIGID, read
+from mechdae.parts.types.schemes.screening import screened
+from mechdae.parts.types.schemes.shape import Wanted, distances, resampled
+from mechdae.parts.types.schemes.types import chain_names, schemes_of
 from tests.reference.circles import followed, of_file
 
 TURN = 2 * np.pi

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.assembly import assembler
-from mechdae.composition.chains import KinematicChain, chains
-from mechdae.composition.mechanisms import mechanism_of
-from mechdae.homotopy.platforms import platform_poses
+from mechdae.motion.assembly import assembler
+from mechdae.numerics.homotopy.platforms import platform_poses
+from mechdae.parts.types.chains.chains import KinematicChain, chains
+from mechdae.parts.types.chains.mechanisms import mechanism_of
 from tests.reference.dixon import all_poses
 from tests.shared.paths import DATA
 

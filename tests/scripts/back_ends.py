@@ -23,7 +23,7 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file import library as problems
 from mechdae.kernels.machine import program
-from mechdae.kinematics.prepared import SHAPES
+from mechdae.motion.kinematics.prepared import SHAPES
 
 ALLOWED = 4.0
 SLOW = ("synthesis", "study")

@@ -27,9 +27,9 @@ import mechdae as md
 from mechdae.certificates import as_json, check
 from mechdae.certificates.write import certificate_of
 from mechdae.errors import MechdaeError, UnavailableError
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.report import report
-from mechdae.kinematics.sweep import run
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.kinematics.sweep import run
 from tests.reference.truth.drawing import draw
 from tests.shared.in_balls import bounds
 

@@ -26,7 +26,7 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file.library import names
 from mechdae.errors import MechdaeError
-from mechdae.pages.editor import editor
+from mechdae.parts.page.editor import editor
 
 ASKED = """(() => {
   const data = JSON.parse(document.getElementById('mechdae').textContent);

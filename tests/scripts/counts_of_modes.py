@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.homotopy.platforms import platform_poses
+from mechdae.numerics.homotopy.platforms import platform_poses
 from tests.scripts.all_modes import between
 from tests.shared.paths import DATA
 from tests.shared.space import ring_of_seven

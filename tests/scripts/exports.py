@@ -15,10 +15,10 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.file import library
-from mechdae.exchange.formats import WRITERS
-from mechdae.exchange.robots.link_tree import link_tree
-from mechdae.exchange.robots.mimic import NotProved, mimics
-from mechdae.exchange.robots.mjcf import mjcf
+from mechdae.parts.exchange.formats import FORMATS as REGISTERED
+from mechdae.parts.exchange.robots.link_tree import link_tree
+from mechdae.parts.exchange.robots.mimic import NotProved, mimics
+from mechdae.parts.exchange.robots.mjcf import mjcf
 from tests.shared.exports import coordinate, in_space, motion, rows
 
 BEGIN, END = "<!-- measured -->", "<!-- end of measured -->"
@@ -84,7 +84,7 @@ def measured(name: str) -> dict[str, Any]:
     except md.MechdaeError as error:
         return {"motion": error.what}
     for form in FORMATS:
-        module, _, function = WRITERS[form].partition(":")
+        module, _, function = REGISTERED[form].home.partition(":")
         try:
             getattr(importlib.import_module(module), function)(motion(name))
             found[form] = True

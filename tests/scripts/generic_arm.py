@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 
-from mechdae.homotopy.six_axes import MOST, STORE, along, drawn, quadrics
-from mechdae.homotopy.tracker import distinct, track
+from mechdae.numerics.homotopy.six_axes import MOST, STORE, along, drawn, quadrics
+from mechdae.numerics.homotopy.tracker import distinct, track
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
     python -m tests.scripts.generic_four_bars --folder FOLDER [--out docs/data/four-bars.json]
 
 Each round trip is kept in FOLDER; a run that was broken off goes on there with the same answer.
-Written are `mechdae/synthesis/exact/four_bars.npz` and the figures of the run.
+Written are `mechdae/design/synthesis/exact/four_bars.npz` and the figures of the run.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from mechdae.homotopy.boxes import apart, enclosed
-from mechdae.synthesis.exact.conditions import PathConditions
-from mechdae.synthesis.exact.generic import Known, generic, traced
-from mechdae.synthesis.exact.stored import STORE, name_of, read, written
+from mechdae.design.synthesis.exact.conditions import PathConditions
+from mechdae.design.synthesis.exact.generic import Known, generic, traced
+from mechdae.design.synthesis.exact.stored import STORE, name_of, read, written
+from mechdae.numerics.homotopy.boxes import apart, enclosed
 
 CASES = ((9, ()), (5, ("pivot_x", "pivot_y", "other_x", "other_y")))
 

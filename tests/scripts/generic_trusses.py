@@ -7,11 +7,11 @@ import time
 
 import numpy as np
 
-from mechdae.composition.chains import chains
-from mechdae.homotopy.canonical import canonical
-from mechdae.homotopy.linkage import PinLinkage
-from mechdae.homotopy.monodromy import generic_instance
-from mechdae.homotopy.stored_instances import STORE, file_name, read, written
+from mechdae.numerics.homotopy.canonical import canonical
+from mechdae.numerics.homotopy.linkage import PinLinkage
+from mechdae.numerics.homotopy.monodromy import generic_instance
+from mechdae.numerics.homotopy.stored_instances import STORE, file_name, read, written
+from mechdae.parts.types.chains.chains import chains
 
 
 def linkage_of(chain: object) -> PinLinkage:

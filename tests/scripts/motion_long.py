@@ -158,9 +158,9 @@ def andrews() -> None:
 def stiff() -> None:
     """Double pendulums with a damper of 1e4 over 5 s beside CVODES' BDF without projection."""
     from benchmarks.integrators import sundials
-    from mechdae.bench.motions import work_of
     from mechdae.describe.file.load import from_dict
     from mechdae.dynamics.bdf import Bdf
+    from mechdae.parts.bench.motions import work_of
     from tests.reference.pendulums import radau
     from tests.shared.pendulums import bobs, pendulum
 

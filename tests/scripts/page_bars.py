@@ -20,7 +20,7 @@ from typing import Any
 import mechdae as md
 from mechdae.describe.file.library import names
 from mechdae.errors import MechdaeError
-from mechdae.pages.editor import editor
+from mechdae.parts.page.editor import editor
 from tests.shared.browser import ARGUMENTS, CHROMIUM
 
 DRAG = """async (seconds) => {

@@ -27,9 +27,9 @@ import numpy as np
 
 import mechdae as md
 from benchmarks.forces import problem as four_bar
-from mechdae.bench.yardstick import COUPLER, yardstick
 from mechdae.describe.tasks.kinds import Sensitivity
-from mechdae.kinematics.prepared import SHAPES
+from mechdae.motion.kinematics.prepared import SHAPES
+from mechdae.parts.bench.yardstick import COUPLER, yardstick
 
 BEGIN, END = "<!-- measured -->", "<!-- end of measured -->"
 MANY = 100_000

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 
-from mechdae.formulas import (
+from mechdae.draw.formulas import (
     Column,
     Document,
     Equation,

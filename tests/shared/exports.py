@@ -11,7 +11,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.table import Table
-from mechdae.exchange.motion_of import ExportedMotion, motion_of
+from mechdae.tasks.motion_of import ExportedMotion, motion_of
 
 
 @cache

@@ -14,7 +14,7 @@ from flint import arb, ctx
 
 from mechdae.kernels.bounds.walk import FORMULAS, replay
 from mechdae.kernels.graphs.bounds import ALLOWANCE
-from mechdae.kinematics.prepared import Run, Setting
+from mechdae.motion.kinematics.prepared import Run, Setting
 
 PRECISION = 192
 OPERATIONS = {

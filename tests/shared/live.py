@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import mechdae as md
-from mechdae.pages import link
+from mechdae.parts.page import link
 from tests.shared.node import run_script
 
 WEB = Path(link.__file__).parent / "web"

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any
 
 import mechdae as md
-from mechdae.pages import link
+from mechdae.parts.page import link
 from tests.shared.node import NODE
 
 WEB = Path(link.__file__).parent / "web"

@@ -10,12 +10,12 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import UNIT
 from mechdae.describe.coordinates import coordinate
+from mechdae.equations.reduction import scene
+from mechdae.equations.tree.choice import model_of
 from mechdae.kernels.bounds.walk import ARRAYS, replay
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.row_reaches import RowReaches
-from mechdae.model.reduction import scene
-from mechdae.model.tree.choice import model_of
-from mechdae.setup.outputs import Outputs
+from mechdae.motion.setup.outputs import Outputs
 from tests.attack.spatial_honesty import case, platform
 
 PLACES = 16

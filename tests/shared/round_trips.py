@@ -11,9 +11,9 @@ import numpy as np
 
 import mechdae as md
 from mechdae.errors import MechdaeError
-from mechdae.exchange.drawings.dxf import dxf
-from mechdae.exchange.drawings.from_drawing import problem_of_drawing
-from mechdae.exchange.motion_of import ExportedMotion
+from mechdae.parts.exchange.drawings.dxf import dxf
+from mechdae.parts.exchange.drawings.from_drawing import problem_of_drawing
+from mechdae.tasks.motion_of import ExportedMotion
 from tests.shared.exports import motion
 
 CLOSE = 1e-9

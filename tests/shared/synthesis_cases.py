@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 import mechdae as md
-from mechdae.synthesis.synthesize import synthesize
+from mechdae.design.synthesis.synthesize import synthesize
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared.paths import DATA
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.studies.rows import Computer, row_of
+from mechdae.design.studies.rows import Computer, row_of
 from tests.reference.force_truth import circle
 from tests.reference.force_truth import slider_crank as free_slider_crank
 from tests.shared.force_cases import INERTIA, S1, slider_crank

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.studies.rows import Computer, row_of
+from mechdae.design.studies.rows import Computer, row_of
 
 MEASURES = ("transmission", "extremes", "time-ratio", "envelope", "curve")
 

@@ -11,7 +11,7 @@ import pytest
 import mechdae as md
 from benchmarks.batches import page as measures_and_forces
 from benchmarks.studies import page as measured
-from mechdae.studies.batches import screening
+from mechdae.design.studies.batches import screening
 from tests.shared.paths import DOCS
 
 FINE = ("ok", "limit")

@@ -125,7 +125,7 @@ def test_sets_that_lock_are_followed_alone_and_said() -> None:
 @pytest.mark.parametrize("slip", ["branch", "pose"])
 def test_a_lane_on_the_other_branch_is_not_kept(slip: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A lane that begins, or is guessed, on the other side of the dyad is not believed."""
-    from mechdae.studies.batches import modes, poses
+    from mechdae.design.studies.batches import modes, poses
 
     begin, guess = modes.StartingModes.__call__, poses.LaneNodes.guess
 

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae import export
 from mechdae.cli import main
-from mechdae.jobs import log as job_log
+from mechdae.design.jobs import log as job_log
+from mechdae.tasks import export
 
 PATH = "bodies/rocker/angle"
 COUNT = 400
@@ -190,7 +190,7 @@ def test_large_tables_are_written_in_pieces_as_small_ones(
 ) -> None:
     result = md.study(problem(12), sets=sets(20), of="turn", outputs=[PATH])
     export.save(result, tmp_path / "whole")
-    monkeypatch.setattr("mechdae.export.files.AT_ONCE", 50)
+    monkeypatch.setattr("mechdae.tasks.export.files.AT_ONCE", 50)
     export.save(result, tmp_path / "pieces")
     texts = [(tmp_path / name / "study.json").read_text() for name in ("whole", "pieces")]
     assert json.loads(texts[0]) == json.loads(texts[1])

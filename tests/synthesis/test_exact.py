@@ -11,11 +11,15 @@ import json
 import numpy as np
 import pytest
 
-from mechdae.errors import InputError
-from mechdae.numerics.levenberg import solve_all
-from mechdae.synthesis.exact.four_bars import guiding_links
-from mechdae.synthesis.fourbar.cognates import are_cognates, cognates, foci, grouped, variants
-from mechdae.synthesis.fourbar.dyads import (
+from mechdae.design.synthesis.exact.four_bars import guiding_links
+from mechdae.design.synthesis.fourbar.cognates import (
+    are_cognates,
+    cognates,
+    foci,
+    grouped,
+    variants,
+)
+from mechdae.design.synthesis.fourbar.dyads import (
     DyadRows,
     PlanePoses,
     dyads,
@@ -24,8 +28,8 @@ from mechdae.synthesis.fourbar.dyads import (
     poses_of,
     slides,
 )
-from mechdae.synthesis.fourbar.exact import PathRows, exact_path
-from mechdae.synthesis.fourbar.linkage import (
+from mechdae.design.synthesis.fourbar.exact import PathRows, exact_path
+from mechdae.design.synthesis.fourbar.linkage import (
     faults,
     joints,
     kind,
@@ -34,6 +38,8 @@ from mechdae.synthesis.fourbar.linkage import (
     transmission,
     visited,
 )
+from mechdae.errors import InputError
+from mechdae.numerics.levenberg import solve_all
 from tests.reference import closure_fourbar as closure
 from tests.shared.paths import DATA
 

@@ -15,20 +15,20 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.design.synthesis.exact import coupler_curve as curve
+from mechdae.design.synthesis.exact import stored
+from mechdae.design.synthesis.exact.complete import PathWork, all_solutions, followed
+from mechdae.design.synthesis.exact.conditions import PathConditions
+from mechdae.design.synthesis.exact.four_bars import four_bars_through, guiding_links, with_cognates
+from mechdae.design.synthesis.exact.generic import generic, traced
+from mechdae.design.synthesis.fourbar.dyads import poses_of
+from mechdae.design.synthesis.fourbar.exact import exact_path
+from mechdae.design.synthesis.fourbar.linkage import joints
+from mechdae.design.synthesis.job.log import Log, fingerprint
+from mechdae.design.synthesis.job.run import Job
 from mechdae.errors import InputError
-from mechdae.homotopy.boxes import apart, enclosed
-from mechdae.synthesis.exact import coupler_curve as curve
-from mechdae.synthesis.exact import stored
-from mechdae.synthesis.exact.complete import PathWork, all_solutions, followed
-from mechdae.synthesis.exact.conditions import PathConditions
-from mechdae.synthesis.exact.four_bars import four_bars_through, guiding_links, with_cognates
-from mechdae.synthesis.exact.generic import generic, traced
-from mechdae.synthesis.fourbar.dyads import poses_of
-from mechdae.synthesis.fourbar.exact import exact_path
-from mechdae.synthesis.fourbar.linkage import joints
-from mechdae.synthesis.job.log import Log, fingerprint
-from mechdae.synthesis.job.run import Job
-from mechdae.tables import table
+from mechdae.numerics.homotopy.boxes import apart, enclosed
+from mechdae.results.tables import table
 from tests.reference import closure_fourbar as closure
 from tests.shared.command import run
 from tests.shared.paths import ROOT
@@ -323,7 +323,7 @@ def parts(count=3, paths=4):
 
 
 def test_parts_of_paths_are_kept_and_are_the_same_anywhere(tmp_path) -> None:
-    from mechdae.jobs.executors import Processes, Supply
+    from mechdae.design.jobs.executors import Processes, Supply
 
     works = parts()
     here = [followed(work).tobytes() for work in works]

@@ -12,8 +12,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from mechdae.design.synthesis.fourbar.freudenstein import FunctionRows, function_starts
 from mechdae.errors import InputError
-from mechdae.synthesis.fourbar.freudenstein import FunctionRows, function_starts
 from tests.reference import closure_fourbar as closure
 from tests.shared.paths import DATA
 

@@ -10,10 +10,10 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.tasks.goals import Minimise
-from mechdae.synthesis import front, kinks
-from mechdae.synthesis.fronts.ends import census, missing
-from mechdae.synthesis.fronts.holes import holes
-from mechdae.synthesis.synthesize import solved_in_rounds
+from mechdae.design.synthesis import front, kinks
+from mechdae.design.synthesis.fronts.ends import census, missing
+from mechdae.design.synthesis.fronts.holes import holes
+from mechdae.design.synthesis.synthesize import solved_in_rounds
 from tests.shared.paths import DATA
 
 FILE = DATA / "synthesis" / "front-error-size.toml"

@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.tasks.goals import Maximise, Minimise
-from mechdae.synthesis.robust.values import of_squares
+from mechdae.design.synthesis.robust.values import of_squares
 from tests.reference.deviated import SAMPLES
 from tests.scripts.robust_goals import FACTOR, compared
 from tests.shared.paths import ROOT

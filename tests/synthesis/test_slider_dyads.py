@@ -30,8 +30,8 @@ def test_a_limit_holds_on_the_closed_form(seed):
 
 def test_a_limit_on_the_sign_of_the_determinant_alone_is_seen(monkeypatch):
     """The old rule: of a dyad with a slide only the side was held, not the angle."""
-    from mechdae.synthesis import designs
-    from mechdae.synthesis.poses import FreePoses
+    from mechdae.design.synthesis import designs
+    from mechdae.design.synthesis.poses import FreePoses
 
     monkeypatch.setattr(FreePoses, "sine", lambda self, dyad, branch, values, sigma: 1.0)
     monkeypatch.setattr(designs, "_missed_limits", lambda search, design: [])
@@ -40,7 +40,7 @@ def test_a_limit_on_the_sign_of_the_determinant_alone_is_seen(monkeypatch):
 
 
 def test_a_limit_that_is_not_in_the_problem_is_seen_by_the_sweep(monkeypatch):
-    from mechdae.synthesis.poses import FreePoses
+    from mechdae.design.synthesis.poses import FreePoses
 
     monkeypatch.setattr(FreePoses, "sine", lambda self, dyad, branch, values, sigma: 1.0)
     assert "the transmission angle in B" in slider_dyads.judged(0)["faults"][0]

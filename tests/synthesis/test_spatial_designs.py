@@ -11,8 +11,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from mechdae.design.synthesis.synthesize import synthesize
 from mechdae.errors import InputError, MechdaeError, UnavailableError
-from mechdae.synthesis.synthesize import synthesize
 from tests.reference.spatial_designs import crank, knuckle, of_quaternion, rocker, slider, turned
 
 RSSR = {"r": 0.06, "l": 0.28, "R": 0.13, "a": 0.11, "b": 0.22, "c": 0.03, "tw": 1.2, "s": 0.45}

@@ -10,11 +10,11 @@ import pytest
 import mechdae as md
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import from_dict
+from mechdae.design.synthesis.fourbar import projection
+from mechdae.design.synthesis.fourbar.starts import FourBarStarts
+from mechdae.design.synthesis.search import Search
+from mechdae.design.synthesis.synthesize import planned, synthesize
 from mechdae.numerics.linear_fits import linear_fit
-from mechdae.synthesis.fourbar import projection
-from mechdae.synthesis.fourbar.starts import FourBarStarts
-from mechdae.synthesis.search import Search
-from mechdae.synthesis.synthesize import planned, synthesize
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared.frames import FRAMES, goals, on_frame
 from tests.shared.paths import DATA, ROOT
@@ -152,7 +152,7 @@ def test_bounds_from_two_corners_are_seen(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_ridge_in_metres_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    from mechdae.synthesis.starts import similar
+    from mechdae.design.synthesis.starts import similar
 
     def in_metres(A, b, ridge=0.0, least=0.0, sizes=1.0):
         return linear_fit(A, b, ridge, least)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.synthesis.search import Search
-from mechdae.synthesis.synthesize import planned, synthesize
+from mechdae.design.synthesis.search import Search
+from mechdae.design.synthesis.synthesize import planned, synthesize
 from tests.reference.closure_fourbar import FourBar, StephensonThree, function_error, judged
 from tests.shared.synthesis_cases import cases, four_bar, solved, verdict_of
 

@@ -11,8 +11,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from mechdae.design.synthesis.outcome import Outcome, TaskRun
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.synthesis.outcome import Outcome, TaskRun
 from tests.shared.block import X0, C, K, M, block, course
 
 TURN = 2 * math.pi

@@ -7,8 +7,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.writing import given
+from mechdae.design.synthesis.synthesize import synthesize
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
-from mechdae.synthesis.synthesize import synthesize
 
 NAN = float("nan")
 TARGETS = [[3, 3], [2.759, 3.363], [2.372, 3.663], [1.89, 3.862], [1.355, 3.943]]

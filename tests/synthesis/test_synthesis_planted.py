@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.synthesis.synthesize import synthesize
+from mechdae.design.synthesis.synthesize import synthesize
 from tests.reference.closure_fourbar import TURN, FourBar, GearedFiveBar, judged, lowest, rrp, rrr
 
 EXACT = 1e-15

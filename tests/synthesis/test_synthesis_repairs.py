@@ -11,8 +11,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from mechdae.design.synthesis.verification.rockers import missed
 from mechdae.errors import InputError
-from mechdae.synthesis.verification.rockers import missed
 from tests.shared.paths import DATA
 
 TASKS = DATA / "synthesis"
@@ -77,7 +77,7 @@ def test_a_feasible_file_is_never_lost():
 @pytest.fixture
 def built(monkeypatch):
     """Which of the solvers that are built have approximate second derivatives."""
-    from mechdae.synthesis import nlp
+    from mechdae.design.synthesis import nlp
 
     found = []
 
@@ -106,7 +106,7 @@ def limited(most):
 
 def test_a_start_that_fails_costs_no_exact_derivatives_of_a_mean(built, monkeypatch):
     """Those of a mean over a cycle couple all of its poses: 150 000 numbers, minutes of work."""
-    from mechdae.synthesis import synthesize
+    from mechdae.design.synthesis import synthesize
 
     plan = synthesize.planned
 
@@ -191,7 +191,7 @@ def test_every_pair_of_burmester_dyads_is_a_four_bar(bound):
 
 
 def test_starts_that_are_missing_are_told():
-    from mechdae.tables.designs import designs_text
+    from mechdae.results.tables.designs import designs_text
 
     found = md.synthesize(read("exact7", ("starts = 60", "starts = 3")))
     assert found.summary["asked"] == found.summary["starts"] == 3
@@ -200,7 +200,7 @@ def test_starts_that_are_missing_are_told():
 
 
 def test_iterations_that_run_out_are_told_and_gone_on_with(monkeypatch):
-    from mechdae.synthesis import ipopt, synthesize
+    from mechdae.design.synthesis import ipopt, synthesize
 
     monkeypatch.setitem(ipopt.SETTINGS, "ipopt.max_iter", 2)
     problem = read("leaf20", ("starts = 40", "starts = 2"))
@@ -296,8 +296,8 @@ def test_the_largest_errors_of_a_minimax_are_alike():
 
 def test_nodes_that_move_keep_the_optimum(monkeypatch):
     """From prices of zero the same solver leaps to an optimum three times as bad."""
-    from mechdae.synthesis.nlp import MET, Nlp
-    from mechdae.synthesis.synthesize import synthesize
+    from mechdae.design.synthesis.nlp import MET, Nlp
+    from mechdae.design.synthesis.synthesize import synthesize
 
     again, moves, tight = Nlp.again, [], []
 

@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.synthesis.fourbar.freudenstein import three_pairs
+from mechdae.design.synthesis.fourbar.freudenstein import three_pairs
 from tests.reference.closure_fourbar import rrr
 from tests.shared.paths import DATA
 

@@ -7,9 +7,9 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.tasks.kinds import TASKS
+from mechdae.design.studies.batches.march import Followed
 from mechdae.errors import InputError, SolveError
-from mechdae.kinematics.prepared import prepare
-from mechdae.studies.batches.march import Followed
+from mechdae.motion.kinematics.prepared import prepare
 from tests.shared.command import run
 from tests.shared.paths import ROOT
 from tests.shared.small import SMALL, Small
@@ -330,7 +330,7 @@ def test_a_reduction_over_no_blocks_is_seen(name: str, monkeypatch: pytest.Monke
 def test_poses_without_unknowns_that_lose_their_number_are_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from mechdae.synthesis.goals.base import Goal
+    from mechdae.design.synthesis.goals.base import Goal
 
     def lost(own: Goal, values, count: int):
         return np.reshape(values[own.own("x")], (-1, max(own.space.poses.nx, 1)))

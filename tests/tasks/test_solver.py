@@ -13,9 +13,9 @@ import pytest
 
 import mechdae as md
 from mechdae.errors import InputError
-from mechdae.kinematics.poses import Posed
-from mechdae.kinematics.prepared import SHAPES
-from mechdae.kinematics.shapes import Held, Shapes, held_by
+from mechdae.motion.kinematics.poses import Posed
+from mechdae.motion.kinematics.prepared import SHAPES
+from mechdae.motion.kinematics.shapes import Held, Shapes, held_by
 
 KINDS = [
     ("four-bar-crank-rocker", "turn"),

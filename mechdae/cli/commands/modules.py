@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
-from mechdae.modules.catalogue import PLANAR, SPATIAL, Module
+from mechdae.motion.modules.catalogue import PLANAR, SPATIAL, Module
 
 LETTERS = {"a": "\u03b1", "b": "\u03b2"}
 

@@ -12,7 +12,7 @@ from mechdae.cli.options import problem_arguments, problem_of, units_argument, u
 from mechdae.cli.pictures import file_name, options_for
 from mechdae.cli.progress import progress
 from mechdae.draw import usual
-from mechdae.draw.catalogue import OPTIONS, PAGE, PICTURES, check_suits, kinds_with, picture_of
+from mechdae.draw.catalogue import DOCUMENTS, OPTIONS, PICTURES, check_suits, kinds_with, picture_of
 from mechdae.draw.choice import kind_and_task
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
@@ -30,9 +30,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kind",
         metavar="K",
-        help=f"{', '.join(PICTURES)}, {PAGE} (default: diagram of a sweep or of modes, curves of "
-        "reactions and motions, map of a study, design of a synthesis; diagram with --pose, "
-        "--dark, --lang)",
+        help=f"{', '.join([*PICTURES, *DOCUMENTS])} (default: diagram of a sweep or of modes, "
+        "curves of reactions and motions, map of a study, design of a synthesis; diagram with "
+        "--pose, --dark, --lang)",
     )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     units_argument(parser)
@@ -56,13 +56,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    if options.kind == PAGE and is_folder(options.problem):
-        raise InputError(
-            "a page solves, a folder holds what was solved", where=f"--kind {PAGE}",
-            hint="mechdae page P",
-        )  # fmt: skip
-    if options.kind == PAGE:
-        return _page(options)
+    if options.kind in DOCUMENTS:
+        if is_folder(options.problem):
+            raise InputError(
+                f"a {options.kind} solves, a folder holds what was solved",
+                where=f"--kind {options.kind}", hint=f"mechdae {options.kind} P",
+            )  # fmt: skip
+        return DOCUMENTS[options.kind](options)
     asked = {name: getattr(options, name) for name in OPTIONS}
     asked = {name: value for name, value in asked.items() if value is not None}
     _form(options, options.kind)
@@ -107,7 +107,7 @@ def is_folder(name: str) -> bool:
 
 def _of_folder(options: argparse.Namespace, asked: dict[str, Any]) -> int:
     """Draw a result that is kept in a folder; nothing is computed again."""
-    from mechdae.export import read
+    from mechdae.tasks.export import read
 
     for word, given in (("--set", options.set), ("--mode", options.mode)):
         if given:
@@ -128,22 +128,6 @@ def _of_folder(options: argparse.Namespace, asked: dict[str, Any]) -> int:
         if not error.hint:
             error.hint = f"in {options.problem} is what was computed; mechdae plot P computes more"
         raise
-
-
-def _page(options: argparse.Namespace) -> int:
-    """Write the live page, as ``mechdae page`` does."""
-    from mechdae.pages import page
-
-    given = [name for name in OPTIONS if name != "lang" and getattr(options, name) is not None]
-    if given or options.mode is not None or options.format not in (None, "html"):
-        raise InputError("a page has no options but --lang", where="--kind page")
-    made = page(problem_of(options), options.task, options.lang or "en", units_asked(options))
-    out = Path(options.out)
-    named = out.suffix == ".html" and not out.is_dir()
-    path = out if named else out / f"{made.data['problem']}-{made.data['task']}.html"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    print(made.save(path))
-    return 0
 
 
 def _form(options: argparse.Namespace, kind: str | None) -> str:
@@ -208,7 +192,7 @@ def _written_open(
 
 def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
     """Return the pose drawn open, None where it closes or several loops are open."""
-    from mechdae.assembly.open_mechanism import opened
+    from mechdae.motion.assembly.open_mechanism import opened
 
     try:
         return opened(problem, name, result=result, pose=pose)

@@ -39,8 +39,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.describe.tasks.kinds import Sensitivity
-    from mechdae.export import json_text, save
-    from mechdae.tables import table
+    from mechdae.results.tables import table
+    from mechdae.tasks.export import json_text, save
     from mechdae.tasks.solve import solve
 
     units = units_asked(options)

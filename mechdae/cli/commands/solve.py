@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.tables import table
+    from mechdae.results.tables import table
     from mechdae.tasks.registry import KINDS
     from mechdae.tasks.solve import solve
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("a whole number above 0 is needed", where="--poses")
     check_workers(options.workers, {problem.tasks[name].kind for name in names})
     if options.out:
-        from mechdae.export import check_folder, save
+        from mechdae.tasks.export import check_folder, save
 
         for name in names:
             check_folder(options.out, problem.name, name)
@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
             message(f"mechdae: task {name}: {result.fault}", False)
             code = 1
     if options.json:
-        from mechdae.export import json_text
+        from mechdae.tasks.export import json_text
 
         print(json_text(results) if results else _empty(problem.name))
     if options.out:

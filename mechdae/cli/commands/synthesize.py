@@ -51,13 +51,15 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _result(options: argparse.Namespace) -> Result:
-    from mechdae.jobs.executors import cluster
-    from mechdae.tasks.designing import LOGS, designing_task, synthesize
+    from mechdae.design.jobs.executors import cluster
+    from mechdae.tasks.designing import designing_task, synthesize
+    from mechdae.tasks.registry import KINDS
 
     problem = problem_of(options)
     name, task = designing_task(problem, options.task)
     check_out(options.out, problem, name, task.kind)
-    word = LOGS[task.kind].partition(".")[0]
+    log = KINDS[task.kind].log
+    word = log.partition(".")[0]
     show = starts_progress(options.quiet, word)
     starts = []
 
@@ -83,8 +85,8 @@ def _result(options: argparse.Namespace) -> Result:
     except BaseException:
         clear(show)
         if starts and options.out:
-            log = Path(options.out, LOGS[task.kind]).read_bytes()
-            kept = f"{log.count(10) - 1} of {starts[-1]} {word} are kept in {options.out}"
+            finished = Path(options.out, log).read_bytes()
+            kept = f"{finished.count(10) - 1} of {starts[-1]} {word} are kept in {options.out}"
             message(f"mechdae: {kept}; the same command goes on there", options.quiet)
         raise
     clear(show)

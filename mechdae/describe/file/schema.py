@@ -36,8 +36,6 @@ def _rows(*sizes: int) -> dict[str, Any]:
     return every[0] if len(every) == 1 else {"oneOf": every}
 
 
-ONLY = {"properties": {"kind": {"const": "composition"}}}
-"""Tasks that need no mechanism in their file."""
 _KINDS: dict[str, dict[str, Any]] = {
     "number": NUMBER,
     "expression": NUMBER,
@@ -123,11 +121,17 @@ def schema() -> dict[str, Any]:
             {"required": ["bodies", "joints"]},
             {"required": ["vectors", "loops"]},
             {"required": ["repeat"]},
-            {"required": ["tasks"], "properties": {"tasks": {"additionalProperties": ONLY}}},
+            {"required": ["tasks"], "properties": {"tasks": {"additionalProperties": _bare()}}},
         ],
         "additionalProperties": False,
         "properties": properties | {f"{TOLERANCE}{u}": NUMBER for u in suffixes("m", EVERY)},
     }
+
+
+def _bare() -> dict[str, Any]:
+    """Return the schema of tasks that need no mechanism in their file."""
+    kinds = [word for word, kind in TASKS.items() if kind.bare_mechanism() is not None]
+    return {"properties": {"kind": {"const": kinds[0]} if len(kinds) == 1 else {"enum": kinds}}}
 
 
 def _sections() -> dict[str, Any]:

@@ -24,8 +24,7 @@ from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import TOLERANCE, Body, Ground, Mechanism
 from mechdae.describe.spatial_joints import KINDS_OF_JOINTS, SPATIAL_JOINTS
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.composition import bare_crank
-from mechdae.describe.tasks.kinds import TASKS, Composition, Task
+from mechdae.describe.tasks.kinds import TASKS, Task
 from mechdae.describe.units import UNITS
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
@@ -66,8 +65,8 @@ def read_problem(
             [read(Node, t, f"nodes.{n}", name=n) for n, t in _table(data, "nodes").items()],
             **parts,
         )
-    elif not parts["bodies"] and not parts["joints"] and _only_composes(data):
-        mechanism = replace(bare_crank(), parameters=Table(parts["parameters"]))
+    elif not parts["bodies"] and not parts["joints"] and (bare := _bare_mechanism(data)):
+        mechanism = replace(bare, parameters=Table(parts["parameters"]))
     else:
         mechanism = Mechanism(**parts)
     tasks = {n: read_task(n, t) for n, t in _table(data, "tasks").items()}
@@ -88,12 +87,12 @@ def read_problem(
     return replace(problem, notes=notes) if notes else problem
 
 
-def _only_composes(data: Mapping[str, Any]) -> bool:
-    """Return whether all tasks look for a mechanism, so that none is needed."""
+def _bare_mechanism(data: Mapping[str, Any]) -> Mechanism | None:
+    """Return what a file begins with all of whose tasks look for a mechanism, None for others."""
     tasks = _table(data, "tasks").values()
-    return bool(tasks) and all(
-        isinstance(table, Mapping) and table.get("kind") == Composition.kind for table in tasks
-    )
+    kinds = [str(table.get("kind")) if isinstance(table, Mapping) else "" for table in tasks]
+    bare = [TASKS[kind].bare_mechanism() if kind in TASKS else None for kind in kinds]
+    return bare[0] if bare and all(bare) else None
 
 
 def _tolerance(data: Mapping[str, Any]) -> dict[str, Any]:

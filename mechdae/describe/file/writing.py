@@ -17,12 +17,9 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known
 from mechdae.describe.file.tabulated import write_tables
 from mechdae.describe.joints import Joint
-from mechdae.describe.loads import Load, TableLoad
+from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import TOLERANCE, Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.composition import CurveGoal
-from mechdae.describe.tasks.constraints import Constraint
-from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import NAME, Value
 from mechdae.describe.vectors.closure import Closure
@@ -157,12 +154,8 @@ def _mechanism(mechanism: Mechanism, loops: Closure | None) -> list[str]:
 
 def given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
     """Return the kind and the fields that differ from their default, under their file keys."""
-    kind = (
-        {"kind": value.kind}
-        if isinstance(value, GoalDescription | CurveGoal | Constraint | Task | Load)
-        else {}
-    )
-    return kind | {
+    kind = getattr(value, "kind", "")
+    return ({"kind": kind} if kind else {}) | {
         entry.name.rstrip("_"): getattr(value, entry.name)
         for entry in fields(value)
         if entry.name not in skip

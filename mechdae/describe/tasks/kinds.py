@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
+from mechdae.additions import Registry
 from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
 from mechdae.describe.loads import TimeTable
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.composition import CurveGoal, SchemeFunction, SchemePath
 from mechdae.describe.tasks.constraints import Constraint, Turned
 from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.values import Number, Value, key
@@ -142,6 +142,11 @@ class Task(Value):
     def way(self) -> int:
         """How much of a way its poses are: 0 one pose, 1 few, 2 many by name, 3 an interval."""
         return 0
+
+    @classmethod
+    def bare_mechanism(cls) -> Any:
+        """Return the mechanism of files that hold only such tasks, None where one is needed."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -353,50 +358,6 @@ class Synthesis(Task):
 
 
 @dataclass(frozen=True)
-class Composition(Task):
-    """Type and dimensions together: schemes of dyads with a crank that trace a closed curve.
-
-    Or their point visits targets (``path``), or an angle or a slide is a function of that of the
-    crank (``function``).
-    """
-
-    goal: CurveGoal | SchemePath | SchemeFunction | None = key("scheme_goal", None)
-    objectives: tuple[str, ...] | None = key(
-        "names",
-        None,
-        doc="of the front: error, material, joints, points, transmission_angle, loss",
-    )
-    reference: tuple[Number, ...] | None = key(
-        "numbers", None, doc="worst value of each objective that a front is measured from"
-    )
-    links: tuple[Number, ...] | None = key("numbers", None, doc="of the chains, [4, 6]", unit="1")
-    chains: tuple[str, ...] | None = key(
-        "names", None, doc="in place of links: four-bar, watt, stephenson, 8-1, 8-2, ..."
-    )
-    pairs: tuple[str, ...] | None = key("names", None, doc='kinds of joints: ["R"], ["R", "P"]')
-    within: Mapping[str, Number] | None = key(
-        "coordinates", None, doc="limits on objectives: name -> most, of transmission_angle least"
-    )
-    friction: Number | None = key("number", None, doc="of all joints, for the loss", unit="1")
-    pin_radius: Number | None = key("number", None, doc="of all pins, for the loss", unit="m")
-    load: tuple[Number, ...] | None = key(
-        "numbers",
-        None,
-        doc="for the loss: [x, y] of the force on the tracing point, or [what resists the output]",
-    )
-    points: int | None = key("whole", None, doc="most pins, with the tracing point; 12")
-    samples: int | None = key("whole", None, doc="sets of dimensions drawn of each scheme")
-    starts: int | None = key("whole", None, doc="sets of each scheme that are refined")
-    grow: int | None = key("natural", None, doc="rounds of growth by points and dyads, 2")
-    seed: int | None = key("natural", None)
-    keep: int | None = key("whole", None, doc="designs that are reported, 20")
-
-    kind: ClassVar[str] = "composition"
-    available: ClassVar[bool] = True
-    holds: ClassVar[tuple[str, ...]] = ("schemes",)
-
-
-@dataclass(frozen=True)
 class Study(Task):
     """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
 
@@ -443,17 +404,6 @@ class Sensitivity(Task):
     available: ClassVar[bool] = True
 
 
-TASKS: dict[str, type[Task]] = {
-    task.kind: task
-    for task in (
-        Sweep,
-        Modes,
-        Reactions,
-        Motion,
-        Equilibrium,
-        Synthesis,
-        Composition,
-        Study,
-        Sensitivity,
-    )
-}
+_PLAIN = (Sweep, Modes, Reactions, Motion, Equilibrium, Synthesis, Study, Sensitivity)
+TASKS: Registry[type[Task]] = Registry("tasks", {task.kind: task for task in _PLAIN})
+"""Kind of task -> its class, those of parts too."""

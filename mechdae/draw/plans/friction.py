@@ -16,11 +16,11 @@ from matplotlib.patches import Circle
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.formulas.mathtext import written_letter
 from mechdae.draw.plans.board import caption, draw_arrow, heading, scale_text, smallest, write
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.vectors import Arrow, round_up
 from mechdae.draw.sheet import Sheet, arc, normal, unit
-from mechdae.formulas.mathtext import written_letter
 from mechdae.records import dataclass
 
 NEAR = 3.0

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.formulas.mathtext import mathtext
 from mechdae.draw.plans.relations import STILL, Relation, Relations, Spot, small_letter
 from mechdae.draw.plans.vectors import Arrow, End, Plan
-from mechdae.formulas.mathtext import mathtext
 
 MANY = 6
 """Of more letters at one end the rest is left out."""

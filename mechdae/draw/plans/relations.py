@@ -26,10 +26,10 @@ from mechdae.draw.diagram.places import (
     places_of,
 )
 from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.formulas import Equation, Letter, Sum
+from mechdae.draw.formulas.mathtext import mathtext, written_letter
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow
-from mechdae.formulas import Equation, Letter, Sum
-from mechdae.formulas.mathtext import mathtext, written_letter
 from mechdae.records import dataclass
 
 SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}

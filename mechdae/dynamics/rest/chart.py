@@ -14,16 +14,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.start import mode_by_label
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.coordinates import BALL, NamedCoordinate
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.space.transfer import Transfer, wound
+from mechdae.equations.coordinates import QUATERNION
 from mechdae.errors import InputError, MechdaeError
-from mechdae.kinematics.driverless import independent, likely_drivers
-from mechdae.kinematics.prepared import Setting, prepare
-from mechdae.model.coordinates import QUATERNION
+from mechdae.motion.assembly.start import mode_by_label
+from mechdae.motion.kinematics.driverless import independent, likely_drivers
+from mechdae.motion.kinematics.prepared import Setting, prepare
 
 GROUPS = 8
 """Groups up to which the modes of a scene are counted."""

@@ -26,9 +26,9 @@ from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.rest.balance import RANK
 from mechdae.dynamics.rest.equilibrium import at_rest
 from mechdae.dynamics.rest.small_motions import SETTLED
+from mechdae.equations.parameters import parameters_of
 from mechdae.errors import MechdaeError, SolveError
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.parameters import parameters_of
 
 SX = ca.SX
 CLOSES = 1e-6

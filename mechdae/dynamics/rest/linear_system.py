@@ -26,11 +26,11 @@ from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.rest.chart import Chart
+from mechdae.equations.forces.generalised import couple, push
+from mechdae.equations.gradients import gradients
+from mechdae.equations.motion_equations import Law, Released
 from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.kernels.run.call import Call
-from mechdae.model.forces.generalised import couple, push
-from mechdae.model.gradients import gradients
-from mechdae.model.motion_equations import Law, Released
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -15,8 +15,8 @@ from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.rest.balance import NEUTRAL, EquilibriumEquations
+from mechdae.equations.forces.generalised import spin
 from mechdae.errors import InputError, SingularMassError
-from mechdae.model.forces.generalised import spin
 
 SETTLED = math.log(50)
 """Time, in those of the slowest small motion, after which 2 % of it are left."""

@@ -16,9 +16,9 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.dynamics.sketch import CLOSED, EXACT, AssembledSketch, JointClosing
+from mechdae.equations.tree.reading import WIDTH, placements
 from mechdae.errors import MechanismError
 from mechdae.kernels.run.call import Call
-from mechdae.model.tree.reading import WIDTH, placements
 
 STARTS = 48
 TIE = 1e-6

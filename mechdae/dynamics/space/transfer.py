@@ -10,9 +10,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.equations.coordinates import QUATERNION, Coordinates
 from mechdae.kernels.run.call import Call
-from mechdae.model.coordinates import QUATERNION, Coordinates
-from mechdae.setup.turning import quaternions
+from mechdae.motion.setup.turning import quaternions
 
 SX = ca.SX
 
@@ -31,7 +31,7 @@ class Transfer:
 
     @cached_property
     def _function(self) -> Any:
-        from mechdae.model.tree.reading import placements, reading
+        from mechdae.equations.tree.reading import placements, reading
 
         source, target = self.source, self.target
         bodies = [edge.child for edge in source.edges]

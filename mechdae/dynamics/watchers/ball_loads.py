@@ -15,7 +15,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.friction_sizes import pressing
 from mechdae.dynamics.verdict import NoWay
 from mechdae.dynamics.watchers.glides import LEAST
-from mechdae.model.forces.feedback import ACROSS
+from mechdae.equations.forces.feedback import ACROSS
 
 SHARPEST = 1e-6
 """Square of the sine between a ball's spin and its load at which its friction is left open."""

@@ -13,8 +13,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.equations.forces.feedback import Slip
 from mechdae.kernels.run.call import Call
-from mechdae.model.forces.feedback import Slip
 
 FIRST = 1e-14
 """Speed, over the largest so far, up to which the heading stands for the direction."""

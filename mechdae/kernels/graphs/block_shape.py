@@ -13,8 +13,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.kept import Kept
 from mechdae.kernels.bounds.walk import number_rounding, replay, symbolic, with_trig
-from mechdae.model.kept import Kept
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -24,11 +24,11 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.equations.kept import Kept
+from mechdae.equations.reduction import Block, Scene
 from mechdae.kernels.graphs.block_shape import BlockShape, Equations
 from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.call import Call
-from mechdae.model.kept import Kept
-from mechdae.model.reduction import Block, Scene
 
 SX = ca.SX
 ADJUGATE_LIMIT = 4

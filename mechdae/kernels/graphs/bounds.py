@@ -11,6 +11,7 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.kept import kept_property
 from mechdae.kernels.bounds.intervals import enclosure
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.bounds.walk import ROUNDOFF
@@ -19,7 +20,6 @@ from mechdae.kernels.graphs.pose import PoseGraphs
 from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.stored.functions import stored_property
-from mechdae.model.kept import kept_property
 
 SX = ca.SX
 ALLOWANCE = 1 + 2.0**-10

@@ -18,15 +18,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.equations.forces.feedback import ACROSS
+from mechdae.equations.kept import Kept, kept_property
+from mechdae.equations.motion_equations import Released
 from mechdae.kernels.graphs.friction_sizes import first_sizes, miss_of, sizes_by_newton
 from mechdae.kernels.graphs.ldl import Factor, entries
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.forces.feedback import ACROSS
-from mechdae.model.kept import Kept, kept_property
-from mechdae.model.motion_equations import Released
 
 SX = ca.SX
 EPSILON = 1e-8

@@ -11,8 +11,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.forces.feedback import ACROSS
 from mechdae.kernels.graphs.blocks import inverse
-from mechdae.model.forces.feedback import ACROSS
 
 SX = ca.SX
 

@@ -21,6 +21,15 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 from mechdae.describe.mechanism import GROUND
+from mechdae.equations.forces.feedback import Feedback, Slip
+from mechdae.equations.forces.friction import Laws, normal_form
+from mechdae.equations.forces.generalised import Wrench, add, power, put, reaction, times
+from mechdae.equations.forces.inertia import inertia, kinetic_energy
+from mechdae.equations.forces.loads import Loads
+from mechdae.equations.forces.meshes import Mesh
+from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import column
 from mechdae.kernels.graphs.friction_sizes import (
     contraction_of,
@@ -31,15 +40,6 @@ from mechdae.kernels.graphs.friction_sizes import (
 )
 from mechdae.kernels.graphs.linear import among, solution
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.forces.feedback import Feedback, Slip
-from mechdae.model.forces.friction import Laws, normal_form
-from mechdae.model.forces.generalised import Wrench, add, power, put, reaction, times
-from mechdae.model.forces.inertia import inertia, kinetic_energy
-from mechdae.model.forces.loads import Loads
-from mechdae.model.forces.meshes import Mesh
-from mechdae.model.forces.spatial_meshes import SpatialMesh
-from mechdae.model.groups import Group
-from mechdae.model.reduction import Scene
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -10,8 +10,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.reduction import eliminate, split
 from mechdae.kernels.graphs.blocks import inverse, left_inverse
-from mechdae.model.reduction import eliminate, split
 
 SX = ca.SX
 

@@ -27,6 +27,8 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.mechanism import TOLERANCE
+from mechdae.equations.kept import Kept, kept_property
+from mechdae.equations.reduction import Scene
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import (
@@ -42,8 +44,6 @@ from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import fingerprint, stored_property
-from mechdae.model.kept import Kept, kept_property
-from mechdae.model.reduction import Scene
 
 SX = ca.SX
 CLOSURE = 64

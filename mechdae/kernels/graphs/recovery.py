@@ -6,8 +6,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.motion_equations import Released
 from mechdae.kernels.graphs.blocks import inverse
-from mechdae.model.motion_equations import Released
 
 SX = ca.SX
 

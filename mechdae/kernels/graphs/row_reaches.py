@@ -13,10 +13,10 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.reduction import Scene
+from mechdae.equations.tree.ways import Freedom, WayProduct, WayProducts
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.reaches import bounded
-from mechdae.model.reduction import Scene
-from mechdae.model.tree.ways import Freedom, WayProduct, WayProducts
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -12,8 +12,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import BlockGraph
-from mechdae.model.reduction import Scene
 
 SX = ca.SX
 

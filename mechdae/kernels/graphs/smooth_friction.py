@@ -11,9 +11,9 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.kept import kept_property
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.kept import kept_property
 
 
 class Smooth(Kernel):

@@ -15,11 +15,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.equations.kept import Kept, kept_property
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.tableau import DENSE, FIFTH, NODES, STAGES, THIRD
 from mechdae.kernels.machine.program import program
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.kept import Kept, kept_property
 
 SX = ca.SX
 CHUNK = 32

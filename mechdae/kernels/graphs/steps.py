@@ -10,6 +10,7 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.kept import kept_property
 from mechdae.kernels.bounds.intervals import lower_bounds
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
@@ -17,7 +18,6 @@ from mechdae.kernels.graphs.bounds import BoundGraphs
 from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import stored_property
-from mechdae.model.kept import kept_property
 
 SX = ca.SX
 Pair = tuple[Any, Any]

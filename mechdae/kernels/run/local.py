@@ -10,8 +10,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.call import Call
-from mechdae.model.reduction import Scene
 
 
 class Local:

@@ -13,8 +13,8 @@ from typing import Any
 import casadi as ca
 
 from mechdae import __version__
+from mechdae.equations.kept import kept_property
 from mechdae.kernels.stored.folder import Folder, place
-from mechdae.model.kept import kept_property
 
 SOURCES = (
     "describe", "describe/tasks", "forces", "kernels", "kernels/bounds", "kernels/graphs",

@@ -1,0 +1,141 @@
+"""What parts and other packages add by name: commands, kinds of tasks, of pictures, of formats.
+
+A room keeps its kinds in a `Registry`, which finds those of parts when they are asked for; so no
+room names a part. A part is a package with a module ``adds``, whose ``ADDS`` is a dictionary
+"commands", "tasks", ... -> name -> `Added`. Parts of this package stand in `mechdae.PARTS`; another
+package adds its own by an entry point of the group ``mechdae.parts`` that leads to such a
+dictionary::
+
+    [project.entry-points."mechdae.parts"]
+    my_part = "my_package.adds:ADDS"
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from typing import Any, Generic, TypeVar
+
+T = TypeVar("T")
+GROUP = "mechdae.parts"
+"""Of entry points of other packages."""
+
+
+def lazy_names(homes: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a package that imports its names when they are first used.
+
+    Parameters
+    ----------
+    homes
+        Module -> the names that are there, with blanks between them.
+    """
+    home = {name: module for module, names in homes.items() for name in names.split()}
+
+    def found(name: str) -> Any:
+        if name not in home:
+            raise AttributeError(f"no attribute '{name}'")
+        return getattr(importlib.import_module(home[name]), name)
+
+    return found
+
+
+class Added:
+    """Something a part adds under a name.
+
+    Parameters
+    ----------
+    home
+        Where it is, ``module`` or ``module:attribute``; it is imported when it is used.
+    after
+        Name behind which it is listed, "" at the end.
+    about
+        What it is for, in lists.
+    """
+
+    __slots__ = ("about", "after", "home")
+
+    def __init__(self, home: str, after: str = "", about: str = "") -> None:
+        self.home, self.after, self.about = home, after, about
+
+    def load(self) -> Any:
+        """Return what is added."""
+        module, _, attribute = self.home.partition(":")
+        loaded: Any = importlib.import_module(module)
+        return getattr(loaded, attribute) if attribute else loaded
+
+
+Adds = Mapping[str, Mapping[str, Added]]
+
+
+@cache
+def _of_parts() -> tuple[Adds, ...]:
+    parts = importlib.import_module("mechdae").PARTS
+    return tuple(importlib.import_module(f"{part}.adds").ADDS for part in parts)
+
+
+@cache
+def _of_others() -> tuple[Adds, ...]:
+    from importlib.metadata import entry_points  # takes longer than a command may, see `Registry`
+
+    return tuple(entry.load() for entry in entry_points(group=GROUP))
+
+
+class Registry(Mapping[str, T], Generic[T]):
+    """The kinds of something by name: those of its room, and those that are added.
+
+    What other packages add is looked for where a name is unknown, and where `whole` asks for it.
+
+    Parameters
+    ----------
+    slot
+        Its name in ``ADDS``.
+    plain
+        The room's own, in the order of lists.
+    made
+        What becomes of an `Added`; without it what it leads to is loaded.
+    """
+
+    def __init__(
+        self, slot: str, plain: Mapping[str, T], made: Callable[[Added], T] = Added.load
+    ) -> None:
+        self.slot, self._plain, self._made = slot, dict(plain), made
+        self._others = False
+
+    def added(self) -> dict[str, Added]:
+        """Return what is added, by name."""
+        parts = _of_parts() + (_of_others() if self._others else ())
+        return {name: added for adds in parts for name, added in adds.get(self.slot, {}).items()}
+
+    def whole(self) -> Registry[T]:
+        """Return itself, with what other packages add."""
+        self._others = True
+        return self
+
+    def __getitem__(self, name: str) -> T:
+        if name in self._plain:
+            return self._plain[name]
+        added = self.added().get(name) or self.whole().added()[name]
+        return self._made(added)
+
+    def __setitem__(self, name: str, value: T) -> None:
+        self._plain[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        del self._plain[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._plain or name in self.added() or name in self.whole().added()
+
+    def __iter__(self) -> Iterator[str]:
+        names = list(self._plain)
+        waiting = {name: own for name, own in self.added().items() if name not in names}
+        while waiting:  # each round lists one at least
+            ready = [name for name, own in waiting.items() if own.after in names]
+            for name in ready or list(waiting)[:1]:
+                after = waiting.pop(name).after
+                names.insert(names.index(after) + 1 if after in names else len(names), name)
+        return iter(names)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))

@@ -1,1 +1,0 @@
-"""Commands that write documents: explanations, reports, assignments, certificates."""

@@ -1,0 +1,1 @@
+"""Many numbers and the best ones: derivatives, studies, synthesis, jobs."""

@@ -1,0 +1,203 @@
+"""Reactions, friction and efforts of many sets at once, along their certified motions.
+
+The balance of forces is that of a single set, its numbers given pose by pose. Poses at which
+friction has no solution or several are told apart one by one; sets in which anything else is out of
+the ordinary (a load without a value, constraints without rank, a check that fails) are left to be
+solved alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.tasks.kinds import Reactions
+from mechdae.design.studies.batches.batch import LaneRun, SeriesBatch
+from mechdae.design.studies.batches.poses import AT_ONCE
+from mechdae.design.studies.batches.readings import ForceReading, Reading
+from mechdae.errors import UnknownName
+from mechdae.forces.checks import powers_of
+from mechdae.forces.faults import TOLERANCE, about_friction
+from mechdae.forces.friction_branches import FrictionSolutions, some
+from mechdae.forces.inverse_dynamics import FACTOR, LoadedPoses, Statics
+from mechdae.forces.meshes import meshed
+from mechdae.forces.pose_forces import PoseForces, solved
+from mechdae.forces.poses import loaded_bodies, requests, unknown_columns
+from mechdae.forces.series import efforts_of, series_of
+from mechdae.forces.task import SINGULAR
+from mechdae.motion.assembly.start import shown
+from mechdae.motion.continuation.evaluate import Evaluator
+from mechdae.motion.kinematics.prepared import Setting, prepare
+from mechdae.results import Status
+
+WIDTHS = {"reaction": 3, "reaction_uncoupled": 3}
+
+
+class LaneStatics(Statics):
+    """The balance of forces of a scene over poses of many mechanisms."""
+
+    single = frozenset((FACTOR,))
+
+    def __init__(self, setting: Setting, task: Reactions) -> None:
+        nx = setting.graphs.nx
+        none = np.zeros((0, nx + setting.graphs.nu))
+        motion = LoadedPoses(none, none, none, None, np.zeros(0), nx)
+        super().__init__(setting.scene, Evaluator(setting.graphs, setting.outputs), task, motion)
+
+
+class ForcesBatch(SeriesBatch):
+    """Computes series of motions and forces of a task of reactions for many sets."""
+
+    forces = True
+    task: Reactions
+
+    def _prepared(self) -> Setting:
+        wanted = replace(self.task, derivatives=max(2, self.task.derivatives))
+        return prepare(self.problem, wanted, loaded_bodies, requests, self.names)
+
+    def _more(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
+        self.unknowns = unknown_columns(self.setting)
+        return ((2, tuple(self.unknowns)),)
+
+    def _reading(self, path: str) -> Reading | None:
+        try:
+            return super()._reading(path)
+        except UnknownName:
+            head, _, rest = path.partition("/")
+            if head in ("efforts", "efforts_uncoupled"):
+                return ForceReading("", path)
+            if head != "joints":
+                raise
+            joint, _, word = rest.rpartition("/")
+            return ForceReading(joint, word, WIDTHS.get(word, 1))
+
+    def _why_not(self) -> str:
+        reason = super()._why_not()
+        if reason:
+            return reason
+        task, model = self.task, self.setting.scene.model
+        if task.cycle:
+            return "a cycle is looked at between its poses too"
+        if task.axes or task.parts:
+            return "forces in other axes, or taken apart, are computed for one set at a time"
+        if meshed(model):
+            return f"joint {meshed(model)[0]} is a mesh: whether it is real is a matter of numbers"
+        self.statics = LaneStatics(self.setting, task)
+        if self.statics.loads.timed or self.statics.loads.uses_time:
+            return "a load depends on the time"
+        known = self._tables(self.statics, self._nothing())
+        for path, own in zip(self.outputs, self.read, strict=True):
+            if isinstance(own, ForceReading) and own.word not in known.get(own.part, {}):
+                return f"{path} is not known"
+        return ""
+
+    def _nothing(self) -> PoseForces:
+        """Return forces at no poses: what they are named is asked for."""
+        g = self.setting.graphs
+        none = np.zeros((0, g.nx + g.nu))
+        p = np.zeros((0, g.np))
+        motion = LoadedPoses(none, none, none, None, np.zeros(0), g.nx, p, np.zeros(0))
+        return solved(self.statics, motion, np.zeros(0, bool))
+
+    def _tables(self, statics: Statics, answer: PoseForces) -> dict[str, dict[str, Any]]:
+        """Return the series of joints by name; under '' those of drivers, by their paths."""
+        found = series_of(statics, answer, self.task, None)
+        efforts, parts = efforts_of(self.setting, statics, answer, self.task)
+        series = [("efforts", efforts), *((f"efforts_{word}", own) for word, own in parts.items())]
+        drivers = {f"{head}/{name}": own[name] for head, own in series for name in own}
+        return found | {"": drivers}
+
+    def _write(self, table: list[Any], run: LaneRun) -> None:
+        super()._write(table, run)
+        rows = np.flatnonzero(~run.trace.left)
+        y = run.in_time()
+        size = max(1, AT_ONCE // run.complete.shape[1])
+        for first in range(0, len(rows), size):
+            self._forces(table, run, rows[first : first + size], y)
+
+    def _forces(self, table: list[Any], run: LaneRun, rows: Any, y: list[Any]) -> None:
+        """Write the forces of some lanes into the table."""
+        motion, there = self._motion(run, rows, y)
+        k, n = len(rows), run.complete.shape[1]
+        statics = self.statics
+        left = (motion.condition.reshape(k, n) > SINGULAR).any(axis=1)
+        for _, lost, *_ in statics.lost(motion):
+            left |= lost.reshape(k, n).any(axis=1)
+        answer = solved(statics, motion, there, critical=False)
+        nowhere = np.flatnonzero(~there)
+        answer.free.put(nowhere, np.nan)
+        answer.whole.put(nowhere, np.nan)
+        left |= ~self._checked(statics, answer, k)
+        if answer.jammed.any() or answer.ambiguous.any():
+            left |= self._told(run, rows, answer)
+        run.trace.left[rows[left]] = True
+        series = self._tables(statics, answer)
+        for part, own in zip(table, self.read, strict=True):
+            if isinstance(own, ForceReading):
+                part[run.lanes[rows]] = series[own.part][own.word].reshape(k, n, own.width)
+
+    def _motion(self, run: LaneRun, rows: Any, y: list[Any]) -> tuple[LoadedPoses, Any]:
+        """Return the motion at the poses of some lanes, and at which of them all is there."""
+        k, n, nx = len(rows), run.complete.shape[1], len(self.unknowns)
+        place = {column: i for i, column in enumerate(self.asked.columns)}
+        there = run.complete[rows].ravel()
+        chosen = [place[column] for column in self.unknowns]
+        values = np.broadcast_to(self.setting.plan.values[:, 0], (k, n))
+        numbers, lanes = run.numbers, run.lanes[rows]
+        driven = (values, *(np.repeat(rate[lanes], n) for rate in numbers.rates[:2]))
+        parts = []
+        for order, driver in enumerate(driven):
+            own = np.empty((nx + 1, k * n)).T  # columns lie together, as kernels read
+            for i, column in enumerate(chosen):
+                own[:, i] = y[order][column][rows].ravel()
+            own[:, nx] = np.ravel(driver)
+            own[~there] = np.nan
+            parts.append(own)
+        with np.errstate(invalid="ignore"):
+            each = run.mu[rows].T[:, :, None] * run.beta[:, rows]
+        condition = np.fmax.reduce(each, axis=0, initial=1.0).ravel()
+        p, scale = (np.repeat(own, n, axis=0) for own in (numbers.p[lanes], run.scale[rows]))
+        motion = LoadedPoses(parts[0], parts[1], parts[2], None, condition, nx, p, scale)
+        return motion, there & motion.there
+
+    @staticmethod
+    def _checked(statics: Statics, answer: PoseForces, k: int) -> Any:
+        """Return the lanes (k,) in which powers and bodies are balanced."""
+        driven, loads, lost, rate, _, sizes = powers_of(statics, answer)
+        left = statics.imbalance(answer.inputs, answer.sizes, answer.whole, answer.coupled)
+
+        def largest(values: Any) -> Any:
+            own = np.where(answer.standing, np.abs(values), 0.0)
+            return own.reshape(k, -1).max(axis=1)
+
+        gap = largest(driven + loads + lost - rate)
+        return (gap <= TOLERANCE * largest(sizes)) & (largest(left) <= TOLERANCE)
+
+    def _told(self, run: LaneRun, rows: Any, answer: PoseForces) -> Any:
+        """Note lanes that jam or have several solutions; return those that are left."""
+        k, n = len(rows), run.complete.shape[1]
+        c, values = self.setting.plan.coordinates[0], self.setting.plan.values[:, 0]
+        jammed, ambiguous = (own.reshape(k, n) for own in (answer.jammed, answer.ambiguous))
+        left = np.zeros(k, bool)
+        for i in np.flatnonzero((jammed | ambiguous).any(axis=1)):
+            left[i] = not run.complete[rows[i]].all()  # what is said of that is said alone
+            own: dict[int, FrictionSolutions] = {
+                pose: answer.found[i * n + pose]
+                for pose in range(n) if i * n + pose in answer.found
+            }  # fmt: skip
+            if jammed[i].any():
+                first = int(np.argmax(jammed[i]))
+                one = some(answer.inputs, slice(i * n + first, i * n + first + 1))
+                (own[first],) = self.statics.branches.at(one)
+                left[i] |= len(own[first].sizes) > 0
+            words = np.where(jammed[i], Status.JAMMED, np.where(ambiguous[i], Status.AMBIGUOUS, ""))
+            told = about_friction(
+                n, np.flatnonzero(jammed[i]), np.flatnonzero(ambiguous[i]), own,
+                lambda pose: f"{c.text} = {shown(c.unit, float(values[pose]))}",
+            )  # fmt: skip
+            self.wrong[int(run.lanes[rows[i]])] = (
+                str(next(word for word in words if word)), "; ".join(told)
+            )  # fmt: skip
+        return left

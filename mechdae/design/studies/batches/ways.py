@@ -1,0 +1,250 @@
+"""Numbers of the whole way of many lanes: spans, extremes, transmission angles, strokes, boxes.
+
+What they are is defined in `mechdae.motion.measures`, module by module; here are the same numbers
+for lanes that go through their whole way. A lane in which something is not regular (a quantity that
+rests, a place that is not certified) is left to be solved alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechdae.design.studies.batches.curves import curve_facts
+from mechdae.design.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
+from mechdae.design.studies.batches.readings import WayReading
+from mechdae.design.studies.batches.track import LaneTrack
+from mechdae.motion.measures.courses import TIE
+from mechdae.motion.measures.stops import AT_REST
+from mechdae.motion.measures.strokes import CLOSED
+from mechdae.motion.measures.track import SAME, TURN
+
+ORDERS = {"curve": 3}
+STROKES = ("time_ratio", "return_angle")
+
+
+class Ways:
+    """Computes numbers of the whole way.
+
+    Parameters
+    ----------
+    poses
+        Makes what evaluates columns of lanes.
+    readings
+        What is asked for.
+    is_angle
+        Whether the driver is an angle.
+    values : (n,) array
+        Its values at the poses.
+    """
+
+    def __init__(
+        self, poses: Callable[[Asked], LanePoses], readings: Sequence[WayReading], is_angle: bool,
+        values: Any,
+    ) -> None:  # fmt: skip
+        self.readings, self.is_angle = list(readings), is_angle
+        self.low, self.high = float(values.min()), float(values.max())
+        self.sense = 1.0 if values[-1] >= values[0] else -1.0
+        asked = [(ORDERS.get(own.kind, 2), own.columns) for own in self.readings]
+        self.poses = poses(Asked(tuple(asked)))
+
+    @property
+    def strokes(self) -> bool:
+        """Whether a whole turn of the driver is looked at, and a step more both ways."""
+        return self.is_angle and any(own.kind in STROKES for own in self.readings)
+
+    def reach(self, step: Any) -> tuple[Any, Any]:
+        """Return the ends (k,) of what lanes have to follow, `step` (k,) their largest steps."""
+        if not self.strokes:
+            return self.low + 0 * step, self.high + 0 * step
+        return self.low - step, np.maximum(self.high, self.low + TURN + step)
+
+    def __call__(
+        self, lanes: Lanes, nodes: LaneNodes, scale: Any, step: Any
+    ) -> tuple[list[Any], Any]:
+        """Return an array (k,) or (k, 4) for each reading, and which lanes (k,) they hold for."""
+
+        def track(first: Any, last: Any) -> LaneTrack:
+            return LaneTrack(
+                self.poses, lanes, nodes, first, last, scale, step, self.is_angle, self.sense
+            )
+
+        whole = [own for own in self.readings if own.kind not in STROKES]
+        found: dict[WayReading, Any] = {}
+        good = np.ones(len(scale), bool)
+        if whole:
+            own_way = track(self.low + 0 * step, self.high + 0 * step)
+            found |= dict(self._over(own_way, whole))
+            good &= own_way.good
+        if not self.is_angle:
+            found |= {own: np.full(len(scale), np.nan) for own in self.readings if own not in whole}
+        elif len(whole) < len(self.readings):
+            turn = track(self.low - step, self.low + TURN + step)
+            for own in self.readings:
+                if own.kind in STROKES:
+                    found[own] = self._stroke(turn, own, self.low)
+            good &= turn.good
+        return [found[own] for own in self.readings], good
+
+    def _over(
+        self, track: LaneTrack, readings: Sequence[WayReading]
+    ) -> Iterator[tuple[WayReading, Any]]:
+        """Yield readings with their values."""
+        columns = sorted({
+            c for own in readings if own.kind in ("span", "extremes", "envelope")
+            for c in own.columns
+        })  # fmt: skip
+        if columns:
+            courses = _Courses(track, columns, self._sizes(track, columns))
+        facts: dict[tuple[str, tuple[int, ...]], dict[str, Any]] = {}
+        for own in readings:
+            if own.kind in FACTS:
+                key = (own.kind, own.columns)
+                if key not in facts:
+                    facts[key] = FACTS[own.kind](track, own.columns)
+                yield own, facts[key][own.what[0]]
+            elif own.kind == "span":
+                yield own, courses.most[own.columns[0]] - courses.least[own.columns[0]]
+            elif own.kind == "extremes":
+                yield own, courses.extreme(own)
+            else:
+                yield own, courses.box(own.columns)
+
+    def _sizes(self, track: LaneTrack, columns: Sequence[int]) -> Any:
+        """Return by what columns are measured, (m, k)."""
+        turning = {column for own in self.readings if own.angle for column in own.columns}
+        one = np.ones_like(track.scale)
+        return np.stack([one if column in turning else track.scale for column in columns])
+
+    def _stroke(self, track: LaneTrack, own: WayReading, start: float) -> Any:
+        """Return the time ratio or the return angle of a part (k,), nan where there is none."""
+        columns, k = list(own.columns), len(track.scale)
+        size = self._sizes(track, columns)
+        moving = track.moves(columns, size)
+        every = np.arange(k)
+        ends = [track.at(every, np.full(k, s)) for s in (start, start + TURN)]
+        gain = [
+            (track.column(ends[1], order, columns) - track.column(ends[0], order, columns))[0]
+            for order in range(3)
+        ]
+        turns = np.round(gain[0] / TURN) if own.angle else np.zeros(k)
+        back = np.abs(gain[0] - turns * TURN)
+        back = np.maximum(back, np.maximum(np.abs(gain[1]), np.abs(gain[2])))
+        regular = (back <= CLOSED * size[0]) & (turns == 0) & moving[0]
+        zeros = track.zeros(_rates(track, columns), moving)
+        places = {}
+        for rising in (False, True):  # maxima, minima
+            lane, s, up = zeros.of(0)
+            places[rising], counts = _distinct(lane[up == rising], s[up == rising], start, k)
+            regular &= counts == 1
+        stroke = (places[True] - places[False]) % TURN
+        angle = np.where(regular, np.minimum(stroke, TURN - stroke), np.nan)
+        return angle if own.kind == "return_angle" else (TURN - angle) / angle
+
+
+def _rates(track: LaneTrack, columns: Sequence[int]) -> Any:
+    def family(y: list[Any], lane: Any) -> tuple[Any, Any]:
+        return track.column(y, 1, columns), track.column(y, 2, columns)
+
+    return family
+
+
+def _distinct(lane: Any, s: Any, start: float, count: int) -> tuple[Any, Any]:
+    """Return the first of the places of each lane in a turn from `start`, and how many differ."""
+    share = (s - start) % TURN
+    share = np.where(share > TURN - SAME, share - TURN, share)
+    order = np.lexsort((share, lane))
+    lane, share = lane[order], share[order]
+    new = np.ones(len(lane), bool)
+    new[1:] = (lane[1:] != lane[:-1]) | (np.diff(share) > SAME)
+    counts = np.bincount(lane[new], minlength=count)
+    found = np.full(count, np.nan)
+    found[lane[new][::-1]] = start + share[new][::-1]
+    return found, counts
+
+
+class _Courses:
+    """Least and greatest values of columns over lanes, and where they are."""
+
+    def __init__(self, track: LaneTrack, columns: list[int], size: Any) -> None:
+        self.track, k = track, len(track.scale)
+        self.moves = dict(zip(columns, track.moves(columns, size), strict=True))
+        zeros = track.zeros(_rates(track, columns))
+        at = track.at(zeros.lane, zeros.s)
+        values = track.column(at, 0, columns)[zeros.member, np.arange(len(zeros.s))]
+        inner = np.flatnonzero(np.isin(track.s, (track.first[0], track.last[0])))
+        ends = track.column(track.y, 0, columns)[:, inner]
+        self.least: dict[int, Any] = {}
+        self.most: dict[int, Any] = {}
+        self.at: dict[tuple[int, str], Any] = {}
+        for m, column in enumerate(columns):
+            own = zeros.member == m
+            lane = np.concatenate([track.lane[inner], zeros.lane[own]])
+            value = np.concatenate([ends[m], values[own]])
+            place = np.concatenate([track.s[inner], zeros.s[own]])
+            least, most, first, last = extremes_of(lane, value, place, k)
+            self.least[column], self.most[column] = least, most
+            self.at[column, "min"], self.at[column, "max"] = first, last
+
+    def extreme(self, own: WayReading) -> Any:
+        """Return a value or its place, nan where the quantity does not move."""
+        end, word = own.what
+        (column,) = own.columns
+        table = self.least if end == "min" else self.most
+        value = table[column] if word == "value" else self.at[column, end]
+        return np.where(self.moves[column], value, np.nan)
+
+    def box(self, columns: Sequence[int]) -> Any:
+        """Return xmin, xmax, ymin, ymax (k, 4) of points whose x and y the columns are in turn."""
+        parts = [
+            (np.minimum.reduce([self.least[c] for c in own]),
+             np.maximum.reduce([self.most[c] for c in own]))
+            for own in (columns[::2], columns[1::2])
+        ]  # fmt: skip
+        return np.stack([end for part in parts for end in part], axis=1)
+
+
+def extremes_of(lane: Any, value: Any, place: Any, count: int) -> tuple[Any, Any, Any, Any]:
+    """Return least and greatest value of each lane (count,), and the first place of each."""
+    least, most = np.full(count, np.inf), np.full(count, -np.inf)
+    np.minimum.at(least, lane, value)
+    np.maximum.at(most, lane, value)
+    slack = TIE * (most - least)
+    found = []
+    for there in (value <= (least + slack)[lane], value >= (most - slack)[lane]):
+        first = np.full(count, np.inf)
+        np.minimum.at(first, lane[there], place[there])
+        found.append(first)
+    return least, most, found[0], found[1]
+
+
+def _transmission(track: LaneTrack, columns: tuple[int, ...]) -> dict[str, Any]:
+    """Return the extremes of the angle between the two lines of a dyad and their places (k,)."""
+
+    def family(y: list[Any], lane: Any) -> tuple[Any, Any]:
+        """Rate of the angle times its square's size; cross product; dot product."""
+        s, c = ([track.column(y, order, [column])[0] for order in range(3)] for column in columns)
+        turn, rate = c[0] * s[1] - s[0] * c[1], c[0] * s[2] - s[0] * c[2]
+        return np.stack([turn, s[0], c[0]]), np.stack([rate, s[1], c[1]])
+
+    lines = track.column(track.y, 0, columns)
+    size = (lines * lines).sum(axis=0)
+    largest = np.abs(family(track.y, track.lane)[0])
+    largest *= np.stack([track.unit[track.lane] / size, size**-0.5, size**-0.5])
+    start = np.searchsorted(track.lane, np.arange(len(track.scale)))
+    zeros = track.zeros(family, np.maximum.reduceat(largest, start, axis=1) > AT_REST)
+    ends = np.isin(track.s, (track.first[0], track.last[0]))
+    lane = np.concatenate([track.lane[ends], zeros.lane])
+    place = np.concatenate([track.s[ends], zeros.s])
+    at = track.column(track.at(lane, place), 0, columns)
+    value = np.arctan2(np.abs(at[0]), np.abs(at[1]))
+    found = extremes_of(lane, value, place, len(track.scale))
+    return dict(zip(("min", "max", "at", "max_at"), found, strict=True))
+
+
+FACTS: dict[str, Callable[[LaneTrack, tuple[int, ...]], dict[str, Any]]] = {
+    "transmission": _transmission, "curve": curve_facts,
+}  # fmt: skip
+"""What gives several numbers of the same columns."""

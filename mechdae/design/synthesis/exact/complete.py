@@ -1,0 +1,167 @@
+"""All solutions of exact conditions: paths from generic numbers, certificates, what may be said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.design.synthesis.exact.generic import GenericSolutions
+from mechdae.numerics.homotopy.boxes import Enclosed, apart, enclosed
+from mechdae.numerics.homotopy.families import arrived, there, united, way
+from mechdae.numerics.homotopy.far_ends import far_ends
+from mechdae.records import dataclass
+
+PART = 128
+"""Paths that are followed together."""
+ROUTES = 6
+SILENT = 2
+"""Routes without news after which no more are followed."""
+FEW = 0.5
+"""Share of the paths below which the numbers are special and a second route is the last one."""
+MOST_FAR = 300
+"""Paths that arrive nowhere, up to which it is looked at where they go."""
+SEED = 1992
+
+
+@dataclass(frozen=True, eq=False)
+class PathWork:
+    """Paths of a family from numbers ``start`` with solutions ``z`` to ``target``."""
+
+    version: str
+    family: Any
+    start: Any
+    target: Any
+    bend: Any
+    z: Any
+
+
+Follow = Callable[[Sequence[PathWork]], list[Any]]
+"""Where the solutions of each work lead to, `nan` where paths do not arrive."""
+
+
+@dataclass(frozen=True, eq=False)
+class AllSolutions:
+    """Certified solutions at numbers of the user, and how the paths ended.
+
+    Attributes
+    ----------
+    z : (n, N)
+        Certified solutions, all different, one of each curve where nothing is given.
+    real : (n,)
+        Which are real.
+    count
+        Of the generic solutions: of all paths.
+    infinite, singular, lost
+        Paths that go to infinity; that end in a finite solution that is not simple; that ended
+        somewhere on the way, or are too many to be looked at.
+    basis
+        What says how many there are: "theorem", "trace test", or "none".
+    boxes
+        Certified complex solutions, with cognates and both ends of the ground line where nothing
+        is given. Cognates whose links are too long for double numbers are missing; curves that
+        both have such ones are told apart by their coefficients alone.
+    """
+
+    z: Any
+    real: Any
+    count: int
+    infinite: int
+    singular: int
+    lost: int
+    basis: str
+    boxes: int
+
+    @property
+    def verdict(self) -> str:
+        """Return "proven", "complete" or "found".
+
+        Proven: a theorem allows no more than what is certified. Complete: as many as the generic
+        numbers have are certified, or go to infinity. Found: there may be others.
+        """
+        if self.basis == "none" or len(self.z) + self.infinite < self.count:
+            return "found"
+        return "proven" if self.basis == "theorem" and not self.infinite else "complete"
+
+    def facts(self) -> dict[str, Any]:
+        """Return counts, basis and verdict as plain values."""
+        return {
+            "verdict": self.verdict, "basis": self.basis, "count": self.count,
+            "certified": len(self.z), "boxes": self.boxes, "real": int(self.real.sum()),
+            "infinite": self.infinite, "singular": self.singular, "lost": self.lost,
+        }  # fmt: skip
+
+
+def followed(work: PathWork) -> Any:
+    """Return where the solutions of a work lead to."""
+    return arrived(way(work.family, work.start, work.target, work.bend), work.z)
+
+
+def here(works: Sequence[PathWork]) -> list[Any]:
+    """Follow works one after the other in this process."""
+    return [followed(work) for work in works]
+
+
+def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here) -> AllSolutions:
+    """Return all solutions at given numbers.
+
+    Parameters
+    ----------
+    generic
+        Numbers of the same family with all their solutions.
+    target : (m,)
+        Numbers of the user, of the size of one.
+    follow
+        Follows parts of the paths, in any place.
+    """
+    own = generic.family
+    z = np.zeros((0, own.unknowns), complex)
+    silent, count = 0, len(generic.z)
+    bend: Any = None
+    ends: Any = None
+    for route in range(ROUTES):
+        bend = own.numbers(np.random.default_rng([SEED, route]))
+        ends = np.concatenate(follow(_works(generic, target, bend)))
+        before, z = len(z), united(own, z, there(ends))
+        silent = silent + 1 if len(z) == before else 0
+        if len(z) >= count or silent == SILENT or (route and len(z) < FEW * count):
+            break
+    found = _enclosed(own, target, z)
+    left = int((~found.certain).sum())
+    infinite = singular = lost = 0
+    if int(found.certain.sum()) < count:
+        missed = np.flatnonzero(~np.isfinite(ends).all(axis=1))
+        missed = missed if len(missed) <= MOST_FAR else missed[:0]
+        system = way(own, generic.p, target, bend)
+        gone = far_ends(system, generic.z[missed])
+        infinite, singular = int(gone.infinite.sum()), int(gone.finite.sum()) + left
+        lost = max(count - int(found.certain.sum()) - infinite - singular, 0)
+    z, real = found.z[found.certain], found.real[found.certain]
+    # two of one curve would be cognates of each other: boxes of cognates would meet
+    every = enclosed(own, target, own.variants(z)) if own.cognate else found
+    basis = generic.basis if apart(every) else "none"
+    boxes = int(every.certain.sum())
+    return AllSolutions(z, real, count, infinite, singular, lost, basis, boxes)
+
+
+def _enclosed(own: Any, target: Any, z: Any) -> Enclosed:
+    """Return solutions with boxes; where one has none that of a cognate, if there is one."""
+    found = enclosed(own, target, z)
+    left = np.flatnonzero(~found.certain)
+    if not own.cognate or not len(left):
+        return found
+    others = enclosed(own, target, own.variants(z[left]))
+    certain = others.certain.reshape(-1, len(left))
+    chosen = certain.argmax(axis=0) * len(left) + np.arange(len(left))
+    z = found.z.copy()
+    z[left] = np.where(certain.any(axis=0)[:, None], others.z[chosen], z[left])
+    return enclosed(own, target, z)
+
+
+def _works(generic: GenericSolutions, target: Any, bend: Any) -> list[PathWork]:
+    return [
+        PathWork(__version__, generic.family, generic.p, target, bend, generic.z[i : i + PART])
+        for i in range(0, len(generic.z), PART)
+    ]

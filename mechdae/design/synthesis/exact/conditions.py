@@ -1,0 +1,299 @@
+"""Conditions of exact path generation: points of the coupler curve and given dimensions.
+
+The first point is the origin. Numbers are the other places d, then d', then the values of the
+given dimensions; all may be complex. Dimensions are quadrics in the unknowns. A length of the
+coupler is a ninth unknown where the coupler point is given along or across it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from mechdae.design.synthesis.exact import coupler_curve as curve
+from mechdae.design.synthesis.exact.coupler_curve import A_, B_, X_, Y_, A, B, X, Y
+from mechdae.design.synthesis.exact.curve_bounds import curve_bounds
+from mechdae.records import dataclass
+
+LENGTH = 8
+NAMES = (
+    "pivot_x", "pivot_y", "other_x", "other_y", "ground", "turn", "crank", "coupler", "rocker",
+    "along", "across",
+)  # fmt: skip
+DIMENSIONS = 9
+SIZE = 1.5
+"""Size of generic complex numbers: that of real points is one."""
+UNIT = 2.0**-53
+ROUNDINGS = 1000
+"""Roundings of the equation of a curve, or of a slope of it, by its size, with a reserve."""
+PROBES = 5
+"""Places at which a curve is taken for its key."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """z.Q z + (first + p own).z - p^power; a power of 0 stands for nothing."""
+
+    Q: Any
+    first: Any
+    own: Any
+    power: int
+
+
+class PathConditions:
+    """Rows of k points with 9 - k given dimensions, a family of equations.
+
+    Parameters
+    ----------
+    count
+        Points.
+    given
+        Names of the dimensions of `exact_path` that are given.
+    """
+
+    def __init__(self, count: int, given: Iterable[str] = ()) -> None:
+        self.count, self.given = count, tuple(name for name in NAMES if name in set(given))
+        if len(self.given) != DIMENSIONS - count:
+            raise ValueError(f"{count} points and {len(self.given)} dimensions")
+        self.long = bool({"along", "across"} & set(self.given))
+        self.unknowns = 8 + self.long
+        self.places = count - 1
+        self.size = 2 * self.places + len(self.given)
+        self.quadrics = [_quadric(name, self.long) for name in self.given]
+        if self.long:
+            Q = _form(9, (X, X_, 1), (X, Y_, -1), (Y, X_, -1), (Y, Y_, 1), (LENGTH, LENGTH, -1))
+            self.quadrics.append(_Row(Q, np.zeros(9), np.zeros(9), 0))
+        probes = np.random.default_rng(1442).normal(size=(4, PROBES))
+        self.probes = probes[:2] + 1j * probes[2:]
+
+    # -- the family ----------------------------------------------------------------------------
+
+    def rows(self, z: Any, p: Any, rate: Any) -> tuple[Any, Any, Any]:
+        """Return rows (n, N), derivatives (n, N, N), and along a rate of the numbers (n, N)."""
+        k, n = self.places, len(z)
+        d, e = p[:, :k], p[:, k : 2 * k]
+        G, slopes, by_d, by_e = curve.slopes(z, d, e)
+        turned = by_d * rate[:, :k] + by_e * rate[:, k : 2 * k]
+        N = self.unknowns
+        J = np.zeros((n, N, N), complex)
+        J[:, :k, :8] = slopes
+        F, Ft = np.zeros((n, N), complex), np.zeros((n, N), complex)
+        F[:, :k], Ft[:, :k] = G, turned
+        for i, row in enumerate(self.quadrics):
+            q, dq = self._value(p, i), self._value(rate, i)
+            half = z @ row.Q
+            F[:, k + i] = (half * z).sum(axis=1) + z @ row.first + q * (z @ row.own)
+            J[:, k + i] = 2 * half + row.first + q[:, None] * row.own
+            Ft[:, k + i] = dq * (z @ row.own)
+            if row.power:
+                F[:, k + i] -= q**row.power
+                Ft[:, k + i] -= row.power * q ** (row.power - 1) * dq
+        with np.errstate(all="ignore"):
+            s = np.abs(J).max(axis=2)
+            s = np.where(s > 0, s, 1.0)
+            return F / s, J / s[:, :, None], Ft / s
+
+    def _value(self, p: Any, i: int) -> Any:
+        """Return the value (n,) of a given dimension."""
+        if i < len(self.given):
+            return p[:, 2 * self.places + i]
+        return np.zeros(len(p))
+
+    def numbers(self, generator: Any) -> Any:
+        """Return generic complex numbers."""
+        return SIZE * _complex(generator, self.size)
+
+    def drawn(self, generator: Any) -> tuple[Any, Any]:
+        """Return generic complex numbers and a four-bar that keeps them, from its own turns."""
+        z = _complex(generator, self.unknowns)
+        if self.long:
+            z[LENGTH] = np.sqrt((z[X] - z[Y]) * (z[X_] - z[Y_]))
+        places: list[tuple[complex, complex]] = []
+        while len(places) < self.places:
+            m = np.exp(2j * (generator.normal() + 0.5j * generator.normal()))
+            places.append(_reached(z, m, int(generator.integers(2))))
+        d, e = np.array(places).T
+        own = [_dimension(name, z) for name in self.given]
+        return np.concatenate([d, e, own]), z
+
+    def key(self, z: Any) -> Any:
+        """Return what tells solutions apart: curves where nothing is given, else the unknowns."""
+        if self.given:
+            return z
+        G = curve.value(z, *self.probes[:, None])
+        with np.errstate(all="ignore"):
+            return G[:, 1:] / G[:, :1]
+
+    # -- real data -----------------------------------------------------------------------------
+
+    def of(self, points: Any, given: Mapping[str, float]) -> Any:
+        """Return the numbers of points (k,) complex and of given dimensions."""
+        d = points[1:] - points[0]
+        shift = {
+            "pivot_x": points[0].real, "other_x": points[0].real,
+            "pivot_y": points[0].imag, "other_y": points[0].imag,
+        }  # fmt: skip
+        own = [
+            np.exp(2j * given[name]) if name == "turn" else given[name] - shift.get(name, 0.0)
+            for name in self.given
+        ]
+        return np.concatenate([d, d.conj(), np.array(own, complex)])
+
+    def split(self, p: Any) -> tuple[Any, Any]:
+        """Return places d, d' of numbers (m,)."""
+        return p[: self.places], p[self.places : 2 * self.places]
+
+    @property
+    def conjugate(self) -> list[int]:
+        """Where the conjugate of each unknown stands."""
+        return [*curve.CONJUGATE, LENGTH][: self.unknowns]
+
+    def variants(self, z: Any) -> Any:
+        """Return the six four-bars with the curve of each of some, where nothing is given."""
+        return curve.variants(z).reshape(-1, 8)
+
+    @property
+    def cognate(self) -> bool:
+        """Whether one solution stands for the six four-bars of its curve."""
+        return not self.given
+
+    # -- certificates --------------------------------------------------------------------------
+
+    def symmetric(self, p: Any) -> bool:
+        """Return whether numbers are those of real points and dimensions."""
+        d, e = self.split(p)
+        rest = p[2 * self.places :]
+        turned = np.array([name == "turn" for name in self.given], bool)
+        real = np.where(turned, np.abs(np.abs(rest) - 1) < 1e-12, rest.imag == 0)
+        return bool((d.conj() == e).all() and real.all())
+
+    def residual(self, p: Any, z: Any) -> tuple[Any, Any, Any]:
+        """Return rows (n, N) unscaled, those of points with twice the digits; slopes; roundings."""
+        n, k, N = len(z), self.places, self.unknowns
+        d, e = self.split(p)
+        F, J = np.zeros((n, N), complex), np.zeros((n, N, N), complex)
+        rounding = np.zeros((n, N))
+        F[:, :k] = curve.wide_value(z, d[None], e[None])
+        J[:, :k, :8] = curve.slopes(z, d[None], e[None])[1]
+        size = curve_bounds(z, d, e, np.zeros((n, 8))).size
+        rounding[:, :k] = ROUNDINGS * UNIT**2 * size + 4 * UNIT * np.abs(F[:, :k])
+        for i, row in enumerate(self.quadrics):
+            q = complex(self._value(p[None], i)[0])
+            half, first = z @ row.Q, row.first + q * row.own
+            power = q**row.power if row.power else 0.0
+            F[:, k + i], J[:, k + i] = (half * z).sum(axis=1) + z @ first - power, 2 * half + first
+            size = np.einsum("ni,ij,nj->n", np.abs(z), np.abs(row.Q), np.abs(z)) + np.abs(power)
+            rounding[:, k + i] = 4 * N * UNIT * (size + np.abs(z) @ np.abs(first))
+        return F, J, rounding
+
+    def bounds(self, p: Any, z: Any, r: Any) -> tuple[Any, Any]:
+        """Return bounds of second derivatives (n, N, N, N) over boxes, of roundings of slopes."""
+        n, k, N = len(z), self.places, self.unknowns
+        found = curve_bounds(z, *self.split(p), r[:, :8])
+        H, slack = np.zeros((n, N, N, N)), np.zeros((n, N, N))
+        H[:, :k, :8, :8], slack[:, :k, :8] = found.H, ROUNDINGS * UNIT * found.slopes
+        for i, row in enumerate(self.quadrics):
+            H[:, k + i] = 2 * np.abs(row.Q)
+            most = 2 * np.abs(z) @ np.abs(row.Q) + np.abs(row.first)
+            slack[:, k + i] = 4 * N * UNIT * (most + np.abs(self._value(p[None], i)[0] * row.own))
+        return H, slack
+
+    # -- hyperplanes ---------------------------------------------------------------------------
+
+    def pencil(self, p: Any, weights: Any, probes: Any) -> Any:
+        """Return (s0, s1) -> equations in which the last place is a hyperplane of curves.
+
+        G(last place) - s sum(weights G(probes)) = 0, with places `probes` (2, q).
+        """
+        return lambda start, end: _Pencil(self, p, weights, probes, start, end)
+
+
+class _Pencil:
+    """Rows whose last point is replaced by G(place) = s sum(w G(probes)), from s0 to s1."""
+
+    def __init__(
+        self, own: PathConditions, p: Any, weights: Any, probes: Any, start: complex, end: complex
+    ) -> None:
+        self.own, self.p, self.weights, self.probes = own, p[None], weights, probes
+        self.start, self.rate = start, end - start
+
+    def __call__(self, z: Any, t: Any) -> tuple[Any, Any, Any]:
+        own, last = self.own, self.own.places - 1
+        F, J, Ft = own.rows(z, self.p, 0 * self.p)
+        d, e = (values[-1:] for values in own.split(self.p[0]))
+        G, by, _, _ = curve.slopes(z, d[None], e[None])
+        P, by_p, _, _ = curve.slopes(z, *self.probes[:, None])
+        s = self.start + t * self.rate
+        scale = P @ self.weights
+        own_by = by[:, 0] - s[:, None] * np.einsum("nki,k->ni", by_p, self.weights)
+        size = np.abs(own_by).max(axis=1)
+        F[:, last] = (G[:, 0] - s * scale) / size
+        J[:, last, :8] = own_by / size[:, None]
+        Ft[:, last] = -self.rate * scale / size
+        return F, J, Ft
+
+
+def _complex(generator: Any, *shape: int) -> Any:
+    return generator.normal(size=shape) + 1j * generator.normal(size=shape)
+
+
+def _reached(z: Any, m: complex, which: int) -> tuple[complex, complex]:
+    """Return a place d, d' that the coupler point reaches with a turn m, one of two."""
+    rows = []
+    for x, x_, a, a_ in ((z[i] for i in link) for link in curve.LINKS):
+        rows.append((x_ / m - a_, x * m - a, x * a_ * (1 - m) + x_ * a * (1 - 1 / m)))
+    (p, q, c), (p2, q2, c2) = rows  # d d' + p d + q d' + c = 0, and so the second
+    u, v, w = p - p2, q - q2, c - c2
+    d = np.roots([-u / v, p - (w + q * u) / v, c - q * w / v])[which]
+    return d, -(w + u * d) / v
+
+
+def _form(size: int, *terms: tuple[int, int, complex]) -> Any:
+    """Return the symmetric matrix of a quadratic form."""
+    Q = np.zeros((size, size), complex)
+    for i, j, factor in terms:
+        Q[i, j] += factor / 2
+        Q[j, i] += factor / 2
+    return Q
+
+
+def _line(size: int, *terms: tuple[int, complex]) -> Any:
+    found = np.zeros(size, complex)
+    for i, factor in terms:
+        found[i] += factor
+    return found
+
+
+def _quadric(name: str, long: bool) -> _Row:
+    """Return the row of a given dimension."""
+    n = 8 + long
+    nothing = np.zeros(n, complex)
+    if name in ("pivot_x", "pivot_y", "other_x", "other_y"):
+        a, a_ = (A, A_) if name.startswith("pivot") else (B, B_)
+        half = (0.5, 0.5) if name.endswith("x") else (-0.5j, 0.5j)
+        return _Row(_form(n), _line(n, (a, half[0]), (a_, half[1])), nothing, 1)
+    if name == "turn":
+        return _Row(_form(n), _line(n, (B, 1), (A, -1)), _line(n, (B_, -1), (A_, 1)), 0)
+    if name == "along":
+        Q = _form(n, (X, X_, 2), (X, Y_, -1), (X_, Y, -1))
+        return _Row(Q, nothing, _line(n, (LENGTH, -2)), 0)
+    if name == "across":
+        return _Row(_form(n, (X, Y_, -1), (X_, Y, 1)), nothing, _line(n, (LENGTH, -2j)), 0)
+    if name == "coupler" and long:
+        return _Row(_form(n), _line(n, (LENGTH, 1)), nothing, 1)
+    (u, u_), (v, v_) = {
+        "ground": ((A, A_), (B, B_)), "crank": ((X, X_), (A, A_)),
+        "coupler": ((X, X_), (Y, Y_)), "rocker": ((Y, Y_), (B, B_)),
+    }[name]  # fmt: skip
+    return _Row(_form(n, (u, u_, 1), (u, v_, -1), (v, u_, -1), (v, v_, 1)), nothing, nothing, 2)
+
+
+def _dimension(name: str, z: Any) -> complex:
+    """Return the value of a dimension of a complex four-bar."""
+    row = _quadric(name, len(z) > LENGTH)
+    rest = z @ row.Q @ z + row.first @ z
+    if row.power:
+        return complex(rest if row.power == 1 else np.sqrt(rest))
+    return complex(-rest / (row.own @ z))

@@ -1,0 +1,123 @@
+"""A number of a motion or an equilibrium as a goal or a limit: frequencies, end states, peaks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.tasks.goals import Extreme as Asked
+from mechdae.design.synthesis.goals.base import Drawn, Goal
+from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.outcome import Called, Outcome
+from mechdae.design.synthesis.starts.spread import Spread
+from mechdae.design.synthesis.verification.claims import Claim
+from mechdae.design.synthesis.verify import sketched
+from mechdae.errors import MechdaeError
+
+SX = ca.SX
+TRIES = 8
+"""Dimensions that are drawn for each start."""
+
+
+class Dynamic(Goal):
+    """A number of a task that is smallest or largest, or (as a limit) stays between bounds.
+
+    Parameters
+    ----------
+    asked
+        Task and path.
+    name
+        Prefix of the variables.
+    outcome
+        The number over the free parameters.
+    bounds
+        Of a limit, None for a goal.
+    """
+
+    between_nodes = False
+    """There are no nodes: the task is solved as it is."""
+
+    def __init__(
+        self, asked: Asked, name: str, outcome: Outcome, bounds: tuple[float, float] | None = None
+    ) -> None:
+        self.asked, self.name, self.outcome = asked, name, outcome
+        self.sense = asked.sense
+        self.unit = abs(outcome.here) or 1.0
+        self.bounds = bounds
+        self.exact = bounds is not None
+        self._called = Called(f"{name}_value", outcome)
+
+    @property
+    def words(self) -> str:
+        return f"numbers of motions and equilibria ({self.asked.of})"
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        value = nlp.outside(self.own("value"), self._called, d) / self.unit
+        if self.bounds is not None:
+            low, high = (bound / self.unit for bound in self.bounds)
+            nlp.constrain(f"limit of {self.asked.path}", value, low, high, self.unit)
+            return SX(0)
+        # one pose, to begin the sweeps with
+        x = self.space.pose_variables(nlp, self.own("x"), 1)
+        self.space.at(nlp, x[:, 0], nlp.parameter(self.own("start"), [self.start]), d, sigma)
+        return self.sense * value
+
+    def value(self, term: float) -> float:
+        """Return the number for the goal's term in the objective."""
+        return self.sense * term * self.unit
+
+    @property
+    def start(self) -> float:
+        """Value of the driver in the sketch, or else where the task begins."""
+        driver = self.space.poses.scene.drivers[0]
+        sketch = self.outcome.run.problem.mechanism.sketch
+        for key in (driver.part, driver.text):
+            if isinstance(sketch.get(key), (int, float)):
+                return float(sketch[key])
+        part, _, word = driver.text.rpartition(".")
+        try:
+            head = "bodies" if part in self.outcome.run.problem.mechanism.bodies else "joints"
+            found = np.ravel(self.outcome.run.found.value(f"{head}/{part}/{word}"))
+        except MechdaeError:
+            return 0.0
+        return float(found[0])
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        x = np.reshape(values[self.own("x")], (1, self.space.poses.nx))
+        return np.atleast_1d(given.get(self.own("start"), self.start)), x
+
+    # -- starts ------------------------------------------------------------------------------
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        spread, space = Spread(self.space), self.space
+        d = spread.designs(generator, TRIES * count)
+        d = d[spread.turning(d, kind)]
+        found = 0
+        for own in d:
+            if found == count:
+                return
+            value = self.outcome.value(own)
+            at = sketched(self.outcome.run.problem, space, own, self.start)
+            if at is None or not np.isfinite(value):
+                continue
+            u, x = at
+            found += 1
+            branch = np.sign(np.array(space.poses.function(x, u, own)[1]).ravel())
+            given = {self.own("start"): [u]}
+            yield Drawn(own, {}, given, np.array([u]), x[None], branch, self.sense * value)
+
+    def first(self, d: Any) -> float | None:
+        return self.start
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        if self.bounds is not None:
+            return {}, {}
+        _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), [self.start])
+        return {self.own("x"): x}, {}
+
+    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        return Claim(value=self.outcome.value(d))

@@ -1,0 +1,380 @@
+"""Path and motion generation: a point visits places, a body poses, timed or in order.
+
+All at once: the free parameters and the unknowns of every pose are variables, the closure of
+every pose is an equation and its branch an inequality.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.tasks.goals import Visits as Asked
+from mechdae.design.synthesis.exact.complete import Follow, here
+from mechdae.design.synthesis.fourbar.solutions import WithinBounds, freedoms_left, solutions
+from mechdae.design.synthesis.fourbar.starts import FourBarStarts
+from mechdae.design.synthesis.goals.base import Drawn, Goal
+from mechdae.design.synthesis.goals.visited import visited
+from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.robust.values import (
+    Row,
+    deviation,
+    moments,
+    summed,
+    variables,
+)
+from mechdae.design.synthesis.space import TURN, WIDE
+from mechdae.design.synthesis.starts.linear import Linear
+from mechdae.design.synthesis.starts.similar import Similar
+from mechdae.design.synthesis.starts.spread import Spread
+from mechdae.design.synthesis.timing import PLACES, closed_in, ordered
+from mechdae.design.synthesis.trace import around
+from mechdae.equations.model import Model
+from mechdae.kernels.run.without_repeats import without_repeats
+
+SX = ca.SX
+SAMPLES = 20_000
+"""Designs drawn in the screening of each class."""
+MANY = 100_000
+"""The same where most of what is drawn does not turn and is dropped early."""
+ORDER = 1e-3
+"""Least step of the driver between targets in order [rad]."""
+SLIDES = 5.0
+"""A driver that slides is drawn from so many sizes of the targets to both sides."""
+BETTER = 1e-6
+"""Share by which other times of the same design must be better to be taken."""
+NOTHING = 1e-12
+"""A (dimensionless) objective that no other times need make less."""
+
+
+class VisitsGoal(Goal):
+    """A point's places or a body's poses."""
+
+    deviates = True
+    between_nodes = False
+
+    def __init__(self, asked: Asked, name: str) -> None:
+        self.asked, self.name = asked, name
+        self.visited = visited(asked)
+        self.targets = self.visited.wanted
+        self.weights = np.array(asked.weights)
+        self.steps = np.array(asked.programme)
+        self.count = len(self.targets)
+        self.size = self.visited.size
+        self.exact = asked.measure == "exact"
+        self.minimax = asked.measure == "minimax"
+        self.follow: Follow = here
+        self.within: WithinBounds | None = None
+        self.freedoms = 0
+        self.sound = 0
+        self.defective: list[tuple[Drawn, tuple[str, ...]]] | None = None
+        self.unit = self.size if self.minimax else self.size**2
+
+    def bodies(self) -> tuple[str, ...]:
+        return (self.asked.what.split(".")[0],)
+
+    def asks(self, model: Model) -> Mapping[str, Any]:
+        return {self.asked.what: self.visited.asks(model)}
+
+    # -- the problem -------------------------------------------------------------------------
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        asked, k, space = self.asked, self.count, self.space
+        sense = nlp.parameter(self.own("sense"), 1.0)
+        targets = ca.reshape(nlp.parameter(self.own("targets"), self.targets), -1, k)
+        steps = nlp.parameter(self.own("programme"), self.steps)
+        free = asked.timing in ("free", "any")
+        wide, way = WIDE * space.way, space.way
+        start = nlp.variable(self.own("start"), int(asked.timing == "steps"), -wide, wide, way)
+        own = nlp.variable(self.own("u"), k if free else 0, -wide, wide, way)
+        x = space.pose_variables(nlp, self.own("x"), k)
+        worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
+        u, term = [], SX(0)
+        rows: list[Row] = []
+        for i in range(k):
+            if free:
+                u.append(own[i])
+            elif asked.timing == "steps":
+                u.append(start + sense * steps[i])
+            else:
+                u.append(steps[i])
+            values = space.at(nlp, x[:, i], u[i], d, sigma)
+            value = space.poses.part(values, asked.what)
+            if self.exact:
+                self.visited.met(nlp, value, targets[:, i])
+                continue
+            gap = self.visited.gap(value, targets[:, i])
+            bound = worst
+            if self.deviations is not None:
+                A = self._row(x[:, i], u[i], d, targets[:, i])[1]
+                rows.append((float(self.weights[i]), gap, A))
+                bound = worst - self.deviations.factor * deviation(A)
+            if self.minimax:
+                nlp.constrain("error", ca.sumsqr(gap) - bound * bound, -np.inf, 0.0)
+                if rows:
+                    nlp.constrain("error", bound, 0.0, np.inf)
+            else:
+                term += float(self.weights[i]) * ca.sumsqr(gap)
+        if asked.timing == "free":
+            gaps = [sense * (u[i + 1] - u[i]) for i in range(k - 1)]
+            nlp.constrain("order", ca.vertcat(*gaps) / way, ORDER, np.inf)
+            if space.turned:
+                nlp.constrain("order", sense * (u[-1] - u[0]), -np.inf, TURN - ORDER)
+        if self.minimax:
+            return worst
+        if self.deviations is None:
+            return term
+        return summed(nlp, self.name, rows, self.deviations.factor, self._typical)
+
+    # -- deviations by tolerances ------------------------------------------------------------
+
+    @cached_property
+    def _row(self) -> Any:
+        """(x, u, d, target) -> residual (m,), its deviations (m, nt), both dimensionless."""
+        assert self.deviations is not None
+        poses, what = self.space.poses, self.asked.what
+        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
+        wanted = SX.sym("wanted", self.targets.shape[1])
+        value = SX.sym("value", self.targets.shape[1])
+        gap = self.visited.gap(value, wanted)
+        both = ca.Function("gap", [value, wanted], [gap, ca.jacobian(gap, value)])
+        gap, slopes = both(poses.part(poses.function(x, u, d)[2], what), wanted)
+        A = slopes @ self.deviations.of(what, x, u, d)
+        return without_repeats("row", [x, u, d, wanted], [gap, ca.densify(A)])
+
+    @cached_property
+    def _typical(self) -> float:
+        """What the products of deviations are about, (dimensionless)."""
+        assert self.deviations is not None
+        return self.deviations.typical(
+            lambda x, u, d: self._row(x, u, d, self.targets[0])[1], self.space
+        )
+
+    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        if self.deviations is None:
+            return {}
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        rows: list[Row] = []
+        for i, w in enumerate(self.weights):
+            gap, A = self._row(x[i], u[i], d, self.targets[i])
+            rows.append((float(w), np.array(gap), np.array(A)))
+        if not self.minimax:
+            return {variables(self.name): moments(rows)}
+        sizes = [np.linalg.norm(gap) + self.deviations.factor * np.linalg.norm(A)
+                 for _, gap, A in rows]  # fmt: skip
+        return {self.own("worst"): [max(sizes)]}
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        x = self.poses_of(values, self.count)
+        if self.asked.timing == "free":
+            return np.array(values[self.own("u")]), x
+        if self.asked.timing == "any":
+            own = np.array(values[self.own("u")])
+            return (wound(own) if self.space.loop is not None else own), x
+        if self.asked.timing == "steps":
+            start = float(values[self.own("start")][0])
+            return start + given[self.own("sense")] * self.steps, x
+        return self.steps, x
+
+    # -- starts ------------------------------------------------------------------------------
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        space = self.space
+        if space.loop is not None and not space.asked.choices:
+            starts = FourBarStarts(space, self.asked.what)
+            if self.exact and starts.fits:
+                if self.within is None:
+                    seed = int(generator.integers(2**31))
+                    self.within = solutions(starts, self.asked, seed, self.follow)
+                    self.freedoms = freedoms_left(starts, self.asked)
+                if self.within is not None:
+                    yield from self._solutions(self.within.each, starts)
+                    return
+            if starts.fits and not self.asked.is_motion:
+                kinds = [kind] if kind else ["crank-rocker", "drag-link"]
+                for each in kinds:
+                    drawn = starts.screened(
+                        self.targets, generator, SAMPLES, -(-count // len(kinds)), each,
+                        self.asked.timing, self.steps,
+                    )  # fmt: skip
+                    yield from (self._of_four_bar(start, starts) for start in drawn)
+                return
+        yield from self._any(kind, generator, count)
+
+    def _solutions(self, found: list[Any], starts: FourBarStarts) -> Iterable[Drawn]:
+        """Yield the solutions that move well; the others are kept with their faults."""
+        self.defective, self.sound = [], 0
+        for each, d, faults in found:
+            drawn = self._posed(each, starts.placed(each, d))
+            if faults:
+                self.defective.append((drawn, faults))
+            else:
+                self.sound += 1
+                yield drawn
+
+    def _of_four_bar(self, start: Any, starts: FourBarStarts) -> Drawn:
+        return self._posed(start, starts.posed(start))
+
+    def _posed(self, start: Any, posed: tuple[Any, Any, Any, Any]) -> Drawn:
+        d, u, x, sigma = posed
+        own, given = self._own(u, float(start.sense))
+        return Drawn(d, own, given, u, x, sigma, start.residual / self.size**2)
+
+    def _own(self, u: Any, sense: float) -> tuple[dict[str, Any], dict[str, Any]]:
+        own: dict[str, Any] = {}
+        if self.asked.timing in ("free", "any"):
+            own[self.own("u")] = u
+        elif self.asked.timing == "steps":
+            own[self.own("start")] = u[:1] - sense * self.steps[0]
+        return own, {self.own("sense"): sense}
+
+    def _any(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
+        spread = Spread(self.space)
+        similar = None
+        if not self.asked.is_motion and self.visited.width == 2:
+            similar = Similar(self.space, self.asked.what)
+            similar = similar if similar.available else None
+        count_of = SAMPLES if similar is None else MANY
+        d = spread.designs(generator, count_of, None if similar is None else similar.lengths)
+        if similar is not None:
+            d = similar.neutral(d)
+        d = d[spread.turning(d, kind)]
+        count_of = len(d)
+        if not count_of:
+            return
+        sense = generator.choice((-1.0, 1.0), count_of)
+        first = self._spread(generator, count_of)
+        if self.asked.timing == "absolute":
+            u = np.broadcast_to(self.steps, (count_of, self.count))
+        elif self.asked.timing == "steps":
+            u = first[:, None] + sense[:, None] * self.steps
+        elif self.asked.timing == "any":
+            u = self._spread(generator, (count_of, self.count))
+        else:
+            gaps = generator.dirichlet(np.ones(self.count), count_of) * TURN
+            if not self.space.turned:
+                gaps *= self.space.way * generator.uniform(0.05, 1, (count_of, 1))
+            u = first[:, None] + sense[:, None] * np.cumsum(gaps, axis=1)
+        kept, x, sigma, values = spread.moved(d, u, generator)
+        d, u, sense = d[kept], u[kept], sense[kept]
+        if not len(d):
+            return
+        beyond = 0.0
+        if similar is not None:
+            d, x, places, beyond = similar.fitted(d, u, x, self.targets, self.weights)
+        else:
+            places = self.space.poses.part(values, self.asked.what)
+            d, places = Linear(self.space, self.asked.what, self.visited.width).fitted(
+                d, u, x, places, self.targets, self.weights
+            )
+        f = self._squares(places) + beyond
+        for i in spread.distinct(d, np.argsort(f, kind="stable"), count):
+            own, given = self._own(u[i], float(sense[i]))
+            yield Drawn(d[i], own, given, u[i], x[i], sigma[i], float(f[i]))
+
+    def _spread(self, generator: Any, shape: Any) -> Any:
+        """Return driver values: within a turn, or some sizes to both sides."""
+        if self.space.turned:
+            return generator.uniform(0, TURN, shape)
+        return generator.uniform(-SLIDES, SLIDES, shape) * self.space.way
+
+    def _squares(self, places: Any) -> Any:
+        """Return the (dimensionless) weighted sum of squares of values (n, k, w)."""
+        return self.visited.squares(places, self.targets) @ self.weights
+
+    def first(self, d: Any) -> float | None:
+        return float(self.steps[0]) if self.asked.timing == "absolute" else None
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        start = float(drawn.u[0])
+        if self.asked.timing == "absolute":
+            u = self.steps
+        elif self.asked.timing == "steps":
+            u = start + self.steps
+        else:
+            best = self._best_times(spread, drawn.d, start, drawn.x[0])
+            if best is not None:
+                return best[0], best[1]
+            u = start + TURN * np.arange(self.count) / self.count
+        _, x, _ = spread.followed(drawn.d, drawn.x[0], start, u)
+        own, given = self._own(np.asarray(u), 1.0)
+        return own | {self.own("x"): x}, given
+
+    # -- the best times ------------------------------------------------------------------------
+
+    def _costs(self, values: Any, own: Any = None) -> Any:
+        """Return the (dimensionless) costs of asked values (n, w): of all targets, or of `own`."""
+        places = self.space.poses.part(values, self.asked.what)
+        if own is None:
+            places, targets, weights = places[:, None], self.targets, self.weights
+        else:
+            targets, weights = self.targets[own], self.weights[own]
+        squares = self.visited.squares(places, targets)
+        return squares if self.minimax else squares * weights
+
+    def _best_times(
+        self, spread: Spread, d: Any, u: float, x: Any
+    ) -> tuple[dict[str, Any], dict[str, Any], float] | None:
+        """Return variables and parameters of the best times of a design, and its costs there.
+
+        Along all that is reached from a pose; None where times are not free.
+        """
+        if self.asked.timing not in ("free", "any") or not self.space.turned:
+            return None
+        trace, closed = around(spread, d, u, np.asarray(x, float), PLACES)
+        costs = self._costs(trace.poses(trace.u)[2])
+        if self.asked.timing == "any":
+            places, sense = np.argmin(costs, axis=0), 1.0
+        elif len(costs) < self.count:
+            return None
+        else:
+            ways = [
+                (*ordered(own, self.minimax, closed), way)
+                for own, way in ((costs, 1.0), (costs[::-1], -1.0))
+            ]
+            total, places, sense = min(ways, key=lambda way: way[0])
+            if not np.isfinite(total):
+                return None
+            places = places if sense > 0 else len(costs) - 1 - places
+        step = TURN / PLACES
+        at, poses = closed_in(trace, self._costs, trace.u[0] + step * places, step)
+        _, _, values, held = trace.poses(at)
+        final = self._costs(values, np.arange(self.count))
+        if not held.all():
+            return None
+        own, given = self._own(at, sense)
+        worst = float(np.sqrt(final.max()))
+        own |= {self.own("x"): poses, self.own("worst"): [worst]}
+        return own, given, worst if self.minimax else float(final.sum())
+
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        if self.exact or self.asked.timing not in ("free", "any") or self.deviations is not None:
+            return None
+        u, x = np.array(values[self.own("u")]), self.poses_of(values, self.count)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        best = self._best_times(spread, d, float(u[0]), x[0])
+        if best is None:
+            return None
+        places = [spread.poses.function(x[i], u[i], d)[2] for i in range(self.count)]
+        costs = self._costs(np.array([np.array(p).ravel() for p in places]), np.arange(self.count))
+        now = float(np.sqrt(costs.max())) if self.minimax else float(costs.sum())
+        if not best[2] < now * (1 - BETTER) or now <= NOTHING:
+            return None
+        return best[0], best[1]
+
+
+def wound(u: Any) -> Any:
+    """Return angles of a driver brought together on the shortest arc, whole turns left out."""
+    turned = np.mod(u, TURN)
+    order = np.sort(turned)
+    gaps = np.diff(np.append(order, order[0] + TURN))
+    first = order[(int(np.argmax(gaps)) + 1) % len(order)]
+    return first + np.mod(turned - first, TURN)

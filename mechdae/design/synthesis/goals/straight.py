@@ -1,0 +1,289 @@
+"""Straight line: a point moves along a line while the driver runs over an arc.
+
+The largest deviation relative to the stroke is made as small as it can be (minimax): all
+nodes lie within t strokes of a line whose direction and place are free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.tasks.goals import StraightLine
+from mechdae.design.synthesis.goals.base import Drawn, Goal
+from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.robust.values import deviation
+from mechdae.design.synthesis.space import FAR, TURN, WIDE
+from mechdae.design.synthesis.starts.similar import Similar
+from mechdae.design.synthesis.starts.spread import Spread
+from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved
+from mechdae.design.synthesis.verification.claims import Claim
+from mechdae.equations.model import Model
+from mechdae.kernels.run.batch import Batch
+
+SX = ca.SX
+SAMPLES = 40_000
+COARSE = 13
+NONE = 1e-13
+"""Deviation per stroke that is rounding."""
+LEAST = 0.05
+"""Least stroke in sizes of the mechanism: a point that stays is no line."""
+
+
+class StraightGoal(Goal):
+    """A point on a straight line.
+
+    The variables are where the driver starts, the direction of the line, its distance from
+    the origin, and the deviation per stroke.
+    """
+
+    deviates = True
+
+    def __init__(self, asked: StraightLine, name: str) -> None:
+        self.asked, self.name = asked, name
+        self.shares = np.linspace(0, 1, asked.nodes)
+        self.inputs = asked.arc * self.shares
+
+    def bodies(self) -> tuple[str, ...]:
+        return (self.asked.point.split(".")[0],)
+
+    def asks(self, model: Model) -> Mapping[str, Any]:
+        return {self.asked.point: model.point(self.asked.point)}
+
+    # -- the problem -------------------------------------------------------------------------
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        space, count = self.space, len(self.inputs)
+        nodes = nlp.parameter(self.own("nodes"), self.shares)
+        begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
+        way = nlp.variable(self.own("way"), 1, -WIDE, WIDE)
+        far = FAR * space.size
+        offset = nlp.variable(self.own("offset"), 1, -far, far, space.size)
+        # the deviation is small beside the stroke
+        worst = nlp.variable(self.own("worst"), 1, 0.0, np.inf, 1e-3)
+        x = space.pose_variables(nlp, self.own("x"), count)
+        along, across, added = [], [], []
+        c, s = ca.cos(way), ca.sin(way)
+        for i in range(count):
+            values = space.at(nlp, x[:, i], begin + self.asked.arc * nodes[i], d, sigma)
+            px, py = ca.vertsplit(space.poses.part(values, self.asked.point))
+            if self.deviations is not None:
+                added.append(self._deviation(x[:, i], begin + self.asked.arc * nodes[i], d, way))
+            along.append((c * px + s * py) / space.size)
+            across.append((c * py - s * px - offset) / space.size)
+        stroke = along[-1] - along[0]
+        length = self.asked.stroke
+        if length is None:
+            nlp.constrain("stroke", stroke, LEAST, np.inf)
+        else:
+            nlp.constrain("stroke", stroke - length / space.size)
+        ahead = ca.vertcat(*along[1:]) - ca.vertcat(*along[:-1])
+        nlp.constrain("straight on", ahead, 0.0, np.inf)
+        # the speed at both ends, by a parabola: nothing turns back beside the last node
+        for steps, gaps in (
+            ((ahead[0], ahead[1]), (nodes[1] - nodes[0], nodes[2] - nodes[1])),
+            ((ahead[-1], ahead[-2]), (nodes[-1] - nodes[-2], nodes[-2] - nodes[-3])),
+        ):
+            share = gaps[0] / gaps[1]
+            slope = (1 + 2 * share) * steps[0] - share**2 * steps[1]
+            nlp.constrain("straight on", slope, 0.0, np.inf)
+        lines, bound = ca.vertcat(*across), worst * stroke
+        if self.deviations is not None:
+            bound = bound - self.deviations.factor * ca.vertcat(*added)
+        nlp.constrain("deviation", (lines - bound) * 1e3, -np.inf, 0.0)
+        nlp.constrain("deviation", (lines + bound) * 1e3, 0.0, np.inf)
+        return worst * 1e3
+
+    # -- deviations by tolerances ------------------------------------------------------------
+
+    def _deviation(self, x: Any, u: Any, d: Any, way: Any) -> Any:
+        """Return the (dimensionless) standard deviation of the point across the line."""
+        assert self.deviations is not None
+        normal = ca.horzcat(-ca.sin(way), ca.cos(way)) / self.space.size
+        return deviation(normal @ self.deviations.of(self.asked.point, x, u, d))
+
+    @cached_property
+    def _sigma(self) -> Batch:
+        """(x, u, d, way) -> the standard deviation of the point across the line [m]."""
+        poses = self.space.poses
+        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
+        way = SX.sym("way")
+        sigma = self.space.size * self._deviation(x, u, d, way)
+        return Batch(ca.Function("sigma", [x, u, d, way], [sigma]), ())
+
+    def _added(self, x: Any, u: Any, d: Any, way: float) -> Any:
+        """Return what deviations add to errors (m,) at poses [m]."""
+        if self.deviations is None:
+            return 0.0
+        d = np.broadcast_to(d, (len(u), len(d)))
+        found = self._sigma(x, u[:, None], d, np.full((len(u), 1), way))[0][:, 0]
+        return self.deviations.factor * found
+
+    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+        if self.deviations is None:
+            return {}
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        way, offset = (float(values[self.own(word)][0]) for word in ("way", "offset"))
+        places = np.array([self.space.poses.function(x[i], u[i], d)[2] for i in range(len(u))])
+        places = self.space.poses.part(places[..., 0], self.asked.point)
+        across = places @ np.array([-np.sin(way), np.cos(way)]) - offset
+        stroke = (places[-1] - places[0]) @ np.array([np.cos(way), np.sin(way)])
+        worst = np.max(np.abs(across) + self._added(x, u, d, way)) / max(stroke, 1e-9)
+        return {self.own("worst"): [worst]}
+
+    unit = 1e-3
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        shares = given.get(self.own("nodes"), self.shares)
+        x = self.poses_of(values, len(shares))
+        return values[self.own("begin")][0] + self.asked.arc * shares, x
+
+    # -- starts ------------------------------------------------------------------------------
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        space, spread = self.space, Spread(self.space)
+        similar = Similar(space, self.asked.point)
+        d = spread.designs(generator, SAMPLES, similar.lengths if similar.available else None)
+        d = d[spread.turning(d, kind)]
+        d = similar.neutral(d)
+        first = generator.uniform(0, TURN, len(d))
+        u = first[:, None] + self.asked.arc * np.linspace(0, 1, COARSE)
+        kept, x, _, values = spread.moved(d, u, generator)
+        d, first, u = d[kept], first[kept], u[kept]
+        if not len(d):
+            return
+        places = space.poses.part(values, self.asked.point)
+        if similar.offsets is not None:
+            d, places = self._offset(similar, d, u, x)
+        way, offset, worst, stroke, ahead = lines_of(places)
+        rank = np.where(ahead, worst / np.maximum(stroke, 1e-300), np.inf)
+        rank[stroke < LEAST * space.size] = np.inf
+        if self.asked.stroke is not None and similar.available:
+            grown = self.asked.stroke / np.maximum(stroke, 1e-300)
+            places_of = np.flatnonzero(similar.lengths)
+            d[:, places_of] *= grown[:, None]
+            x = np.where(space.turns, x, x * grown[:, None, None])
+            offset, worst, stroke = offset * grown, worst * grown, stroke * grown
+        elif self.asked.stroke is not None:
+            rank = rank + 0.1 * np.abs(np.log(np.maximum(stroke, 1e-300) / self.asked.stroke))
+        low, high = space.box.T
+        free = d[:, : len(low)]
+        beyond = np.maximum(free - high, 0) + np.maximum(low - free, 0)
+        rank = rank + 0.1 * np.sum(beyond / space.scale, axis=1)
+        d[:, : len(low)] = np.clip(free, low, high)
+        good = np.flatnonzero(np.isfinite(rank))
+        for i in spread.distinct(d, good[np.argsort(rank[good], kind="stable")], count):
+            own_u = first[i] + self.inputs
+            on, poses, _ = spread.followed(d[i], x[i, 0], float(own_u[0]), own_u)
+            if not on:
+                continue
+            own = {
+                self.own("begin"): [first[i]], self.own("way"): [way[i]],
+                self.own("offset"): [offset[i]], self.own("worst"): [worst[i] / stroke[i]],
+            }  # fmt: skip
+            sigma = np.sign(np.array(space.poses.function(poses[0], own_u[0], d[i])[1]).ravel())
+            yield Drawn(d[i], own, {}, own_u, poses, sigma, float(rank[i]))
+
+    def _offset(self, similar: Similar, d: Any, u: Any, x: Any) -> tuple[Any, Any]:
+        """Return designs with the point of the body that moves most nearly on a line.
+
+        With the foot p and the direction e of the body at the poses, Re(n (p + c e)) - k is least
+        for a unit n: c n and k are eliminated, n is an eigenvector of what is left.
+        """
+        n, k = u.shape
+        p, e = similar.at(d, u, x)
+        A = np.stack([p.real, -p.imag], axis=2)
+        B = np.stack([e.real, -e.imag, np.ones((n, k))], axis=2)
+        solved = np.linalg.solve(
+            np.einsum("nki,nkj->nij", B, B) + 1e-12 * k * np.eye(3),
+            np.einsum("nki,nkj->nij", B, A),
+        )
+        left = A - np.einsum("nki,nij->nkj", B, solved)
+        _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", left, left))
+        normal = vectors[:, 0, 0] + 1j * vectors[:, 1, 0]
+        both = -np.einsum("nij,nj->ni", solved, vectors[:, :, 0])
+        c = (both[:, 0] + 1j * both[:, 1]) / normal
+        new = d.copy()
+        assert similar.offsets is not None
+        new[:, similar.offsets[0]], new[:, similar.offsets[1]] = c.real, c.imag
+        place = p + c[:, None] * e
+        return new, np.stack([place.real, place.imag], axis=2)
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        start = float(drawn.u[0])
+        _, x, found = spread.followed(drawn.d, drawn.x[0], start, start + self.inputs)
+        places = self.space.poses.part(found, self.asked.point)[None]
+        way, offset, worst, stroke, _ = lines_of(places)
+        own = {
+            self.own("begin"): [start], self.own("way"): way, self.own("offset"): offset,
+            self.own("worst"): worst / np.maximum(stroke, 1e-9), self.own("x"): x,
+        }  # fmt: skip
+        return own, {}
+
+    # -- the true extremes ---------------------------------------------------------------------
+
+    def _extremes(
+        self, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[Trace, Any, Any]:
+        """Return the design, shares of the arc where deviations are largest, and those."""
+        begin = float(values[self.own("begin")][0])
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        trace = Trace(self.spread, d, u, x)
+        way, offset = (float(values[self.own(word)][0]) for word in ("way", "offset"))
+
+        def across(shares: Any) -> Any:
+            at = begin + self.asked.arc * shares
+            x, _, found, held = trace.poses(at)
+            place = self.space.poses.part(found, self.asked.point)
+            gap = place @ np.array([-np.sin(way), np.cos(way)]) - offset
+            return np.where(held, np.abs(gap) + self._added(x, at, d, way), np.nan)
+
+        nodes = given.get(self.own("nodes"), self.shares)
+        return trace, *maxima(across, grid_of(nodes))
+
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        trace, places, tops = self._extremes(values, given)
+        way, begin = (float(values[self.own(word)][0]) for word in ("way", "begin"))
+        _, _, found, _ = trace.poses(begin + self.asked.arc * np.array([0.0, 1.0]))
+        ends = self.space.poses.part(found, self.asked.point) @ np.array([np.cos(way), np.sin(way)])
+        stroke = float(ends[1] - ends[0])
+        worst = float(values[self.own("worst")][0]) * stroke
+        if not len(tops) or not tops.max() > worst * (1 + MET) + NONE * stroke:
+            return None
+        nodes = given.get(self.own("nodes"), self.shares)
+        held = np.isin(np.arange(len(nodes)), (0, len(nodes) - 1))
+        nodes = moved(nodes, places, tops, held)
+        own = {
+            self.own("x"): trace.poses(begin + self.asked.arc * nodes)[0],
+            self.own("worst"): [tops.max() / stroke],
+        }
+        return own, {self.own("nodes"): nodes}
+
+    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+        begin, way, offset = (float(values[self.own(w)][0]) for w in ("begin", "way", "offset"))
+        between = self._extremes(values, given)[1]
+        return Claim((begin,), direction=way, offset=offset, between=between)
+
+
+def lines_of(places: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """Return direction, offset, largest deviation, stroke of points (n, k, 2), and if straight on.
+
+    The line joins the first point to the last one; it is shifted so that the deviations to both
+    sides are alike.
+    """
+    gap = places[:, -1] - places[:, 0]
+    way = np.arctan2(gap[:, 1], gap[:, 0])
+    c, s = np.cos(way)[:, None], np.sin(way)[:, None]
+    along = c * places[..., 0] + s * places[..., 1]
+    across = c * places[..., 1] - s * places[..., 0]
+    low, high = across.min(axis=1), across.max(axis=1)
+    ahead = (np.diff(along, axis=1) > 0).all(axis=1)
+    return way, (low + high) / 2, (high - low) / 2, along[:, -1] - along[:, 0], ahead

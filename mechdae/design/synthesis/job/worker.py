@@ -1,0 +1,108 @@
+"""One start of a synthesis as it is sent to another process and computed there.
+
+The message is small and plain, so that any executor can carry it: the problem as the text of
+a problem file, the name of the task, the values of the start. A process builds the NLP of each
+class once and keeps it. This module loads casadi only when a start is solved.
+"""
+
+from __future__ import annotations
+
+import re
+import traceback
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from mechdae import __version__
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.writing import alone
+from mechdae.describe.tasks.kinds import Synthesis, Task
+from mechdae.design.jobs.distribute import Failure
+from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.design.synthesis.exact.complete import PathWork
+    from mechdae.design.synthesis.ipopt import Optimum
+    from mechdae.design.synthesis.nlp import Nlp
+
+KEPT = 4
+"""Problems whose NLPs a process keeps."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """A start as it is sent: ``kind`` is the place of its class among those of the search."""
+
+    version: str
+    text: str
+    task: str
+    kind: int
+    values: Mapping[str, Any]
+    given: Mapping[str, Any]
+
+
+def text_of(problem: Problem, name: str, task: Synthesis) -> str:
+    """Return a problem file with all that determines the starts of a task, but how many there are.
+
+    Tables of loads stand in it with their numbers, and of the other tasks those that it names.
+    """
+    asked = repr((task.goal, task.goals, task.objectives, task.constraints))
+    tasks: dict[str, Task] = {
+        own: other
+        for own, other in problem.tasks.items()
+        if re.search(rf"""['"]{re.escape(own)}['"/]""", asked)
+    }
+    return alone(problem.mechanism, {**tasks, name: replace(task, starts=None)})
+
+
+def followed(work: PathWork) -> Any:
+    """Return where paths lead to, or a `Failure`; runs in any process that has the same mechdae."""
+    if work.version != __version__:
+        return Failure(f"mechdae {__version__} runs there, {work.version} here")
+    from mechdae.design.synthesis.exact.complete import followed as ends
+
+    try:
+        return ends(work)
+    except Exception as error:  # told to the one who asked, whatever it is
+        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
+
+
+def solved(work: Work) -> Optimum | Failure:
+    """Return the optimum of a start; runs in any process that has the same mechdae."""
+    if work.version != __version__:
+        return Failure(f"mechdae {__version__} runs there, {work.version} here")
+    from mechdae.design.synthesis.ipopt import ALONE
+
+    try:
+        with ALONE:
+            nlp = _built(work.text, work.task)(work.kind)
+            return nlp.solve(nlp.point(work.values), work.given)
+    except Exception as error:  # told to the one who asked, whatever it is
+        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
+
+
+class _Classes:
+    """The NLPs of a task by the place of their class, each built when it is first needed."""
+
+    def __init__(self, text: str, name: str) -> None:
+        import tomllib
+
+        from mechdae.describe.file.load import from_dict
+        from mechdae.design.synthesis.search import Search
+
+        problem = from_dict(tomllib.loads(text))
+        task = problem.tasks[name]
+        assert isinstance(task, Synthesis)
+        self._search = Search(problem, task)
+        self._found: dict[int, Nlp] = {}
+
+    def __call__(self, kind: int) -> Nlp:
+        if kind not in self._found:
+            self._found[kind] = self._search.build(self._search.kinds[kind])
+        return self._found[kind]
+
+
+@lru_cache(maxsize=KEPT)
+def _built(text: str, name: str) -> _Classes:
+    return _Classes(text, name)

@@ -1,0 +1,343 @@
+"""An NLP that is put together piece by piece: named variables, parameters, constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.design.synthesis.ipopt import NlpSolver, Optimum
+from mechdae.design.synthesis.kinks import COARSE, SOFT
+from mechdae.kernels.run.without_repeats import without_repeats
+
+SX = ca.SX
+MET = 1e-7
+"""Largest violation of a (dimensionless) constraint of what is feasible."""
+MISSED = 1e-5
+"""Smallest (dimensionless) violation that is told."""
+SPREAD = "spread"
+"""Word of what states how far errors deviate by tolerances."""
+STIFF = ("closure", SPREAD)
+"""Words of constraints that no elastic problem lets go: without them there is no mechanism."""
+
+
+class Nlp:
+    """min f(z; p), low <= z <= high, g_low <= g(z; p) <= g_high.
+
+    Variables have a scale: the solver sees them divided by it, everybody else as they are.
+
+    Parameters
+    ----------
+    rough
+        Whether the objective or a limit bends sharply, as forces with friction do where a speed
+        changes its sign: second derivatives are approximate then.
+    exact
+        Rough or not, exact second derivatives are tried first.
+
+    Attributes
+    ----------
+    objective : SX
+        Dimensionless: terms are divided by the size of what they measure.
+    terms : list of SX
+        What the objective is made of, one for each goal.
+    """
+
+    def __init__(self, rough: bool = False, exact: bool = False) -> None:
+        self.rough, self.exact = rough, exact
+        self._variables: dict[str, tuple[Any, Any, Any, Any]] = {}
+        self._parameters: dict[str, tuple[Any, Any]] = {}
+        self._constraints: list[tuple[str, Any, Any, Any]] = []
+        self._units: dict[str, float] = {}
+        self._outside: list[tuple[Any, Any, Any]] = []
+        self.objective: Any = SX(0)
+        self.terms: list[Any] = []
+        self._rest = SX.sym("rest")
+
+    # -- pieces ------------------------------------------------------------------------------
+
+    def variable(self, name: str, size: int, low: Any, high: Any, scale: Any = 1.0) -> Any:
+        """Return a new variable (size,)."""
+        symbol = SX.sym(name, size)
+        low, high, scale = (
+            np.broadcast_to(np.asarray(b, float), (size,)).copy() for b in (low, high, scale)
+        )
+        self._variables[name] = (symbol, low, high, scale)
+        return symbol * scale if size else symbol
+
+    def parameter(self, name: str, value: Any) -> Any:
+        """Return a new parameter; `value` is its default."""
+        value = np.atleast_1d(np.asarray(value, float)).ravel()
+        symbol = SX.sym(name, len(value))
+        self._parameters[name] = (symbol, value)
+        return symbol
+
+    def known_parameter(self, name: str, value: Any) -> Any:
+        """Return a parameter that several ask for."""
+        if name not in self._parameters:
+            return self.parameter(name, value)
+        return self._parameters[name][0]
+
+    def constrain(
+        self, word: str, expression: Any, low: Any = 0.0, high: Any = 0.0, unit: float = 1.0
+    ) -> None:
+        """Add low <= expression <= high; equal to zero by default.
+
+        ``unit`` is what a (dimensionless) one of it is in the user's unit.
+        """
+        self._units[word] = unit
+        self._constraints.append((word, ca.densify(SX(expression)), low, high))
+
+    def outside(self, name: str, function: Any, of: Any) -> Any:
+        """Return a number that a function, called by casadi, gives for an expression.
+
+        It has first derivatives alone: second ones of the whole are approximate then.
+        """
+        symbol = SX.sym(name)
+        self._outside.append((symbol, function, of))
+        return symbol
+
+    # -- the whole ---------------------------------------------------------------------------
+
+    @cached_property
+    def z(self) -> Any:
+        return ca.vertcat(*[symbol for symbol, *_ in self._variables.values()])
+
+    @cached_property
+    def g(self) -> Any:
+        return ca.vertcat(*[expression for _, expression, _, _ in self._constraints])
+
+    @cached_property
+    def p(self) -> Any:
+        symbols = [symbol for symbol, _ in self._parameters.values()]
+        return ca.vertcat(*symbols, self._rest)
+
+    @cached_property
+    def scale(self) -> Any:
+        """Of the variables, (nz,)."""
+        return np.concatenate([scale for *_, scale in self._variables.values()])
+
+    @cached_property
+    def bounds(self) -> tuple[Any, Any, Any, Any]:
+        """low, high of the scaled variables, g_low, g_high."""
+        ends = [np.concatenate([v[k] for v in self._variables.values()]) for k in (1, 2)]
+        sizes = [(e.numel(), low, high) for _, e, low, high in self._constraints]
+        g_low = np.concatenate([np.broadcast_to(low, n) for n, low, _ in sizes] or [np.zeros(0)])
+        g_high = np.concatenate([np.broadcast_to(up, n) for n, _, up in sizes] or [np.zeros(0)])
+        return ends[0] / self.scale, ends[1] / self.scale, g_low.astype(float), g_high.astype(float)
+
+    @cached_property
+    def words(self) -> list[str]:
+        """The word of each row of g."""
+        return [word for word, e, _, _ in self._constraints for _ in range(e.numel())]
+
+    def unit(self, word: str) -> float:
+        """Return what a one of a constraint is in the user's unit."""
+        return self._units[word]
+
+    def place(self, name: str) -> slice:
+        """Return where a variable lies in z."""
+        start = 0
+        for other, (symbol, *_) in self._variables.items():
+            if other == name:
+                return slice(start, start + symbol.numel())
+            start += symbol.numel()
+        raise KeyError(name)
+
+    def point(self, values: Mapping[str, Any]) -> Any:
+        """Return z from values by name, within the bounds; zeros where there is no value."""
+        low, high = self.bounds[:2]
+        parts = [
+            np.ravel(values.get(name, 0.0)) * np.ones(symbol.numel())
+            if symbol.numel()
+            else np.zeros(0)
+            for name, (symbol, *_) in self._variables.items()
+        ]
+        z: Any = np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)
+        return z
+
+    def read(self, z: Any) -> dict[str, Any]:
+        """Return the variables by name."""
+        values = z * self.scale
+        return {name: values[self.place(name)] for name in self._variables}
+
+    def settings(self, given: Mapping[str, Any], rest: float = 1.0) -> Any:
+        """Return p, with other values than the defaults by name."""
+        parts = [
+            np.atleast_1d(np.asarray(given.get(name, value), float)).ravel()
+            for name, (_, value) in self._parameters.items()
+        ]
+        return np.concatenate([*parts, [rest]])
+
+    def _over(self, results: list[Any], more: Any = None) -> tuple[Any, Any, list[Any]]:
+        """Return variables (with `more`), parameters and expressions over them alone."""
+        z = self.z if more is None else ca.vertcat(self.z, more)
+        if not self._outside:
+            return z, self.p, results
+        Z, P = ca.MX.sym("z", z.numel()), ca.MX.sym("p", self.p.numel())
+        symbols = [symbol for symbol, _, _ in self._outside]
+        numbers = []
+        for _, function, of in self._outside:
+            numbers.append(function(ca.Function("of", [z, self.p], [ca.densify(of)])(Z, P)))
+        whole = without_repeats("whole", [z, self.p, *symbols], results)
+        found = whole(Z, P, *numbers)
+        return Z, P, list(found) if isinstance(found, tuple) else [found]
+
+    @property
+    def bent(self) -> bool:
+        """Whether there may be kinks: numbers of motions and equilibria have them."""
+        return bool(self._outside)
+
+    def _made(self, objective: Any, g: Any, more: Any = None, **how: bool) -> NlpSolver:
+        z, p, (f, rows) = self._over([SX(objective), SX(g)], more)
+        how["approximate"] = how.get("approximate", False) or bool(self._outside)
+        return NlpSolver(z, p, f, rows, bent=self.bent, **how)
+
+    # -- solving -----------------------------------------------------------------------------
+
+    @cached_property
+    def _solver(self) -> NlpSolver:
+        return self._made(self.objective, self.g)
+
+    @cached_property
+    def _polisher(self) -> NlpSolver:
+        approximate = self.rough and not self.exact
+        return self._made(self.objective / self._rest, self.g, polish=True, approximate=approximate)
+
+    @cached_property
+    def _approximate(self) -> NlpSolver:
+        return self._made(self.objective, self.g, approximate=True)
+
+    def solve(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
+        """Return the local optimum from a start.
+
+        Second derivatives are exact but for `rough` problems: a mean over poses couples them
+        all, which makes these dear, and where forces bend they mislead. Kinks that are rounded
+        are rounded less and less.
+        """
+        for soft in COARSE if SOFT in self._parameters else ():
+            z0 = self._optimum(z0, {**given, SOFT: soft}).z
+        return self._optimum(z0, given)
+
+    def _optimum(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
+        if self.exact and self.rough and not self._outside:
+            found = self._solver.solve(z0, self.settings(given), *self.bounds)
+            if found.solved and found.violation <= MET:
+                return found
+            new = self.gone_on(z0, given)
+            if max(found.violation, new.violation) <= MET:
+                return new if new.objective <= found.objective else found
+            return new if new.violation <= found.violation else found
+        if self.rough or self._outside:
+            return self.gone_on(z0, given)
+        return self._solver.solve(z0, self.settings(given), *self.bounds)
+
+    def gone_on(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
+        """Return the optimum with approximate second derivatives; at worst a feasible start."""
+        found = self._approximate.solve(z0, self.settings(given), *self.bounds)
+        p = self.settings(given)
+        begin = self._approximate.value(z0, p)
+        feasible = np.abs(self.violations(z0, given)).max(initial=0.0) <= MET
+        if feasible and not (found.violation <= MET and found.objective <= begin):
+            return replace(found, z=z0, objective=begin, violation=0.0)
+        return found
+
+    def polished(self, found: Optimum, given: Mapping[str, Any]) -> Optimum:
+        """Return an optimum with the tolerances drawn tight; the old one if that is no better.
+
+        The objective is divided by its value: what normal tolerances leave is taken away.
+        """
+        scale = max(abs(found.objective), 1e-16) * 1e-4
+        new = self._polisher.solve(found.z, self.settings(given, scale), *self.bounds)
+        objective = new.objective * scale
+        slack = 1e-12 * abs(found.objective)
+        if new.violation <= max(found.violation, 1e-9) and objective <= found.objective + slack:
+            return Optimum(
+                new.z, objective, new.violation, found.status, found.iterations + new.iterations,
+                found.seconds + new.seconds, new.bound_prices * scale, new.prices * scale,
+            )  # fmt: skip
+        return found
+
+    def again(self, z: Any, given: Mapping[str, Any], found: Optimum) -> Optimum:
+        """Return the optimum near a point that is nearly one, `found` under other parameters.
+
+        Tight, from the prices that were found; where that fails, or ends worse than a feasible
+        point it began with (it leapt to another optimum), anew; at worst the feasible point.
+        """
+        scale = max(abs(found.objective), 1e-16) * 1e-4
+        p = self.settings(given, scale)
+        prices = found.bound_prices / scale, found.prices / scale
+        new = self._polisher.solve(z, p, *self.bounds, prices)
+        feasible = np.abs(self.violations(z, given)).max(initial=0.0) <= MET
+        most = self._polisher.value(z, p) * scale if feasible else np.inf
+        if new.solved and new.objective * scale <= most:
+            return replace(
+                new, objective=new.objective * scale, bound_prices=new.bound_prices * scale,
+                prices=new.prices * scale,
+            )  # fmt: skip
+        new = self.solve(z, given)
+        if self.rough or not feasible or (new.violation <= MET and new.objective <= most):
+            return new
+        return self.gone_on(z, given)
+
+    # -- what cannot be met ------------------------------------------------------------------
+
+    @cached_property
+    def _elastic(self) -> tuple[NlpSolver, Any]:
+        loose = [i for i, word in enumerate(self.words) if word not in STIFF]
+        slack = SX.sym("slack", 2 * len(loose))
+        spread = SX.zeros(len(self.words), 2 * len(loose))
+        for k, i in enumerate(loose):
+            spread[i, 2 * k], spread[i, 2 * k + 1] = 1, -1
+        rows = self.g + spread @ slack
+        return self._made(ca.sum1(slack), rows, slack, approximate=self.rough), loose
+
+    def conflicts(self, z0: Any, given: Mapping[str, Any]) -> tuple[Optimum, dict[str, float]]:
+        """Return the point where constraints are missed least, and by how much, by word.
+
+        The sum of all (dimensionless) violations is minimised, the closure and the bounds are
+        kept.
+        """
+        solver, loose = self._elastic
+        low, high, g_low, g_high = self.bounds
+        g = self.violations(z0, given)
+        start = np.zeros(2 * len(loose))
+        for k, i in enumerate(loose):
+            start[2 * k], start[2 * k + 1] = max(-g[i], 0.0), max(g[i], 0.0)
+        count = 2 * len(loose)
+        found = solver.solve(
+            np.concatenate([z0, start]), self.settings(given),
+            np.concatenate([low, np.zeros(count)]), np.concatenate([high, np.full(count, np.inf)]),
+            g_low, g_high,
+        )  # fmt: skip
+        own = found.z[: len(low)]
+        missed = self.violations(own, given)
+        amounts: dict[str, float] = {}
+        for word, amount in zip(self.words, missed, strict=True):
+            if abs(amount) > MISSED:
+                amount = float(abs(amount)) * self._units[word]
+                amounts[word] = max(amounts.get(word, 0.0), amount)
+        return replace(found, z=own), amounts
+
+    def violations(self, z: Any, given: Mapping[str, Any]) -> Any:
+        """Return by how much each row of g is above (+) or below (-) its bounds."""
+        g = np.array(self._rows(z, self.settings(given))).ravel()
+        _, _, low, high = self.bounds
+        return np.maximum(g - high, 0) - np.maximum(low - g, 0)
+
+    def terms_at(self, z: Any, given: Mapping[str, Any]) -> list[float]:
+        """Return the terms of the objective at a point."""
+        return [float(v) for v in np.array(self._terms(z, self.settings(given))).ravel()]
+
+    @cached_property
+    def _terms(self) -> Any:
+        own, p, terms = self._over([ca.vertcat(*self.terms)])
+        return ca.Function("terms", [own, p], terms)
+
+    @cached_property
+    def _rows(self) -> Any:
+        z, p, rows = self._over([ca.densify(self.g)])
+        return ca.Function("rows", [z, p], rows)

@@ -1,0 +1,124 @@
+"""Robust values: what errors become with k standard deviations by tolerances added.
+
+Residuals e_i are linear in the deviations, e_i + A_i s, with independent steps s_j that lie evenly
+in -+ sqrt 3 (variance 1, fourth moment 9/5). Then the sum of squares F = sum w_i |e_i + A_i s|^2
+= F_0 + 2 b.s + s.B s with b = sum w_i A_i' e_i, B = sum w_i A_i' A_i has exactly
+
+    mean  F_0 + tr B,   variance  4 |b|^2 + 4/5 sum_j B_jj^2 + 4 sum_(j<k) B_jk^2
+
+and its robust value is mean + k sigma. A largest error becomes the largest of |e_i| + k sigma_i,
+with sigma_i = |A_i| (Frobenius), the root of the mean square deviation of that residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.design.synthesis.nlp import SPREAD, Nlp
+
+SX = ca.SX
+FOURTH = 4 / 5
+"""Fourth moment of an even distribution with variance 1, less the square of the second."""
+TINY = 1e-20
+"""Added to a variance below a root, so that it has a derivative where nothing deviates."""
+Row = tuple[float, Any, Any]
+"""Weight, residual (m,) and its deviations (m, nt)."""
+
+
+def variables(name: str) -> str:
+    """Return the name of the variables b and B of a goal's sum of squares."""
+    return f"{name}.spread"
+
+
+def moments(rows: Sequence[Row]) -> Any:
+    """Return b and B of a sum of squares, stacked: nt numbers, then B by its lower triangle."""
+    numbers = isinstance(rows[0][2], np.ndarray)
+    b: Any = 0.0
+    B: Any = 0.0
+    for weight, gap, A in rows:
+        b = b + weight * (A.T @ gap)
+        B = B + weight * (A.T @ A)
+    if numbers:
+        return np.concatenate([np.ravel(b), *[B[j:, j] for j in range(len(B))]])
+    return ca.vertcat(b, *[B[j:, j] for j in range(B.shape[0])])
+
+
+def mean_and_sigma(stacked: Any, count: int, roots: Any) -> tuple[Any, Any]:
+    """Return tr B and sigma from stacked moments of `count` parameters."""
+    b, rest, trace, variance = stacked[:count], stacked[count:], 0.0, 0.0
+    for j in range(count):
+        trace = trace + rest[0]
+        variance = variance + 4 * b[j] ** 2 + FOURTH * rest[0] ** 2
+        for k in range(1, count - j):
+            variance = variance + 4 * rest[k] ** 2
+        rest = rest[count - j :]
+    return trace, roots(variance)
+
+
+def summed(nlp: Nlp, name: str, rows: Sequence[Row], factor: float, size: float) -> Any:
+    """Add the moments of a sum of squares as variables; return its robust value.
+
+    As variables they keep second derivatives sparse: each pose acts on itself and the parameters.
+
+    Parameters
+    ----------
+    size
+        What B is about.
+    """
+    count = rows[0][2].shape[1]
+    scale = np.full(count + count * (count + 1) // 2, size)
+    scale[:count] = np.sqrt(size)
+    own = nlp.variable(variables(name), len(scale), -np.inf, np.inf, scale)
+    nlp.constrain(SPREAD, (moments(rows) - own) / scale)
+    trace, sigma = mean_and_sigma(own, count, lambda v: ca.sqrt(v + TINY * size**2))
+    nominal = sum((weight * ca.sumsqr(gap) for weight, gap, _ in rows), SX(0))
+    return nominal + trace + factor * sigma
+
+
+def deviation(A: Any) -> Any:
+    """Return the (dimensionless) standard deviation of a residual from its deviations (m, nt)."""
+    return ca.sqrt(ca.sumsqr(A) + TINY)
+
+
+def of_squares(
+    errors: Any, slopes: Any, weights: Any, factor: float
+) -> tuple[float, dict[str, float]]:
+    """Return the robust value of a sum of squares, and what it is made of.
+
+    Parameters
+    ----------
+    errors, slopes, weights
+        Residuals (k, m), their deviations (k, m, nt), weights (k,).
+    """
+    stacked = moments([(float(w), e, A) for w, e, A in zip(weights, errors, slopes, strict=True)])
+    trace, sigma = mean_and_sigma(stacked, slopes.shape[2], np.sqrt)
+    nominal = float(weights @ np.sum(errors**2, axis=1))
+    value = float(nominal + trace + factor * sigma)
+    return value, {
+        "nominal": nominal, "mean": float(nominal + trace), "sigma": float(sigma), "value": value,
+    }  # fmt: skip
+
+
+def of_largest(
+    sizes: Any, slopes: Any, factor: float, unit: float = 1.0
+) -> tuple[float, dict[str, float]]:
+    """Return the robust value of a largest error, and what it is made of.
+
+    Parameters
+    ----------
+    sizes, slopes
+        Magnitudes (k,) of residuals and their deviations (k, m, nt).
+    unit
+        What all are divided by.
+    """
+    sigmas = np.sqrt(np.sum(slopes**2, axis=(1, 2)))
+    most = int(np.argmax(sizes + factor * sigmas))
+    value = float(sizes[most] + factor * sigmas[most]) / unit
+    return value, {
+        "nominal": float(np.max(sizes)) / unit, "sigma": float(sigmas[most]) / unit,
+        "value": value,
+    }  # fmt: skip

@@ -1,0 +1,186 @@
+"""A point of the NLP as a design: its dimensions, its sketch, its file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinate_kinds import ANGLE, UNIT
+from mechdae.describe.coordinates import Selection
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.writing import dumps
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.constraints import Box
+from mechdae.describe.tasks.kinds import Driver, Sweep, Synthesis, Task
+from mechdae.design.synthesis.design_motion import PATH
+from mechdae.design.synthesis.space import DesignSpace
+from mechdae.design.synthesis.verification.design_file import TURN, DesignFile, driven
+from mechdae.equations.parameters import parameters_of
+from mechdae.errors import MechdaeError
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.kinematics.sweep import run
+from mechdae.records import dataclass
+from mechdae.results import Status
+
+SX = ca.SX
+
+
+def sketched(
+    problem: Problem, space: DesignSpace, d: Any, at: float | None
+) -> tuple[float, Any] | None:
+    """Return driver value and unknowns (nx,) of parameters in the pose of the file's sketch.
+
+    The pose is the one at `at`, or else at the sketch's own driver value, or at zero; None where
+    none of them assembles.
+    """
+    poses = space.poses
+    parameters = dict(zip(space.names, d.tolist(), strict=True))
+    mechanism = problem.mechanism.with_values(parameters)
+    driver = poses.scene.drivers[0]
+    keys = (driver.part, driver.text)
+    own = next((mechanism.sketch[key] for key in keys if key in mechanism.sketch), 0.0)
+    values = [float(v) for v in (at, own, 0.0) if isinstance(v, (int, float))]
+    for u in dict.fromkeys(values):
+        task = Sweep(Driver(driver.text, at=(u,)), derivatives=0)
+        whole = Problem(mechanism, Table({"own": task}))
+        try:
+            setting = prepare(whole, task)
+            found = run(setting, task)
+            status = report(whole, "own", task, setting, found).status[0]
+        except MechdaeError:
+            continue
+        if status != Status.OK:
+            continue
+        known = setting.assembler.coordinates(found.poses.x[0], np.array([u]))
+        x = np.array([known.get(key, np.nan) for key in poses.x_names])
+        if np.isfinite(x).all():
+            return u, x
+    return None
+
+
+@dataclass
+class Design:
+    """A point of the NLP as a mechanism of its own.
+
+    Attributes
+    ----------
+    values, given
+        Variables and parameters of the NLP by name.
+    at, x
+        The driver's values at the poses of the first goal, and the unknowns at its first pose,
+        where the mechanism is sketched.
+    around
+        Whether those poses may be reached in any order, either way round.
+    """
+
+    problem: Problem
+    space: DesignSpace
+    values: Mapping[str, Any]
+    given: Mapping[str, Any]
+    at: Any
+    x: Any
+    around: bool = False
+
+    @property
+    def u(self) -> float:
+        """The driver's value at the first pose."""
+        return float(self.at[0])
+
+    @cached_property
+    def d(self) -> Any:
+        """Free parameters, then those that are chosen."""
+        return np.concatenate([self.values["d"], np.atleast_1d(self.given["choice"])])
+
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        """Dimensions by name."""
+        return dict(zip(self.space.names, self.d.tolist(), strict=True))
+
+    @cached_property
+    def sketch(self) -> dict[str, float]:
+        """What tells the first pose, with the driver's value.
+
+        In the plane angles of all bodies; in space coordinates of joints, and where quaternions
+        are among the unknowns the places of all points.
+        """
+        poses = self.space.poses
+        scene, model, mechanism = poses.scene, poses.model, poses.mechanism
+        if mechanism.dimension == 2:
+            told = {c.owner: scene.recover[c.key] for c in scene.recovered if c.kind is ANGLE}
+        else:
+            told = {
+                ".".join(c.key): scene.recover[c.key]
+                for c in scene.recovered
+                if c.owner in mechanism.joints and c.kind is not UNIT
+            }
+            if any(c.kind is UNIT for c in scene.recovered):
+                told |= self._places()
+        p = np.array(ca.DM(parameters_of(model, poses.free, SX(ca.DM(self.d))))).ravel()
+        values = ca.Function(
+            "told", [scene.x, scene.u, model.p], [ca.densify(ca.vertcat(*told.values()))]
+        )
+        found = np.array(values(self.x, self.u, p)).ravel()
+        sketch = dict(zip(told, found.tolist(), strict=True))
+        driver = scene.drivers[0]
+        if driver.part not in sketch and driver.text not in sketch:
+            sketch[driver.part if driver.kind != "point" else driver.text] = float(self.u)
+        return sketch
+
+    def _places(self) -> dict[str, Any]:
+        """Return the places of all points in space; of links that spin, of those on their line."""
+        scene, model = self.space.poses.scene, self.space.poses.model
+        bodies = dict.fromkeys(body for group in scene.groups for body in group.bodies)
+        every = Selection(
+            (), tuple(f"{b}.{p}" for b in bodies for p in model.mechanism.bodies[b].points), ()
+        )
+        return {
+            f"{point}.{axis}": scene.expression(model.point(point)[k])
+            for point in model.reported(every, False).points
+            for k, axis in enumerate(model.mechanism.axes)
+        }
+
+    def as_problem(self, tasks: Mapping[str, Task]) -> Problem:
+        """Return a problem with these dimensions, sketched at the first pose."""
+        mechanism = self.problem.mechanism.with_values(self.parameters)
+        scene = self.space.poses.scene
+        known = set(self.sketch)
+        if mechanism.dimension == 3:  # all of the scene is told anew, in other words
+            parts = {scene.drivers[0].part}
+            parts |= {name for g in scene.groups for name in (*g.bodies, *g.joints)}
+            known |= {name for name in mechanism.sketch if name.split(".")[0] in parts}
+        kept = {name: value for name, value in mechanism.sketch.items() if name not in known}
+        mechanism = replace(mechanism, sketch=Table({**kept, **self.sketch}))
+        return Problem(
+            mechanism, Table(tasks), name=self.problem.name, title=self.problem.title,
+            source=self.problem.source,
+        )  # fmt: skip
+
+    @property
+    def others(self) -> dict[str, Task]:
+        """The problem's tasks that are no syntheses."""
+        return {n: t for n, t in self.problem.tasks.items() if not isinstance(t, Synthesis)}
+
+    @cached_property
+    def text(self) -> str:
+        """The design as a problem file, with a task that moves it over the poses or a turn."""
+        last = self.u + TURN if self.space.asked.full_turn else float(self.at[-1])
+        task = Sweep(driven(self.space.asked.driver, self.u, last))
+        return dumps(self.as_problem({**self.others, PATH: task}))
+
+    @cached_property
+    def file(self) -> DesignFile:
+        """The file, read back, to be measured."""
+        asked = self.space.asked
+        return DesignFile(
+            from_dict(tomllib.loads(self.text), self.problem.name), asked.driver, self.at,
+            asked.full_turn, self.around, bool(self.space.poses.dyads),
+            tuple({point: None for box in asked.of(Box) for point in box.points}), self.others,
+        )  # fmt: skip

@@ -1,0 +1,53 @@
+"""Formulas as values, and documents made of them: written as text, MathML, Typst or mathtext."""
+
+from __future__ import annotations
+
+from mechdae.draw.formulas.document import (
+    Document,
+    Facts,
+    Formula,
+    Grid,
+    Image,
+    Note,
+    Passage,
+    Section,
+)
+from mechdae.draw.formulas.tree import (
+    Column,
+    Cross,
+    Equation,
+    Less,
+    Letter,
+    Listed,
+    Norm,
+    Number,
+    Part,
+    Product,
+    Quotient,
+    Sum,
+    Wording,
+)
+
+__all__ = [
+    "Column",
+    "Cross",
+    "Document",
+    "Equation",
+    "Facts",
+    "Formula",
+    "Grid",
+    "Image",
+    "Less",
+    "Letter",
+    "Listed",
+    "Norm",
+    "Note",
+    "Number",
+    "Part",
+    "Passage",
+    "Product",
+    "Quotient",
+    "Section",
+    "Sum",
+    "Wording",
+]

@@ -1,0 +1,359 @@
+"""Documents as text for a terminal, as one HTML file that prints well, as Typst, as plain data."""
+
+from __future__ import annotations
+
+import textwrap
+from base64 import b64encode
+from collections.abc import Callable, Iterator
+from html import escape
+from typing import Any
+
+from mechdae.draw.formulas.document import (
+    Document,
+    Facts,
+    Formula,
+    Grid,
+    Image,
+    Note,
+    Passage,
+    Section,
+)
+from mechdae.draw.formulas.mathml import mathml
+from mechdae.draw.formulas.plain import plain
+from mechdae.draw.formulas.tree import Column, Equation, Number, Part, Sum
+from mechdae.draw.formulas.typst import escaped, typst
+
+WIDTH = 100
+"""Columns of a text."""
+SHORT = 30
+"""Rows of a table that is not broken over pages."""
+
+STYLE = """
+:root { color-scheme: light; --line: #b9bec6; --faint: #5c6470; }
+body { font: 16px/1.5 Georgia, "Times New Roman", "DejaVu Serif", serif; color: #15181d;
+  background: #fff; max-width: 52rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .3rem; }
+h2 { font-size: 1.25rem; margin: 2rem 0 .5rem; border-bottom: 1px solid var(--line); }
+h3 { font-size: 1.05rem; margin: 1.4rem 0 .4rem; }
+h4 { font-size: 1rem; font-style: italic; margin: 1rem 0 .3rem; }
+.subtitle, figcaption, .gap { color: var(--faint); }
+.formula { margin: .35rem 0 .35rem 1.5rem; overflow-x: auto; }
+.formula math { display: inline-block; }
+.table { overflow-x: auto; }
+table { border-collapse: collapse; margin: .6rem 0; font-size: .92rem;
+  font-variant-numeric: tabular-nums; }
+th, td { border-bottom: 1px solid var(--line); padding: .15rem .6rem; text-align: right;
+  white-space: nowrap; }
+th:first-child, td:first-child, .words { text-align: left; }
+td.words { white-space: normal; }
+dl { display: grid; grid-template-columns: fit-content(22rem) 1fr; gap: .1rem 1rem;
+  margin: .5rem 0; }
+dt { color: var(--faint); } dd { margin: 0; }
+figure { margin: 1rem 0; text-align: center; break-inside: avoid; }
+figure img { height: auto; max-width: 100%; }
+@media (max-width: 30rem) { dl { grid-template-columns: 1fr; } dd { margin-left: 1rem; } }
+@page { size: A4; margin: 20mm 16mm; }
+@media print { body { margin: 0; max-width: none; font-size: 11pt; }
+  h2, h3, h4 { break-after: avoid; } .formula, .table, tr { break-inside: avoid; }
+  .formula, .table { overflow: visible; } p { orphans: 3; widows: 3; } }
+"""
+
+
+# -- text --------------------------------------------------------------------------------------
+
+
+def as_text(document: Document) -> str:
+    """Return a document as text, at most `WIDTH` columns where lines can be broken."""
+    lines = [document.title, "=" * len(document.title)]
+    lines += [document.subtitle] if document.subtitle else []
+    for section in document.sections:
+        lines += ["", *_section_lines(section, 0)]
+    return "\n".join(lines) + "\n"
+
+
+def _section_lines(section: Section, depth: int) -> Iterator[str]:
+    yield section.title
+    yield "-~."[min(depth, 2)] * len(section.title)
+    for block in section.blocks:
+        yield from _block_lines(block)
+    for inner in section.sections:
+        yield ""
+        yield from _section_lines(inner, depth + 1)
+
+
+def _block_lines(block: Passage) -> Iterator[str]:
+    match block:
+        case Note():
+            yield from textwrap.wrap(_line(block.parts), WIDTH)
+        case Formula():
+            yield from _formula_lines(block)
+        case Facts():
+            width = max((len(name) for name, _ in block.rows), default=0)
+            for name, parts in block.rows:
+                inner = textwrap.wrap(_line(parts), WIDTH - width - 4) or [""]
+                yield f"  {name:<{width}}  {inner[0]}"
+                yield from (f"  {'':<{width}}  {line}" for line in inner[1:])
+        case Grid():
+            yield from _table_lines(block)
+        case Image():
+            yield f"[{block.caption}]"
+
+
+def _formula_lines(block: Formula) -> Iterator[str]:
+    text = plain(block.node)
+    if len(text) + 4 <= WIDTH or not isinstance(block.node, Equation):
+        yield f"    {text}"
+        return
+    sides = [plain(side) for side in block.node.sides]
+    line = f"    {sides[0]}"
+    for side in sides[1:]:
+        if len(line) + len(side) + 3 > WIDTH and line.strip():
+            yield line
+            line = " " * 6
+        line += f" = {side}"
+    yield from textwrap.wrap(line, WIDTH, subsequent_indent=" " * 10, break_on_hyphens=False)
+
+
+def _table_lines(block: Grid) -> Iterator[str]:
+    cells = [[_cell(entry, plain) for entry in row] for row in (block.heads, *block.rows)]
+    widths = [max(len(row[k]) for row in cells) for k in range(len(block.heads))]
+    for k, row in enumerate(cells):
+        first = f"  {row[0]:<{widths[0]}}"
+        rest = (f"{text:>{width}}" for text, width in zip(row[1:], widths[1:], strict=True))
+        yield "  ".join([first, *rest]).rstrip()
+        if k == 0:
+            yield "  " + "  ".join("-" * width for width in widths)
+
+
+def _line(parts: tuple[str | Part, ...]) -> str:
+    return "".join(_cell(part, plain) for part in parts)
+
+
+def _cell(entry: str | Part, write: Callable[[Part], str]) -> str:
+    return entry if isinstance(entry, str) else write(entry)
+
+
+# -- HTML --------------------------------------------------------------------------------------
+
+
+def as_html(document: Document, alone: bool = True) -> str:
+    """Return a document as one HTML file without scripts or requests; the same bytes each time.
+
+    Not `alone` it stands in a page of somebody else, such as a notebook, whose policy holds.
+    """
+    body = [f"<h1>{escape(document.title)}</h1>"]
+    if document.subtitle:
+        body.append(f'<p class="subtitle">{escape(document.subtitle)}</p>')
+    for section in document.sections:
+        body += _section_html(section, 2)
+    policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+    return "\n".join(
+        [
+            "<!doctype html>",
+            f'<html lang="{escape(document.lang)}"><head><meta charset="utf-8">',
+            *([f'<meta http-equiv="Content-Security-Policy" content="{policy}">'] * alone),
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{escape(document.title)}</title>",
+            f"<style>{STYLE}</style></head>",
+            "<body><main>",
+            *body,
+            "</main></body></html>",
+            "",
+        ]
+    )
+
+
+def _section_html(section: Section, level: int) -> Iterator[str]:
+    tag = f"h{min(level, 6)}"
+    yield f"<section><{tag}>{escape(section.title)}</{tag}>"
+    for block in section.blocks:
+        yield _block_html(block)
+    for inner in section.sections:
+        yield from _section_html(inner, level + 1)
+    yield "</section>"
+
+
+def _block_html(block: Passage) -> str:
+    match block:
+        case Note():
+            return f"<p>{_parts_html(block.parts)}</p>"
+        case Formula():
+            return f'<div class="formula">{mathml(block.node)}</div>'
+        case Facts():
+            rows = "".join(
+                f"<dt>{escape(name)}</dt><dd>{_parts_html(parts)}</dd>"
+                for name, parts in block.rows
+            )
+            return f"<dl>{rows}</dl>"
+        case Grid():
+            return _table_html(block)
+        case Image():
+            width = f"{100 * block.width:g}%"
+            data = b64encode(block.svg.encode("utf-8")).decode("ascii")
+            words = escape(block.caption, quote=True)
+            return (
+                f'<figure><img style="width:{width}" alt="{words}" '
+                f'src="data:image/svg+xml;base64,{data}"><figcaption>{words}</figcaption></figure>'
+            )
+    raise TypeError(f"no HTML for {type(block).__name__}")  # pragma: no cover
+
+
+def _parts_html(parts: tuple[str | Part, ...]) -> str:
+    return "".join(escape(part) if isinstance(part, str) else mathml(part) for part in parts)
+
+
+def _words(block: Grid) -> list[bool]:
+    """Return which columns hold words, and not numbers or formulas."""
+    return [
+        any(isinstance(own, str) and any(map(str.isalpha, own)) for own in column)
+        for column in zip(*block.rows, strict=True)
+    ] or [True] * len(block.heads)
+
+
+def _table_html(block: Grid) -> str:
+    marks = [' class="words"' if own else "" for own in _words(block)]
+
+    def cells(tag: str, row: tuple[str | Part, ...]) -> str:
+        pairs = zip(marks, row, strict=True)
+        return "".join(f"<{tag}{mark}>{_parts_html((own,))}</{tag}>" for mark, own in pairs)
+
+    heads = cells("th", block.heads)
+    rows = "".join(f"<tr>{cells('td', row)}</tr>" for row in block.rows)
+    return (
+        f'<div class="table"><table><thead><tr>{heads}</tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
+    )
+
+
+# -- Typst -------------------------------------------------------------------------------------
+
+
+def as_typst(document: Document) -> str:
+    """Return a document in the markup of Typst; pictures stand in it as SVG text."""
+    lines = [
+        f'#set document(title: "{_string(document.title)}", date: none)',
+        '#set page(paper: "a4", margin: (x: 16mm, y: 20mm), numbering: "1")',
+        f'#set text(lang: "{document.lang}", size: 11pt)',
+        "#set table(stroke: 0.4pt + luma(190), inset: 4pt)",
+        "#show table: set text(size: 9pt)",
+        "",
+        f"#align(center, text(size: 18pt, weight: 700)[{escaped(document.title)}])",
+    ]
+    if document.subtitle:
+        lines.append(f"#align(center, text(fill: luma(90))[{escaped(document.subtitle)}])")
+    for section in document.sections:
+        lines += ["", *_section_typst(section, 1)]
+    return "\n".join(lines) + "\n"
+
+
+def _section_typst(section: Section, level: int) -> Iterator[str]:
+    yield f"{'=' * min(level, 5)} {escaped(section.title)}"
+    for block in section.blocks:
+        yield ""
+        yield _block_typst(block)
+    for inner in section.sections:
+        yield ""
+        yield from _section_typst(inner, level + 1)
+
+
+def _block_typst(block: Passage) -> str:
+    match block:
+        case Note():
+            return _parts_typst(block.parts)
+        case Formula():
+            return typst(block.node, block=True)
+        case Facts():
+            cells = "".join(
+                f"  [{escaped(name)}], [{_parts_typst(parts)}],\n" for name, parts in block.rows
+            )
+            return f"#table(columns: (auto, 1fr), stroke: none,\n{cells})"
+        case Grid():
+            return _table_typst(block)
+        case Image():
+            svg = _string(block.svg)
+            width = f"{100 * block.width:g}%"
+            return (
+                f'#figure(image(bytes("{svg}"), format: "svg", width: {width}), '
+                f"caption: [{escaped(block.caption)}])"
+            )
+    raise TypeError(f"no Typst for {type(block).__name__}")  # pragma: no cover
+
+
+def _table_typst(block: Grid) -> str:
+    """Return a table that stays on one page where it fits, its heads again on each other page."""
+
+    def cells(row: tuple[str | Part, ...]) -> str:
+        return ", ".join(f"[{_parts_typst((entry,))}]" for entry in row)
+
+    rows = "".join(f"  {cells(row)},\n" for row in block.rows)
+    words = _words(block)
+    align = ", ".join("left" if k == 0 or own else "right" for k, own in enumerate(words))
+    table = (
+        f"#table(columns: {len(block.heads)}, align: ({align}),\n"
+        f"  table.header({cells(block.heads)}),\n{rows})"
+    )
+    return f"#block(breakable: false)[{table}]" if len(block.rows) <= SHORT else table
+
+
+def _parts_typst(parts: tuple[str | Part, ...]) -> str:
+    return "".join(escaped(part) if isinstance(part, str) else typst(part) for part in parts)
+
+
+def _string(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+
+
+# -- plain data --------------------------------------------------------------------------------
+
+
+def as_data(document: Document) -> dict[str, object]:
+    """Return a document as what JSON can hold: formulas as text, their printed numbers beside."""
+    return {
+        "title": document.title,
+        "subtitle": document.subtitle,
+        "lang": document.lang,
+        "sections": [_section_data(section) for section in document.sections],
+    }
+
+
+def _section_data(section: Section) -> dict[str, object]:
+    return {
+        "title": section.title,
+        "blocks": [_block_data(block) for block in section.blocks],
+        "sections": [_section_data(inner) for inner in section.sections],
+    }
+
+
+def _block_data(block: Passage) -> dict[str, object]:
+    match block:
+        case Note():
+            return {"note": _line(block.parts)}
+        case Formula():
+            found: dict[str, object] = {"formula": plain(block.node)}
+            if isinstance(block.node, Equation):
+                found["sides"] = [_numbers_of(side) for side in block.node.sides]
+            if block.gap is not None:
+                found |= {"gap": block.gap, "unit": block.unit}
+            return found
+        case Facts():
+            return {"facts": {name: _line(parts) for name, parts in block.rows}}
+        case Grid():
+            return {
+                "heads": [_cell(entry, plain) for entry in block.heads],
+                "rows": [[_cell(entry, plain) for entry in row] for row in block.rows],
+            }
+        case Image():
+            return {"picture": block.caption}
+    raise TypeError(f"no data of {type(block).__name__}")  # pragma: no cover
+
+
+def _numbers_of(node: Part) -> Any:
+    """Return the printed numbers of one side of an equation, None for letters."""
+    match node:
+        case Number():
+            return node.value
+        case Column():
+            return list(node.values)
+        case Sum():
+            return [_numbers_of(term) for term in node.terms]
+    return None

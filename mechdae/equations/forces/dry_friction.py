@@ -1,0 +1,129 @@
+"""Speeds that dry friction may hold at zero, and the forces that do it.
+
+Each slip has three inputs that are fixed between events: the sign of its speed (0 for none),
+whether it is locked, and whether its coefficient is the one at rest. A locked slip is a constraint
+on its speed; the multiplier is the force of friction that holds it. A slip that is neither locked
+nor has a sign is a contact that nothing presses.
+
+Forces of teeth and belts act at their pitch points here (`meshes`): what they have beside the
+gradient of the equation that holds the wheels together is one more force with a size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import casadi as ca
+
+from mechdae.equations.forces.feedback import Feedback, Slip
+from mechdae.equations.forces.friction import Laws
+from mechdae.equations.forces.generalised import Wrench, add, times
+from mechdae.equations.forces.loads import Loads
+from mechdae.equations.forces.meshes import Mesh
+from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.gradients import gradients
+from mechdae.equations.model import Model
+
+SX = ca.SX
+
+
+class Rubbing:
+    """The slips of a mechanism in motion: those of resistances, then those of joints.
+
+    Parameters
+    ----------
+    model, loads
+        Symbols and what acts.
+    friction
+        Whether joints rub.
+    meshes
+        Gears, racks and belts by joint, whose bearing forces count.
+
+    Attributes
+    ----------
+    slips : list of Slip
+    feedbacks : list of Feedback
+        Forces that follow from multipliers.
+    owners : list of int or None
+        Place of the slip of each feedback, None for one that is no friction.
+    sides : list of (int, int)
+        Slips of which one at most is pressed: the two sides of a slot.
+    steady : dict
+        Generalised force of pretensions.
+    signs : SX (3 k,)
+        Signs, locks, and whether coefficients at rest count.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        loads: Loads,
+        friction: bool,
+        meshes: Mapping[str, Mesh | SpatialMesh] | None = None,
+    ) -> None:
+        self.model, self.meshes = model, dict(meshes or {})
+        laws = Laws(model, self.meshes, friction=friction, adhesion=True)
+        laws.factor = SX(1)
+        self.feedbacks: list[Feedback] = []
+        self.owners: list[int | None] = []
+        self.sides: list[tuple[int, int]] = []
+        for name in model.mechanism.joints:
+            self.feedbacks += laws.of(name)
+        if not model.space.behind:  # in space all follows from the forces of teeth themselves
+            self.feedbacks += [self._bearings(name) for name in self.meshes if self._real(name)]
+        self.slips: list[Slip] = [*loads.slips, *laws.slips]
+        self.owners = [None if own.slip is None else self._place(own) for own in self.feedbacks]
+        for k, slip in enumerate(self.slips[:-1]):
+            one = slip.resting is not None and self.slips[k + 1].owner == slip.owner
+            if one and not model.space.behind:
+                self.sides.append((k, k + 1))
+        self.steady = add(*[mesh.steady for mesh in self.meshes.values()])
+        self.assumptions = laws.assumptions
+        self.count = len(self.slips)
+        signs = [slip.sign for slip in self.slips]
+        self.locks = [SX.sym(f"lock_{slip.owner}") for slip in self.slips]
+        resting = [
+            SX.sym(f"resting_{slip.owner}") if slip.resting is None else slip.resting
+            for slip in self.slips
+        ]
+        self.signs = ca.vertcat(*signs, *self.locks, *resting) if signs else SX(0, 1)
+
+    def _real(self, name: str) -> bool:
+        return self.meshes[name].column is not None
+
+    def _place(self, feedback: Feedback) -> int:
+        return next(k for k, slip in enumerate(self.slips) if slip is feedback.slip)
+
+    def row(self, name: str) -> Wrench:
+        """Return the gradient of the equation of a gear, rack or belt."""
+        (row,) = [row for row in self.model.rows if row.owner == name]
+        return gradients(row.expression, self.model.q)[0]
+
+    def _bearings(self, name: str) -> Feedback:
+        """Return what a real pair of wheels asks of its bearings beside its equation.
+
+        Its size is the tangential force, with its sign. It does no work.
+        """
+        mesh = self.meshes[name]
+        assert mesh.column is not None
+        beside = add(self.row(name), times(-1, mesh.column))
+        column = times(1 / mesh.tangential, beside)
+        return Feedback(name, "largest", mesh.tangential, column, SX(0), friction=False)
+
+    @property
+    def frictional(self) -> bool:
+        """Whether any joint has friction."""
+        return any(feedback.friction for feedback in self.feedbacks)
+
+    @property
+    def speeds(self) -> Any:
+        """Relative speeds over (q, velocity), (k,)."""
+        return ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
+
+    @property
+    def limits(self) -> tuple[Any, Any]:
+        """Magnitudes of resistances along falling and growing coordinates, (k,), 0 for joints."""
+        falls = [SX(0) if slip.falls is None else SX(slip.falls) for slip in self.slips]
+        grows = [SX(0) if slip.grows is None else SX(slip.grows) for slip in self.slips]
+        return ca.vertcat(*falls), ca.vertcat(*grows)

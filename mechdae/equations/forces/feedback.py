@@ -1,0 +1,88 @@
+"""Sliding speeds, and forces whose size follows from the reactions of their own joint."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from mechdae.equations.forces.generalised import Wrench
+from mechdae.records import dataclass
+
+SX = ca.SX
+ACROSS = ("across x", "across y", "across z")
+"""Laws of the components of p t / |t| for the forms (p, t), t (3,): they may be negative."""
+
+
+@dataclass(frozen=True)
+class Slip:
+    """A relative speed whose sign a force needs: expression of (q, v), unit "rad" or "m".
+
+    ``falls`` and ``grows`` are the magnitudes of a resistance; ``resting`` is a symbol, 1 where
+    ``friction_static`` takes the place of ``friction``. ``column`` is what a unit of the force or
+    moment along it does in joints in space, as part of the joint's own reaction.
+
+    A pair that glides in several directions has a slip for each of its `parts`, of one unit, one
+    after the other; ``sign`` is then a component of the direction in which it starts, ``resting``
+    1 where its speeds change along one line, and ``weight`` that of the square of a force that
+    holds it.
+    """
+
+    owner: str
+    speed: Any
+    unit: str
+    sign: Any
+    falls: Any = None
+    grows: Any = None
+    resting: Any = None
+    column: Wrench | None = None
+    part: int = 0
+    parts: int = 1
+    weight: Any = 1.0
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """A force with a size that follows from its joint's multipliers.
+
+    Attributes
+    ----------
+    joint
+        Its joint.
+    law
+        "length" (of the vector of forms), "largest" (of the forms, one of them is never
+        negative) or one of `ACROSS`.
+    forms : SX (k, n)
+        The linear forms over the joint's n multipliers in the order of its rows.
+    column : dict
+        Generalised force per unit of size.
+    rate : SX
+        Power lost per unit of size.
+    friction
+        Whether it vanishes without friction.
+    strength
+        Coefficient, or radius of the friction circle: force or moment per unit of size.
+    falling
+        The same where the speed is negative, None if it does not depend on that.
+    needs : SX (k, n) or None
+        The forms that have to be unique where constraints are superfluous, without speeds; None:
+        ``forms``.
+    slip
+        The speed whose sign the force has; None for a force that is no friction.
+    """
+
+    joint: str
+    law: str
+    forms: Any
+    column: Wrench
+    rate: Any
+    friction: bool = True
+    strength: Any = 0.0
+    falling: Any = None
+    slip: Slip | None = None
+    needs: Any = None
+
+    def idle(self, p: Any, values: Any) -> bool:
+        """Return whether it is nothing for these numbers: a coefficient or a radius of zero."""
+        found = ca.substitute(SX(self.strength), p, ca.DM(values))
+        return bool(ca.simplify(found).is_zero())

@@ -1,0 +1,113 @@
+"""Reactions of joints in space along a motion: sums over all that acts behind a joint.
+
+They are linear in what the equations of motion leave open: accelerations of the free coordinates,
+multipliers of all equations, forces that hold slips, sizes of friction and of teeth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.equations.forces.generalised import Wrench, add, reaction, times
+from mechdae.equations.forces.inertia import inertia
+from mechdae.equations.model import Model
+
+SX = ca.SX
+
+
+def columns_in_space(r: Any) -> list[Wrench]:
+    """Return what minus a unit of the multiplier of each equation does, in joints too.
+
+    Forces of teeth take the place of the equations of gears and racks, where they are known.
+    """
+    joints, meshes = r.model.mechanism.joints, r.rubbing.meshes
+    held = [
+        (row.driver and row.part != "law") or (row.owner in joints and joints[row.owner].meshes)
+        for row in r.rows
+    ]
+    others = [row for row, alone in zip(r.rows, held, strict=True) if not alone]
+    found, columns = iter(r.model.columns_of(others)), []
+    for row, alone in zip(r.rows, held, strict=True):
+        mesh = None if row.driver else meshes.get(row.owner)
+        if mesh is not None and mesh.column is not None:
+            columns.append(mesh.column)
+        else:
+            columns.append(Model.columns_of(r.model, [row])[0] if alone else next(found))
+    return columns
+
+
+def lock_columns(r: Any) -> list[Wrench]:
+    """Return what minus a unit of the force that holds each slip does."""
+    mechanism = r.model.mechanism
+    found = []
+    for slip in r.rubbing.slips:
+        if slip.column is not None:
+            found.append(slip.column)
+            continue
+        load: Any = mechanism.loads[slip.owner]
+        found.append(r.model.gradient(coordinate(mechanism, load.coordinate)))
+    return found
+
+
+class JointReactions:
+    """Force and moment of joints, (6 joints,), as linear functions over (x, v, t, signs, p).
+
+    Parameters
+    ----------
+    r : mechdae.equations.motion_equations.Released
+        The equations of motion.
+    names
+        The joints.
+
+    Attributes
+    ----------
+    still : SX (6 k,)
+        What loads and inertia at x'' = 0 make of them.
+    by_acceleration, by_multiplier, by_lock, by_size : SX
+        What a unit of each acceleration of x, of each equation's multiplier, of each holding force
+        and of each size of a feedback adds.
+    """
+
+    def __init__(self, r: Any, names: Sequence[str]) -> None:
+        model, self.names = r.model, list(names)
+        still = self._told(model, add(r.loads.total, times(-1, inertia(model))))
+        steady = self._stacked(model, columns_in_space(r), -1)
+        locks = self._stacked(model, lock_columns(r), -1)
+        sizes = self._stacked(model, [own.column for own in r.rubbing.feedbacks], 1)
+        slopes = ca.jacobian(still, model.acceleration)
+        parts = [ca.densify(still), slopes, steady, locks, sizes]
+        moved = r.moved(ca.horzcat(*parts))
+        ends = [0]
+        for part in parts:
+            ends.append(ends[-1] + part.shape[1])
+        self.still, turned, self.by_multiplier, self.by_lock, self.by_size = ca.horzsplit(
+            moved, ends
+        )
+        self.by_acceleration = turned @ r.V
+
+    def _told(self, model: Model, wrench: Wrench) -> Any:
+        parts = [part for name in self.names for part in reaction(model, name, wrench)]
+        return ca.vertcat(SX(0, 1), *parts)
+
+    def _stacked(self, model: Model, columns: Sequence[Wrench], sign: float) -> Any:
+        told = [ca.sparsify(sign * self._told(model, own)) for own in columns]
+        return ca.horzcat(SX(6 * len(self.names), 0), *told)
+
+    def place(self, name: str) -> slice:
+        """Return where the six numbers of a joint stand."""
+        k = 6 * self.names.index(name)
+        return slice(k, k + 6)
+
+    def at(self, acceleration: Any, multipliers: Any, locks: Any, sizes: Any, acts: Any = 1) -> Any:
+        """Return reactions; without what `acts` by itself they are those of a change."""
+        return (
+            acts * self.still
+            + self.by_acceleration @ acceleration
+            + self.by_multiplier @ multipliers
+            + self.by_lock @ locks
+            + self.by_size @ sizes
+        )

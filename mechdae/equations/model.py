@@ -1,0 +1,327 @@
+"""The symbolic model of a mechanism: q, p, Phi(q, u; p) = 0 and its derivatives.
+
+Every number of the mechanism is an entry of p. A number written as an expression enters
+the residuals as that expression over named parameters; a literal zero enters as zero, so
+that a term it multiplies costs nothing, and becomes a symbol when the caller frees it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Sequence
+from copy import copy
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinates import NamedCoordinate, Selection
+from mechdae.describe.expression import build
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.equations.coordinates import Coordinate, Coordinates
+from mechdae.equations.curve_contacts import contacts
+from mechdae.equations.frames import Frame, fixed_frame, planar_frame
+from mechdae.equations.gradients import gradients
+from mechdae.equations.joints import Ends, rows_of
+from mechdae.equations.kept import Kept, kept_property
+from mechdae.equations.space import PLANE
+from mechdae.records import dataclass
+
+SX = ca.SX
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    **{
+        name: getattr(ca, name)
+        for name in "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt sign".split()
+    },
+    "abs": ca.fabs,
+    "min": ca.fmin,
+    "max": ca.fmax,
+    "hypot": lambda x, y: ca.sqrt(x * x + y * y),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One scalar equation: the joint or driver it belongs to, its part and unit.
+
+    ``reach`` is what bounds of an equation in space are made of, where it is known.
+    """
+
+    owner: str
+    part: str
+    expression: Any
+    unit: str
+    driver: bool = False
+    reach: Any = None
+
+    @property
+    def name(self) -> str:
+        return f"{self.owner}.{self.part}"
+
+
+class Model:
+    """Symbols and equations of one mechanism.
+
+    Parameters
+    ----------
+    mechanism
+        The description.
+    frames
+        Makes the frame of a body; the planar (x, y, theta) by default.
+    free
+        Names of numbers that must stay symbols even where they are a literal zero.
+
+    Attributes
+    ----------
+    p, p_names, p_values : SX (np,), list, array
+        Parameters, their names and values [SI, rad].
+    coordinates : Coordinates
+        Those of all bodies in declared order, then those of the joints that have their own: see
+        `contacts`.
+    q, q_names : SX (nq,), list of (owner, name)
+        Their symbols and keys.
+    space : Space
+        What is planar.
+    contacts : dict
+        Curve joints in symbols, by name.
+    rows : list of Row
+        Joint equations, without drivers.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        frames: Callable[[str], Frame] = planar_frame,
+        free: Iterable[str] = (),
+    ) -> None:
+        self.mechanism, self.kept = mechanism, Kept()
+        self._free = set(free)
+        self._make_parameters()
+        self._anchors: dict[str, str] = {}
+        # pins on the ground first: they stay where they are to the last bit
+        joints = sorted(mechanism.joints.values(), key=lambda j: GROUND not in j.bodies)
+        for joint in joints:
+            for side in (joint.first, joint.second):
+                body, point = side.split(".")
+                if body != GROUND:
+                    self._anchors.setdefault(body, point)
+        self._frames = {name: frames(name) for name in mechanism.bodies}
+        self._frames[GROUND] = fixed_frame(mechanism.dimension)
+        self.space = PLANE
+        parameters = dict(zip(self.p_names, self.p.elements(), strict=True))
+        self.contacts = contacts(mechanism, parameters, self.numbers, FUNCTIONS)
+        own = [self._frames[name].coordinates for name in mechanism.bodies]
+        own += [contact.coordinates for contact in self.contacts.values()]
+        self.coordinates = Coordinates(itertools.chain(*own))
+        self.q_names = self.coordinates.keys
+        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
+        self.ends = {
+            name: Ends(joint, self.frame, self.point, self.numbers, self.contacts.get(name))
+            for name, joint in mechanism.joints.items()
+        }
+        self.rows = [Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)]
+
+    def _make_parameters(self) -> None:
+        mechanism = self.mechanism
+        symbols = {name: SX.sym(name) for name in mechanism.parameter_values}
+        self.numbers: dict[str, Any] = {}
+        for name, number in mechanism.numbers():
+            if isinstance(number, str):
+                self.numbers[name] = SX(build(number, symbols, FUNCTIONS))
+            elif name not in self._free and (number == 0 or self._is_constant(name)):
+                self.numbers[name] = SX(number)
+            else:
+                self.numbers[name] = symbols[name] = SX.sym(name)
+        self.p_names = list(symbols)
+        self.p = ca.vertcat(*symbols.values()) if symbols else SX(0, 1)
+        self.p_values = self._values_of(mechanism)
+
+    def _is_constant(self, name: str) -> bool:
+        """Return whether a number is no parameter unless the caller frees it."""
+        return False
+
+    def _values_of(self, mechanism: Mechanism) -> Any:
+        """Return the values of p (np,) in a mechanism of the same structure."""
+        values = mechanism.values()
+        return np.array([values[name] for name in self.p_names])
+
+    def at(self, mechanism: Mechanism) -> Model:
+        """Return the same symbols with the numbers of a mechanism of the same structure."""
+        other = copy(self)
+        other.mechanism, other.p_values = mechanism, self._values_of(mechanism)
+        other.contacts = {name: c.at(mechanism.joints[name]) for name, c in self.contacts.items()}
+        return other
+
+    @property
+    def spinning(self) -> Iterable[str]:
+        """Bodies that spin freely: their frames are not known."""
+        return ()
+
+    @property
+    def left_out(self) -> Iterable[str]:
+        """What is to be told of bodies that spin freely."""
+        return ()
+
+    def knows(self, coordinate: NamedCoordinate) -> bool:
+        """Return whether a coordinate has a value: not what turns with bodies that spin freely."""
+        return True
+
+    def frame(self, body: str) -> Frame:
+        """Return the frame of a body or of the ground; its origin is `anchor`."""
+        return self._frames[body]
+
+    def of_symbol(self, symbol: Any) -> Coordinate | None:
+        """Return the coordinate that a symbol is, None for any other symbol."""
+        return self._of_symbol.get(symbol.element_hash())
+
+    def twist(self, body: str) -> list[int]:
+        """Return the positions in q of a body's coordinates, in the order of a twist."""
+        return [self.places[body, name] for name in self.space.twist]
+
+    def turn(self, body: str) -> int:
+        """Return the position in q of the angle of a body."""
+        return self.twist(body)[-1]
+
+    def anchor(self, body: str) -> str | None:
+        """Return the point of a body that its coordinates x, y belong to.
+
+        It is a joint's point: with an origin far away, bounds and rounding would grow with
+        the distance although the mechanism is the same.
+        """
+        return self._anchors.get(body)
+
+    def local(self, reference: str) -> Any:
+        """Return ``body.point`` (or ``body.center``) in the body's frame, from its anchor."""
+        body = reference.split(".")[0]
+        axes = self.mechanism.axes
+        anchor = self.anchor(body)
+        return ca.vertcat(
+            *[
+                self.numbers[f"{reference}.{axis}"]
+                - (self.numbers[f"{body}.{anchor}.{axis}"] if anchor else 0)
+                for axis in axes
+            ]
+        )
+
+    def center(self, body: str) -> Any:
+        """Return the centre of mass in the body's frame, from its anchor.
+
+        It is the origin of the frame where none is given.
+        """
+        if f"{body}.center.x" in self.numbers:
+            return self.local(f"{body}.center")
+        return self.local_origin(body)
+
+    def local_origin(self, body: str) -> Any:
+        """Return the origin of a body in its frame, from its anchor."""
+        anchor = self.anchor(body)
+        axes = self.mechanism.axes
+        return ca.vertcat(*[-self.numbers[f"{body}.{anchor}.{a}"] if anchor else 0 for a in axes])
+
+    def origin(self, body: str) -> Any:
+        """Return the place of a body's origin, where its points' coordinates are zero."""
+        return self.frame(body).point(self.local_origin(body))
+
+    def point(self, reference: str) -> Any:
+        """Return the place of ``body.point`` in the fixed frame."""
+        return self.frame(reference.split(".")[0]).point(self.local(reference))
+
+    def reported(self, chosen: Selection, listed: bool) -> Selection:
+        """Return what of a selection has a value; `listed`: the task names it."""
+        return chosen
+
+    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+        """Return the expression of a named coordinate."""
+        if coordinate.kind == "body angle":
+            return self.frame(coordinate.part).angle
+        if coordinate.kind == "point":
+            return self.point(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
+        if coordinate.on_curve:
+            return self.contacts[coordinate.part].s
+        ends = self.ends[coordinate.part]
+        if coordinate.kind == "joint angle":
+            return ends.second.angle - ends.first.angle
+        return ca.dot(ends.axis(), ends.gap)
+
+    def columns_of(self, rows: Sequence[Row]) -> list[dict[Any, Any]]:
+        """Return for each row what minus a unit of its multiplier does: its gradient."""
+        return gradients(ca.vertcat(*[row.expression for row in rows]), self.q)
+
+    def gradient(self, coordinate: NamedCoordinate) -> dict[Any, Any]:
+        """Return what a unit of force or moment along a coordinate does."""
+        return gradients(self.coordinate(coordinate), self.q)[0]
+
+    def mass_center(self, body: str) -> Any:
+        """Return the place of a body's centre of mass."""
+        return self.frame(body).point(self.center(body))
+
+    def sharing(self, owners: list[str]) -> list[str]:
+        """Return joints and drivers whose equations depend on each other, by those of the rows."""
+        return owners
+
+    def driven(self, coordinates: Iterable[NamedCoordinate]) -> tuple[list[Row], Any]:
+        """Return all rows, those of the drivers last, and the drivers' symbols u."""
+        rows = list(self.rows)
+        inputs = []
+        for coordinate in coordinates:
+            self.demand(coordinate)
+            u = SX.sym(f"u_{coordinate.text}")
+            residual, reach = self.coordinate(coordinate) - u, self.driver_reach(coordinate, u)
+            rows.append(Row(coordinate.text, "driver", residual, coordinate.unit, True, reach))
+            inputs.append(u)
+        return rows, ca.vertcat(*inputs) if inputs else SX(0, 1)
+
+    def driver_reach(self, coordinate: NamedCoordinate, u: Any) -> Any:
+        """Return what bounds of a driver's equation are made of, None: its terms."""
+        return None
+
+    def demand(self, coordinate: NamedCoordinate) -> None:
+        """Raise for a coordinate that has no value."""
+
+    @kept_property
+    def phi(self) -> Any:
+        """Residuals of all joints, (m,)."""
+        return ca.vertcat(*[row.expression for row in self.rows])
+
+    @kept_property
+    def phi_q(self) -> Any:
+        """Constraint Jacobian, (m, nq)."""
+        return ca.jacobian(self.phi, self.q)
+
+    @kept_property
+    def velocity(self) -> Any:
+        """Symbols of the coordinates' rates, (nq,)."""
+        return SX.sym("v", self.q.numel())
+
+    @kept_property
+    def acceleration(self) -> Any:
+        """Symbols of the coordinates' accelerations, (nq,)."""
+        return SX.sym("a", self.q.numel())
+
+    @kept_property
+    def places(self) -> dict[tuple[str, str], int]:
+        """The position in q of each (owner, name)."""
+        return {key: i for i, key in enumerate(self.q_names)}
+
+    @kept_property
+    def gamma(self) -> Any:
+        """Right-hand side of Phi_q qdd = gamma: -(Phi_q v)_q v, (m,)."""
+        rate = ca.jtimes(self.phi, self.q, self.velocity)
+        return -ca.jtimes(rate, self.q, self.velocity)
+
+    @kept_property
+    def nu(self) -> Any:
+        """Right-hand side of Phi_q qd = nu; zero for joints without a law of time, (m,)."""
+        return SX.zeros(len(self.rows))
+
+    @kept_property
+    def mass_matrix(self) -> Any:
+        """Mass matrix in the absolute coordinates, (nq, nq); a body's rows belong to its anchor."""
+        blocks = []
+        for name in self.mechanism.bodies:
+            m, inertia = (self.numbers.get(f"{name}.{n}", SX(0)) for n in ("mass", "inertia"))
+            c = self.frame(name).direction(self.center(name))
+            blocks.append(self.space.inertia(m, inertia, c))
+        own = sum(len(contact.coordinates) for contact in self.contacts.values())
+        return ca.diagcat(*blocks, SX(own, own)) if own else ca.diagcat(*blocks)

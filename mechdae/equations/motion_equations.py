@@ -1,0 +1,400 @@
+"""The model with its drivers released: free coordinates x, what is left of the constraints.
+
+Constant pivots are eliminated from all joint equations and laws of time at once, q = q(x, t),
+so that few coordinates and constraints remain,
+
+    M(x) x'' + J^T lambda = f(x, x', t),    J x'' = gamma(x, x', t),    J = d phi / dx,
+
+with M = V^T M_q V and f = V^T (Q - M_q V' x' - h), V = dq/dx. The multipliers of the constraints
+that are left are those of the whole set; the eliminated ones follow from the balance of
+the eliminated coordinates (`kernels.recovery`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.expression import names_in
+from mechdae.describe.loads import Spring
+from mechdae.equations.coordinates import Coordinates
+from mechdae.equations.forces.dry_friction import Rubbing
+from mechdae.equations.forces.feedback import Feedback
+from mechdae.equations.forces.generalised import Wrench, add, of_coordinates, power
+from mechdae.equations.forces.inertia import inertia, kinetic_energy
+from mechdae.equations.forces.joint_reactions import JointReactions
+from mechdae.equations.forces.loads import Loads
+from mechdae.equations.kept import Kept
+from mechdae.equations.model import Model, Row
+from mechdae.equations.reduction import eliminate, with_unknowns
+from mechdae.records import dataclass
+
+SX = ca.SX
+
+
+@dataclass(frozen=True)
+class Law:
+    """A coordinate that follows an expression of the time."""
+
+    coordinate: NamedCoordinate
+    value: Any
+
+
+AUXILIARY = ("norm", "spin", "angle", "angle2")
+"""Equations in space that hold nothing: of unit quaternions, and of angles of cut joints."""
+
+
+class Released:
+    """Equations of motion of a mechanism in the coordinates that constant pivots leave.
+
+    Parameters
+    ----------
+    model
+        Symbols of the mechanism.
+    loads
+        What acts on it; its time is the time of the laws.
+    laws
+        Coordinates that follow the time.
+    held
+        Coordinates, (owner, name), that keep a value since nothing moves them; their values are
+        among ``signs``.
+    rubbing
+        Dry friction; without it that of resistances.
+
+    Attributes
+    ----------
+    rows : list of Row
+        Equations of the joints, then those of the laws and of what is held.
+    t, x, v : SX
+        Time, free coordinates and their rates.
+    coordinates : Coordinates
+        What x are.
+    left, gone : list of int
+        Rows that are left as constraints, and rows that were eliminated.
+    empty : list of int
+        Rows without a free coordinate: they hold or they do not.
+    solved : list of int
+        Positions in q of the eliminated coordinates.
+    q, qd : SX (nq,)
+        Absolute coordinates and their rates over (x, v, t, p).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        loads: Loads,
+        laws: Sequence[Law] = (),
+        held: Sequence[tuple[str, str]] = (),
+        rubbing: Rubbing | None = None,
+    ) -> None:
+        self.rubbing = rubbing or Rubbing(model, loads, friction=False)
+        self.model, self.loads, self.laws = model, loads, list(laws)
+        self.t, self.kept = loads.time, Kept()
+        self.values = SX.sym("held", len(held))
+        self.rows = list(model.rows)
+        for law in laws:
+            c = law.coordinate
+            residual = model.coordinate(c) - law.value
+            self.rows.append(Row(c.text, "law", residual, c.unit, driver=True))
+        for i, key in enumerate(held):
+            own = model.coordinates[model.places[key]]
+            residual = own.symbol - self.values[i]
+            self.rows.append(Row(own.owner, own.name, residual, own.unit, True))
+        nonzero = [
+            model.numbers[f"{name}.{entry}"]
+            for name, joint in model.mechanism.joints.items()
+            for entry in joint.pivots
+        ]
+        equations = [(row.expression, row.unit, str(i)) for i, row in enumerate(self.rows)]
+        symbols = model.q.elements()
+        solved, rest, left = eliminate(equations, symbols, nonzero)
+        rest, without = with_unknowns(rest, left)
+        self.left = [int(tag) for _, _, tag in rest]
+        self.empty = [int(tag) for _, _, tag in without]
+        left_over = {*self.left, *self.empty}
+        self.gone = [i for i in range(len(self.rows)) if i not in left_over]
+        self.x = ca.vertcat(*left) if left else SX(0, 1)
+        self.v = SX.sym("rate", len(left))
+        self.coordinates = Coordinates(c for c in map(model.of_symbol, left) if c)
+        places = {symbol.element_hash(): j for j, symbol in enumerate(symbols)}
+        self.free = [places[symbol.element_hash()] for symbol in left]
+        self.solved = [places[symbol.element_hash()] for symbol, _, _ in solved]
+        expressions = dict(zip(self.free, left, strict=True))
+        expressions |= {j: own[1] for j, own in zip(self.solved, solved, strict=True)}
+        self.q = ca.vertcat(*[expressions[j] for j in range(len(symbols))])
+        self.phi = _column([expression for expression, _, _ in rest])
+        self.residue = _column([expression for expression, _, _ in without])
+        self.units = [self.rows[i].unit for i in self.left]
+
+    def tells(self, row: Row) -> bool:
+        """Return whether the multiplier of an equation is a force or a moment that holds."""
+        return row.driver or not self.model.space.behind or row.part not in AUXILIARY
+
+    # -- kinematics --------------------------------------------------------------------------
+
+    def rate(self, expression: Any) -> Any:
+        """Return the derivative in time of an expression over (x, t), or (x, v, t) at x'' = 0."""
+        at, along = ca.vertcat(self.x, self.t), ca.vertcat(self.v, SX(1))
+        return ca.jtimes(expression, at, along)
+
+    @cached_property
+    def V(self) -> Any:
+        """dq/dx, (nq, n)."""
+        return ca.jacobian(self.q, self.x)
+
+    @cached_property
+    def qd(self) -> Any:
+        return self.rate(self.q)
+
+    @cached_property
+    def bias(self) -> Any:
+        """The acceleration of q at x'' = 0."""
+        return self.rate(self.qd)
+
+    @cached_property
+    def J(self) -> Any:
+        """Jacobian of the constraints that are left, (m, n)."""
+        return ca.jacobian(self.phi, self.x)
+
+    @cached_property
+    def phi_t(self) -> Any:
+        """Explicit derivative of the constraints in time, (m,)."""
+        return ca.jacobian(self.phi, self.t) if self.laws else SX.zeros(self.phi.numel())
+
+    @cached_property
+    def gamma(self) -> Any:
+        """Right-hand side of J x'' = gamma, (m,)."""
+        return -self.rate(self.rate(self.phi))
+
+    # -- dynamics ----------------------------------------------------------------------------
+
+    @property
+    def signs(self) -> Any:
+        """Inputs that are fixed between events.
+
+        Those of dry friction, pieces of tables over the time, values of what is held.
+        """
+        pieces = [table.symbols for table in self.loads.timed]
+        return ca.vertcat(self.rubbing.signs, *pieces, self.values)
+
+    @cached_property
+    def slips(self) -> Any:
+        """Speeds whose signs are inputs."""
+        return self.moved(self.rubbing.speeds)
+
+    @cached_property
+    def held_back(self) -> Any:
+        """Generalised forces of locks per unit, at the absolute coordinates, (nq, k)."""
+        columns = ca.jacobian(self.rubbing.speeds, self.model.velocity).T
+        return self.moved(columns)
+
+    @cached_property
+    def rubbed(self) -> Any:
+        """Generalised forces of friction and bearings per unit of size, (nq, feedbacks)."""
+        columns = [self.stack(feedback.column) for feedback in self.rubbing.feedbacks]
+        return self.moved(ca.horzcat(*columns))
+
+    @cached_property
+    def passed(self) -> JointReactions:
+        """Reactions in space of the joints whose forces follow from them."""
+        joints = dict.fromkeys(feedback.joint for feedback in self.rubbing.feedbacks)
+        return JointReactions(self, list(joints))
+
+    def own(self, feedback: Feedback) -> list[int]:
+        """Return the equations of the joint of a feedback."""
+        rows = enumerate(self.rows)
+        return [i for i, row in rows if row.owner == feedback.joint and not row.driver]
+
+    def pressing(self, feedback: Feedback) -> Any:
+        """Return what has to be unique for a feedback, by multipliers of all rows, (k, rows)."""
+        forms = feedback.forms if feedback.needs is None else feedback.needs
+        forms = self.moved(SX(forms))
+        if self.model.space.behind:
+            return forms @ self.passed.by_multiplier[self.passed.place(feedback.joint), :]
+        found = SX(forms.shape[0], len(self.rows))
+        found[:, self.own(feedback)] = forms
+        return found
+
+    @cached_property
+    def losses(self) -> dict[str, list[tuple[int, Any]]]:
+        """By joint its places among the sizes, and the power lost per unit of each."""
+        result: dict[str, list[tuple[int, Any]]] = {}
+        for j, own in enumerate(self.rubbing.feedbacks):
+            if own.friction:
+                result.setdefault(own.joint, []).append((j, self.moved(own.rate)))
+        return result
+
+    def gaps(self, length: float) -> list[float]:
+        """Return natural sizes of the rows that are left: a `length`, or 1."""
+        return [row_size(unit, length) for unit in self.units]
+
+    def moved(self, absolute: Any, acceleration: Any = None) -> Any:
+        """Return an expression over (q, v, a, t) as one over (x, v, t), at x'' = 0 or another."""
+        model = self.model
+        result = SX(absolute)
+        if self.loads.signals:
+            pieces = ca.vertcat(*[signal.piece for signal in self.loads.signals])
+            values = [
+                ca.vertcat(signal.at, _broken_line(signal), 0) for signal in self.loads.signals
+            ]
+            result = ca.substitute(result, pieces, ca.vertcat(*values))
+        inputs = [model.q, model.velocity, model.acceleration, self.t, model.p, self.signs]
+        function = ca.Function("moved", inputs, [result])
+        turned = self.bias if acceleration is None else self.bias + self.V @ acceleration
+        at = [self.q, self.qd, turned, self.t, model.p, self.signs]
+        return function(*at)
+
+    def stack(self, wrench: Wrench) -> Any:
+        """Return a generalised force as a column over the absolute coordinates."""
+        size, wrench = self.model.q.numel(), of_coordinates(wrench)
+        pattern = ca.Sparsity.triplet(size, 1, list(wrench), [0] * len(wrench))
+        column = SX(pattern)
+        for i, force in wrench.items():
+            column[i] = force
+        return column
+
+    @cached_property
+    def applied(self) -> Any:
+        """Generalised force of loads and pretensions at the absolute coordinates, (nq,)."""
+        return self.moved(self.stack(add(self.loads.total, self.rubbing.steady)))
+
+    @cached_property
+    def acting(self) -> Any:
+        """Loads on the bodies: of the plane `applied`, in space sizes of the forces and moments.
+
+        The generalised forces of a tree vanish where loads are in balance.
+        """
+        if not self.model.space.behind:
+            return self.applied
+        every = self.loads.wrenches.values()
+        keys = [("on", body, k) for body in self.model.mechanism.bodies for k in range(6)]
+        sizes = [sum((ca.fabs(own.get(key, SX(0))) for own in every), SX(0)) for key in keys]
+        return self.moved(ca.vertcat(SX(0, 1), *sizes))
+
+    def acting_sizes(self, length: float) -> Any:
+        """Return by what its entries are multiplied to be moments, `length` that of forces."""
+        if not self.model.space.behind:
+            return self.model.coordinates.sizes(length)
+        return np.tile([length] * 3 + [1.0] * 3, len(self.model.mechanism.bodies))
+
+    @cached_property
+    def push(self) -> Any:
+        """Loads less the inertia at x'' = 0, at the absolute coordinates, (nq,)."""
+        return self.applied - self.moved(self.stack(inertia(self.model)))
+
+    @cached_property
+    def f(self) -> Any:
+        """Generalised force at x, inertia at x'' = 0 in it, (n,)."""
+        return ca.densify(self.V.T @ self.push)
+
+    @cached_property
+    def mass(self) -> Any:
+        """Mass matrix of the absolute coordinates, (nq, nq)."""
+        return self.moved(self.model.mass_matrix)
+
+    @cached_property
+    def M(self) -> Any:
+        """Mass matrix of x, (n, n)."""
+        return self.V.T @ self.mass @ self.V
+
+    # -- energy ------------------------------------------------------------------------------
+
+    @cached_property
+    def kinetic(self) -> Any:
+        """Kinetic energy."""
+        return self.moved(kinetic_energy(self.model)[0])
+
+    @cached_property
+    def stores(self) -> dict[str, Any]:
+        """Potential energies by load: gravity, springs without time in their numbers."""
+        model, result = self.model, {}
+        for name, load in model.mechanism.loads.items():
+            if isinstance(load, Spring) and self._constant(load):
+                result[name] = self._strain(load)
+        if "gravity" in self.loads.wrenches:
+            g = ca.vertcat(*[model.numbers[f"gravity.{axis}"] for axis in model.space.axes])
+            total = SX(0)
+            for body in model.mechanism.bodies:
+                if f"{body}.mass" in model.numbers:
+                    place = model.mass_center(body)
+                    total -= model.numbers[f"{body}.mass"] * ca.dot(g, place)
+            result["gravity"] = total
+        return {name: self.moved(expression) for name, expression in result.items()}
+
+    def _constant(self, load: Spring) -> bool:
+        """Return whether a spring's numbers depend on parameters alone."""
+        numbers = (load.stiffness, load.free_length, load.preload, load.damping)
+        used = {name for number in numbers if isinstance(number, str) for name in names_in(number)}
+        return used <= set(self.model.mechanism.parameters)
+
+    def _strain(self, load: Spring) -> Any:
+        """Return preload s + k s^2/2 with s = L - L0."""
+        k, free, preload = (
+            self.loads._number(load, name) for name in ("stiffness", "free_length", "preload")
+        )
+        stretch = self._length(load) - free
+        return preload * stretch + k * stretch**2 / 2
+
+    @cached_property
+    def powers(self) -> dict[str, Any]:
+        """Powers that are no rate of a stored energy, by load."""
+        result: dict[str, Any] = {}
+        for name, wrench in self.loads.wrenches.items():
+            if name == "gravity":
+                continue
+            load: Any = self.model.mechanism.loads[name]
+            total = sum(power(self.model, wrench), SX(0))
+            if name in self.stores:
+                if not _damped(load):
+                    continue
+                total = self._damping_power(load)
+            result[name] = self.moved(total)
+        return result
+
+    def _damping_power(self, load: Spring) -> Any:
+        """Return the power of a spring's damper, <= 0."""
+        c, model = self.loads._number(load, "damping"), self.model
+        speed = ca.jtimes(self._length(load), model.q, model.velocity)
+        return -c * speed**2
+
+    def _length(self, load: Spring) -> Any:
+        """Return the length of a spring, or the coordinate it acts on."""
+        model = self.model
+        if load.coordinate is not None:
+            return model.coordinate(coordinate(model.mechanism, load.coordinate))
+        first, second = load.between or ("", "")
+        return ca.sqrt(ca.sumsqr(model.point(second) - model.point(first)))
+
+    def driven_power(self, acceleration: Any) -> Any:
+        """Return the power that the laws put in: rate of the energy less that of the loads."""
+        whole = self.push - self.mass @ (self.V @ acceleration)
+        return -ca.dot(whole, self.qd)
+
+
+def _damped(load: Any) -> bool:
+    return isinstance(load, Spring) and load.damping != 0
+
+
+def _broken_line(signal: Any) -> Any:
+    """Return the value of a table by straight lines, over its abscissa."""
+    points = signal.load.points
+    at, first, last = signal.at, points[0][0], points[-1][0]
+    if signal.load.periodic:
+        span = last - first
+        at = at - span * ca.floor((at - first) / span)
+    abscissae, values = zip(*points, strict=True)
+    return ca.pw_lin(at, ca.DM(list(abscissae)), ca.DM(list(values)))
+
+
+def row_size(unit: str, length: float) -> float:
+    """Return the natural size of an equation: 1 of angles, else a `length`."""
+    return 1.0 if unit == "rad" else length
+
+
+def _column(items: list[Any]) -> Any:
+    return ca.vertcat(*items) if items else SX(0, 1)

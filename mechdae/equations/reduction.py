@@ -1,0 +1,460 @@
+"""From absolute coordinates to the few unknowns of each Assur group.
+
+Inside a group every variable with a constant pivot (+-1, or a gear ratio, which is never
+zero) is eliminated with its row; what is left falls into numerical blocks by a second
+block-triangular form. A parameter that may vanish is never a pivot.
+
+No equation of a redundant group is thrown away: its blocks have more equations than
+unknowns, and an equation that loses all of its unknowns is kept as a check.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import field, replace
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.named import bodies_of
+from mechdae.describe.turnless import rollers
+from mechdae.equations.coordinates import Coordinates
+from mechdae.equations.groups import Group, loose_bodies
+from mechdae.equations.kept import Kept, kept_property
+from mechdae.equations.model import Model, Row
+from mechdae.equations.tree.choice import groups_of
+from mechdae.errors import FreedomError, MechanismError
+from mechdae.records import dataclass
+
+SX = ca.SX
+
+
+@dataclass(frozen=True)
+class Block:
+    """Equations F = 0 of one numerical block, square in the unknowns ``x`` or redundant.
+
+    ``x`` are positions in the scene's unknown vector, ``uses`` those of earlier blocks
+    that F depends on; ``units`` ("m" or "rad"), ``owners`` (joint or driver) and in space
+    ``reaches`` (see `Row`) belong to the equations.
+    """
+
+    group: int
+    x: tuple[int, ...]
+    uses: tuple[int, ...]
+    residual: Any
+    units: tuple[str, ...]
+    owners: tuple[str, ...]
+    reaches: tuple[Any, ...] = ()
+
+    @property
+    def redundant(self) -> bool:
+        """More equations than unknowns."""
+        return len(self.units) > len(self.x)
+
+
+@dataclass(frozen=True)
+class Check:
+    """An equation of a redundant group that holds none of the group's own unknowns."""
+
+    group: int
+    residual: Any
+    unit: str
+    owner: str
+    reach: Any = None
+
+
+@dataclass
+class Scene:
+    """What a task needs of a model: driven rows, groups, unknowns, recovered coordinates.
+
+    Attributes
+    ----------
+    u : SX (nd,)
+        Driver values.
+    x, unknowns : SX (nx,), Coordinates
+        Unknowns left after elimination, in solve order.
+    blocks : list of Block
+    checks : list of Check
+        Equations of redundant groups that are left without unknowns.
+    recover : dict
+        (owner, name) -> expression over (x, u, p) for every coordinate in the scene.
+    reaches : dict
+        Reaches of expressions that are reported in space, see `told`.
+    solved_from : dict
+        The equation that gave an eliminated coordinate, by the hash of its symbol.
+    """
+
+    model: Model
+    drivers: tuple[NamedCoordinate, ...]
+    rows: list[Row]
+    u: Any
+    all_groups: list[Group]
+    groups: list[Group]
+    selection: Selection
+    x: Any = None
+    unknowns: Coordinates = field(default_factory=Coordinates)
+    blocks: list[Block] = field(default_factory=list)
+    checks: list[Check] = field(default_factory=list)
+    recover: dict[tuple[str, str], Any] = field(default_factory=dict)
+    kept: Kept = field(default_factory=Kept)
+    reaches: dict[int, Any] = field(default_factory=dict)
+    solved_from: dict[int, Row] = field(default_factory=dict)
+
+    def at(self, model: Model) -> Scene:
+        """Return the same scene of the model with other numbers."""
+        return replace(self, model=model)
+
+    @property
+    def x_names(self) -> list[tuple[str, str]]:
+        """(owner, name) of the unknowns."""
+        return self.unknowns.keys
+
+    @kept_property
+    def recovered(self) -> Coordinates:
+        """The coordinates in `recover`."""
+        model = self.model
+        return Coordinates(model.coordinates[model.places[key]] for key in self.recover)
+
+    @kept_property
+    def _places(self) -> dict[int, tuple[int, int]]:
+        vectors = (self.x, self.u, self.model.p)
+        return {
+            symbol.element_hash(): (k, i)
+            for k, vector in enumerate(vectors)
+            for i, symbol in enumerate(vector.elements())
+        }
+
+    def held(self, expression: Any) -> tuple[list[int], list[int], list[int]]:
+        """Return the positions in x, u and p of the symbols that an expression holds."""
+        held: tuple[list[int], list[int], list[int]] = ([], [], [])
+        for symbol in ca.symvar(SX(expression)):
+            k, i = self._places[symbol.element_hash()]
+            held[k].append(i)
+        for positions in held:
+            positions.sort()
+        return held
+
+    def keep_reaches(self, values: Sequence[Any], reaches: Sequence[Any]) -> None:
+        """Keep the reaches of scalars over (x, u, p)."""
+        for value, reach in zip(values, reaches, strict=True):
+            if reach is not None and not value.is_constant() and not value.is_leaf():
+                self.reaches[value.element_hash()] = (value, reach)
+
+    def reaches_of(self, values: Any) -> list[Any]:
+        """Return the reaches of scalars, None of those that are not known."""
+        return [self.reaches.get(v.element_hash(), (v, None))[1] for v in values.elements()]
+
+    @property
+    def redundant(self) -> list[Group]:
+        """The groups with superfluous equations."""
+        return [group for group in self.groups if group.superfluous]
+
+    def hanging(self, *indices: int) -> set[int]:
+        """Return groups and those attached to them, by index."""
+        after = set(indices)
+        for group in self.groups:
+            if after & set(group.after):
+                after.add(group.index)
+        return after
+
+    @property
+    def idle(self) -> list[str]:
+        """Bodies on one pin that constraints are missing for: they are in no group."""
+        held = {name for group in self.all_groups for name in group.bodies}
+        mechanism = self.model.mechanism
+        if len(held) == len(mechanism.bodies) or mechanism.dimension == 3:
+            return []
+        return [name for name in rollers(mechanism) if name not in held]
+
+    @property
+    def left_out(self) -> list[str]:
+        """What is to be told of bodies that turn or spin freely."""
+        idle = [f"{name} turns freely on its pin: it is left out" for name in self.idle]
+        return [*self.model.left_out, *idle]
+
+    @property
+    def not_in_scene(self) -> list[str]:
+        """Bodies of groups that no requested output depends on."""
+        solved = {name for group in self.groups for name in group.bodies}
+        return [name for name in self.model.mechanism.bodies if name not in solved]
+
+    def turn_of(self, body: str) -> Any:
+        """Return the angle of a body over (x, u, p), None of one that is not in the scene."""
+        return self.recover.get(self.model.q_names[self.model.turn(body)])
+
+    def expression(self, absolute: Any) -> Any:
+        """Return an expression over q as one over (x, u, p)."""
+        held = [self.model.of_symbol(s) for s in ca.symvar(SX(absolute))]
+        used = [(c.symbol, self.recover[c.key]) for c in held if c and c.key in self.recover]
+        if not used:
+            return absolute
+        symbols, values = zip(*used, strict=True)
+        return ca.substitute(absolute, ca.vertcat(*symbols), ca.vertcat(*values))
+
+
+def scene(
+    model: Model,
+    drivers: Sequence[NamedCoordinate],
+    outputs: tuple[str, ...] | None = None,
+    coarse: bool = False,
+    loaded: Iterable[str] | None = None,
+) -> Scene:
+    """Return the scene: only groups that the outputs or the drivers depend on are in it.
+
+    With `coarse` all bodies with superfluous equations are one group. For a task of forces
+    `loaded` are the bodies that forces act on: those of their groups are kept too.
+    """
+    rows, u = model.driven(drivers)
+    chosen = selection(model.mechanism, outputs, forces=loaded is not None)
+    chosen = model.reported(chosen, outputs is not None)
+    try:
+        groups = groups_of(model, rows, coarse)
+    except MechanismError:
+        chosen, out = _left_out(model, rows, chosen, outputs is not None, loaded or ())
+        if not out:
+            raise
+        groups = groups_of(model, rows, coarse, out)
+    kept = groups if outputs is None else _needed(model, groups, chosen, loaded or ())
+    result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen)
+    reduce(result)
+    return result
+
+
+def _asked(model: Model, chosen: Selection, loaded: Iterable[str]) -> set[str]:
+    """Return the bodies that a selection and loads are about."""
+    bodies = set(loaded) | set(chosen.bodies) | {point.split(".")[0] for point in chosen.points}
+    for name in chosen.joints:
+        bodies |= set(model.mechanism.joints[name].bodies)
+    return (bodies | bodies_of(model.mechanism, chosen.named)) - {GROUND}
+
+
+def _left_out(
+    model: Model, rows: Sequence[Row], chosen: Selection, listed: bool, loaded: Iterable[str]
+) -> tuple[Selection, set[str]]:
+    """Return the selection, and the bodies left out that constraints are missing for.
+
+    These are bodies that nothing asks for. Where all are asked for, a body that hangs on one pin
+    alone, an idle roller, is none of them: what hangs on its turn is taken out of the selection.
+    """
+    out, mechanism = set(loose_bodies(model, rows)), model.mechanism
+    if mechanism.dimension == 3:
+        return chosen, set()
+    if not listed:
+        idle = out & set(rollers(mechanism))
+        chosen = replace(
+            chosen,
+            bodies=tuple(name for name in chosen.bodies if name not in idle),
+            points=tuple(name for name in chosen.points if name.split(".")[0] not in idle),
+            joints=tuple(n for n in chosen.joints if not idle & set(mechanism.joints[n].bodies)),
+        )
+    return chosen, set() if out & _asked(model, chosen, loaded) else out
+
+
+def _needed(
+    model: Model, groups: list[Group], chosen: Selection, loaded: Iterable[str]
+) -> list[Group]:
+    bodies = _asked(model, chosen, loaded)
+    wanted = {group.index for group in groups if group.driven or bodies & set(group.bodies)}
+    front = list(wanted)
+    while front:
+        for other in groups[front.pop()].after:
+            if other not in wanted:
+                wanted.add(other)
+                front.append(other)
+    return [group for group in groups if group.index in wanted]
+
+
+def reduce(scene: Scene) -> None:
+    """Fill in the scene's unknowns, blocks and recovered coordinates."""
+    model = scene.model
+    nonzero = [
+        model.numbers[f"{name}.{entry}"]
+        for name, joint in model.mechanism.joints.items()
+        for entry in joint.pivots
+    ]
+    result: list[Any] = []
+    pending: list[tuple[int, list[Any], list[Equation]]] = []
+    for group in scene.groups:
+        rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
+        equations = [(rows[k], scene.rows[i].unit, str(i)) for k, i in enumerate(group.rows)]
+        solved, rest, left = eliminate(equations, [model.q[j] for j in group.columns], nonzero)
+        scene.solved_from |= {own[0].element_hash(): scene.rows[int(own[2])] for own in solved}
+        names = {str(model.q[j]): model.q_names[j] for j in group.columns}
+        for symbol, expression, *_ in [*solved, *((symbol, symbol) for symbol in left)]:
+            scene.recover[names[str(symbol)]] = expression
+        rest, without = with_unknowns(rest, left)
+        _check_free(group, model, rest, left)
+        for row, unit, tag in without:
+            if not row.is_zero():
+                own_row = scene.rows[int(tag)]
+                scene.checks.append(Check(group.index, row, unit, own_row.owner, own_row.reach))
+        for unknowns, own in split(rest, left):
+            pending.append((group.index, unknowns, own))
+            result += unknowns
+    scene.x = ca.vertcat(*result) if result else SX(0, 1)
+    scene.unknowns = Coordinates(c for c in map(model.of_symbol, result) if c)
+    place = {symbol.element_hash(): i for i, symbol in enumerate(result)}
+    start = 0
+    for index, unknowns, own in pending:
+        x = tuple(range(start, start + len(unknowns)))
+        start += len(unknowns)
+        residual = ca.vertcat(*[expression for expression, _, _ in own])
+        held = [s for s in ca.symvar(SX(residual)) if s.element_hash() in place]
+        columns = ca.jacobian(residual, ca.vertcat(*held)).sparsity().get_col()
+        used = {place[held[j].element_hash()] for j in columns} - set(x)
+        assert all(i < x[0] for i in used), "blocks are not in solve order"
+        units = tuple(unit for _, unit, _ in own)
+        rows_of = [scene.rows[int(tag)] for _, _, tag in own]
+        owners, reaches = (tuple(getattr(r, k) for r in rows_of) for k in ("owner", "reach"))
+        uses = tuple(sorted(used))
+        scene.blocks.append(Block(index, x, uses, residual, units, owners, reaches))
+
+
+Equation = tuple[Any, str, str]
+"""A residual, its unit and the joint or driver it belongs to."""
+Solved = tuple[Any, Any, str]
+"""An eliminated symbol, what it is, and the third entry of the equation that gave it."""
+
+
+def with_unknowns(
+    equations: list[Equation], unknowns: list[Any]
+) -> tuple[list[Equation], list[Equation]]:
+    """Return the equations that hold an unknown, and those that do not."""
+    if not equations:
+        return [], []
+    rows = ca.vertcat(*[expression for expression, _, _ in equations])
+    x = ca.vertcat(*unknowns) if unknowns else SX(0, 1)
+    held = set(ca.jacobian(rows, x).sparsity().get_triplet()[0])
+    return (
+        [equation for i, equation in enumerate(equations) if i in held],
+        [equation for i, equation in enumerate(equations) if i not in held],
+    )
+
+
+def _check_free(group: Group, model: Model, rest: list[Equation], left: list[Any]) -> None:
+    """Raise when the equations left cannot fix all unknowns, whatever the dimensions."""
+    if not left:
+        return
+    rows = ca.vertcat(*[expression for expression, _, _ in rest]) if rest else SX(0, 1)
+    _, _, colperm, _, _, _, coarse = ca.jacobian(rows, ca.vertcat(*left)).sparsity().btf()
+    loose = {str(left[j]) for j in colperm[coarse[2] : coarse[4]]}
+    if loose:
+        names = [model.q_names[j][0] for j in group.columns if str(model.q[j]) in loose]
+        raise own_freedom(group, names)
+
+
+def own_freedom(group: Group, bodies: Sequence[str], joints: Sequence[str] = ()) -> FreedomError:
+    """Return the error for a group whose equations leave bodies free."""
+    shared = ", ".join(joints or group.joints)
+    return FreedomError(
+        f"group {group.name} has a freedom of its own: {', '.join(dict.fromkeys(bodies))} can "
+        f"still move, the equations of {shared} depend on each other",
+        where="mechanism",
+        hint="drive or hold these bodies",
+    )
+
+
+def eliminate(
+    equations: list[Equation], unknowns: list[Any], nonzero: Sequence[Any]
+) -> tuple[list[Solved], list[Equation], list[Any]]:
+    """Eliminate variables with constant pivots.
+
+    Returns
+    -------
+    solved : list of Solved
+        The expressions hold only symbols that are left (and inputs).
+    rest, left
+        Equations and unknowns that remain.
+    """
+    solved: list[Solved] = []
+    left, rest = list(unknowns), list(equations)
+    while left:
+        rows = ca.vertcat(*[expression for expression, _, _ in rest])
+        jacobian = ca.jacobian(rows, ca.vertcat(*left))
+        pivot = _best_pivot(jacobian, nonzero)
+        if pivot is None:
+            break
+        i, j, value = pivot
+        symbol = left.pop(j)
+        expression = -ca.substitute(rest[i][0], symbol, 0) / value
+        for k in jacobian[:, j].sparsity().row():
+            row, unit, owner = rest[k]
+            rest[k] = (ca.substitute(row, symbol, expression), unit, owner)
+        tag = rest.pop(i)[2]
+        solved = [
+            (s, ca.substitute(e, symbol, expression) if ca.depends_on(e, symbol) else e, own)
+            for s, e, own in solved
+        ]
+        solved.append((symbol, expression, tag))
+    return solved, rest, left
+
+
+def _best_pivot(jacobian: Any, nonzero: Sequence[Any]) -> tuple[int, int, Any] | None:
+    """Return row, column and value of the constant pivot in the row with fewest entries."""
+    pattern = jacobian.sparsity()
+    rows, columns = pattern.get_triplet()
+    entries = jacobian.nonzeros()
+    in_row = [0] * pattern.size1()
+    for i in rows:
+        in_row[i] += 1
+    best = None
+    for i, j, entry in zip(rows, columns, entries, strict=True):
+        if entry.is_constant() and float(entry) != 0:
+            rank = (in_row[i], abs(float(entry)) != 1, i, j)
+        elif any(
+            ca.is_equal(entry, ratio, 3) or ca.is_equal(-entry, ratio, 3)
+            for ratio in nonzero
+            if not ratio.is_constant()
+        ):
+            rank = (in_row[i], True, i, j)
+        else:
+            continue
+        if best is None or rank < best[0]:
+            best = (rank, i, j, entry)
+    return best[1:] if best else None
+
+
+def split(rest: list[Equation], left: list[Any]) -> list[tuple[list[Any], list[Equation]]]:
+    """Return the blocks (unknowns, equations) of a system in solve order.
+
+    Where equations are superfluous, the parts that share them come first: they depend on
+    no other unknowns.
+    """
+    if not left:
+        return []
+    rows = ca.vertcat(*[expression for expression, _, _ in rest])
+    pattern = ca.jacobian(rows, ca.vertcat(*left)).sparsity()
+    count, rowperm, colperm, rowblock, colblock, coarse_rows, coarse_cols = pattern.btf()
+    parts = [
+        (rowperm[rowblock[b] : rowblock[b + 1]], colperm[colblock[b] : colblock[b + 1]])
+        for b in range(count)
+    ]
+    if coarse_rows[1]:
+        over, shared = rowperm[: coarse_rows[2]], colperm[: coarse_cols[1]]
+        parts = [part for part in parts if not set(part[1]) & set(shared)]
+        parts = [*_connected(pattern, over, shared), *parts]
+    return [
+        ([left[j] for j in sorted(columns)], [rest[i] for i in sorted(own)])
+        for own, columns in parts
+    ]
+
+
+def _connected(
+    pattern: Any, rows: Sequence[int], columns: Sequence[int]
+) -> list[tuple[list[int], list[int]]]:
+    """Return rows and columns of the connected parts of a pattern."""
+    touched: dict[int, set[int]] = {i: set() for i in rows}
+    for i, j in zip(*pattern.get_triplet(), strict=True):
+        if i in touched:
+            touched[i].add(j)
+    left, parts = sorted(columns), []
+    while left:
+        part, size = {left[0]}, 0
+        while len(part) != size:
+            size = len(part)
+            part = part.union(*[own for own in touched.values() if own & part])
+        parts.append(([i for i in rows if touched[i] & part], sorted(part)))
+        left = [j for j in left if j not in part]
+    return parts

@@ -1,0 +1,116 @@
+"""The absolute equations of a spatial mechanism, for its structure only.
+
+Six coordinates a body, equations of all joints: what the Assur groups are found from. The groups of
+a tree of joints are the same. It is never evaluated at a pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.meshes import bearings
+from mechdae.describe.turnless import Spin, points_of
+from mechdae.equations.coordinates import Coordinates, of_owner
+from mechdae.equations.kept import Kept
+from mechdae.equations.model import Model, Row
+from mechdae.equations.tree.closures import CutJoint, rows_of
+from mechdae.equations.tree.pointers import structure_rows
+from mechdae.equations.tree.sides import side
+from mechdae.equations.tree.spatial_frames import TreeFrame, about_x, about_z
+
+SX = ca.SX
+NAMES = ("x", "y", "z", "e1", "e2", "e3")
+"""Three coordinates of a point, and three angles that count as numbers here."""
+
+
+class Skeleton(Model):
+    """Coordinates and equations of all bodies.
+
+    Parameters
+    ----------
+    mechanism
+        Without links that spin freely.
+    spins
+        Bodies that spin freely together: an equation stands for each.
+    """
+
+    def __init__(self, mechanism: Mechanism, spins: Iterable[Spin] = ()) -> None:
+        self.mechanism, self.kept, self._free = mechanism, Kept(), set()
+        self._make_parameters()
+        self._anchors, self.contacts = {}, {}
+        points = points_of(mechanism)
+        own = {n: of_owner(n, NAMES[:3] if n in points else NAMES) for n in mechanism.bodies}
+        self._frames = {}
+        for name, coordinates in own.items():
+            x, y, z, *angles = (coordinate.symbol for coordinate in coordinates)
+            turn = SX.eye(3)
+            for angle, about in zip(angles, (about_z, about_x, about_z), strict=False):
+                turn = turn @ about(angle)
+            self._frames[name] = TreeFrame(ca.vertcat(x, y, z), turn, SX.eye(3))  # type: ignore[assignment]
+        self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
+        self.coordinates = Coordinates(c for part in own.values() for c in part)
+        self.q_names = self.coordinates.keys
+        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self._values = mechanism.values()
+        self.rows = []
+        for name, joint in mechanism.joints.items():
+            if joint.meshes:
+                unit = "rad" if joint.wheels > 1 else "m"
+                self.rows.append(Row(name, "mesh", self._mesh(name), unit))
+                continue
+            if joint.pointer:
+                gap = self.point(joint.second) - self.point(joint.first)
+                kept = structure_rows(joint, gap)
+                self.rows += [Row(name, *row) for row in kept]
+                continue
+            self.rows += [Row(name, *row[:3]) for row in rows_of(joint.kind, self._cut(name))]
+
+        for spin in spins:
+            self.rows.append(self._unspun(spin))
+            if spin.sleeve:
+                self.rows.append(Row(spin.sleeve, "spin", self._moved(spin.sleeve, "angle"), "1"))
+
+    def _unspun(self, spin: Spin) -> Row:
+        """Return a stand-in for what holds a spin: it is of the bodies on both sides of a joint."""
+        joint = self.mechanism.joints[spin.joints[0]]
+        one, other = (self._frames[body].side(SX.eye(3)) for body in joint.bodies[:2])  # type: ignore[attr-defined]
+        return Row(joint.name, "spin", ca.dot(one[:, 2], other[:, 0]), "1")
+
+    def _cut(self, name: str) -> CutJoint:
+        joint = self.mechanism.joints[name]
+        sides = [
+            self._frames[body].side(side(joint, bool(k), self.numbers, self._values))  # type: ignore[attr-defined]
+            for k, body in enumerate((joint.first_body, joint.second_body))
+        ]
+        gap = self.point(joint.second) - self.point(joint.first)
+        length = self.numbers.get(f"{name}.length")
+        pitch = self.numbers.get(f"{name}.pitch")
+        turned = {"angle": ca.dot(sides[0][:, 1], sides[1][:, 0])}
+        return CutJoint(gap, sides[0], sides[1], turned, length, pitch)
+
+    def _mesh(self, name: str) -> Any:
+        """Return a stand-in for the equation of wheels: it holds the same bodies."""
+        found = bearings(self.mechanism, self.mechanism.joints[name])
+        return sum((k + 2) * self._moved(own.joint, own.word) for k, own in enumerate(found))
+
+    def _moved(self, name: str, word: str) -> Any:
+        cut = self._cut(name)
+        return cut.own["angle"] if word == "angle" else ca.dot(cut.A1[:, 2], cut.gap)
+
+    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+        """Return a stand-in for a coordinate: it holds the same bodies."""
+        if coordinate.kind == "point":
+            return super().coordinate(coordinate)
+        joint = self.mechanism.joints[coordinate.part]
+        if joint.pointer:
+            gap = self.point(joint.second) - self.point(joint.first)
+            return ca.dot(ca.DM([1.0, 1.7, 2.3]), gap)
+        cut = self._cut(coordinate.part)
+        if coordinate.unit == "rad":
+            return cut.own["angle"]
+        return ca.dot(cut.A1[:, "xy".find(coordinate.word)], cut.gap)

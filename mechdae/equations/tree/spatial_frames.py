@@ -1,0 +1,152 @@
+"""Frames of bodies along the edges of a tree of joints.
+
+The orientation of a body is held as that of its joint's frame, R = B C^T with a constant C, so that
+constant rotations are multiplied with each other and not with what moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.equations.coordinates import QUATERNION
+from mechdae.equations.tree.ways import Freedom, RigidPart, Way, X, back, freedoms
+from mechdae.records import dataclass
+
+SX = ca.SX
+
+
+@dataclass(frozen=True)
+class TreeFrame:
+    """Placement of one body: ``r`` (3,) its anchor, ``basis`` (3, 3) and the constant ``turn``.
+
+    ``way`` leads from the ground to the basis; None: it is not known.
+    """
+
+    r: Any
+    basis: Any
+    turn: Any
+    way: Way | None = None
+
+    @cached_property
+    def R(self) -> Any:
+        """The rotation matrix of the body."""
+        return self.basis @ self.turn.T
+
+    def point(self, s: Any) -> Any:
+        """Return the place of a point with coordinates `s` from the anchor."""
+        return self.r + self.direction(s)
+
+    def direction(self, d: Any) -> Any:
+        """Return a body-fixed direction in the fixed frame."""
+        return self.basis @ ca.sparsify(self.turn.T @ d)
+
+    def side(self, C: Any) -> Any:
+        """Return a body-fixed rotation in the fixed frame."""
+        return self.basis @ ca.sparsify(self.turn.T @ C)
+
+    @property
+    def on_ball(self) -> bool:
+        """Whether the body is turned by a quaternion of its own last."""
+        last = self.way[-1] if self.way else None
+        return isinstance(last, Freedom) and last.word == "ball"
+
+    def to(self, s: Any, C: Any) -> Way | None:
+        """Return the way from the ground to a point of the body, and to a frame C there."""
+        if self.way is None:
+            return None
+        link = RigidPart(ca.sparsify(self.turn.T @ s), ca.sparsify(self.turn.T @ C))
+        return (*self.way, link)
+
+
+def about_z(angle: Any) -> Any:
+    """Return the rotation about the third axis."""
+    c, s = ca.cos(angle), ca.sin(angle)
+    return ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.horzcat(0, 0, SX(1)))
+
+
+def about_x(angle: Any) -> Any:
+    """Return the rotation about the first axis."""
+    c, s = ca.cos(angle), ca.sin(angle)
+    return ca.vertcat(ca.horzcat(SX(1), 0, 0), ca.horzcat(0, c, -s), ca.horzcat(0, s, c))
+
+
+def by_quaternion(e: Any) -> Any:
+    """Return the rotation by a unit quaternion (4,), its real part first."""
+    w, x, y, z = ca.vertsplit(e)
+    return ca.vertcat(
+        ca.horzcat(w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        ca.horzcat(2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
+        ca.horzcat(2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
+    )
+
+
+@dataclass(frozen=True)
+class Play:
+    """What a joint does: its coordinates by name, crossed pins, the lead of a screw a radian."""
+
+    at: Mapping[str, Any]
+    crossed: bool = False
+    lead: Any = None
+
+    @cached_property
+    def moved(self) -> tuple[Any, Any]:
+        """Rotation Q (3, 3) and shift t (3,) in the joint's first frame."""
+        at, zero = self.at, SX(3, 1)
+        if "e0" in at:
+            return by_quaternion(ca.vertcat(*[at[name] for name in QUATERNION])), zero
+        Q = about_z(at["angle"]) if "angle" in at else SX.eye(3)
+        if self.crossed:
+            Q = Q @ about_x(at["angle2"])
+        if self.lead is not None:
+            return ca.sparsify(Q), ca.vertcat(0, 0, self.lead * at["angle"])
+        shift = [at.get(name, SX(0)) for name in ("x", "y", "slide")]
+        return ca.sparsify(Q), ca.sparsify(ca.vertcat(*shift))
+
+    def way(self, side: Way | None, forward: bool) -> Way | None:
+        """Return the way to the joint's first frame, or back, led on through it."""
+        if side is None:
+            return None
+        found = freedoms(self.at, self.crossed, self.lead)
+        return (*side, *(found if forward else back(found)))
+
+
+def forward(first: TreeFrame, s1: Any, C1: Any, C2: Any, play: Play) -> TreeFrame:
+    """Return the frame of the second body of a joint; its anchor is the joint's point."""
+    Q, t = play.moved
+    A = first.side(C1)
+    return TreeFrame(first.point(s1) + A @ t, A @ Q, C2, play.way(first.to(s1, C1), True))
+
+
+def backward(second: TreeFrame, s2: Any, C1: Any, C2: Any, play: Play) -> TreeFrame:
+    """Return the frame of the first body of a joint; its anchor is the joint's point."""
+    Q, t = play.moved
+    A = second.side(C2) @ Q.T
+    return TreeFrame(second.point(s2) - A @ t, A, C1, play.way(second.to(s2, C2), False))
+
+
+def placed(way: Way) -> tuple[Any, Any]:
+    """Return place (3,) and rotation (3, 3) of the end of a way, seen from its start."""
+    r, A = SX(3, 1), SX.eye(3)
+    for part in way:
+        if isinstance(part, RigidPart):
+            r, A = r + A @ part.place, A @ part.turn
+            continue
+        at, sense = part.symbols[0], part.sense
+        if part.word == "ball":
+            turn = by_quaternion(ca.vertcat(*part.symbols))
+            A = A @ (turn if sense > 0 else turn.T)
+            continue
+        slide = at if part.word == "slide" else part.lead * at
+        Q = SX.eye(3)
+        if part.turns:
+            Q = about_x(at) if part.axis == X else about_z(at)
+        if sense < 0:
+            A = A @ Q.T
+        r = r + sense * A[:, part.axis] * slide if part.slides else r
+        if sense > 0:
+            A = A @ Q
+    return r, A

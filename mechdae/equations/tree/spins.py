@@ -1,0 +1,133 @@
+"""Bodies of a tree that spin freely together: what holds their spin, what has no value for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.turnless import Line, Spin, place_of, share_of
+from mechdae.equations.coordinates import QUATERNION
+from mechdae.equations.model import Row
+from mechdae.errors import UnavailableError
+
+SX = ca.SX
+TILTS = (0.3, 0.2)
+"""Parts across a line of what holds a spin about it."""
+
+
+class Spinning:
+    """What a tree model knows of bodies that spin freely."""
+
+    mechanism: Any
+    idle: Any
+    edges: Any
+    numbers: Any
+    spins: list[Spin]
+    spinning: Any
+    _lines: dict[str, Line]
+    _of: Any
+    _span: Any
+    _side: Any
+
+    def _unspun(self) -> list[Row]:
+        """Return an equation for each spin: it chooses one, and nothing that is told hangs on it.
+
+        The quaternion e by which the spinning bodies hang on others has no part along a direction
+        k that is fixed in them. About their line d it turns by (e0 d + e x d) / 2: where that has
+        no part along k the equation would not hold the spin, which is so in one direction of the
+        line alone. k leaves the line, lest that direction be in the plane of a motion.
+        """
+        rows = []
+        for spin in self.spins:
+            edge = next(
+                own
+                for own in self.edges
+                if own.child in spin.bodies and own.parent not in spin.bodies
+            )
+            owner = edge.joint or edge.child
+            x, y, z = self._spun_about(edge.child)
+            a, b = TILTS
+            k = ca.vertcat(x + a * y + b * z, y + a * z + b * x, z + a * x + b * y)
+            e = ca.vertcat(*[self._of[owner, name].symbol for name in QUATERNION[1:]])
+            rows.append(Row(owner, "spin", ca.dot(e, k), "1"))
+            if spin.sleeve:
+                rows.append(Row(spin.sleeve, "spin", self._of[spin.sleeve, "angle"].symbol, "rad"))
+        return rows
+
+    def _spun_about(self, body: str) -> list[Any]:
+        """Return about which direction a body spins, nearly: from one of its joints to another."""
+        joints = [j for j in self.mechanism.joints.values() if body in j.bodies[:2]]
+        own = [j.first if j.first_body == body else j.second for j in joints]
+        places = [place_of(self.mechanism, point) for point in own]
+        other = next((i for i, place in enumerate(places) if place != places[0]), None)
+        if other is None:
+            return [SX(1), SX(0), SX(0)]
+        way = ca.vertcat(*self._span(own[0], own[other]))
+        found: list[Any] = (way / ca.sqrt(ca.sumsqr(way))).elements()
+        return found
+
+    def spun_about(self, body: str) -> Any:
+        """Return the direction about which a body spins with others, None of any other."""
+        line = self._lines.get(body)
+        if line is None or body in self.idle:
+            return None
+        if len(line) == 1:
+            return self._side(line[0], self.mechanism.joints[line[0]].second_body == body)[:, 2]
+        way = ca.vertcat(*self._span(*line))
+        return way / ca.sqrt(ca.sumsqr(way))
+
+    @property
+    def left_out(self) -> Iterable[str]:
+        for spin in self.spins:
+            one = len(spin.bodies) == 1
+            yield (
+                f"{' and '.join(spin.bodies)} {'spins' if one else 'spin'} freely about the line "
+                f"of {'its' if one else 'their'} ball joints: what turns with "
+                f"{'it' if one else 'them'} is left out"
+            )
+
+    def has_value(self, joint: str, word: str) -> bool:
+        """Return whether a coordinate of a joint has one: not the angle of a free sleeve."""
+        return word != "angle" or all(joint != spin.sleeve for spin in self.spins)
+
+    def has_place(self, reference: str) -> bool:
+        """Return whether a point has one: of bodies that spin freely, those on their line."""
+        body = reference.split(".")[0]
+        if body not in self.spinning or any(reference in link.own for link in self.idle.values()):
+            return True
+        ends = {
+            side
+            for spin in self.spins
+            for name in spin.joints
+            for side in (self.mechanism.joints[name].first, self.mechanism.joints[name].second)
+        }
+        return reference in ends or share_of(self.mechanism, self._lines, reference) is not None
+
+    def knows(self, coordinate: NamedCoordinate) -> bool:
+        if coordinate.kind == "point":
+            return self.has_place(f"{coordinate.part}.{coordinate.point}")
+        return self.has_value(coordinate.part, coordinate.word)
+
+    def demand(self, coordinate: NamedCoordinate) -> None:
+        if self.knows(coordinate):
+            return
+        if coordinate.kind == "point":
+            raise self._beside(f"{coordinate.part}.{coordinate.point}")
+        joint = self.mechanism.joints[coordinate.part]
+        raise UnavailableError(
+            f"{joint.first_body} and {joint.second_body} spin freely about the axis of "
+            f"{joint.name}: {coordinate.text} has no value",
+            where=f"joints.{joint.name}",
+            hint="its slide has one",
+        )
+
+    def _beside(self, reference: str) -> UnavailableError:
+        body = reference.split(".")[0]
+        return UnavailableError(
+            f"{body} spins freely about the line of its ball joints: {reference} has no place",
+            where=f"bodies.{body}",
+            hint="points on that line have one",
+        )

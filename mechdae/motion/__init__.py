@@ -1,0 +1,1 @@
+"""Poses and certified motion of a mechanism: set up, assembled, followed, measured."""

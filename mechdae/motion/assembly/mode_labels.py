@@ -1,0 +1,158 @@
+"""Labels of assembly modes: signs of groups, ranks among poses, whole turns from the sketch."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import casadi as ca
+import numpy as np
+
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
+from mechdae.equations.space import PLANE
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.local import local
+from mechdae.motion.assembly.axis_senses import AxisSenses
+from mechdae.motion.assembly.closure import NoPose
+from mechdae.motion.assembly.contacts import Contacts
+from mechdae.motion.assembly.turns.block_turns import BlockTurns
+
+
+class Listing(Protocol):
+    """What is asked of the assembler whose modes are labelled."""
+
+    graphs: Graphs
+    scene: Scene
+    p: Any
+    turns: BlockTurns
+    contacts: Contacts
+    senses: AxisSenses
+    solvers: list[Any]
+
+    def blocks_of(self, group: Group) -> list[int]: ...
+    def labelled(self, group: Group) -> bool: ...
+    def group_jacobian(self, x: Any, u: Any, group: Group) -> Any: ...
+    def candidates(self, group: Group, x: Any, u: Any) -> tuple[list[Any], bool, NoPose | None]: ...
+
+
+class ModeLabels:
+    """Labels of the assembly modes of a scene.
+
+    Parameters
+    ----------
+    assembler
+        Gives all poses of one group.
+    """
+
+    def __init__(self, assembler: Listing) -> None:
+        self.assembler, self.scene = assembler, assembler.scene
+        self.graphs, self.solvers = assembler.graphs.blocks, assembler.solvers
+        self.turns, self.senses = assembler.turns, assembler.senses
+        self.contacts, self.p = assembler.contacts, assembler.p
+
+    def sign(self, group: Group, x: Any, u: Any) -> str:
+        """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian.
+
+        A redundant group has no determinant, its sign is always +.
+        """
+        if group.superfluous:
+            return "+"
+        if group.kind == "RRR" and len(group.bodies) == 2 and group.higher_pairs == 0:
+            value = self._orientation(group, x, u)
+        else:
+            value = float(np.linalg.slogdet(self.assembler.group_jacobian(x, u, group))[0])
+        return "+" if value > 0 else "-" if value < 0 else "0"
+
+    def _orientation(self, group: Group, x: Any, u: Any) -> float:
+        def make() -> Any:
+            joints = self.scene.model.mechanism.joints
+            inner = joints[group.inner[0]]
+            first = group.bodies[0]
+            outer = [joints[name] for name in group.joints if name != inner.name]
+            outer.sort(key=lambda joint: first not in joint.bodies)
+            pins = (outer[0].second, inner.second, outer[1].second)
+            return ca.horzcat(*[self.scene.model.point(pin) for pin in pins])
+
+        a, b, c = local(self.scene, ("triangle", group.index), make)(x, u, self.p).T
+        return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
+
+    def of_group(self, group: Group, poses: list[Any], u: Any) -> list[str]:
+        """Return the labels of all poses of one group: sign, and rank where it is no dyad.
+
+        Whole turns of a dyad's body, which gears tell apart, are counted from the sketch.
+        """
+        signs = [self.sign(group, x, u) for x in poses]
+        if self.signs_tell(group):
+            return [sign + self._whole(group, x, u) for sign, x in zip(signs, poses, strict=True)]
+        order = [self._rank(group, x, u) for x in poses]
+        labels = []
+        for k, sign in enumerate(signs):
+            rank = 1 + sum(other == sign and order[i] < order[k] for i, other in enumerate(signs))
+            labels.append(f"{sign}{rank}")
+        return labels
+
+    def of_pose(self, x: Any, u: Any) -> str:
+        """Return the label of a solved pose among the modes at `u`."""
+        labels = []
+        for group in self.scene.groups:
+            if not self.assembler.labelled(group):
+                continue
+            sign = self.sign(group, x, u)
+            if self.signs_tell(group):
+                labels.append(sign + self._whole(group, x, u))
+                continue
+            poses, _, _ = self.assembler.candidates(group, x, u)
+            names = self.of_group(group, poses, u)
+            blocks = self.assembler.blocks_of(group)
+            poses = [self.senses.towards(pose, x) for pose in poses]
+            gaps = [max(self.turns.apart(b, pose, x).max() for b in blocks) for pose in poses]
+            labels.append(names[int(np.argmin(gaps))] if gaps else sign)
+        return ",".join(labels)
+
+    def _whole(self, group: Group, x: Any, u: Any) -> str:
+        """Return the whole turns that a pose is away from the sketch as text, if there are any."""
+        numbers = [
+            self.turns.whole.number(i, x, u)
+            for b in self.assembler.blocks_of(group)
+            for j, i in enumerate(self.graphs[b].own)
+            if self.solvers[b].turning[j] and not self.turns.lattices[b].single[j]
+        ]
+        return "".join(f":{number}" for number in numbers) if any(numbers) else ""
+
+    def signs_tell(self, group: Group) -> bool:
+        """Return whether the sign, with whole turns, tells the modes of a group apart."""
+        return group.is_dyad or all(self.solvers[b].linear for b in self.assembler.blocks_of(group))
+
+    def _rank(self, group: Group, x: Any, u: Any) -> tuple[float, ...]:
+        """Return by what a group's poses are put in order: first contact or body's angle.
+
+        A body that only slides has one angle in all modes: then the unknowns tell.
+        """
+        pose = x.copy()
+        for b in self.assembler.blocks_of(group):
+            own, angle = self.graphs[b].own, self.solvers[b].angle
+            turned = self.turns.lattices[b].remainder((x[own] / (2 * np.pi))[None])[0]
+            pose[own] = np.where(angle, 2 * np.pi * turned, x[own])
+        own = [i for b in self.assembler.blocks_of(group) for i in self.graphs[b].own]
+        if self.contacts.of(group):
+            first = self.contacts.first(group, x, u)
+        elif self.scene.model.space is not PLANE:
+            first = 0.0  # bodies have no angle
+        else:
+            first = self._angles(group, pose, u)[group.bodies[0]]
+            model = self.scene.model
+            if model.q_names[model.turn(group.bodies[0])] not in [
+                self.scene.x_names[i] for i in own
+            ]:
+                first -= 2 * np.pi * float(np.ceil(first / (2 * np.pi) - 0.5))
+        return (round(first, 9), *np.round(pose[own] / self.turns.natural[own], 9))
+
+    def _angles(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+        """Return the angles of a group's bodies at a pose."""
+        frame = self.scene.model.frame
+        function = local(
+            self.scene,
+            ("angles", group.index),
+            lambda: ca.vertcat(*[frame(b).angle for b in group.bodies]),
+        )
+        return dict(zip(group.bodies, function(x, u, self.p).ravel().tolist(), strict=True))

@@ -1,0 +1,390 @@
+"""The assembly mode nearest to the sketch: that of the whole mechanism, not of each group.
+
+What the sketch says is compared as soon as it is known: an angle with its body, the slide or
+angle of a joint with the later one of its bodies. The squares of the gaps add up from group to
+group, so the mode of the least sum is found by always going on from the best one begun; groups
+that have nothing to do with each other are looked at apart.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from dataclasses import field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from mechdae.describe.coordinate_kinds import ANGLE, PLACE
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.mechanism import GROUND
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.local import Local, local
+from mechdae.motion.assembly.closure import NoPose
+from mechdae.motion.assembly.contacts import Contacts
+from mechdae.motion.assembly.turns.block_turns import BlockTurns
+from mechdae.motion.setup.scales import driver_size
+from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.motion.assembly.turns.undecided import Undecided
+
+TIE = 1e-6
+"""Difference of two distances over the distance, at which a sketch does not tell modes apart."""
+ROUNDING = 1e-9
+"""The same for sketches that are a mode but for rounding [rad, sizes of the mechanism]."""
+MOST_BEGUN = 2000
+"""Begun modes that are gone on from before the search ends with the best of them."""
+MOST_TIED = 32
+MOST_TURNED = 512
+"""The same in space, where each leg of a platform may stand turned by half a turn."""
+OWN = 1e-3
+"""Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
+ITERATIONS, FITS = 12, 3
+NUDGE = 1e-6
+
+
+@dataclass(frozen=True)
+class SketchNumber:
+    """A number of the sketch; ``stage`` is the place of the group it is known with.
+
+    ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
+    """
+
+    coordinate: NamedCoordinate
+    wanted: float
+    stage: int
+    size: float
+    turns: bool
+    value: Local
+
+    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float:
+        """Return how far it is from its value at a pose, whole turns too if `unwound`."""
+        gap = float((self.value(x, u, p).item() - self.wanted) / self.size)
+        return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
+
+
+@dataclass
+class Nearest:
+    """The pose nearest to the sketch, or the group that failed on the way to it.
+
+    ``doubtful`` are groups whose mode the sketch does not tell, ``tied`` their places and the poses
+    between which it does not; ``turned`` joints at which the least angles were taken; ``ended``
+    tells that the search was ended before all were compared.
+    """
+
+    x: Any
+    failure: NoPose | None = None
+    doubtful: list[Group] = field(default_factory=list)
+    tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)
+    turned: list[str] = field(default_factory=list)
+    ended: bool = False
+
+
+class Assembling(Protocol):
+    """What is asked of the assembler whose modes are compared."""
+
+    graphs: Graphs
+    scene: Scene
+    sketch: dict[str, float]
+    places: dict[NamedCoordinate, float]
+    p: Any
+    size: float
+    natural: Any
+    turns: BlockTurns
+    contacts: Contacts
+    solvers: list[Any]
+    shortened: bool
+
+    def blocks_of(self, group: Group) -> list[int]: ...
+    def candidates(
+        self, group: Group, x: Any, u: Any, nearby: bool = False, *, drawn: bool = False
+    ) -> tuple[list[Any], bool, NoPose | None]: ...
+
+
+class Sketched:
+    """What the sketch says about the groups of a scene, and the modes nearest to it.
+
+    Parameters
+    ----------
+    assembler
+        Gives all poses of one group.
+    """
+
+    def __init__(self, assembler: Assembling) -> None:
+        self.assembler, self.scene = assembler, assembler.scene
+        self.groups = self.scene.groups
+        self.stage = {body: k for k, group in enumerate(self.groups) for body in group.bodies}
+        told = {
+            coordinate(self.scene.model.mechanism, f"{body}.angle"): angle
+            for body, angle in assembler.sketch.items()
+        }
+        entries = [self.entry(c, value) for c, value in (told | assembler.places).items()]
+        self.entries = [entry for entry in entries if entry is not None]
+        self._at_stage: dict[int, list[SketchNumber]] = {}
+        for entry in self.entries:
+            self._at_stage.setdefault(entry.stage, []).append(entry)
+        self._known_parts: dict[tuple[int, ...], list[list[int]]] = {}
+        self.parts = self._parts(list(range(len(self.groups))))
+        self.ended = False
+        """Whether the last search ended before all modes were compared."""
+        self.turned: list[str] = []
+        """Joints whose angles the sketch does not tell, and no point: the least were taken."""
+
+    def entry(self, c: NamedCoordinate, wanted: float) -> SketchNumber | None:
+        """Return an entry of the sketch, None where it tells of bodies that are not solved for."""
+        bodies = [body for body in self.bodies(c) if body != GROUND]
+        if not bodies or not all(body in self.stage for body in bodies):
+            return None
+        model, contacts = self.scene.model, self.assembler.contacts
+        joint = model.mechanism.joints.get(c.part)
+        winds = joint is not None and joint.winds
+        turns = (c.is_angle and not winds) or (c.on_curve and contacts.closed(c.part))
+        value = local(self.scene, c, lambda: model.coordinate(c))
+        size = driver_size(model, c, self.assembler.size)
+        return SketchNumber(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
+
+    def bodies(self, c: NamedCoordinate) -> tuple[str, ...]:
+        """Return the bodies that a coordinate belongs to."""
+        joints = self.scene.model.mechanism.joints
+        own_joint = c.kind not in ("body angle", "point")
+        return joints[c.part].bodies if own_joint else (c.part,)
+
+    def _parts(self, stages: list[int]) -> list[list[int]]:
+        """Return sets of groups that depend on each other by their poses or by the sketch.
+
+        `stages` are those looked at, others are solved.
+        """
+        known = self._known_parts.get(tuple(stages))
+        if known is not None:
+            return known
+        at = {group.index: k for k, group in enumerate(self.groups)}
+        block = {i: at[graph.group] for graph in self.scene.blocks for i in graph.x}
+        leader = {k: k for k in stages}
+
+        def of(k: int) -> int:
+            while leader[k] != k:
+                k = leader[k]
+            return k
+
+        def unite(k: int, unknowns: list[int]) -> None:
+            for own in {block[i] for i in unknowns} & leader.keys():
+                if k in leader:
+                    leader[of(own)] = of(k)
+
+        for part in self.scene.blocks:
+            unite(at[part.group], list(part.uses))
+        for check in self.scene.checks:
+            unite(at[check.group], self.scene.held(check.residual)[0])
+        for entry in self.entries:
+            unite(entry.stage, entry.value.held[0])
+        found: dict[int, list[int]] = {}
+        for k in stages:
+            found.setdefault(of(k), []).append(k)
+        self._known_parts[tuple(stages)] = list(found.values())
+        return self._known_parts[tuple(stages)]
+
+    # -- search ----------------------------------------------------------------------------
+
+    def nearest(self, u: Any) -> Nearest:
+        """Return the mode nearest to the sketch at driver values `u`.
+
+        Where the sketch is a pose but for rounding, others are looked for only if the mechanism
+        does not assemble on it.
+        """
+        for drawn in (True, False):
+            result = Nearest(np.zeros(self.assembler.graphs.nx))
+            self.assembler.shortened = False
+            for part in self.parts:
+                self._part(part, result, u, drawn)
+                if result.failure is not None:
+                    break
+            if result.failure is None or not self.assembler.shortened:
+                break
+        self.ended, self.turned = result.ended, list(dict.fromkeys(result.turned))
+        return result
+
+    def _part(self, part: list[int], result: Nearest, u: Any, drawn: bool) -> None:
+        """Continue `result` by the nearest mode of groups that depend on each other."""
+        order = itertools.count()
+        # the first two tell what is next
+        begun = [(0.0, 0.0, next(order), 0.0, 0, Nearest(result.x))]
+        found: list[tuple[float, Nearest]] = []
+        deepest, taken = -1, 0
+        failed: NoPose | None = None
+        at = result.x
+        most = MOST_TIED if self.scene.model.mechanism.dimension == 2 else MOST_TURNED
+        while begun and taken < 2 * MOST_BEGUN:
+            *_, cost, done, own = heapq.heappop(begun)
+            if found and told_apart(cost, found[0][0]):
+                break
+            if done == len(part):
+                found.append((cost, own))
+                if len(found) == most or result.ended:
+                    break
+                continue
+            ahead, failure = self._ahead(part[done:], own, u, drawn)
+            if failure is not None and done > deepest:
+                deepest, failed, at = done, failure, own.x
+            for more, gone, pose in ahead:
+                left, total = float(len(part) - done - gone), cost + more
+                key = (left, total) if result.ended else (total, left)
+                heapq.heappush(begun, (*key, next(order), total, done + gone, pose))
+            taken += 1
+            if taken == MOST_BEGUN:  # from here on the deepest first
+                result.ended = True
+                begun = [(own[1], own[0], *own[2:]) for own in begun]
+                heapq.heapify(begun)
+        if found:
+            self._choose(part, [own for _, own in found], result, u)
+        else:
+            result.failure, result.x = failed, at
+
+    def _ahead(
+        self, rest: list[int], own: Nearest, u: Any, drawn: bool
+    ) -> tuple[list[tuple[float, int, Nearest]], NoPose | None]:
+        """Return how a begun mode goes on: squares of its distance, groups done, the mode.
+
+        Groups that what is done leaves without anything in common are solved each for itself.
+        """
+        apart = self._parts(rest)
+        if len(apart) > 1:
+            whole = replace(own, doubtful=[*own.doubtful], tied=[*own.tied], turned=[*own.turned])
+            for part in apart:
+                self._part(part, whole, u, drawn)
+                if whole.failure is not None:
+                    return [], whole.failure
+            square = sum(self._square(stage, whole.x, u) for stage in rest)
+            return [(square, len(rest), whole)], None
+        poses, _, failure = self.assembler.candidates(
+            self.groups[rest[0]], own.x, u, nearby=True, drawn=drawn
+        )
+        ahead = [(self._square(rest[0], x, u), 1, replace(own, x=x)) for x in poses]
+        return ahead, failure
+
+    def _choose(self, part: list[int], found: list[Nearest], result: Nearest, u: Any) -> None:
+        """Take the nearest of modes that the sketch does not tell apart, if one is meant."""
+        near: list[Nearest] = []
+        for own in found:  # a group may give one pose twice
+            if not any(np.array_equal(own.x, other.x) for other in near):
+                near.append(own)
+        if len(near) > 1:  # the same but for whole turns, which a gear tells apart
+            whole = [self._unwound(part, own.x, u) for own in near]
+            least = min(whole)
+            by_turns = sorted(zip(whole, range(len(near)), strict=True))
+            near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
+        kept = [own.x for own in near]
+        turned: list[str] = []
+        if len(kept) > 1:
+            kept, turned = self.undecided.meant(part, kept, u)
+        chosen = next(own for own in near if own.x is kept[0])
+        result.x, result.ended = chosen.x, result.ended or chosen.ended
+        result.turned += [*chosen.turned, *turned]
+        result.doubtful += chosen.doubtful
+        result.tied += chosen.tied
+        if len(kept) > 1:
+            result.doubtful.append(self.undecided.first_to_differ(part, kept))
+            result.tied.append((part, kept))
+
+    def _square(self, stage: int, x: Any, u: Any) -> float:
+        p = self.assembler.p
+        return sum(entry.gap(x, u, p) ** 2 for entry in self._at_stage.get(stage, ()))
+
+    def _unwound(self, part: list[int], x: Any, u: Any) -> float:
+        """Return how far geared bodies are from the sketch, whole turns included [rad]."""
+        geared = self.assembler.turns.whole.geared
+        own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
+        own = [e for e in own if e.coordinate.part in geared]
+        return math.hypot(*[e.gap(x, u, self.assembler.p, True) for e in own])
+
+    @cached_property
+    def undecided(self) -> Undecided:
+        """What tells modes apart that are equally near."""
+        from mechdae.motion.assembly.turns.undecided import Undecided
+
+        return Undecided(self, TIE)
+
+    def distance(self, group: Group, x: Any, u: Any) -> float:
+        """Return how far what is known with a group is from the sketch [rad]."""
+        return math.sqrt(self._square(self.stage[group.bodies[0]], x, u))
+
+    # -- the sketch as a pose ----------------------------------------------------------------
+
+    def own_pose(self, b: int, x: Any, u: Any, begun: Any = None) -> Any:
+        """Return the solution of block `b` that the sketch is but for rounding, None: it is none.
+
+        Angles and places on curves are those of the sketch, lengths the ones that fit best what
+        it says, but where another start (nx,) is `begun` from; Newton's method must not lead away
+        from them.
+        """
+        start = self._start(b, x, u) if begun is None else begun
+        if start is None:
+            return None
+        graph = self.assembler.graphs.blocks[b]
+        own, size = graph.own, self.assembler.natural[graph.own]
+        units = [self.assembler.size if unit == "m" else 1.0 for unit in graph.block.units]
+        pose, last = start.copy(), math.inf
+        for _ in range(ITERATIONS):
+            F, J, _ = graph.value_at(pose, u, self.assembler.p)
+            if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
+                return None
+            step = np.linalg.lstsq(J * size / np.array(units)[:, None], F / units)[0]
+            moved = float(np.abs(step).max())
+            if moved > OWN or (moved >= last and last > OWN**2):
+                return None
+            if moved >= last or moved == 0.0:
+                break
+            pose[own] -= step * size
+            last = moved
+        return pose
+
+    def _start(self, b: int, x: Any, u: Any) -> Any:
+        """Return x with the unknowns of block `b` by the sketch, None where it is silent."""
+        assembler, graph = self.assembler, self.assembler.graphs.blocks[b]
+        pose, lengths = x.copy(), []
+        for i in graph.own:
+            own = self.scene.unknowns[i]
+            if own.kind is PLACE or (own.kind is ANGLE and own.owner not in self.stage):
+                places = {c.part: v for c, v in assembler.places.items() if c.on_curve}
+                pose[i] = places.get(own.owner, np.nan)
+            elif own.kind is ANGLE:
+                pose[i] = assembler.turns.whole.start(i, pose, u)
+            else:
+                lengths.append(i)
+        if not np.all(np.isfinite(pose[graph.own])):
+            return None
+        pose[graph.own] = assembler.solvers[b].with_tangents(pose[None, graph.own])[0]
+        return self._fitted(b, lengths, pose, u)
+
+    def _fitted(self, b: int, lengths: list[int], pose: Any, u: Any) -> Any:
+        """Return the pose with lengths that fit the equations of block `b` and the sketch best."""
+        graph, p, size = self.assembler.graphs.blocks[b], self.assembler.p, self.assembler.size
+        units = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
+        columns = [graph.own.index(i) for i in lengths]
+        held = [e for e in self.entries if set(e.value.held[0]) & set(lengths)]
+        held = [e for e in held if max(e.value.held[0]) <= max(graph.own)]
+        for _ in range(FITS if lengths else 0):
+            F, J, _ = graph.value_at(pose, u, p)
+            gaps = np.array([entry.gap(pose, u, p) for entry in held])
+            rows = [J[:, columns] * size / units[:, None]]
+            for entry in held:
+                ahead = []
+                for i in lengths:
+                    moved = pose.copy()
+                    moved[i] += NUDGE * size
+                    ahead.append((entry.gap(moved, u, p) - entry.gap(pose, u, p)) / NUDGE)
+                rows.append(np.array([ahead]))
+            step = np.linalg.lstsq(np.vstack(rows), np.append(F / units, gaps))[0]
+            pose = pose.copy()
+            pose[lengths] -= step * size
+        return pose
+
+
+def told_apart(one: Any, other: Any) -> Any:
+    """Return whether a mode is farther from the sketch than another, by more than rounding."""
+    far, near = np.sqrt(one), np.sqrt(other)
+    return far - near > TIE * near + ROUNDING

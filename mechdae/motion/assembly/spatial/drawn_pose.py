@@ -1,0 +1,102 @@
+"""A block's mode that the sketch is but for rounding, and whether a search can find a nearer one.
+
+The sketch tells each of the block's angles, and what fixes its lengths. Where Newton's method
+finds a solution next to it, another mode as near to the sketch would be as near to that solution;
+there is none within 1/(beta kappa) of it (Newton and Kantorovich), as in `multistart`. Next to a
+singular pose, which few starts of a search lead to, there may be.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
+from mechdae.motion.assembly.nearest_mode import ROUNDING, Sketched, SketchNumber
+
+CLOSE = 1e-6
+"""Farthest a sketch is from the pose that it is but for rounding [rad, sizes]."""
+FARTHER = 10.0
+"""Times the tie of two modes within which no other may lie: equations bend, lengths follow."""
+MET = 1e-13
+"""Largest residual of a solution, in sizes of the mechanism and radians."""
+APART = 0.01
+"""Share of 1/beta within which a solution is the only one: equations of size 1 bend by a few."""
+NUDGE = 1e-6
+ITERATIONS = 8
+
+
+def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] | None:
+    """Return the solution (n,) of block `b` that the sketch is, None if it is none.
+
+    The second value tells whether it is nearer to the sketch than any other mode. `x` (nx,) has
+    the unknowns of earlier blocks, `u` (nd,) are the drivers' values.
+    """
+    assembler = sketched.assembler
+    graph, p = assembler.graphs.blocks[b], assembler.p
+    places = {(c.part, c.word): value for c, value in assembler.places.items()}
+    own, size = graph.own, assembler.natural[graph.own]
+    units = np.array([assembler.size if unit == "m" else 1.0 for unit in graph.block.units])
+    pose, lengths = x.copy(), []
+    for k, i in enumerate(own):
+        unknown = sketched.scene.unknowns[i]
+        if unknown.kind is LENGTH:
+            lengths.append(k)
+            pose[i] = places.get(unknown.key, 0.0)
+        elif unknown.kind is ANGLE and unknown.key in places:
+            pose[i] = places[unknown.key]
+        else:
+            return None
+
+    def equations() -> tuple[Any, Any]:
+        F, J, _ = graph.value_at(pose, u, p)
+        return F / units, J * size / units[:, None]
+
+    sigma = 1.0
+    if lengths:
+        columns = [own[k] for k in lengths]
+        held = [e for e in sketched.entries if _tells(e, columns, own, x)]
+        for _ in range(ITERATIONS):
+            F, J = equations()
+            gaps = [entry.gap(pose, u, p) for entry in held]
+            A = np.vstack([J[:, lengths], _slopes(held, columns, size[lengths], pose, u, p)])
+            step, _, _, values = np.linalg.lstsq(A, np.append(F, gaps))
+            pose[columns] -= step * size[lengths]
+            sigma = min(1.0, float(values[-1]))
+            if np.abs(step).max() < CLOSE:
+                break
+    told, last, J = pose[own].copy(), np.inf, None
+    for _ in range(ITERATIONS):
+        F, J = equations()
+        if not (np.isfinite(F).all() and np.isfinite(J).all()):
+            return None
+        step = np.linalg.lstsq(J, F)[0]
+        moved = float(np.abs(step).max(initial=0.0))
+        met = float(np.abs(F).max(initial=0.0)) <= MET
+        if moved > CLOSE or (moved >= last and last > CLOSE**2 and not met):
+            return None
+        if moved >= last or moved == 0.0:
+            break
+        pose[own] -= step * size
+        last = moved
+    far = float(np.abs((pose[own] - told) / size).max(initial=0.0)) + ROUNDING
+    beta = float(np.linalg.svd(J, compute_uv=False)[-1])
+    return pose[own], FARTHER * far < sigma * APART * beta
+
+
+def _tells(entry: SketchNumber, columns: list[int], own: list[int], x: Any) -> bool:
+    """Return whether an entry of the sketch holds some of the lengths, and nothing unsolved."""
+    held = set(entry.value.held[0])
+    return bool(held & set(columns)) and held <= set(range(min(own))) | set(own)
+
+
+def _slopes(entries: list[Any], columns: list[int], sizes: Any, pose: Any, u: Any, p: Any) -> Any:
+    """Return the derivatives (m, n) of entries of the sketch by some unknowns in their sizes."""
+    slopes = np.zeros((len(entries), len(columns)))
+    for k, (i, size) in enumerate(zip(columns, sizes, strict=True)):
+        moved = pose.copy()
+        moved[i] += NUDGE * size
+        for j, entry in enumerate(entries):
+            slopes[j, k] = (entry.gap(moved, u, p) - entry.gap(pose, u, p)) / NUDGE
+    return slopes

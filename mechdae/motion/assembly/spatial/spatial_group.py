@@ -1,0 +1,27 @@
+"""Which way there is to find all poses of a spatial group at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
+from mechdae.motion.assembly.linkage.rigid_parts import OtherShape
+from mechdae.motion.assembly.spatial.arm_and_hub import ArmAndHub
+from mechdae.motion.assembly.spatial.hinge_loop import HingeLoop
+from mechdae.motion.assembly.spatial.six_legs import SixLegs
+from mechdae.motion.assembly.spatial.three_points import ThreePoints
+
+
+def spatial_group(
+    scene: Scene, group: Group, p: Any
+) -> ThreePoints | SixLegs | HingeLoop | ArmAndHub | None:
+    """Return the group as platform on three points or six legs, row of six hinges, wishbone."""
+    if scene.model.mechanism.dimension != 3:
+        return None
+    for shape in (ThreePoints, SixLegs, HingeLoop, ArmAndHub):
+        try:
+            return shape(scene, group, p)
+        except OtherShape:
+            continue
+    return None

@@ -1,0 +1,148 @@
+"""The interface of all certified paths: along one line, a curve, or several legs."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.sequence import Sequence
+from mechdae.motion.continuation.crossings.across_change_point import Zone
+from mechdae.motion.continuation.curve_ends import CurveEnds
+from mechdae.motion.continuation.limit_positions import Limit
+from mechdae.motion.setup.scales import Constants
+from mechdae.records import dataclass
+
+STRIDE = 64
+"""Steps in one call of the sequential kernel."""
+FAR = 100.0
+"""Lengths of the mechanism at which a slide is said to run away (parallel guides)."""
+
+
+def strides(graphs: Graphs) -> Sequence:
+    """Return `STRIDE` steps of a scene in one call."""
+    made: Sequence = graphs.kept("strides", lambda: Sequence(graphs.advance, STRIDE))
+    return made
+
+
+@dataclass
+class Reach:
+    """The interval of s over which a group follows the path; None where it goes on."""
+
+    low: Limit | None = None
+    high: Limit | None = None
+
+    def contains(self, s: Any) -> Any:
+        inside = np.ones(np.shape(s), bool)
+        if self.low is not None:
+            inside &= s > self.low.s - self.low.belongs
+        if self.high is not None:
+            inside &= s < self.high.s + self.high.belongs
+        return inside
+
+
+@dataclass
+class Counts:
+    """Work done."""
+
+    steps: int = 0
+    rejected: int = 0
+    folds: int = 0
+
+
+class AnyPath(ABC):
+    """A certified path of one scene: where its groups follow it, and where its poses are.
+
+    Attributes
+    ----------
+    origin : (float, array)
+        Where it begins, and the unknowns there.
+    reach : dict
+        By group how far it follows the path.
+    followed : set of int
+        Groups that have to be followed: others have no equations.
+    zones : list of Zone
+        Change points that it crosses.
+    sign : array
+        Of the blocks' determinants where it begins.
+    """
+
+    origin: tuple[float, Any]
+    sign: Any
+
+    def __init__(
+        self, graphs: Graphs, constants: Constants, whole: Any, largest: float, counts: Counts
+    ) -> None:
+        self.graphs, self.constants, self.whole = graphs, constants, whole
+        self.largest, self.counts = largest, counts
+        self.far = np.where(graphs.scene.unknowns.lengths, FAR * constants.scale, np.inf)
+        self.groups = [group.index for group in graphs.scene.groups]
+        self.block_group = [graph.block.group for graph in graphs.blocks]
+        self.reach = {index: Reach() for index in self.groups}
+        self.curves = CurveEnds(graphs, constants.p)
+        self.followed = {*self.block_group, *self.curves.watched}
+        self.zones: list[Zone] = []
+
+    def alive(self, ended: set[int]) -> Any:
+        """Return which blocks belong to groups that have not ended."""
+        return np.array([group not in ended for group in self.block_group], bool)
+
+    def good(self, state: Any, test: Any, det: Any, miss: Any, alive: Any, sign: Any) -> Any:
+        """Return whether a step is proved for all blocks that are `alive`."""
+        return np.all(self.proved(state, test, det, miss, sign)[..., alive], axis=-1)
+
+    @np.errstate(invalid="ignore")
+    def proved(self, state: Any, test: Any, det: Any, miss: Any, sign: Any) -> Any:
+        """Return which blocks (.., nb) a step is proved for; none runs away to a pole."""
+        proved = (test <= 1) & (miss <= 1) & (np.sign(det) == sign)
+        near = np.abs(state[..., : self.graphs.nx]) <= self.far
+        if not near.all():
+            proved &= np.logical_and.reduceat(near, self.graphs.first, axis=-1)
+        return proved
+
+    # -- what it leads along -----------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def extent(self) -> tuple[float, float]:
+        """The first and the last place that was followed."""
+
+    @abstractmethod
+    def drivers(self, s: Any) -> Any:
+        """Return the drivers' values (n, nd) at `s` (n,)."""
+
+    @abstractmethod
+    def motion(self, s: float) -> list[Any]:
+        """Return the drivers' values and three derivatives with respect to s, each (nd,)."""
+
+    @abstractmethod
+    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+        """Return the drivers' derivatives (n, nd) with respect to s, up to `order` <= 3."""
+
+    # -- poses -------------------------------------------------------------------------------
+
+    @abstractmethod
+    def follows(self, group: int, s: Any) -> Any:
+        """Return at which places a group follows the path: followed, and before its ends."""
+
+    @abstractmethod
+    def sign_at(self, s: Any) -> Any:
+        """Return the signs of the blocks' determinants on the path, (n, nb)."""
+
+    @abstractmethod
+    def guess(self, s: Any) -> Any:
+        """Return unknowns (n, nx) near the path at `s` (n,)."""
+
+    @abstractmethod
+    def insert(self, places: Any, most: int = 64) -> int:
+        """Put further nodes where guesses were too poor; return how many were proved."""
+
+    @abstractmethod
+    def on_curves(self) -> tuple[Any, Any, Any]:
+        """Return s (m,), x (m, nx), u (m, nd) of poses where all contacts follow the path."""
+
+    @abstractmethod
+    def sizes(self) -> tuple[Any, Any]:
+        """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""

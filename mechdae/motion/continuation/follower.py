@@ -1,0 +1,176 @@
+"""A path is followed in steps that are each proved by the test of `Graphs.advance`.
+
+A step that fails is halved. Where steps shrink, what lies ahead is looked for (`obstacles`): a
+change point is crossed, at a limit position the group ends and the others go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from mechdae.errors import InputError, SolveError
+from mechdae.motion.continuation.any_path import STRIDE, strides
+from mechdae.motion.continuation.crossings.across_change_point import ZONE
+from mechdae.motion.continuation.front import LONGER, SHRUNK, SMALLEST, Front
+from mechdae.motion.continuation.path import APPROACH, Path, Tries
+
+NEARLY = 1 + 1e-9
+"""How much longer a step may be in order to end at its goal."""
+WEAK = 1 / 128
+"""Share of the largest step below which a step around the series is tried."""
+FEW = 8
+"""Steps that are taken in one call where they were shorter before."""
+MOST_SMALL_STEPS = 20_000
+"""Small steps in a row after which the path is given up as not provable."""
+MOST_STEPS = 1_000_000
+"""Steps of a path: some 8000 turns of a driver, or 1 GB of a four-bar's nodes."""
+
+
+def extend(path: Path, to: float, needed: Iterable[int] | None = None, first: bool = False) -> None:
+    """Follow a path until `to`, or until all `needed` groups have ended.
+
+    With `first` it ends with the first of them. A limit position may be proved from afar;
+    the other groups are then followed as far, and may end before.
+
+    Raises
+    ------
+    SolveError
+        The path has no start.
+    InputError
+        More than `MOST_STEPS` steps.
+    """
+    if not path.s:
+        raise SolveError("the path has no start")
+    up = to > path.s[-1]
+    if not up and to >= path.s[0]:
+        return
+    front = Front(path, up)
+    sense = front.sense
+    path.began = front.s
+    steps = len(path.s) + sense * (to - path.began) / path.largest
+    if steps > MOST_STEPS and path.followed:
+        raise InputError(
+            f"the motion takes {steps:.2g} steps, at most {MOST_STEPS} are followed",
+            hint="a driver goes far: numbers without a suffix are radians, metres and seconds",
+        )
+    wanted = set(path.followed if needed is None else needed)
+    step = path.largest
+    while True:
+        front.leave_curves()
+        if not wanted - front.ended:
+            return
+        goal, rest = to, sense * (to - front.s)
+        if first and wanted & front.ended:
+            rest = _until_first(front, wanted & front.ended)
+            goal = front.s + sense * rest
+        if rest <= 0:
+            return
+        if rest > 4 * step and step >= SHRUNK * path.largest:
+            count = int(min(STRIDE, rest / step - 0.5))  # what is left is no rounding
+            held = _stride(front, sense * step, count)
+            if held:
+                step = min(2 * step, path.largest) if held > 4 else step / 2
+                continue
+        step = _careful(front, min(step, rest), goal)
+
+
+def _until_first(front: Front, ended: set[int]) -> float:
+    """Return how far ahead the first end of groups lies, 0 where the path meets it."""
+    reach = [front.path.reach[index] for index in ended]
+    found = [r.high if front.up else r.low for r in reach]
+    rest = min(front.sense * (end.s - front.s) for end in found if end is not None)
+    return rest if rest > 2 * APPROACH * front.path.largest else 0.0
+
+
+def _stride(front: Front, ds: float, count: int) -> int:
+    """Take up to `count` equal steps in one call; return how many were proved."""
+    path, alive, sign = front.path, front.alive, front.sign
+    places, chain, held = front.s + ds * np.arange(count + 1), strides(path.graphs), 0
+    ahead = min(count, FEW) if abs(ds) < path.largest else count  # the next may fail as well
+    while True:
+        some = places[held : held + ahead]
+        states, test, det, miss = chain(front.state, some, ds, path.whole, ahead)
+        between = places[held : held + ahead + 1]
+        proved = path.proved_between(between, front.state, states, (test, det, miss), sign)
+        good = proved[:, alive].all(axis=1)
+        taken = ahead if good.all() else int(np.argmin(good))
+        path.append_all(
+            places[held + 1 : held + taken + 1].tolist(), list(states[:taken]), front.up
+        )
+        held += taken
+        if taken < ahead or held == count:
+            break
+        ahead = count - held
+    path.counts.steps += held
+    if held > 4:
+        path.tries.bridge.clear()
+    path.counts.rejected += held < count
+    return held
+
+
+@np.errstate(invalid="ignore")
+def _careful(front: Front, step: float, goal: float) -> float:
+    """Take one step, halved until it is proved; return the step to try next.
+
+    Towards `goal`, which is met to the last bit: steps of a rounding cannot be proved.
+    """
+    path, sense, alive = front.path, front.sense, front.alive
+    while True:
+        rest = sense * (goal - front.s)
+        if rest <= 0:
+            return step
+        step = rest if rest < NEARLY * step else step
+        after, proved = front.step(step)
+        bad = (alive & ~proved).nonzero()[0]
+        if not bad.size:
+            path.counts.steps += 1
+            front.append(goal if step == rest else front.s + sense * step, after)
+            if step < SHRUNK * path.largest:
+                path.tries.labour(front.s, rest - step)
+            if 1.5 * step >= path.largest:
+                path.tries = Tries()
+            return min(1.5 * step, path.largest)
+        path.counts.rejected += 1
+        step /= 2
+        following = _past(front, int(bad[0]), step, rest, goal)
+        if following is not None:
+            return following
+
+
+def _past(front: Front, b: int, step: float, rest: float, goal: float) -> float | None:
+    """Go past what makes the steps of block `b` shrink; return the step to try next, or None."""
+    from mechdae.motion.continuation.obstacles import across, end_of, over_corner, to_fold
+
+    path, tries, key = front.path, front.path.tries, (b, front.sense)
+    largest = path.largest
+    if step < tries.bridge.get(key, SHRUNK * largest):
+        tries.bridge[key] = step / 4
+        if across(front, b, rest):
+            return largest * ZONE
+    if step < tries.fold.get(key, SHRUNK * largest):
+        tries.fold[key] = step / 4
+        if to_fold(front, b, rest):
+            return step
+    if step < tries.stretch.get(front.sense, WEAK * path.patience * largest):
+        taken = front.stretched(LONGER * step, rest, goal)
+        if taken:
+            tries.fold.clear()
+            return min(taken, largest)
+        tries.stretch[front.sense] = step / 4
+    hopeless = tries.hopeless or tries.laboured > MOST_SMALL_STEPS
+    if step >= SMALLEST * largest and not hopeless:
+        return None
+    own = path.graphs.blocks[b].own
+    if np.any(np.abs(front.x[own]) > path.far[own] / 2):
+        kind = "pole"
+    elif step >= SMALLEST * largest:
+        kind = "unproved"
+    else:
+        kind = path.finder.kind(b, front.s, front.x)
+    if kind == "unproved" and over_corner(front, b):
+        return SHRUNK * largest
+    front.end(end_of(front, b, kind))
+    tries.laboured, tries.hopeless = 0, False
+    return largest

@@ -1,0 +1,194 @@
+"""Straight legs in the drivers' values from corner to corner, every one of them proved.
+
+Short legs are taken many in one call of the sequential kernel, two steps each: one of no
+length that turns the state into the leg's direction, one to its end. A leg that is not
+proved in one step is followed like any other path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.motion.continuation.any_path import STRIDE, AnyPath, Counts, Reach, strides
+from mechdae.motion.continuation.crossings.across_change_point import Zone
+from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
+from mechdae.motion.continuation.follower import extend
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.setup.scales import Constants
+
+SHORT = 8.0
+"""Legs longer than so many largest steps are not tried in one step."""
+
+
+def largest_step(d: Any, scales: Any) -> float:
+    """Return the largest step in s along u0 + s d, 0 <= s <= 1."""
+    length = float(np.max(np.abs(d) / scales))
+    share = 2 * np.pi / NODES_PER_TURN
+    return share / length if length > share else 1.0
+
+
+class Legs(AnyPath):
+    """A path through given drivers' values; s counts the corners, whole numbers are corners.
+
+    Parameters
+    ----------
+    graphs, constants
+        Functions and numbers of a scene that moves along straight lines.
+    corners : (m, nd) array
+        Drivers' values.
+    scales : (nd,) array
+        What counts as one radian of each driver.
+    """
+
+    def __init__(self, graphs: Graphs, constants: Constants, corners: Any, scales: Any) -> None:
+        nothing = np.zeros(corners.shape[1])
+        whole = np.concatenate([constants.vector(), corners[0], nothing])
+        super().__init__(graphs, constants, whole, 1.0, Counts())
+        self.corners, self.scales = corners, scales
+        self.directions = np.diff(corners, axis=0)
+        self.leg = Path(graphs, constants, corners[0], nothing, 1.0, self.counts, within=True)
+        self.ended: set[int] = set()
+        self._sizes = np.zeros(graphs.nx)
+        self._visited: list[tuple[Any, Any]] = []
+
+    def walk(self, x: Any) -> None:
+        """Follow all legs from the solved pose `x` (nx,) at the first corner."""
+        self.origin = (0.0, x)
+        self.leg.begin(x, 0.0)
+        self.sign = self.leg.sign
+        self._signs = np.repeat(self.sign[None, :], len(self.corners), axis=0)
+        self.nodes = np.empty((len(self.corners), self.graphs.nx))
+        self.nodes[0] = self.leg.state[0][: self.graphs.nx]
+        self._state = self.leg.state[0]
+        k = 0
+        while k < len(self.directions):
+            if self.followed <= self.ended:
+                self.nodes[k + 1 :] = self.nodes[k]
+                return
+            k += self._short(k) or self._long(k)
+
+    def _largest(self, k: int) -> float:
+        """Return the largest step of a leg in its own parameter, 0 to 1."""
+        return largest_step(self.directions[k], self.scales)
+
+    def _short(self, k: int) -> int:
+        """Take the next legs in one step each; return how many were proved."""
+        if self._largest(k) * SHORT < 1 or not self.graphs.nx or self.curves.open:
+            return 0
+        count = min(STRIDE // 2, len(self.directions) - k)
+        whole = np.tile(self.whole, (STRIDE, 1))
+        lines = whole[:, -2 * self.graphs.nu :].reshape(STRIDE // 2, 2, -1)
+        lines[:count] = np.hstack([self.corners, self._padded])[k : k + count, None]
+        lines[count:] = np.concatenate([self.corners[k + count], 0 * self.corners[0]])
+        along = np.tile([0.0, 1.0], STRIDE // 2)
+        states, test, det, miss = strides(self.graphs)(self._state, 0.0, along, whole)
+        alive = self.alive(self.ended)
+        good = self.good(states, test, det, miss, alive, self._signs[k])
+        good = good.reshape(-1, 2).all(axis=1)[:count]
+        held = count if good.all() else int(np.argmin(good))
+        ends = states[1 : 2 * held : 2, : self.graphs.nx]
+        self.nodes[k + 1 : k + 1 + held] = ends
+        self.counts.steps += held
+        if held:
+            self._state = states[2 * held - 1]
+            corners = np.arange(k + 1, k + 1 + held)
+            self._note((1.0 * corners, ends, self.corners[corners]))
+            self._grown(np.abs(ends).max(axis=0))
+        return held
+
+    def _long(self, k: int) -> int:
+        """Follow the next leg in steps as long as its proof allows."""
+        leg, n = self.leg, self.graphs.nx
+        leg.redirect(self.corners[k], self.directions[k], self._largest(k))
+        for group in self.ended:
+            leg.reach[group] = Reach(self.reach[group].high, self.reach[group].high)
+        leg.begin(self.nodes[k], 0.0)
+        extend(leg, 1.0)
+        self._note(leg.on_curves())
+        self._grown(leg.sizes()[0])
+        self._state = leg.state[-1]
+        self.nodes[k + 1] = self._state[:n]
+        self.zones += [_later(zone, k) for zone in leg.zones]
+        self._signs[k + 1 :] = leg.sign_at(np.array(leg.s[-1:]))[0]
+        for group, reach in leg.reach.items():
+            if group not in self.ended and reach.high is not None:
+                self.ended.add(group)
+                self.reach[group].high = replace(reach.high, s=k + reach.high.s)
+        return 1
+
+    def _note(self, found: tuple[Any, Any, Any]) -> None:
+        """Keep poses passed on the way, while the contacts on curves follow it."""
+        if self.graphs.contacts and not self.ended & set(self.curves.groups):
+            self._visited.append(found[1:])
+
+    def _grown(self, size: Any) -> None:
+        """Enlarge the sizes of the unknowns of groups that have not ended."""
+        alive = self.alive(self.ended)
+        for b, graph in enumerate(self.graphs.blocks):
+            if alive[b]:
+                self._sizes[graph.own] = np.maximum(self._sizes[graph.own], size[graph.own])
+
+    @property
+    def _padded(self) -> Any:
+        """The leg's direction at each corner, none at the last."""
+        return np.vstack([self.directions, np.zeros((1, self.corners.shape[1]))])
+
+    @property
+    def whole_way(self) -> bool:
+        """Whether all groups came to the last corner."""
+        return not self.ended
+
+    # -- what is asked of a path -----------------------------------------------------------
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        return 0.0, float(len(self.corners) - 1)
+
+    def drivers(self, s: Any) -> Any:
+        """Return the drivers' values (n, nd) at `s` (n,)."""
+        k = np.floor(s).astype(int)
+        return self.corners[k] + (s - k)[:, None] * self._padded[k]
+
+    def motion(self, s: float) -> list[Any]:
+        """Return the drivers' values (nd,) at a corner; it is a pose by itself: no derivatives."""
+        u = self.drivers(np.array([s]))[0]
+        return [u, *[np.zeros(len(u))] * 3]
+
+    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+        return tuple(np.zeros((len(s), self.corners.shape[1])) for _ in range(order))
+
+    def follows(self, group: int, s: Any) -> Any:
+        return self.reach[group].contains(s)
+
+    def sign_at(self, s: Any) -> Any:
+        signs: Any = self._signs[np.asarray(s, int)]
+        return signs
+
+    def guess(self, s: Any) -> Any:
+        """Return the unknowns (n, nx) at corners `s` (n,)."""
+        result: Any = self.nodes[np.asarray(s, int)]
+        return result
+
+    def insert(self, places: Any, most: int = 64) -> int:
+        """Return 0: the corners are solved poses, nothing lies between them."""
+        return 0
+
+    def on_curves(self) -> tuple[Any, Any, Any]:
+        """Return s, x and u of no corner: what was passed between them, s not known as nan."""
+        first = (self.nodes[:1], self.corners[:1])
+        x, u = (np.vstack(parts) for parts in zip(first, *self._visited, strict=True))
+        return np.full(len(x), np.nan), x, u
+
+    def sizes(self) -> tuple[Any, Any]:
+        return self._sizes, np.abs(self.corners).max(axis=0)
+
+
+def _later(zone: Zone, k: int) -> Zone:
+    """Return the zone of a leg with s counted from the first corner."""
+    places, *rest = zone.nodes
+    crossings = tuple(replace(crossing, s=k + crossing.s) for crossing in zone.crossings)
+    return replace(zone, s=k + zone.s, crossings=crossings, nodes=(k + places, *rest))

@@ -1,0 +1,349 @@
+"""A certified path: one continuous solution along the drivers, with its limit positions.
+
+Its nodes are solved poses with rates; from each to the next a step has been proved (`follower`):
+over the whole step one solution exists near the tangent and no other one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.call import Call
+from mechdae.motion.continuation.any_path import AnyPath, Counts, Reach
+from mechdae.motion.continuation.crossings.across_change_point import Builder
+from mechdae.motion.continuation.crossings.change_points import CrossingFinder
+from mechdae.motion.continuation.interpolate import near_limit, quintic
+from mechdae.motion.continuation.into_fold import Turning
+from mechdae.motion.continuation.limit_positions import LimitFinder
+from mechdae.motion.continuation.series_steps import Expansion
+from mechdae.motion.setup.scales import Constants
+from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.quintic_steps import QuinticSteps
+
+DEEP = 12
+"""Blocks one behind the other above which steps that tangents do not prove are looked at again."""
+APPROACH = 1e-6
+"""Share of the largest step at which the path hands over to the limit's own expansion."""
+WINDOW, HOPE = 1000, 100.0
+"""Small steps over which progress is measured, and times as far as they came that is left."""
+WINDOWS, EVEN = 5, 1.25
+"""As many times they come as far, but for that factor, before they are taken for even: next to
+a narrow place steps shrink and grow again.
+"""
+
+
+@dataclass
+class Tries:
+    """Steps from which something is tried again, by block and sense; small steps in a row.
+
+    ``marks`` are where each `WINDOW` of them ended; ``hopeless`` tells that they are even, and go a
+    share of the way that is left which steps of their size cannot make up for.
+    """
+
+    stretch: dict[float, float] = field(default_factory=dict)
+    fold: dict[tuple[int, float], float] = field(default_factory=dict)
+    bridge: dict[tuple[int, float], float] = field(default_factory=dict)
+    laboured: int = 0
+    marks: list[float] = field(default_factory=list)
+    hopeless: bool = False
+
+    def labour(self, s: float, rest: float) -> None:
+        """Count a small step that ends at `s`, and see whether they lead to what is left."""
+        self.laboured += 1
+        if self.laboured == 1:
+            self.marks = [s]
+        if self.laboured % WINDOW == 0:
+            self.marks = [*self.marks, s][-WINDOWS - 1 :]
+            far = np.abs(np.diff(self.marks))
+            even = len(far) == WINDOWS and far.max() <= EVEN * far.min()
+            self.hopeless = bool(even and HOPE * far[-1] < rest)
+
+
+class Path(AnyPath):
+    """The certified nodes of one scene along a line, or along the course of its drivers.
+
+    Parameters
+    ----------
+    graphs, constants
+        Functions and numbers of the scene.
+    u0, d : (nd,) arrays
+        u = u0 + s d; for one driver s is u itself. Not used along a course.
+    largest
+        Largest step in s.
+    within
+        Whether the way across a change point must end before the goal, which is a corner.
+
+    Attributes
+    ----------
+    on_change_point
+        "continue" on the branch with the continuous tangent, "switch" to the other one, or
+        "stop" the group there.
+    s, state : lists
+        The nodes, s rising.
+    front : dict
+        Signs of the blocks' determinants at its two ends: upper (True), lower (False).
+    """
+
+    def __init__(
+        self,
+        graphs: Graphs,
+        constants: Constants,
+        u0: Any,
+        d: Any,
+        largest: float,
+        counts: Counts | None = None,
+        within: bool = False,
+    ) -> None:
+        whole = np.concatenate([constants.vector(), u0, d])
+        super().__init__(graphs, constants, whole, largest, counts or Counts())
+        self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
+        self._one, self._place = graphs.kept("step", lambda: Call(graphs.advance)), np.zeros(2)
+        crossings = CrossingFinder(graphs, constants, self.motion, largest)
+        self.finder = LimitFinder(graphs, whole, constants, self.drivers, crossings.unit)
+        self.turning = Turning(graphs, constants, self.finder, self.motion)
+        self.bridges = Builder(crossings, self.step, constants, self.finder.weights)
+        self.tries = Tries()
+        self._arrays: tuple[Any, Any, Any, Any] | None = None
+        self.s: list[float] = []
+        self.state: list[Any] = []
+        self.flips: list[list[float]] = [[] for _ in graphs.blocks]
+
+    @cached_property
+    def patience(self) -> float:
+        """How much smaller steps become in space before one around a power series is tried.
+
+        That costs as much as five hundred others there, and is as long as a hundred of them.
+        """
+        spatial = any(graph.reaches is not None for graph in self.graphs.blocks)
+        return 1 / 64 if spatial else 1.0
+
+    @cached_property
+    def expansion(self) -> Expansion:
+        """What proves steps around power series."""
+        sizes = self.graphs.scene.unknowns.sizes(self.constants.scale)
+        return Expansion(self.graphs, self.constants, sizes)
+
+    @cached_property
+    def quintics(self) -> QuinticSteps | None:
+        """What proves steps of long chains of blocks, None for other mechanisms."""
+        if max(self.graphs.depths, default=0) <= DEEP:
+            return None
+        from mechdae.motion.continuation.quintic_steps import QuinticSteps
+
+        own = QuinticSteps(self.graphs, self.constants)
+        return own if own.kinds else None
+
+    def proved_between(
+        self, s: Any, first: Any, states: Any, tests: tuple[Any, Any, Any], sign: Any
+    ) -> Any:
+        """Return which blocks (m, nb) steps one after the other are proved for.
+
+        Parameters
+        ----------
+        s : (m + 1,) array
+            Places of the nodes.
+        first, states : (.,), (m, .) arrays
+            The first node and those behind the steps.
+        tests
+            Test, det and miss of each step, as `step` gives them.
+        """
+        proved = self.proved(states, *tests, sign)
+        left = np.flatnonzero(~proved.all(axis=1))
+        if self.quintics is not None and left.size:
+            ends, states = np.stack([left, left + 1], axis=1), np.vstack([first, states])
+            nothing = np.zeros((len(left), len(sign)))
+            found = self.quintics.proved(s[ends], states[ends], self.drivers(s)[ends])
+            found &= self.proved(states[left + 1], nothing, tests[1][left], nothing, sign)
+            proved[left] = found | self.quintics.with_all_before(proved[left])
+        return proved
+
+    def begin(self, x: Any, s: float) -> None:
+        """Put the first node: a solved pose `x` (nx,) at `s`."""
+        g = self.graphs
+        self.origin, self.began = (s, x), s
+        start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
+        state, _, det, _ = self.step(start, s, 0.0)
+        state[: g.nx] = np.where(np.isfinite(state[: g.nx]), state[: g.nx], x)  # singular pose
+        self.s, self.state, self._arrays = [s], [state], None
+        redundant = np.array([graph.redundant for graph in g.blocks], bool)
+        self.sign = np.where(redundant, 1.0, np.sign(det))  # those must stay closed
+        self.front = {True: self.sign.copy(), False: self.sign.copy()}
+
+    def sign_at(self, s: Any) -> Any:
+        """Return the signs of the blocks' determinants on the path, (n, nb)."""
+        signs = np.repeat(self.sign[None, :], len(s), axis=0)
+        for b, places in enumerate(self.flips):
+            if places:
+                count = np.searchsorted(places, s) - np.searchsorted(places, self.origin[0])
+                signs[count % 2 != 0, b] *= -1
+        return signs
+
+    def redirect(self, u0: Any, d: Any, largest: float) -> None:
+        """Use the path for another line u = u0 + s d; it then begins anew."""
+        self.u0, self.d, self.largest = u0, d, largest
+        self.whole[-2 * len(d) :] = np.concatenate([u0, d])
+        self.reach = {index: Reach() for index in self.groups}
+        self.bridges.finder.largest = largest
+        self.finder.unit = self.bridges.finder.unit
+        self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
+        self.curves.restart()
+        self.tries = Tries()
+
+    def step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
+        """Return state, test, det and miss after one step."""
+        ds = (s + ds) - s  # as far as the places are apart, which are rounded
+        self._place[0], self._place[1] = s, ds
+        after, test, det, miss = self._one(state, self._place, self.whole)
+        return after, test, det, miss
+
+    def append(self, s: float, state: Any, up: bool) -> None:
+        """Put a node behind the last one, upwards or downwards."""
+        place = len(self.s) if up else 0
+        self.s.insert(place, s)
+        self.state.insert(place, state)
+
+    def append_all(self, s: list[float], states: list[Any], up: bool) -> None:
+        """Put nodes behind the last one, each beyond the one before."""
+        place = slice(len(self.s), None) if up else slice(0, 0)
+        self.s[place], self.state[place] = s[:: 1 if up else -1], states[:: 1 if up else -1]
+
+    def pop(self, up: bool) -> tuple[float, Any]:
+        """Take the last node away, and return it."""
+        self._arrays = None
+        return self.s.pop(-1 if up else 0), self.state.pop(-1 if up else 0)
+
+    def follows(self, group: int, s: Any) -> Any:
+        """Return at which places a group follows the path: followed, and before its ends."""
+        reach = self.reach[group]
+        inside = reach.contains(s)
+        if group in self.followed:
+            slack = 2 * APPROACH * self.largest  # the last node before a limit stops short of it
+            if reach.low is None:
+                inside &= s >= self.s[0] - slack
+            if reach.high is None:
+                inside &= s <= self.s[-1] + slack
+        return inside
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """The first and the last place that was followed."""
+        return self.s[0], self.s[-1]
+
+    def sizes(self) -> tuple[Any, Any]:
+        """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""
+        S, X, _, _ = self.arrays()
+        size = np.zeros(self.graphs.nx)
+        for b, graph in enumerate(self.graphs.blocks):
+            reach = self.reach[self.block_group[b]]
+            ends = [
+                end.x[None, :] for end in (reach.low, reach.high) if end and end.kind == "limit"
+            ]
+            followed = np.vstack([X[reach.contains(S)], *ends])[:, graph.own]
+            size[graph.own] = np.abs(followed).max(axis=0, initial=0.0)
+        course = self.graphs.course
+        if course:
+            return size, course.reach(S, np.diff(S, append=S[-1])).max(axis=0)
+        return size, np.abs(self.drivers(S)).max(axis=0)
+
+    def drivers(self, s: Any) -> Any:
+        """Return the drivers' values (n, nd) at `s` (n,)."""
+        course = self.graphs.course
+        return course.sampled(s)[0] if course else self.u0 + s[:, None] * self.d
+
+    def motion(self, s: float) -> list[Any]:
+        """Return the drivers' values and three derivatives with respect to s, each (nd,)."""
+        course = self.graphs.course
+        if course:
+            return course.jet(s)
+        nothing = np.zeros(len(self.d))
+        return [self.u0 + s * self.d, self.d, nothing, nothing]
+
+    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+        """Return the drivers' derivatives (n, nd) with respect to s, up to `order` <= 3."""
+        course = self.graphs.course
+        if course:
+            return tuple(course.sampled(s, order)[1:])
+        shape = (len(s), len(self.d))
+        return (np.broadcast_to(self.d, shape), *[np.zeros(shape)] * (order - 1))
+
+    def arrays(self) -> tuple[Any, Any, Any, Any]:
+        """Return s (m,), x, x', x'' (m, nx) of the nodes, s rising."""
+        n = self.graphs.nx
+        if self._arrays is None or len(self._arrays[0]) != len(self.s):
+            state = np.array(self.state)
+            parts = (state[:, :n], state[:, n : 2 * n], state[:, 2 * n : 3 * n])
+            self._arrays = (np.array(self.s), *parts)
+        return self._arrays
+
+    def insert(self, places: Any, most: int = 64) -> int:
+        """Put further nodes where guesses were too poor; return how many were proved."""
+        wanted = np.array(sorted(set(places.tolist())))
+        if len(wanted) > most:
+            wanted = wanted[np.linspace(0, len(wanted) - 1, most).astype(int)]
+        inserted = 0
+        for place in wanted:
+            s = self.arrays()[0]
+            k = int(np.searchsorted(s, place)) - 1
+            if k < 0 or k + 1 >= len(s) or place in (s[k], s[k + 1]):
+                continue
+            ended = {i for i in self.groups if not self.reach[i].contains(place)}
+            alive = self.alive(ended)
+            after, *tests = self.step(self.state[k], s[k], float(place - s[k]))
+            sign, ends = self.sign_at(np.array([place]))[0], np.array([s[k], place])
+            det, miss = tests[1][None], tests[2][None]
+            found = self.proved_between(
+                ends, self.state[k], after[None], (tests[0][None], det, miss), sign
+            )
+            if found[0, alive].all():
+                self.s.insert(k + 1, float(place))
+                self.state.insert(k + 1, after)
+                inserted += 1
+        return inserted
+
+    def on_curves(self) -> tuple[Any, Any, Any]:
+        """Return s (m,), x (m, nx), u (m, nd) of the nodes where all contacts follow the path."""
+        S, X, _, _ = self.arrays()
+        rows = np.ones(len(S), bool)
+        for index in self.curves.groups:
+            rows &= self.reach[index].contains(S)
+        return S[rows], X[rows], self.drivers(S[rows])
+
+    def at(self, s: float) -> Any:
+        """Return the unknowns (nx,) at a place between nodes, from the node before it."""
+        k = min(max(int(np.searchsorted(self.s, s, side="right")) - 1, 0), len(self.s) - 1)
+        return self.step(self.state[k], self.s[k], s - self.s[k])[0][: self.graphs.nx]
+
+    def hanging(self, group: int) -> set[int]:
+        """Return a group and those attached to it."""
+        return self.graphs.scene.hanging(group) & set(self.groups)
+
+    def guess(self, s: Any) -> Any:
+        """Return unknowns (n, nx) near the path at `s` (n,), by quintic Hermite pieces.
+
+        Between the last node and a limit position the expansion in sigma is used instead.
+        """
+        S, X, V, A = self.arrays()
+        if len(S) == 1:
+            return np.repeat(X, len(s), axis=0)
+        result = quintic(S, X, V, A, s)
+        for group, reach in self.reach.items():
+            if reach.low is None and reach.high is None:
+                continue
+            columns = [
+                i
+                for b, g in enumerate(self.graphs.blocks)
+                for i in g.own
+                if self.block_group[b] == group
+            ]
+            for limit, side in ((reach.low, -1), (reach.high, 1)):
+                if limit is not None and limit.v is not None and columns:
+                    rows, values = near_limit(s, S, X, V, limit, side)
+                    result[np.ix_(np.flatnonzero(rows), np.array(columns))] = values[:, columns]
+        return result

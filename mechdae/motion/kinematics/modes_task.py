@@ -1,0 +1,187 @@
+"""The task of kind modes: all assembly modes at one pose of the drivers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.assumed import about_closure
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
+from mechdae.equations.groups import formula
+from mechdae.errors import InputError
+from mechdae.motion.assembly import start
+from mechdae.motion.assembly.assembler import Assembler
+from mechdae.motion.assembly.mode_tree import Mode, ModeTree
+from mechdae.motion.continuation.output_bounds import OutputBounds
+from mechdae.motion.continuation.single_pose import certified
+from mechdae.motion.kinematics.prepared import prepare
+from mechdae.motion.kinematics.undercut import cuts
+from mechdae.motion.setup.drivers import plan
+from mechdae.motion.setup.named_outputs import NamedOutputs
+from mechdae.motion.setup.outputs import Outputs
+from mechdae.records import dataclass
+from mechdae.results import ModesResult, Named, Series, Status, Summary
+from mechdae.results.status import Cause
+from mechdae.types import Floats
+
+LISTED = 1000
+"""Modes that are listed where the task sets no limit; all are counted."""
+UNSURE = {
+    Cause.RANK: "not certified, modes meet within the rounding of the data",
+    Cause.CERTIFICATE: "not certified, though the equations keep their rank there",
+    Cause.OPEN: "not certified, Newton's method does not close them",
+}
+
+
+@dataclass
+class _Modes:
+    """Assembly modes of one pose: those found, those listed, and with what.
+
+    ``tree`` has all that were found, ``listed`` are those reported, ``certain`` their bounds,
+    ``y`` (n, ny) their outputs; ``u`` and ``coordinates`` those of the drivers.
+    """
+
+    assembler: Assembler
+    outputs: Outputs
+    expressions: NamedOutputs
+    coordinates: tuple[NamedCoordinate, ...]
+    u: Floats
+    tree: ModeTree
+    fault: str | None
+    listed: list[Mode]
+    certain: Any
+    y: Floats
+
+
+def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
+    """Return all assembly modes; rows of the result are modes.
+
+    ``summary`` has the count, whether it is proven, and each mode as a sketch.
+    """
+    found = _found(problem, task)
+    listed, certain = found.listed, found.certain
+    drivers = {
+        c.text: Series({"position": np.full(len(listed), found.u[k])})
+        for k, c in enumerate(found.coordinates)
+    }
+    tables: dict[str, Any] = found.outputs.named([found.y])
+    there = [found.y[:, found.outputs.columns(found.expressions.coordinates)]]
+    tables["outputs"], lost = found.expressions.evaluate(there, None, np.ones(len(listed), bool))
+    bounder = OutputBounds(found.assembler.graphs, found.outputs, certain.constants)
+    bounds = bounder.by_kind(certain.error.T)
+    summary, notes = _summary(found), lost + _notes(found)
+    if notes:
+        summary["notes"] = notes
+    return ModesResult(
+        problem.name,
+        name,
+        task.kind,
+        problem.mechanism,
+        problem.title,
+        drivers=Named("driver", drivers),
+        status=np.where(certain.sure, Status.OK.value, Status.SINGULAR.value),
+        bound=Series({key: np.where(certain.sure, v, np.nan) for key, v in bounds.items()}),
+        labels=tuple(mode.labels for mode in listed),
+        summary=summary,
+        fault=found.fault,
+        definition=task,
+        **tables,
+    )
+
+
+def _found(problem: Problem, task: Modes) -> _Modes:
+    """Return the modes of the task's pose."""
+    if task.mode is not None:
+        raise InputError("all modes are listed, none is chosen", where="mode", hint="leave it out")
+    numbers = plan(problem.mechanism, task)
+    if numbers.values is None or len(numbers.values) != 1:
+        raise InputError("assembly modes are those of one pose: give the driver as at = [value]")
+    u = numbers.values[0]
+    held = [
+        Driver(c.text, at=(float(value),), speed=0.0)
+        for c, value in zip(numbers.coordinates, u, strict=True)
+    ]
+    setting = prepare(problem, Sweep(drivers=tuple(held), outputs=task.outputs, derivatives=0))
+    assembler, outputs, expressions = setting.assembler, setting.outputs, setting.expressions
+    the_scene, graphs = assembler.scene, assembler.graphs
+    tree = assembler.modes(u, by_paths=True)
+    found = tree.first(LISTED if task.limit is None else task.limit)
+    certain = certified(graphs, np.array([m.x for m in found]).reshape(len(found), graphs.nx), u)
+    found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]
+    inputs = [the_scene.x, the_scene.u, the_scene.model.p]
+    function = graphs.kept("outputs", lambda: ca.Function("y", inputs, [outputs.expression]))
+    rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
+    y = np.array(rows).reshape(len(found), graphs.ny)
+    fault = None if tree.failure is None else str(start.not_assembled(the_scene, tree.failure, u))
+    return _Modes(
+        assembler,
+        outputs,
+        expressions,
+        numbers.coordinates,
+        *(u, tree, fault, found, certain, y),
+    )
+
+
+def _summary(modes: _Modes) -> Summary:
+    """Return what there is to know of modes."""
+    assembler, found, u = modes.assembler, modes.listed, modes.u
+    the_scene = assembler.scene
+    summary = Summary(
+        count=modes.tree.count,
+        proven=modes.tree.proven,
+        basis=assembler.basis(),
+        formula=formula(the_scene.groups),
+        groups=[g.name for g in the_scene.groups if assembler.labelled(g)],
+        not_in_scene=the_scene.not_in_scene,
+        bound="estimated" if modes.certain.constants.estimated else "proved",
+        sketches=[start.as_sketch(assembler, mode, u) for mode in found],
+    )
+    rollers = cuts(the_scene, np.array([mode.x for mode in found]), np.tile(u, (len(found), 1)))
+    if rollers:  # poses that solve the equations and cannot be built
+        summary["undercut"] = [
+            {"mode": found[k].label, "joint": cut.joint, "depth": cut.depth}
+            for cut in rollers
+            for k in range(cut.first, cut.last + 1)
+        ]
+    if the_scene.redundant and found:
+        summary["superfluous"] = assembler.superfluous(found[0].x, u)
+        if assumed := about_closure(the_scene.model.mechanism):
+            summary["assumptions"] = assumed
+    if assembler.free:
+        names = sorted({group.name for group in assembler.free})
+        summary["free"] = names  # modes in which the group moves by itself are not counted
+    if assembler.singular_paths:
+        summary["singular_paths"] = assembler.singular_paths
+    if assembler.searched:
+        summary["search"] = assembler.searches()
+    return summary
+
+
+def _notes(modes: _Modes) -> list[str]:
+    """Return what there is to say of modes."""
+    found, assembler = modes.listed, modes.assembler
+    notes = assembler.scene.left_out
+    sure = modes.certain.sure
+    from mechdae.motion.kinematics.lost_poses import reason
+
+    unsure: dict[Cause, list[str]] = {}
+    for mode, own in zip(found, sure, strict=True):
+        if not own:
+            graphs, constants = assembler.graphs, modes.certain.constants
+            why = reason(graphs, constants, mode.x, modes.u, range(graphs.nb))
+            unsure.setdefault(why.cause, []).append(",".join(mode.labels))
+    notes += [f"{UNSURE[cause]}: {', '.join(labels)}" for cause, labels in unsure.items()]
+    if any(assembler.turns.endless) and found:
+        names = sorted({group.name for group in assembler.endless_groups})
+        notes.append(
+            f"each whole turn of bodies of group {', '.join(names)} puts bodies solved later "
+            f"elsewhere: listed are modes nearest to the sketch, there may be others"
+        )
+    if len(found) < modes.tree.count:
+        notes.append(f"the first {len(found)} of {modes.tree.count} modes are listed")
+    return notes

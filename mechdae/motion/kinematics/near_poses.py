@@ -1,0 +1,314 @@
+"""Poses of sets of numbers near those of a mechanism, each set by a handful of kernel calls.
+
+The mode nearest to the sketch is known in closed form; from there proved steps lead to the pose,
+which is certified like every other. What is not proved so is left to a path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.values import Number
+from mechdae.kernels.bounds.walk import ROUNDOFF
+from mechdae.kernels.run.call import Call
+from mechdae.motion.assembly.closed_start import ClosedStart, closed_start
+from mechdae.motion.continuation.any_path import STRIDE, strides
+from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
+from mechdae.motion.continuation.evaluate import (
+    CARRIED,
+    H_LIMIT,
+    HALF_TURN,
+    ROUNDS,
+    TINY,
+    Evaluator,
+    in_time,
+)
+from mechdae.motion.continuation.interpolate import quintic
+from mechdae.motion.continuation.output_bounds import ILL, spread
+from mechdae.motion.kinematics.near_numbers import NearNumbers
+from mechdae.motion.kinematics.poses import PoseArrays
+from mechdae.motion.kinematics.prepared import Setting, prepare
+from mechdae.records import dataclass
+
+STILL = 1e-9
+"""Largest step of Newton's method from a closed form that is one but for rounding."""
+MOST_STEPS = 2 * NODES_PER_TURN
+"""Steps to a single pose, at most."""
+SMALLEST = 1 / 32
+"""Share of the largest step below which a path is left to find out what lies ahead."""
+MOST_NODES = 16 * NODES_PER_TURN
+"""Steps each way to several poses, at most."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A set of numbers at its start: where steps begin, and what bounds are proved for.
+
+    ``whole`` are the numbers of a step, ``consts`` those of a pose, ``reach`` the largest value
+    of the driver and ``size_x`` (nx,) the largest unknowns that they hold for. ``unit`` is that of
+    the driver's value: 1 rad or the mechanism's ``scale``.
+    """
+
+    numbers: dict[str, Number]
+    s: float
+    state: Any
+    sign: Any
+    whole: Any
+    consts: Any
+    kappa: Any
+    rho: Any
+    mu: Any
+    size_x: Any
+    reach: float
+    unit: float
+    scale: float
+    p: Any
+
+
+@dataclass(frozen=True)
+class Found:
+    """Certified poses: unknowns' bounds (n, nx), conditions (n,), outputs and rates (n, ny)."""
+
+    error: Any
+    condition: Any
+    y: list[Any]
+
+
+class NearPoses:
+    """Poses of a sweep of one driver whose mechanism has other values of some numbers.
+
+    Attributes
+    ----------
+    setting : Setting
+        That of the mechanism itself; names of outputs are those of all.
+    """
+
+    def __init__(self, setting: Setting, start: ClosedStart, numbers: NearNumbers) -> None:
+        self.setting, self._start, self._numbers = setting, start, numbers
+        graphs = self.graphs = setting.graphs
+        self.names = numbers.names
+        evaluator = Evaluator(graphs, setting.outputs)
+        self._tells, self._turning = evaluator.sign_tells, evaluator.turning
+        self._blocks, self._angles = evaluator.lengths, evaluator.angles
+        self._one: Call = graphs.kept("step", lambda: Call(graphs.advance))
+        self._pose: Call = graphs.kept("pose", lambda: Call(graphs.pose))
+        self._poses = evaluator.pose
+        self._bounds: Call = graphs.kept("constants", lambda: Call(graphs.constants))
+        plan, self._s = setting.plan, np.array([setting.plan.sketch[0]])
+        self._is_angle = plan.coordinates[0].is_angle
+        self._lengths = np.where(graphs.scene.unknowns.turns, 0.0, 1.0)
+        self._rates = [float(rate[0, 0]) for rate in (plan.speed, plan.acceleration, plan.jerk)]
+        self._begun: Begun | None = None
+
+    def at(self, numbers: Mapping[str, Number], places: Any) -> PoseArrays | None:
+        """Return the poses at driver's values `places` (n,), None where one is not proved so.
+
+        `numbers` are those of `names`, in SI units.
+        """
+        one = len(places) == 1
+        far = abs(float(places[0])) if one else float(np.abs(places).max())
+        begun = self._begun
+        if begun is None or begun.numbers != numbers or far > begun.reach:
+            begun = self._begin(dict(numbers), far)
+            if begun is None:
+                return None
+            self._begun = begun
+        if one:
+            u = float(places[0])
+            x = self._stepped(begun, u)
+            found = None if x is None else self._solved(begun, x, u)
+        else:
+            found = self._several(begun, places)
+        if found is None:
+            return None
+        fine = np.ones(len(places), bool)
+        return PoseArrays(places, fine, found.error, found.condition, self.setting, found.y)
+
+    def _begin(self, numbers: dict[str, Number], u: float) -> Begun | None:
+        """Return the assembled sketch with other numbers."""
+        p = self._numbers(numbers)
+        found = None if p is None else self._start(self._s, p)
+        if found is None:
+            return None
+        scale, x, sign = found
+        g, s = self.graphs, float(self._s[0])
+        size = 1.0 if self._is_angle else scale
+        reach = max(abs(u), abs(s)) + 4 * (np.pi if self._is_angle else scale)
+        turned = 4 * np.pi + (2 * reach if self._is_angle else 0.0)
+        size_x = np.where(self._lengths, 10 * scale, turned)
+        none = np.zeros(0)
+        kappa, rho, mu = self._bounds(size_x, np.array([reach]), p, scale, none, none, none)
+        consts = np.concatenate([p, [scale], kappa, rho, ROUNDOFF * size_x])
+        whole = np.concatenate([consts, [0.0, 1.0]])
+        state = np.zeros(3 * g.nx + g.nb)
+        state[: g.nx] = x
+        state, _, det, _ = self._one(state, np.array([s, 0.0]), whole)
+        signs = np.sign(det)
+        near = np.abs(state[: g.nx] - x) <= STILL * np.where(self._lengths, scale, 1.0)
+        branches = self._start.form.branches
+        if not (near.all() and np.isfinite(state).all() and signs.all()):
+            return None
+        if (signs != sign)[branches].any() or (np.abs(x) > size_x).any():
+            return None
+        return Begun(
+            numbers, s, state, signs, whole, consts, kappa, rho, mu, size_x, reach, size, scale, p
+        )
+
+    def _stepped(self, begun: Begun, u: float) -> Any:
+        """Return unknowns (nx,) at a value of the driver after proved steps, or None."""
+        n, way = self.graphs.nx, u - begun.s
+        if not way:
+            return begun.state[:n]
+        if abs(way) <= self._largest(begun):
+            after, *tests = self._one(begun.state, np.array([begun.s, way]), begun.whole)
+            return after[:n] if self._proved(begun, after[None, :n], *tests).all() else None
+        nodes = self._nodes(begun, u, MOST_STEPS)
+        return None if nodes is None else nodes[1][-1][-1, :n]
+
+    @staticmethod
+    def _largest(begun: Begun) -> float:
+        """Return the largest step, in the driver's unit."""
+        return 2 * np.pi / NODES_PER_TURN * begun.unit
+
+    def _nodes(self, begun: Begun, to: float, most: int) -> tuple[list[Any], list[Any]] | None:
+        """Return places and states (., k) of proved steps from the start; None: not proved.
+
+        Steps that are not proved are halved.
+        """
+        s, state, n = begun.s, begun.state, self.graphs.nx
+        sense, largest = np.sign(to - s), self._largest(begun)
+        step, places, found = largest, [], []
+        while (rest := abs(to - s)) > 0:
+            left = math.ceil(rest / step)
+            count = min(left, STRIDE, most)
+            if not count:
+                return None
+            ds = sense * min(step, rest / left)
+            some = s + ds * np.arange(count + 1)
+            if count == left:
+                some[-1] = to
+            states, *tests = strides(self.graphs)(
+                state, some[:-1], np.diff(some), begun.whole, count
+            )
+            good = count
+            if not self._all_proved(begun, states[:, :n], *tests):
+                held = self._proved(begun, states[:, :n], *tests)
+                good = count if held.all() else int(np.argmin(held))
+            most -= count
+            if good:
+                places.append(some[1 : good + 1])
+                found.append(states[:good])
+                s, state = float(some[good]), states[good - 1]
+            step = min(2 * step, largest) if good == count else step / 2
+            if step < SMALLEST * largest:
+                return None
+        return places, found
+
+    def _several(self, begun: Begun, places: Any) -> Found | None:
+        """Return poses at several places, None where one is not proved."""
+        nodes = self._all_nodes(begun, places)
+        if nodes is None:
+            return None
+        alone = len(nodes[0]) == 1
+        guess = np.repeat(nodes[1], len(places), axis=0) if alone else quintic(*nodes, places)
+        return self._all_solved(begun, guess, places)
+
+    def _all_nodes(self, begun: Begun, places: Any) -> tuple[Any, Any, Any, Any] | None:
+        """Return s (m,), x, x', x'' (m, nx) of proved steps over all places, or None."""
+        low = self._nodes(begun, min(float(places.min()), begun.s), MOST_NODES)
+        high = low and self._nodes(begun, max(float(places.max()), begun.s), MOST_NODES)
+        if not low or not high:
+            return None
+        n = self.graphs.nx
+        S = [*(own[::-1] for own in low[0][::-1]), np.array([begun.s]), *high[0]]
+        states = [*(own[::-1] for own in low[1][::-1]), begun.state[None, :], *high[1]]
+        whole = np.concatenate(states)
+        X, V, A = (whole[:, k * n : (k + 1) * n] for k in range(3))
+        return np.concatenate(S), X, V, A
+
+    def _all_proved(self, begun: Begun, x: Any, test: Any, det: Any, miss: Any) -> bool:
+        """Return whether all steps are plainly proved, told by the largest of all alone."""
+        largest = np.maximum.reduce
+        if not (largest(test, axis=None) <= 1 and largest(miss, axis=None) <= 1):
+            return False
+        ahead = np.minimum.reduce(det * begun.sign, axis=None) > 0
+        return bool(ahead and largest(np.abs(x) - begun.size_x, axis=None) <= 0)
+
+    def _proved(self, begun: Begun, x: Any, test: Any, det: Any, miss: Any) -> Any:
+        """Return which steps (k,) are proved for all blocks; what is not a number is not."""
+        blocks = (test <= 1) & (miss <= 1) & (det * begun.sign > 0)
+        return np.atleast_2d(blocks).all(axis=1) & (np.abs(x) <= begun.size_x).all(axis=1)
+
+    @np.errstate(invalid="ignore", over="ignore")
+    def _solved(self, begun: Begun, guess: Any, u: float) -> Found | None:
+        """Return the pose near unknowns that lie on the path, None where it is not certified."""
+        kappa, place = begun.kappa, np.array([u])
+        x, error, det, beta, eta, *y = self._pose(guess, place, begun.consts)
+        slope = kappa * beta
+        first = slope * np.sqrt(eta) <= H_LIMIT
+        for _ in range(ROUNDS):
+            if not self._again(begun, slope * eta, eta).any():
+                break
+            x, error, det, beta, eta, *y = self._pose(x, place, begun.consts)
+            slope = kappa * beta
+        if not self._certified(begun, guess, x, det, beta, eta, first):
+            return None
+        y = in_time([part[None, :] for part in y], *self._rates)
+        condition = np.array([max(1.0, *(begun.mu * beta).tolist())])
+        return Found(error[None, :], condition, y)
+
+    @np.errstate(invalid="ignore", over="ignore")
+    def _all_solved(self, begun: Begun, guess: Any, places: Any) -> Found | None:
+        """Return the poses near unknowns (n, nx) on the path, None where one is not certified."""
+        kappa, u = begun.kappa, places[:, None]
+        results = self._poses(guess, u, begun.consts)
+        first = kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
+        for _ in range(ROUNDS):
+            eta = results[4]
+            rows = np.flatnonzero(self._again(begun, kappa * results[3] * eta, eta).any(axis=1))
+            if not rows.size:
+                break
+            part = self._poses(results[0][rows], u[rows], begun.consts)
+            for whole, new in zip(results, part, strict=True):
+                whole[rows] = new
+        x, error, det, beta, eta, *y = results
+        if not self._certified(begun, guess, x, det, beta, eta, first):
+            return None
+        condition = (begun.mu * beta).max(axis=1, initial=1.0)
+        return Found(error, condition, in_time(y, *self._rates))
+
+    def _again(self, begun: Begun, left: Any, eta: Any) -> Any:
+        """Return for which blocks another step of Newton's method brings something."""
+        tiny = TINY * np.where(self._blocks, begun.scale, 1.0)
+        return (left > tiny) | (self._turning & (eta > CARRIED))
+
+    def _certified(
+        self, begun: Begun, guess: Any, x: Any, det: Any, beta: Any, eta: Any, first: Any
+    ) -> bool:
+        """Return whether all blocks of all poses are certified to be on the path's branch."""
+        slope = begun.kappa * beta
+        good = slope * np.sqrt(eta) + slope * beta * begun.rho <= H_LIMIT
+        good &= (first | self._tells) & (np.sign(det) == begun.sign)
+        inside = np.abs(x) <= begun.size_x
+        near = np.abs(x - guess) <= HALF_TURN
+        if not (spread(self.graphs, begun, *map(np.atleast_2d, (det, beta))) <= ILL).all():
+            return False
+        return bool(good.all() and inside.all() and near[..., self._angles].all())
+
+
+def near_poses(problem: Problem, task: Sweep, names: tuple[str, ...]) -> NearPoses | None:
+    """Return what gives poses of a mechanism with other values of some numbers, or None."""
+    setting = prepare(problem, task)
+    model = setting.scene.model
+    plain = setting.graphs.single and task.mode is None and model.mechanism.dimension == 2
+    if not plain or not setting.graphs.nx or not np.isfinite(setting.plan.sketch).all():
+        return None
+    numbers = NearNumbers(model, task, names)
+    start = closed_start(setting.assembler) if numbers.usable else None
+    return NearPoses(setting, start, numbers) if start is not None else None

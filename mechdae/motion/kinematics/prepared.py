@@ -1,0 +1,245 @@
+"""A task's scene with everything that is needed to evaluate it: shape and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.structure import structure_of
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.equations.model import Model
+from mechdae.equations.reduction import Scene, scene
+from mechdae.equations.tree.choice import groups_of, model_of
+from mechdae.errors import FreedomError, SolveError, UnavailableError
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.motion.assembly import start
+from mechdae.motion.assembly.assembler import Assembler
+from mechdae.motion.assembly.idle_freedom import settled
+from mechdae.motion.continuation.any_path import AnyPath
+from mechdae.motion.continuation.evaluate import Evaluator, Poses
+from mechdae.motion.kinematics.extremes import Spans
+from mechdae.motion.kinematics.shapes import Shapes, Sized, free_numbers, size_of
+from mechdae.motion.measures import measure
+from mechdae.motion.measures.measured import Measured
+from mechdae.motion.setup.drivers import DriverPlan, plan, sketched
+from mechdae.motion.setup.named_outputs import NamedOutputs, requests, time_of
+from mechdae.motion.setup.outputs import Outputs, Request
+from mechdae.motion.setup.scales import Constants, divisors
+from mechdae.motion.setup.slips import driver_slips
+from mechdae.records import dataclass
+from mechdae.results import Summary
+
+GROWTHS = 8
+SAFE = 0.75
+"""Share of a divisor's least size at the nodes of a path that it may keep between them."""
+P = TypeVar("P", bound=AnyPath)
+"""A line or course, or legs."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a task's structure decides: model, equations, kernels; shared by all its numbers."""
+
+    scene: Scene
+    outputs: Outputs
+    graphs: Graphs
+    expressions: NamedOutputs
+    loaded: tuple[str, ...] | None
+    coarse: bool
+
+    @property
+    def size(self) -> int:
+        """Estimated bytes of its kernels."""
+        return size_of(self.scene.model.kept, self.scene.kept, self.graphs.kept)
+
+    def at(self, mechanism: Mechanism, plan: DriverPlan, on_change_point: str) -> Setting:
+        """Return the setting of a mechanism of this structure."""
+        return self.of(self.scene.model.at(mechanism), plan, on_change_point)
+
+    def of(self, model: Model, plan: DriverPlan, on_change_point: str) -> Setting:
+        """Return the setting of a copy of the shape's model with other numbers."""
+        own = self.scene.at(model)
+        graphs = self.graphs.at(own)
+        assembler = Assembler(graphs, sketched(model.mechanism))
+        outputs, expressions = self.outputs.at(own), self.expressions.at(model)
+        return Setting(plan, own, outputs, graphs, assembler, expressions, on_change_point, self)
+
+
+@dataclass
+class Setting:
+    """The numbers of a task with the shape they belong to: ready to be evaluated."""
+
+    plan: DriverPlan
+    scene: Scene
+    outputs: Outputs
+    graphs: Graphs
+    assembler: Assembler
+    expressions: NamedOutputs
+    on_change_point: str
+    shape: Shape
+    notes: list[str] = field(default_factory=list)
+
+
+SHAPES: Shapes[Sized] = Shapes(lambda shape: shape.size)
+"""The structures used last, by what decides them."""
+
+
+@dataclass
+class Run:
+    """Evaluated poses with the driver values and the places on the path they belong to."""
+
+    path: AnyPath
+    evaluator: Evaluator
+    poses: Poses
+    values: Any
+    places: Any
+    events: list[dict[str, Any]]
+    summary: Summary
+    found: Measured = field(default_factory=Measured)
+    spans: Spans | None = None
+
+
+def prepare(
+    problem: Problem,
+    task: Sweep,
+    loaded: Callable[[Model], Iterable[str]] | None = None,
+    more: Callable[[Scene], list[Request]] | None = None,
+    free: Iterable[str] = (),
+) -> Setting:
+    """Return scene and kernels of a task; only redundant groups are assembled yet.
+
+    A task of forces names the bodies that are `loaded`, and what `more` is evaluated; numbers
+    that are `free` stay symbols even where they are zero.
+    """
+    if task.derivatives > 3:
+        raise UnavailableError(
+            "derivatives above the third are not computed by this version", where="derivatives"
+        )
+    mechanism, names = problem.mechanism, free_numbers().union(free)
+    numbers = plan(mechanism, task)
+    course = numbers.course and (numbers.course.turns, numbers.course.text)
+    key = (
+        structure_of(mechanism, names),
+        tuple(c.text for c in numbers.coordinates),
+        *(course, numbers.by_value, time_of(numbers) is not None),
+        *(task.outputs, task.derivatives, task.measures, loaded, more, names),
+    )
+    shape = SHAPES.get(key)
+    found = None
+    if isinstance(shape, Shape):
+        found = _again(shape, mechanism, numbers, task, loaded)
+    if found is not None:
+        return found
+    model = model_of(mechanism, numbers.coordinates, names)
+    kept = None if loaded is None else tuple(loaded(model))
+
+    def build(coarse: bool) -> Setting:
+        shape = _shape(model, numbers, task, more, kept, coarse)
+        return shape.of(model, numbers, task.on_change_point)
+
+    built = settled(build, lambda setting: start.try_redundant(setting.assembler, numbers))
+    SHAPES.put(key, built.shape)
+    return built
+
+
+def _shape(
+    model: Model,
+    numbers: DriverPlan,
+    task: Sweep,
+    more: Callable[[Scene], list[Request]] | None,
+    loaded: tuple[str, ...] | None,
+    coarse: bool,
+) -> Shape:
+    """Return scene, outputs and kernels of a model and a task."""
+    the_scene = scene(model, numbers.coordinates, task.outputs, coarse, loaded)
+    expressions = NamedOutputs(
+        model,
+        the_scene.selection.named,
+        task.derivatives,
+        listed=task.outputs is not None,
+        time=time_of(numbers) is not None,
+    )
+    hidden = requests(model, list(expressions.rates))
+    hidden += measure.requests(the_scene, task, numbers.by_value)
+    hidden += more(the_scene) if more is not None else []
+    outputs = Outputs(the_scene, hidden)
+    order = max(task.derivatives, measure.order_of(task))
+    graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
+    return Shape(the_scene, outputs, graphs, expressions, loaded, coarse)
+
+
+def _again(
+    shape: Shape,
+    mechanism: Mechanism,
+    numbers: DriverPlan,
+    task: Sweep,
+    loaded: Callable[[Model], Iterable[str]] | None,
+) -> Setting | None:
+    """Return the setting of a mechanism of a known shape, None where its values make another one.
+
+    Which equations are superfluous, and so what the groups are, is a matter of values.
+    """
+    model = shape.scene.model.at(mechanism)
+    if loaded is not None and set(loaded(model)) != set(shape.loaded or ()):
+        return None
+    setting = shape.of(model, numbers, task.on_change_point)
+    if not any(group.superfluous for group in shape.scene.all_groups):
+        return setting
+    if shape.coarse or groups_of(model, shape.scene.rows) != shape.scene.all_groups:
+        return None
+    try:
+        start.try_redundant(setting.assembler, numbers)
+    except FreedomError:
+        return None
+    return setting
+
+
+def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
+    """Return driver values and unknowns of the pose the path starts from."""
+    setting.notes[:] = setting.scene.left_out
+    if task.mode is None:
+        u, x = start.sketched_pose(setting.assembler, setting.plan)
+        slips = driver_slips(task, setting.scene.model.mechanism)
+        setting.notes += start.doubts(setting.assembler, setting.plan, x, u, slips)
+        return u, x
+    first = setting.plan.first
+    u = np.where(np.isnan(first), start.start_values(setting.plan), first)
+    return u, start.mode_by_label(setting.assembler, u, task.mode).x
+
+
+def covered(
+    follow: Callable[[Constants], tuple[P, Any]],
+    setting: Setting,
+    span: Any,
+    margin: Any,
+    start: tuple[Any, Any],
+    graphs: Graphs | None = None,
+) -> tuple[P, Any]:
+    """Return what `follow` gives with bounds that hold for the path it found.
+
+    The bounds of a sweep need the size of unknowns and drivers before they are known: they
+    are assumed, and enlarged where the path went further. So is what curves divide by,
+    which is measured, first at `start` (unknowns, driver values). `graphs` are those of the
+    path where they are not the setting's.
+    """
+    graphs = graphs or setting.graphs
+    size_u = np.max(np.abs(np.asarray(span, float)), axis=0) + margin
+    size_x = None
+    kept = divisors(graphs, start[0][None, :], np.atleast_2d(start[1])) / 2
+    for _ in range(GROWTHS):
+        numbers = Constants(graphs, size_u, size_x, kept)
+        path, values = follow(numbers)
+        found_x, found_u = path.sizes()
+        found = divisors(graphs, *path.on_curves()[1:])
+        safe = not numbers.measured or np.all(numbers.floors[: len(found)] <= SAFE * found)
+        if safe and np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
+            return path, values
+        kept = np.minimum(kept, found)
+        size_u = np.maximum(size_u, 1.5 * found_u)
+        size_x = np.maximum(numbers.size_x, 1.5 * found_x)
+    raise SolveError("an unknown grows without bound along the path")

@@ -1,0 +1,161 @@
+"""Computes the measures of a sweep: at its poses, and along its path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from mechdae.describe.coordinate_kinds import ANGLE, UNIT
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.equations.reduction import Scene
+from mechdae.errors import InputError, UnavailableError
+from mechdae.motion.continuation.evaluate import Evaluator, Poses
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.measures import bars, centres, curve, screws, transmission
+from mechdae.motion.measures.courses import courses, quantities
+from mechdae.motion.measures.dwell import dwells
+from mechdae.motion.measures.extremes import envelope, extremes, stationary_events
+from mechdae.motion.measures.measured import OF_POSES, Measured
+from mechdae.motion.measures.strokes import time_ratios
+from mechdae.motion.measures.track import Track
+from mechdae.motion.setup.outputs import Outputs, Request
+
+ALONG = ("extremes", "time-ratio", "dwell", "envelope")
+"""Measures that follow the path of a single driver."""
+TURNED = "turn of "
+
+
+def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
+    """Return what the measures of a task need evaluated beside what is reported."""
+    asked = task.measures or ()
+    along = [name for name in asked if name in ALONG]
+    if along and not by_value:
+        raise UnavailableError(
+            f"'{along[0]}' needs a single driver that moves, by at, from and to, or range",
+            where="measures",
+            hint="leave it out",
+        )
+    found = []
+    if "transmission" in asked:
+        found += _transmission(scene).requests(scene)
+    if {"axodes", "screw-axes"} & set(asked):
+        found += screws.requests(scene)
+    if "centrodes" in asked or "instant-centres" in asked:
+        found += centres.requests(scene, "instant-centres" in asked)
+    if set(asked) - OF_POSES and by_value:
+        found += _turning(scene)
+    return found
+
+
+def _transmission(scene: Scene) -> Any:
+    """Return the module that reads transmission angles off a scene: in space they are of bars."""
+    return transmission if scene.model.mechanism.dimension == 2 else bars
+
+
+def _turning(scene: Scene) -> list[Request]:
+    """Return the angles of all bodies, in space those of the joints that place them.
+
+    Where a body hangs on a quaternion its components are doubled: they change no faster than it
+    turns.
+    """
+    inside = centres.bodies_of(scene)
+    if scene.model.mechanism.dimension == 2:
+        return [(TURNED + name, scene.model.frame(name).angle, (name,)) for name in inside]
+    joints, found = scene.model.mechanism.joints, []
+    for c in scene.model.coordinates:
+        bodies = joints[c.owner].bodies if c.owner in joints else (c.owner,)
+        bodies = tuple(body for body in bodies if body != GROUND)
+        if c.kind in (ANGLE, UNIT) and set(bodies) <= set(inside):
+            name = f"{TURNED}{c.owner}.{c.name}"
+            found.append((name, (1 if c.kind is ANGLE else 2) * c.symbol, bodies))
+    return found
+
+
+def at_poses(
+    outputs: Outputs, asked: Sequence[str], poses: Poses, unit: float, found: Measured
+) -> None:
+    """Add the measures of single poses to `found`; `unit` is what a radian is for other drivers."""
+    scale = outputs.scene.model.mechanism.scale
+    if "transmission" in asked:
+        found.put("joints", _transmission(outputs.scene).angles(outputs, poses.y[0]))
+    if "curve" in asked:
+        found.put("points", curve.directions(outputs, poses.y, unit))
+    if "centrodes" in asked or "instant-centres" in asked:
+        planes = centres.Planes(outputs, poses.y[:2], scale)
+    if "centrodes" in asked:
+        found.put("bodies", centres.centrodes(planes, outputs.scene.selection.bodies))
+    if "instant-centres" in asked:
+        found.centres, far = centres.instant_centres(planes)
+        if far:
+            found.summary["centres_at_infinity"] = far
+    if {"axodes", "screw-axes"} & set(asked):
+        twists = screws.Twists(outputs, poses.y[:2], scale, unit)
+    if "axodes" in asked:
+        surfaces, facts = screws.axodes(twists, outputs.scene.selection.bodies)
+        found.put("bodies", surfaces)
+        found.summary |= {"axodes": facts} if facts else {}
+    if "screw-axes" in asked:
+        found.centres, far = screws.screw_axes(twists)
+        if far:
+            found.summary["centres_at_infinity"] = far
+
+
+def along_path(
+    outputs: Outputs,
+    task: Sweep,
+    evaluator: Evaluator,
+    path: Path,
+    values: Any,
+    found: Measured,
+    moving: int,
+) -> None:
+    """Add the measures of the whole sweep of the driver that moves to `found`."""
+    asked = task.measures or ()
+    scene = outputs.scene
+    mechanism = scene.model.mechanism
+    turns = outputs.columns(name for name, _, _ in _turning(scene))
+    driver = scene.drivers[moving]
+    track = Track(evaluator, path, values, driver.is_angle, mechanism.scale, turns)
+    summary = found.summary
+    if "curve" in asked:
+        facts, cusps = curve.curves(track, outputs)
+        summary |= {"curve": facts} if facts else {}
+        found.events += cusps
+    if track.high == track.low:
+        alone = [name for name in asked if name in (*ALONG, "transmission")]
+        if alone:
+            text = f"{', '.join(alone)}: over a single value of the driver there is no range"
+            found.notes.append(text)
+        return
+    if "transmission" in asked:
+        summary["transmission"] = _transmission(scene).summary(track, outputs)
+    if "centrodes" in asked:
+        summary["centrodes"] = centres.at_infinity(track, outputs, turns)
+    wanted = quantities(outputs)
+    followed = courses(track, wanted) if set(asked) & set(ALONG) else {}
+    if "extremes" in asked:
+        summary["extremes"] = extremes(track, followed)
+        found.events += _once(stationary_events(followed))
+    if "time-ratio" in asked:
+        summary |= time_ratios(track, [q for q in wanted if q.name != driver.text])
+    if "dwell" in asked:
+        share = evaluate(task.dwell_tolerance, mechanism.parameter_values)
+        if not 0 < share < 0.5:
+            raise InputError(
+                f"a share of the swing between 0 and 0.5 is needed, not {share:g}",
+                where="dwell_tolerance",
+                hint="0.01 is a band of 2 % of it",
+            )
+        summary["dwell"] = dwells(track, followed, share)
+    if "envelope" in asked:
+        summary["envelope"] = envelope(followed)
+    if track.lost:
+        found.notes.append(f"measures: {track.lost} places of the path were not certified")
+
+
+def _once(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return one event of a quantity at a place: a rest is met on all pieces that it joins."""
+    found = {(event.get("of"), event["at"]): event for event in reversed(events)}
+    return list(reversed(found.values()))

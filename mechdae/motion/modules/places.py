@@ -1,0 +1,226 @@
+"""Where three sets add up to a given vector: four formulas on lines, circles, cones, spheres.
+
+Each function returns the first vectors (n, k, 3) of the candidates, one list entry for each vector
+of the module; `nan` where there is no real one. Candidates are polished afterwards.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.motion.modules.sets import Circle, Vector3, circle
+from mechdae.numerics.trigonometric import angles_of_roots
+
+NEAR, NEAR_QUARTIC, WIDE = 1e-4, 1e-3, 0.1
+"""How far from the unit circle roots are taken for real."""
+
+
+def candidates(vectors: list[Vector3], d: Any, wide: bool = False) -> list[Any]:
+    """Return candidates of each vector of a module whose sum is d (n, 3).
+
+    ``wide`` takes more of them for three circles: all eliminations, all signs, roots further off.
+    """
+    kinds = [vector.unknown for vector in vectors]
+    if kinds == ["lab"]:
+        return [d[:, None, :]]
+    if len(kinds) == 2:
+        return _two(vectors, d)
+    lines = [vector.u for vector in vectors if vector.unknown == "l"]
+    circles = [circle(vector) for vector in vectors if vector.unknown != "l"]
+    if len(lines) == 3:
+        return _lines(lines, d)
+    if len(lines) == 2:
+        normal = np.cross(lines[0], lines[1])
+        (own,) = circles
+        t = _roots(lambda t: _dot(d[:, None, :] - own.at(t), normal[:, None, :]), d, 1)
+        third = own.at(t)
+        rest = d[:, None, :] - third
+        return [*_split(lines, rest), third]
+    if lines:
+        return _line_and_circles(lines[0], circles, d)
+    crossed = [
+        np.linalg.norm(np.cross(circles[i - 2].normal, circles[i - 1].normal), axis=1)
+        for i in range(3)
+    ]
+    best = np.argsort(-np.stack(crossed), axis=0)
+    if not wide:
+        return _circles(circles, d, best[0], False)
+    parts = [_circles(circles, d, which, True) for which in best]
+    return [np.concatenate(own, axis=1) for own in zip(*parts, strict=True)]
+
+
+def _roots(g: Any, d: Any, degree: int, near: float = NEAR) -> Any:
+    return angles_of_roots(g, len(d), degree, near)
+
+
+def _dot(a: Any, b: Any) -> Any:
+    return (a * b).sum(axis=-1)
+
+
+def _split(lines: list[Any], rest: Any) -> list[Any]:
+    """Return the parts along two lines of what lies in their plane, (n, k, 3)."""
+    one, other = (line[:, None, :] for line in lines)
+    normal = np.cross(one, other)
+    with np.errstate(all="ignore"):
+        size = _dot(normal, normal)
+        first = _dot(np.cross(rest, other), normal) / size
+        second = _dot(np.cross(one, rest), normal) / size
+    return [first[..., None] * one, second[..., None] * other]
+
+
+def _lines(lines: list[Any], d: Any) -> list[Any]:
+    first, second, third = lines
+    with np.errstate(all="ignore"):
+        volume = _dot(first, np.cross(second, third))
+        lengths = [
+            _dot(d, np.cross(second, third)) / volume,
+            _dot(d, np.cross(third, first)) / volume,
+            _dot(d, np.cross(first, second)) / volume,
+        ]
+    pairs = zip(lengths, lines, strict=True)
+    return [(length[:, None] * line)[:, None, :] for length, line in pairs]
+
+
+def _two(vectors: list[Vector3], d: Any) -> list[Any]:
+    """A plane, a cone or a sphere, and a line or a circle."""
+    surface, curve = vectors
+    known = surface.known
+    if surface.unknown == "la":
+
+        def level(w: Any) -> Any:
+            return _dot(w, surface.h[:, None, :])
+
+        degree = 1
+    elif surface.unknown == "ab":
+
+        def level(w: Any) -> Any:
+            return _dot(w, w) - known["length"][:, None] ** 2
+
+        degree = 2 if curve.unknown == "l" else 1
+    else:
+        e = known["elevation"][:, None]
+
+        def level(w: Any) -> Any:
+            x, y, z = np.moveaxis(w, -1, 0)
+            return y**2 * np.cos(e) ** 2 - (x**2 + z**2) * np.sin(e) ** 2
+
+        degree = 2
+    if curve.unknown == "l":
+        second = _on_line(level, curve.u, d, degree)
+    else:
+        own = circle(curve)
+        second = own.at(_roots(lambda t: level(d[:, None, :] - own.at(t)), d, degree))
+    return [d[:, None, :] - second, second]
+
+
+def _on_line(level: Any, u: Any, d: Any, degree: int) -> Any:
+    """Return the places t u at which a quadratic or linear function of d - t u vanishes."""
+    size = np.sqrt(_dot(d, d))[:, None] + 1e-300
+    t = size * np.array([[-1.0, 0.0, 1.0]])
+    below, here, above = np.moveaxis(level(d[:, None, :] - t[..., None] * u[:, None, :]), 1, 0)
+    slope, bend = (above - below) / 2, (above + below) / 2 - here
+    with np.errstate(all="ignore"):
+        if degree == 1:
+            roots = (-here / slope)[:, None]
+        else:
+            inside = slope**2 - 4 * bend * here
+            fold = 1e-12 * (slope**2 + 4 * np.abs(bend * here))
+            root = np.sqrt(np.where(np.abs(inside) < fold, np.abs(inside), inside))
+            q = -(slope + np.where(slope < 0, -1.0, 1.0) * root) / 2
+            roots = np.stack([q / bend, here / q], axis=1)
+    return (roots * size)[..., None] * u[:, None, :]
+
+
+def _line_and_circles(u: Any, circles: list[Circle], d: Any) -> list[Any]:
+    """Project along the line; the circle that is better conditioned there is inverted."""
+    seeds = np.eye(3)[np.argmin(np.abs(u), axis=1)]
+    p = np.cross(u, seeds)
+    p /= np.linalg.norm(p, axis=1, keepdims=True)
+    frame = np.stack([p, np.cross(u, p)], axis=1)
+
+    def matrix(own: Circle) -> Any:
+        return np.einsum("nij,njk->nik", frame, np.stack([own.first, own.second], axis=2))
+
+    areas = np.stack([np.abs(np.linalg.det(matrix(own))) for own in circles])
+    which = np.argmax(areas, axis=0)
+    inverted = circles[0].taken([circles[1]], which)
+    hidden = circles[0].taken([circles[1]], 1 - which)
+    a = matrix(inverted)
+    with np.errstate(all="ignore"):
+        inverse = (
+            np.stack(
+                [
+                    np.stack([a[:, 1, 1], -a[:, 0, 1]], axis=1),
+                    np.stack([-a[:, 1, 0], a[:, 0, 0]], axis=1),
+                ],
+                axis=1,
+            )
+            / (np.linalg.det(a)[:, None, None])
+        )
+
+    def cosines(t: Any) -> Any:
+        rest = (d - inverted.centre)[:, None, :] - hidden.at(t)
+        return np.einsum("nij,njk,nmk->nmi", inverse, frame, rest)
+
+    def g(t: Any) -> Any:
+        # g(t) by its size: the inverse may be large
+        values = cosines(t)
+        return (_dot(values, values) - 1) * np.linalg.det(a)[:, None] ** 2
+
+    t = _roots(g, d, 2)
+    c = cosines(t)
+    place = (
+        inverted.centre[:, None, :]
+        + inverted.first[:, None, :] * c[..., :1]
+        + inverted.second[:, None, :] * c[..., 1:]
+    )
+    other = hidden.at(t)
+    line = _dot(d[:, None, :] - place - other, u[:, None, :])[..., None] * u[:, None, :]
+    first = np.where((which == 0)[:, None, None], place, other)
+    second = np.where((which == 0)[:, None, None], other, place)
+    return [line, first, second]
+
+
+def _circles(circles: list[Circle], d: Any, i: Any, wide: bool) -> list[Any]:
+    """Hide circle i, for two others that are crossed well; the eliminant has degree four."""
+    own, one, other = (circles[0].taken(circles[1:], (i + k) % 3) for k in range(3))
+    n1, n2 = one.normal, other.normal
+    m = np.cross(n1, n2)
+    with np.errstate(all="ignore"):
+        m /= np.linalg.norm(m, axis=1, keepdims=True)
+    p1, p2 = np.cross(n1, m), np.cross(n2, m)
+    radius1, radius2 = one.radius[:, None] ** 2, other.radius[:, None] ** 2
+
+    def parts(t: Any) -> tuple[Any, ...]:
+        s = (d - one.centre - other.centre)[:, None, :] - own.at(t)
+        with np.errstate(all="ignore"):
+            mu2 = _dot(s, n1[:, None, :]) / _dot(n1, p2)[:, None]
+            mu1 = _dot(s, n2[:, None, :]) / _dot(n2, p1)[:, None]
+        return _dot(s, m[:, None, :]), mu1, mu2, radius1 - mu1**2, radius2 - mu2**2
+
+    def g(t: Any) -> Any:
+        sigma, _, _, a, b = parts(t)
+        return (sigma**2 + a - b) ** 2 - 4 * sigma**2 * a
+
+    t = _roots(g, d, 4, WIDE if wide else NEAR_QUARTIC)
+    if wide:
+        t = np.concatenate([t, t, t], axis=1)
+    sigma, mu1, mu2, a, b = parts(t)
+    with np.errstate(all="ignore"):
+        along = (sigma**2 + a - b) / (2 * sigma)
+    if wide:
+        sign = np.repeat([0.0, 1.0, -1.0], 8)
+        along = np.where(sign == 0, along, sign * np.sqrt(np.maximum(a, 0)))
+    first = (
+        one.centre[:, None, :] + along[..., None] * m[:, None, :] + mu1[..., None] * p1[:, None, :]
+    )
+    second = (
+        other.centre[:, None, :]
+        + (sigma - along)[..., None] * m[:, None, :]
+        + mu2[..., None] * p2[:, None, :]
+    )
+    found = np.stack([own.at(t), first, second])
+    rows = np.arange(len(d))
+    return [found[(k - i) % 3, rows] for k in range(3)]

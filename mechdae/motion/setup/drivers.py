@@ -1,0 +1,263 @@
+"""The drivers of a task as numbers: values, path, speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinates import (
+    NamedCoordinate,
+    coordinate,
+    coordinate_names,
+)
+from mechdae.describe.drawn import drawn_value
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import DEFAULT_POSES, Driven, Driver, Sweep
+from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.kernels.graphs.driver_curve import DriverCurve
+from mechdae.motion.setup.laws import Timing, interval, timing
+from mechdae.records import dataclass
+
+MAX_POSES = 2_000_000
+
+
+@dataclass(frozen=True)
+class DriverPlan:
+    """Driver values of a task.
+
+    ``values`` is (n, nd), None for the whole assembled arc; ``named`` tells that the file
+    names each pose (``at``, or a law at given times); ``sketch`` is the drivers' values in
+    the sketch, nan without. ``speed``, ``acceleration`` and ``jerk`` are (1, nd), or (n, nd)
+    by a law.
+
+    ``course`` is the curve of the drivers where they follow laws of time, or where one
+    moves and others are held: ``moving`` is the place of that one. Without it, several
+    drivers move along straight lines in their values. ``timing`` is that of laws, ``lead`` the
+    first driver that is not held.
+    """
+
+    coordinates: tuple[NamedCoordinate, ...]
+    values: Any
+    poses: int
+    named: bool
+    speed: Any
+    acceleration: Any
+    jerk: Any
+    sketch: Any
+    course: DriverCurve | None = None
+    moving: int | None = None
+    held: Any = None
+    timing: Timing | None = None
+    lead: int = 0
+
+    @property
+    def assembled(self) -> bool:
+        return self.values is None
+
+    @property
+    def by_value(self) -> bool:
+        """Whether one driver moves, and is not moved by a law: its value tells the pose."""
+        return self.timing is None and (len(self.coordinates) == 1 or self.moving is not None)
+
+    @property
+    def first(self) -> Any:
+        """The drivers' values (nd,) at the first pose; nan where they are to be found."""
+        return self.values[0] if self.values is not None else self.held
+
+
+def plan(mechanism: Mechanism, task: Driven) -> DriverPlan:
+    """Return the plan of a task.
+
+    Raises
+    ------
+    InputError
+        Numbers of poses that do not fit each other, or more than `MAX_POSES`.
+    """
+    known = mechanism.parameter_values
+    drivers = task.all_drivers
+    coordinates = tuple(coordinate(mechanism, driver.coordinate) for driver in drivers)
+    sketch = np.array([_driver_in_sketch(mechanism, c, known) for c in coordinates])
+    try:
+        moving = [k for k, driver in enumerate(drivers) if driver.at is None or len(driver.at) > 1]
+        by_law = any(driver.law is not None for driver in drivers)
+        if by_law and any(drivers[k].law is None for k in moving):
+            raise InputError(
+                "beside a law of time a driver is held or follows a law too",
+                hint='at = [value] holds it, law = "..." moves it',
+            )
+        poses = _pose_count(task, [drivers[k] for k in moving] or list(drivers))
+        for k, driver in enumerate(drivers):
+            if moving and k not in moving:
+                _check_held(driver, known)
+        if by_law:
+            return _by_laws(coordinates, drivers, moving, poses, known, sketch)
+        if len(moving) > 1 and any(driver.range is not None for driver in drivers):
+            raise InputError(
+                'range = "assembled" needs a single driver that moves',
+                hint="hold the others: at = [value]",
+            )
+        laws = [
+            _moved(driver, poses, known, not moving or k in moving)
+            for k, driver in enumerate(drivers)
+        ]
+        speed, acceleration, jerk = (np.array([[w[k] for w in laws]]) for k in (1, 2, 3))
+        columns = [law[0] for law in laws]
+    except MechdaeError as problem:
+        raise problem.inside("driver") from None
+    whole = any(driver.range is not None for driver in drivers)
+    values = None if whole else np.stack(np.broadcast_arrays(*columns), axis=1)
+    named = any(drivers[k].at is not None for k in moving or range(len(drivers)))
+    lead = moving[0] if moving else 0
+    rates = (speed, acceleration, jerk)
+    numbers = DriverPlan(coordinates, values, poses, named, *rates, sketch, lead=lead)
+    if len(moving) == 1:
+        k = moving[0]
+        held = np.array([np.nan if j == k else column[0] for j, column in enumerate(columns)])
+        numbers = replace(numbers, held=held)
+        if len(drivers) > 1:
+            s = ca.SX.sym("s")
+            u = ca.vertcat(*[s if j == k else value for j, value in enumerate(held.tolist())])
+            numbers = replace(numbers, moving=k, course=DriverCurve(s, u, coordinates[k].is_angle))
+    return numbers
+
+
+def _by_laws(
+    coordinates: tuple[NamedCoordinate, ...],
+    drivers: Sequence[Driver],
+    moving: list[int],
+    poses: int,
+    known: Mapping[str, float],
+    sketch: Any,
+) -> DriverPlan:
+    """Return the plan of drivers that follow laws of time, others held."""
+    t = timing(drivers, poses, known)
+    named = any(driver.times is not None for driver in drivers)
+    return DriverPlan(
+        coordinates,
+        t.values,
+        len(t.times),
+        named,
+        t.speed,
+        t.acceleration,
+        t.jerk,
+        sketch,
+        course=t.course,
+        timing=t,
+        lead=moving[0],
+    )
+
+
+def _pose_count(task: Driven, drivers: Sequence[Driver]) -> int:
+    """Return the number of poses that the drivers that move ask for."""
+    counts = {
+        len(listed)
+        for driver in drivers
+        for listed in (driver.at, driver.times)
+        if listed is not None
+    }
+    asked = task.poses if isinstance(task, Sweep) else None
+    if len(counts) > 1:
+        raise InputError(f"drivers name different numbers of poses: {sorted(counts)}")
+    if counts:
+        return counts.pop()
+    count = asked if asked is not None else DEFAULT_POSES
+    if count > MAX_POSES:
+        raise InputError(f"{count} poses, at most {MAX_POSES} are computed at once")
+    return count
+
+
+def _check_held(driver: Driver, known: Mapping[str, float]) -> None:
+    for key in ("speed", "acceleration", "jerk"):
+        rate = getattr(driver, key)
+        if rate is not None and evaluate(rate, known) != 0:
+            raise InputError(
+                f"{driver.coordinate} has one value and is held while others move", where=key
+            )
+
+
+def _moved(
+    driver: Driver, poses: int, known: Mapping[str, float], moves: bool
+) -> tuple[Any, float, float, float]:
+    """Return values (n,), speed, acceleration and jerk of one driver."""
+    held = driver.speed is None and not moves
+    speed = 0.0 if held else evaluate(driver.usual_speed, known)
+    acceleration = evaluate(driver.acceleration if driver.acceleration is not None else 0.0, known)
+    jerk = evaluate(driver.jerk if driver.jerk is not None else 0.0, known)
+    values = np.zeros(0) if driver.range is not None else _values(driver, poses, known)
+    return values, speed, acceleration, jerk
+
+
+def _values(driver: Driver, poses: int, known: Mapping[str, float]) -> Any:
+    if driver.at is not None:
+        return np.array([evaluate(value, known) for value in driver.at])
+    assert driver.from_ is not None
+    assert driver.to is not None
+    return interval(evaluate(driver.from_, known), evaluate(driver.to, known), poses)
+
+
+def _driver_in_sketch(
+    mechanism: Mechanism, c: NamedCoordinate, known: Mapping[str, float]
+) -> float:
+    for name in (c.text, c.part if c.kind != "point" else c.text):
+        if name in mechanism.sketch:
+            return evaluate(mechanism.sketch[name], known)
+    if mechanism.frames is None:
+        return float("nan")
+    part, *words = c.text.split(".")
+    return drawn_value(mechanism.joints, mechanism.values(), part, words)
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """A rough pose: angles by body [rad], other coordinates with their values [m, rad]."""
+
+    angles: dict[str, float]
+    places: dict[NamedCoordinate, float]
+
+    def coordinates(self, mechanism: Mechanism) -> dict[NamedCoordinate, float]:
+        """Return all of it by coordinate."""
+        own = {coordinate(mechanism, f"{body}.angle"): v for body, v in self.angles.items()}
+        return own | self.places
+
+
+def sketched(mechanism: Mechanism) -> Sketch:
+    """Return the sketch as numbers.
+
+    Raises
+    ------
+    UnknownName
+        A name that is neither a body nor a coordinate of the mechanism.
+    """
+    known = mechanism.parameter_values
+    angles: dict[str, float] = {}
+    places: dict[NamedCoordinate, float] = {}
+    for name, number in mechanism.sketch.items():
+        try:
+            value = evaluate(number, known)
+            found = coordinate(mechanism, _coordinate_name(mechanism, name))
+            if found.kind == "body angle":
+                angles[found.part] = value
+            else:
+                places[found] = value
+        except MechdaeError as problem:
+            if isinstance(problem, UnknownName) and problem.what.startswith("unknown coordinate"):
+                said = problem.hint if name in mechanism.bodies else ""
+                names = [*mechanism.bodies, *mechanism.joints, *coordinate_names(mechanism)]
+                problem = UnknownName("body, joint or coordinate", name, names)
+                problem.hint = said or problem.hint
+            raise problem.inside(f"sketch.{name}") from None
+    return Sketch(angles, places)
+
+
+def _coordinate_name(mechanism: Mechanism, name: str) -> str:
+    """Return the coordinate that a key of the sketch means: a body's angle, a joint's slide."""
+    if name in mechanism.bodies:
+        return f"{name}.angle"
+    if name in mechanism.joints:
+        return f"{name}.{mechanism.joints[name].usual}"
+    return name

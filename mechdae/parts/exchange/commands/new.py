@@ -1,0 +1,77 @@
+"""``mechdae new FAMILY``: a commented template; ``mechdae new --from FILE``: from a drawing."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from mechdae.cli import message
+from mechdae.errors import InputError, UnknownName
+
+FOLDER = Path(__file__).resolve().parent.parent / "templates"
+
+
+def families() -> list[str]:
+    """Return the names of the templates."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("family", nargs="?", help=", ".join(families()))
+    parser.add_argument("--out", metavar="FILE", help="write it there, in UTF-8")
+    parser.add_argument(
+        "--from", dest="source", metavar="FILE", help="a DXF sketch or an assembly (.asmt)"
+    )
+    parser.add_argument("--unit", metavar="UNIT", help="of that file: mm, cm, m, in or ft")
+    parser.add_argument(
+        "--ground",
+        action="append",
+        default=[],
+        metavar="X,Y",
+        help="a fixed pin of a sketch, in its unit",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    if (options.family is None) == (options.source is None):
+        hint = f"mechdae new {families()[0]}, or mechdae new --from FILE"
+        raise InputError("a family or --from FILE is needed", hint=hint)
+    if options.out and Path(options.out).exists():
+        raise InputError("exists already", where=options.out, hint="choose another name")
+    text = _template(options) if options.source is None else _read(options)
+    if options.out:
+        Path(options.out).write_text(text, encoding="utf-8")
+        return 0
+    print(text, end="")
+    return 0
+
+
+def _template(options: argparse.Namespace) -> str:
+    for word in ("unit", "ground"):
+        if getattr(options, word):
+            raise InputError("only together with --from", where=f"--{word}")
+    if options.family not in families():
+        raise UnknownName("family", options.family, families())
+    return (FOLDER / f"{options.family}.toml").read_text(encoding="utf-8")
+
+
+def _read(options: argparse.Namespace) -> str:
+    from mechdae.describe.file.writing import dumps
+    from mechdae.parts.exchange.sources import with_remarks
+
+    given: dict[str, Any] = {"unit": options.unit} if options.unit else {}
+    if options.ground:
+        given["ground"] = tuple(_place(text) for text in options.ground)
+    problem, remarks = with_remarks(options.source, **given)
+    for remark in remarks:
+        message(f"mechdae: {remark}", options.quiet)
+    return dumps(problem)
+
+
+def _place(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"'{text}' is not X,Y", where="--ground") from None
+    return x, y

@@ -1,0 +1,146 @@
+"""`export`: the files of a mechanism in another program's format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechdae.additions import Added, Registry
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.whole import whole_file
+from mechdae.errors import InputError, UnknownName
+from mechdae.tasks.motion_of import motion_of
+
+FORMATS: Registry[Added] = Registry(
+    "formats",
+    {
+        "dxf": Added(
+            "mechdae.parts.exchange.drawings.dxf:dxf", about="drawing for CAD, release 12"
+        ),
+        "mjcf": Added(
+            "mechdae.parts.exchange.robots.mjcf:mjcf",
+            about="MuJoCo: tree of joints, equalities for loops",
+        ),
+        "sdf": Added(
+            "mechdae.parts.exchange.robots.sdf:sdf",
+            about="SDFormat: links and joints, loops among them",
+        ),
+        "urdf": Added(
+            "mechdae.parts.exchange.robots.urdf:urdf",
+            about="tree of joints; loops and mimic polynomials beside it",
+        ),
+    },
+    lambda added: added,
+)
+"""Formats, each with what writes it of an `ExportedMotion`."""
+
+
+@dataclass(frozen=True, repr=False)
+class Exported:
+    """The files of an export.
+
+    Attributes
+    ----------
+    format
+        One of `FORMATS`.
+    files
+        Texts by what is put behind the name of the file: "" is the file itself.
+    """
+
+    format: str
+    files: Mapping[str, str]
+
+    @property
+    def text(self) -> str:
+        """The file itself."""
+        return self.files[""]
+
+    def save(self, path: str | Path, overwrite: bool = False) -> list[Path]:
+        """Write all files, or none of them.
+
+        Returns
+        -------
+        list of Path
+            Where they are: the one asked for first.
+
+        Raises
+        ------
+        InputError
+            No such folder, or a file that is there already.
+        """
+        targets = places(path, self.files, overwrite)
+        with ExitStack() as stack:
+            for target, text in zip(targets, self.files.values(), strict=True):
+                stack.enter_context(whole_file(target)).write(text.encode("utf-8"))
+        return targets
+
+    def __repr__(self) -> str:
+        sizes = ", ".join(f"{len(text)} bytes" for text in self.files.values())
+        return f"<Exported {self.format}: {sizes}>"
+
+
+def places(path: str | Path, files: Mapping[str, str], overwrite: bool) -> list[Path]:
+    """Return where files go, after a look at what is there."""
+    target = Path(path)
+    if not target.name:
+        raise InputError("not the name of a file", where=str(path))
+    if not target.parent.is_dir():
+        raise InputError("no such folder", where=str(target.parent))
+    targets = [target.with_name(target.name + ending) for ending in files]
+    for own in targets:
+        if own.is_dir():
+            raise InputError("is a folder", where=str(own))
+        if own.exists() and not overwrite:
+            raise InputError("exists already", where=str(own), hint="another name, or --overwrite")
+    return targets
+
+
+def check_format(form: str) -> None:
+    """Raise `UnknownName` for a format that there is none of."""
+    if form not in FORMATS:
+        raise UnknownName("format", form, FORMATS, where="format")
+
+
+def exported(
+    problem: Problem | str | Path,
+    format: str,
+    task: str | None = None,
+    **options: Any,
+) -> Exported:
+    """Return a mechanism in another program's format.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, or a file.
+    format
+        "dxf", "mjcf", "sdf", "urdf", "c" or "js".
+    task
+        A sweep, a task of reactions or a motion: by default the first sweep over a range. It
+        gives the pose of the model, the paths of a drawing, the range of a polynomial.
+    **options
+        ``pose`` of a drawing, from 0; ``tolerance`` of the polynomials of a URDF.
+
+    Raises
+    ------
+    UnknownName
+        No such format or task.
+    UnavailableError
+        Something that the format cannot hold, by name.
+    SolveError
+        The mechanism does not assemble.
+    """
+    check_format(format)
+    known = {"dxf": ("pose",), "urdf": ("tolerance",)}.get(format, ())
+    for name in options:
+        if name not in known:
+            raise InputError(
+                f"no option of format {format}", where=name, hint=", ".join(known) or "none"
+            )
+    whole = problem if isinstance(problem, Problem) else load(problem)
+    write = FORMATS[format].load()
+    return Exported(format, write(motion_of(whole, task), **options))

@@ -1,0 +1,211 @@
+"""MuJoCo's format: a tree of hinges and slides with equalities that close the loops.
+
+The model stands in the first assembled pose of the task, ``ref`` makes the joints' coordinates
+those of mechdae. Loops are closed between sites, so that their places do not depend on a pose.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.describe.mechanism import GROUND
+from mechdae.parts.exchange.robots.link_frames import BodyFrame, placed, quaternion
+from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
+from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeLink
+from mechdae.parts.exchange.robots.xml_text import Element, document, numbers, put, remark
+from mechdae.tasks.motion_of import ExportedMotion
+
+ROD = 0.012
+"""Radius of the rods that are drawn, as a share of the mechanism's size."""
+HOME = BodyFrame(np.zeros(3), np.eye(3))
+
+
+def mjcf(motion: ExportedMotion) -> dict[str, str]:
+    """Return the files of a motion's mechanism by their endings.
+
+    Raises
+    ------
+    UnavailableError
+        A joint that MuJoCo has no equation for.
+    """
+    return {"": _Model(link_tree(motion)).text()}
+
+
+class _Model:
+    def __init__(self, tree: LinkTree) -> None:
+        self.tree, self.motion = tree, tree.motion
+        self.root = Element("mujoco", model=self.motion.problem.name)
+        self.elements: dict[str, Element] = {}
+        self.equalities: list[tuple[str, dict[str, Any]]] = []
+        self.tendons: list[tuple[str, str, list[tuple[str, dict[str, Any]]]]] = []
+
+    def text(self) -> str:
+        root, tree = self.root, self.tree
+        self._head()
+        put(root, "compiler", angle="radian", autolimits="true")
+        gravity = self._gravity()
+        put(root, "option", timestep=0.0005, gravity=gravity, iterations=200, tolerance=1e-12)
+        default = put(root, "default")
+        put(default, "geom", contype="0", conaffinity="0", rgba="0.35 0.45 0.6 1")
+        remark(default, "loops are closed again within 2 ms (4 steps), to 1e-4 of a force")
+        put(default, "equality", solref="0.002 1", solimp="0.999 0.9999 0.0001")
+        world = put(root, "worldbody")
+        self.elements[GROUND] = world
+        for point in self.motion.mechanism.ground.points:
+            put(world, "site", name=f"{GROUND}.{point}", pos=self._ground(point))
+        self._grow(GROUND)
+        for loop in tree.loops:
+            self._close(loop)
+        for coupling in tree.couplings:
+            self._couple(coupling.joint, dict(coupling.factors))
+        self._equations()
+        return document(root)
+
+    def _head(self) -> None:
+        tree, motion = self.tree, self.motion
+        remark(self.root, f"mechdae {__version__}: {motion.problem.name}, task {motion.task}")
+        remark(self.root, "SI units; joints are named and counted as in mechdae, second body less "
+               "first; qpos0 is the first assembled pose of the task")  # fmt: skip
+        for link in tree.links.values():
+            if link.assumed:
+                remark(self.root, f"assumed for {link.name}, which MuJoCo needs: {link.assumed}")
+        if motion.mechanism.dimension == 2:
+            remark(self.root, "a mechanism of the plane x, y: Ixx = Iyy = Izz / 2 have no part")
+        if tree.left_out:
+            remark(self.root, f"not in this file: {', '.join(tree.left_out)}")
+
+    def _gravity(self) -> Any:
+        mechanism = self.motion.mechanism
+        values = mechanism.values()
+        return placed([values[f"gravity.{a}"] for a in mechanism.axes] if mechanism.gravity else [])
+
+    def _ground(self, point: str) -> Any:
+        values, axes = self.motion.mechanism.values(), self.motion.mechanism.axes
+        return placed([values[f"{GROUND}.{point}.{axis}"] for axis in axes])
+
+    def _frame(self, name: str) -> BodyFrame:
+        return HOME if name == GROUND else self.tree.links[name].frame
+
+    # -- bodies ----------------------------------------------------------------------------
+
+    def _grow(self, parent: str) -> None:
+        """Put what hangs on a link, and what hangs on that."""
+        for edge in self.tree.children(parent):
+            link = self.tree.links[edge.child]
+            own = self._body(parent, link.name, link.frame)
+            self._joints(own, edge.motions)
+            mass = link.mass
+            inertia = mass.inertia
+            full = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+            put(own, "inertial", pos=mass.center, mass=mass.mass, fullinertia=full)
+            self._drawn(own, link)
+            for point, place in link.points.items():
+                put(own, "site", name=f"{link.name}.{point}", pos=place)
+            self.elements[link.name] = own
+            self._grow(link.name)
+
+    def _body(self, parent: str, name: str, frame: BodyFrame) -> Element:
+        above = self._frame(parent)
+        pos = above.R.T @ (frame.origin - above.origin)
+        quat = quaternion(above.R.T @ frame.R)
+        return put(self.elements[parent], "body", name=name, pos=pos, quat=quat)
+
+    @staticmethod
+    def _joints(body: Element, motions: tuple[ElementaryMotion, ...]) -> None:
+        for own in motions:
+            if own.kind == "free":
+                put(body, "freejoint", name=own.coordinate)
+                continue
+            given: dict[str, Any] = {"name": own.coordinate, "type": own.kind}
+            given["pos"] = own.anchor
+            if own.kind != "ball":
+                given |= {"axis": own.axis, "ref": own.start}
+            put(body, "joint", **given)
+
+    def _drawn(self, body: Element, link: TreeLink) -> None:
+        """Put rods between the points of a link."""
+        radius = ROD * self.tree.size
+        places = list(link.points.values())
+        drawn = False
+        for one, other in itertools.pairwise(places):
+            if np.linalg.norm(one - other) > radius:
+                ends = numbers([*one, *other])
+                put(body, "geom", type="capsule", fromto=ends, size=radius)
+                drawn = True
+        if not drawn:
+            put(body, "geom", type="sphere", pos=places[0], size=2 * radius)
+
+    def _dummy(self, loop: LoopJoint, motions: tuple[ElementaryMotion, ...]) -> str:
+        """Put a small body that moves on the first link as the second body of a joint does."""
+        second = self._frame(loop.second)
+        frame = BodyFrame(second.world(loop.second_place), second.R)
+        name = f"{loop.joint}.block"
+        own = self._body(loop.first, name, frame)
+        mass = small_mass(self.tree, loop.first, loop.second)
+        remark(own, f"carries the loop's joint; its mass of {mass.mass:g} kg is assumed")
+        self._joints(own, motions)
+        put(own, "inertial", pos=[0, 0, 0], mass=mass.mass, diaginertia=np.diag(mass.inertia))
+        put(own, "site", name=name, pos=[0, 0, 0])
+        return name
+
+    # -- loops -----------------------------------------------------------------------------
+
+    def _site(self, link: str, place: Any, loop: LoopJoint, side: str) -> str:
+        """Return the name of a site at the second point with the directions of the second body."""
+        name = f"{loop.joint}.{side}"
+        turn = self._frame(link).R.T @ self._frame(loop.second).R
+        put(self.elements[link], "site", name=name, pos=place, quat=quaternion(turn))
+        return name
+
+    def _close(self, loop: LoopJoint) -> None:
+        """Close a loop by an equality between two sites."""
+        planar = self.motion.mechanism.dimension == 2
+        second = self._site(loop.second, loop.second_place, loop, "second")
+        if loop.length:
+            first = self._site(loop.first, loop.first_place, loop, "first")
+            ends = [("site", {"site": first}), ("site", {"site": second})]
+            self.tendons.append(("spatial", loop.joint, ends))
+            self.equalities.append(("tendon", {"name": loop.joint, "tendon1": loop.joint}))
+            return
+        joint = self.motion.mechanism.joints[loop.joint]
+        pinned = joint.ball or (planar and joint.hinge)
+        if pinned or joint.rigid:
+            first = self._site(loop.first, loop.first_place, loop, "first")
+            tag = "connect" if pinned else "weld"
+        elif planar and joint.slot:
+            first, tag = self._dummy(loop, loop.motions[:1]), "connect"
+        else:
+            first, tag = self._dummy(loop, loop.motions), "weld"
+        self.equalities.append((tag, {"name": loop.joint, "site1": first, "site2": second}))
+        values = self.motion.mechanism.values()
+        if f"{loop.joint}.pitch" in values:
+            pitch = values[f"{loop.joint}.pitch"] / (2 * np.pi)
+            factors = {f"{loop.joint}.slide": 1.0, f"{loop.joint}.angle": -pitch}
+            self._couple(f"{loop.joint}.pitch", factors)
+
+    def _couple(self, name: str, factors: dict[str, float]) -> None:
+        """Hold a sum of coordinates: by the polynomial of one joint, or as a tendon's length."""
+        if len(factors) == 2:
+            (one, a), (other, b) = factors.items()
+            own = {"name": name, "joint1": one, "joint2": other, "polycoef": [0, -b / a, 0, 0, 0]}
+            self.equalities.append(("joint", own))
+            return
+        parts = [("joint", {"joint": word, "coef": factor}) for word, factor in factors.items()]
+        self.tendons.append(("fixed", name, parts))
+        self.equalities.append(("tendon", {"name": name, "tendon1": name}))
+
+    def _equations(self) -> None:
+        if self.tendons:
+            tendons = put(self.root, "tendon")
+            for tag, name, parts in self.tendons:
+                own = put(tendons, tag, name=name)
+                for word, given in parts:
+                    put(own, word, **given)
+        if self.equalities:
+            closed = put(self.root, "equality")
+            for tag, given in self.equalities:
+                put(closed, tag, **given)

@@ -1,0 +1,196 @@
+"""SDFormat 1.10: links where they are in the first assembled pose, joints of tree and loops alike.
+
+Loops are closed by joints: a link may be the child of several. Positions of joints are counted
+from the pose in the file.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.describe.mechanism import GROUND
+from mechdae.errors import UnavailableError
+from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, Z, placed, quaternion
+from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
+from mechdae.parts.exchange.robots.single_freedoms import (
+    ChainJoint,
+    chain,
+    frame_of,
+    loop_chain,
+)
+from mechdae.parts.exchange.robots.tree_parts import LoopJoint
+from mechdae.parts.exchange.robots.xml_text import Element, document, number, numbers, put, remark
+from mechdae.tasks.motion_of import ExportedMotion
+
+VERSION = "1.10"
+TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
+ROD = 0.012
+
+
+def sdf(motion: ExportedMotion) -> dict[str, str]:
+    """Return the files of a motion's mechanism by their endings.
+
+    Raises
+    ------
+    UnavailableError
+        A joint that the format has no equation for: racks and screws.
+    """
+    return {"": _World(link_tree(motion)).text()}
+
+
+class _World:
+    def __init__(self, tree: LinkTree) -> None:
+        self.tree, self.motion = tree, tree.motion
+        self.root = Element("sdf", version=VERSION)
+        self.model = put(self.root, "model", name=self.motion.problem.name)
+
+    def text(self) -> str:
+        tree = self.tree
+        self._head()
+        for link in tree.links.values():
+            body = self._link(link.name, link.frame, link.mass)
+            self._drawn(body, list(link.points.values()))
+        for edge in tree.edges.values():
+            if edge.kind != "free":
+                self._joints(chain(tree, edge))
+        for loop in tree.loops:
+            if loop.length:
+                self._bar(loop)
+            else:
+                self._joints(loop_chain(tree, loop))
+        for coupling in tree.couplings:
+            self._gear(coupling.joint)
+        return document(self.root)
+
+    def _head(self) -> None:
+        motion, tree = self.motion, self.tree
+        remark(self.model, f"mechdae {__version__}: {motion.problem.name}, task {motion.task}")
+        remark(self.model, "SI units; positions of joints are counted from this pose")
+        starts = [f"{m.coordinate} = {number(m.start)}" for m in tree.motions() if m.kind != "ball"]
+        remark(self.model, f"mechdae's coordinates in this pose: {', '.join(starts)}")
+        for link in tree.links.values():
+            if link.assumed:
+                remark(self.model, f"assumed for {link.name}: {link.assumed}")
+        if tree.left_out:
+            remark(self.model, f"not in this file: {', '.join(tree.left_out)}")
+        gravity = motion.mechanism.gravity
+        values = motion.mechanism.values()
+        own = placed([values[f"gravity.{a}"] for a in motion.mechanism.axes] if gravity else [])
+        remark(self.model, f"gravity is the world's: {numbers(own)} m/s2")
+
+    @staticmethod
+    def _pose(parent: Element, frame: BodyFrame) -> None:
+        w, x, y, z = quaternion(frame.R)
+        put(parent, "pose", numbers([*frame.origin, x, y, z, w]), rotation_format="quat_xyzw")
+
+    def _link(self, name: str, frame: BodyFrame, mass: MassOf) -> Element:
+        body = put(self.model, "link", name=name)
+        self._pose(body, frame)
+        inertial = put(body, "inertial")
+        put(inertial, "mass", number(mass.mass))
+        put(inertial, "pose", numbers([*mass.center, 0, 0, 0]))
+        inertia = put(inertial, "inertia")
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+            put(inertia, f"i{'xyz'[i]}{'xyz'[j]}", number(mass.inertia[i, j]))
+        return body
+
+    def _drawn(self, body: Element, places: list[Any]) -> None:
+        """Put rods between the points of a link."""
+        for k, (one, other) in enumerate(itertools.pairwise(places)):
+            way = other - one
+            length = float(np.linalg.norm(way))
+            if length <= ROD * self.tree.size:
+                continue
+            visual = put(body, "visual", name=f"rod{k}")
+            across = np.cross(Z, way / length)
+            x = across if np.linalg.norm(across) > 1e-9 else np.array([1.0, 0, 0])
+            x = x / np.linalg.norm(x)
+            R = np.stack([x, np.cross(way / length, x), way / length], axis=1)
+            self._pose(visual, BodyFrame((one + other) / 2, R))
+            shape = put(put(visual, "geometry"), "cylinder")
+            put(shape, "radius", number(ROD * self.tree.size))
+            put(shape, "length", number(length))
+
+    def _joints(self, joints: list[ChainJoint]) -> None:
+        ends = [joints[0].parent, joints[-1].child] if joints else []
+        for own in joints:
+            if own.small:
+                self._link(own.child, own.frame, small_mass(self.tree, *ends))
+            kind = "fixed" if own.motion is None else TYPES[own.motion.kind]
+            if own.motion is not None and own.name.endswith("_slide") and self._is_screw(own):
+                raise UnavailableError(
+                    "screws differ between versions of SDFormat", where=f"joints.{own.name[:-6]}"
+                )
+            joint = put(self.model, "joint", name=own.name, type=kind)
+            self._ends(joint, own.parent, own.child)
+            child = frame_of(self.tree, own.child) if not own.small else own.frame
+            # the joint's frame is given in the child's, which it may leave by an offset
+            offset = BodyFrame(child.R.T @ (own.frame.origin - child.origin), np.eye(3))
+            if own.motion is not None:
+                offset = BodyFrame(offset.origin + own.motion.anchor, np.eye(3))
+            if own.small:
+                offset = BodyFrame(np.zeros(3), np.eye(3))
+            self._pose(joint, offset)
+            if own.motion is not None and own.motion.kind != "ball":
+                put(put(joint, "axis"), "xyz", numbers(own.axis))
+
+    def _is_screw(self, own: ChainJoint) -> bool:
+        joint = self.motion.mechanism.joints.get(own.name.removesuffix("_slide"))
+        return joint is not None and joint.kind == "screw"
+
+    @staticmethod
+    def _ends(joint: Element, parent: str, child: str) -> None:
+        put(joint, "parent", "world" if parent == GROUND else parent)
+        put(joint, "child", "world" if child == GROUND else child)
+
+    def _bar(self, loop: LoopJoint) -> None:
+        """Put a bar between two points as a link, pinned at both."""
+        tree = self.tree
+        first, second = frame_of(tree, loop.first), frame_of(tree, loop.second)
+        one, other = first.world(loop.first_place), second.world(loop.second_place)
+        name = f"{loop.joint}_bar"
+        body = self._link(
+            name, BodyFrame(one, np.eye(3)), small_mass(tree, loop.first, loop.second)
+        )
+        self._drawn(body, [np.zeros(3), other - one])
+        kind = "revolute" if self.motion.mechanism.dimension == 2 else "ball"
+        for side, link, place in (("first", loop.first, one), ("second", loop.second, other)):
+            joint = put(self.model, "joint", name=f"{loop.joint}_{side}", type=kind)
+            self._ends(joint, link, name)
+            self._pose(joint, BodyFrame(place - one, np.eye(3)))
+            if kind == "revolute":
+                put(put(joint, "axis"), "xyz", numbers(Z))
+
+    def _gear(self, name: str) -> None:
+        """Put wheels: theta2 = -ratio theta1, angles of child and parent from the carrier."""
+        mechanism = self.motion.mechanism
+        own = mechanism.joints[name]
+        if own.wheels != 2:
+            raise UnavailableError(
+                f"SDFormat has no {own.kind} between links",
+                where=f"joints.{name}",
+                hint="export --format mjcf",
+            )
+        ratio = own.turn_ratio(mechanism.values())
+        joint = put(self.model, "joint", name=name, type="gearbox")
+        self._ends(joint, own.first_body, own.second_body)
+        put(joint, "gearbox_ratio", number(-1 / ratio))
+        carrier = getattr(own, "carrier", None) or GROUND
+        put(joint, "gearbox_reference_body", "world" if carrier == GROUND else carrier)
+        for tag, wheel in (("axis", own.first_body), ("axis2", own.second_body)):
+            put(put(joint, tag), "xyz", numbers(self._wheel_axis(wheel, carrier, own.second_body)))
+
+    def _wheel_axis(self, wheel: str, carrier: str, child: str) -> Any:
+        """Return the axis of a wheel, from the carrier to it, in the frame of the child."""
+        if self.motion.mechanism.dimension == 2:
+            return Z
+        for edge in self.tree.edges.values():
+            hinges = [m for m in edge.motions if m.kind == "hinge"]
+            if {edge.parent, edge.child} == {wheel, carrier} and len(hinges) == 1:
+                world = frame_of(self.tree, edge.child).R @ hinges[0].axis
+                return frame_of(self.tree, child).R.T @ world * (1.0 if edge.forward else -1.0)
+        return Z

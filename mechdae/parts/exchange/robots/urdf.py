@@ -1,0 +1,278 @@
+"""URDF: the tree of links, and beside it a JSON file with its loops and mimic polynomials.
+
+Values of joints are mechdae's coordinates. URDF has no loops: those joints are in the second
+file, and for each joint of the tree a polynomial of the driver whose error is proved.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.describe.mechanism import GROUND
+from mechdae.errors import InputError, UnavailableError
+from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, turned
+from mechdae.parts.exchange.robots.link_tree import LinkTree, driven_joint, link_tree, small_mass
+from mechdae.parts.exchange.robots.mimic import Mimics, NotProved, mimics
+from mechdae.parts.exchange.robots.single_freedoms import ChainJoint, chain, frame_of
+from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint
+from mechdae.parts.exchange.robots.xml_text import Element, document, number, put, remark
+from mechdae.tasks.motion_of import ExportedMotion
+
+TOLERANCE = 1e-6
+SIDECAR = ".loops.json"
+ROD = 0.012
+PROOF = (
+    "proved for every driver value of the range, not at samples: the unknowns lie within a radius "
+    "of a polynomial over each proved step (Newton-Kantorovich), the difference from the fit is "
+    "bounded by its largest Bernstein coefficient; 1e-13 of the sizes is added for rounding"
+)
+
+
+def urdf(motion: ExportedMotion, tolerance: float = TOLERANCE) -> dict[str, str]:
+    """Return the files of a motion's mechanism by their endings: URDF and its loops.
+
+    Parameters
+    ----------
+    tolerance
+        Error aimed at by the polynomials: radians, shares of the mechanism's size for slides.
+
+    Raises
+    ------
+    InputError
+        A tolerance that is not above 0.
+    UnavailableError
+        A ball joint in the tree, a body that floats: URDF has none that simulators share.
+    """
+    if not 0 < tolerance < math.inf:
+        raise InputError(f"a number above 0 is needed, not {tolerance:g}", where="tolerance")
+    tree = link_tree(motion)
+    for edge in tree.edges.values():
+        kinds = {own.kind for own in edge.motions}
+        if edge.kind == "free" or kinds & {"ball", "free"}:
+            what = "a ball joint" if kinds & {"ball"} else "a body that only bars hold"
+            raise UnavailableError(
+                f"URDF has no joint for {what} in the tree of links",
+                where=f"joints.{edge.joint}" if kinds & {"ball"} else f"bodies.{edge.child}",
+                hint="export --format mjcf or sdf",
+            )
+    found: Mimics | None = None
+    reason = ""
+    try:
+        names = [own.coordinate for own in tree.motions()]
+        found = mimics(motion, names, tolerance, tree.size)
+    except NotProved as error:
+        reason = str(error)
+    except InputError as error:
+        reason = error.what
+    robot = _Robot(tree, found, tolerance)
+    return {"": robot.text(), SIDECAR: _sidecar(tree, found, reason, tolerance, robot)}
+
+
+class _Robot:
+    def __init__(self, tree: LinkTree, found: Mimics | None, tolerance: float) -> None:
+        self.tree, self.motion, self.found = tree, tree.motion, found
+        self.tolerance = tolerance
+        self.root = Element("robot", name=self.motion.problem.name)
+        self.names: dict[str, str] = {}
+        driver = next(iter(self.motion.result.drivers), "")
+        lead = driven_joint(self.motion, driver) if driver else ""
+        words = [m.coordinate for m in tree.motions() if m.coordinate.split(".")[0] == lead]
+        self.lead = self._lead(words)
+
+    def _lead(self, words: list[str]) -> str:
+        """Return the coordinate that is the driver's but for a constant, "" without one."""
+        for word in words:
+            line = self.found.lines[word] if self.found else None
+            if line is not None and self._is_exact(word) and abs(self._slope(word)) > 0.5:
+                return word
+        return ""
+
+    def _is_exact(self, word: str) -> bool:
+        assert self.found is not None
+        size = self.tree.size if word.endswith(".slide") else 1.0
+        return self.found.lines[word].error <= self.tolerance * size
+
+    def _slope(self, word: str) -> float:
+        assert self.found is not None
+        return (
+            float(self.found.lines[word].coefficients[1]) * 2 / (self.found.high - self.found.low)
+        )
+
+    def text(self) -> str:
+        tree, motion = self.tree, self.motion
+        remark(self.root, f"mechdae {__version__}: {motion.problem.name}, task {motion.task}")
+        remark(self.root, "SI units; values of joints are mechdae's coordinates, second body less "
+               "first; loops and polynomials are in the JSON file beside this one")  # fmt: skip
+        for link in tree.links.values():
+            if link.assumed:
+                remark(self.root, f"assumed for {link.name}: {link.assumed}")
+        remark(self.root, "effort and velocity are no limits of the mechanism: URDF wants them")
+        if tree.left_out:
+            remark(self.root, f"not in this file: {', '.join(tree.left_out)}")
+        put(self.root, "link", name=GROUND)
+        for link in tree.links.values():
+            own = self._link(link.name, link.mass)
+            self._drawn(own, list(link.points.values()))
+        for edge in tree.edges.values():
+            above = frame_of(tree, edge.parent)
+            for joint in chain(tree, edge):
+                if joint.small:
+                    self._link(joint.child, small_mass(tree, edge.parent, edge.child))
+                self._joint(joint, above)
+                above = joint.frame
+        return document(self.root)
+
+    def _link(self, name: str, mass: MassOf) -> Element:
+        own = put(self.root, "link", name=name)
+        inertial = put(own, "inertial")
+        put(inertial, "origin", xyz=mass.center)
+        put(inertial, "mass", value=mass.mass)
+        inertia = {
+            f"i{'xyz'[i]}{'xyz'[j]}": mass.inertia[i, j]
+            for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+        }
+        put(inertial, "inertia", **inertia)
+        return own
+
+    def _drawn(self, link: Element, places: list[Any]) -> None:
+        for one, other in itertools.pairwise(places):
+            way = other - one
+            length = float(np.linalg.norm(way))
+            if length <= ROD * self.tree.size:
+                continue
+            visual = put(link, "visual")
+            across = float(np.hypot(way[0], way[1]))
+            turn = [0.0, math.atan2(across, way[2]), math.atan2(way[1], way[0])]
+            put(visual, "origin", xyz=(one + other) / 2, rpy=turn)
+            shape = put(visual, "geometry")
+            put(shape, "cylinder", radius=ROD * self.tree.size, length=length)
+
+    def _joint(self, joint: ChainJoint, above: BodyFrame) -> None:
+        """Put a joint; its origin is where the child is at value zero."""
+        own = joint.motion
+        kind = "fixed"
+        if own is not None:
+            self.names[own.coordinate] = joint.name
+            kind = "prismatic" if own.kind == "slide" else "continuous"
+        entry = put(self.root, "joint", name=joint.name, type=kind)
+        R, shift = joint.frame.R, np.zeros(3)
+        if own is not None and own.kind == "slide":
+            shift = -R @ (joint.axis * own.start)
+        elif own is not None:
+            R = R @ turned(joint.axis, -own.start)
+        xyz = above.R.T @ (joint.frame.origin + shift - above.origin)
+        put(entry, "origin", xyz=xyz, rpy=_roll_pitch_yaw(above.R.T @ R))
+        put(entry, "parent", link=joint.parent)
+        put(entry, "child", link=joint.child)
+        if own is None:
+            return
+        put(entry, "axis", xyz=joint.axis)
+        low, high = self._reach(own)
+        if own.kind == "slide":
+            put(entry, "limit", lower=low, upper=high, effort=1000, velocity=1000)
+        else:
+            put(entry, "limit", effort=1000, velocity=1000)
+        self._mimic(entry, own)
+
+    def _reach(self, own: ElementaryMotion) -> tuple[float, float]:
+        """Return values of a slide along the task, and a little more."""
+        joint, _, word = own.coordinate.partition(".")
+        values = np.asarray(self.motion.result.joints[joint][word], float)[self.motion.rows]
+        more = 0.05 * (float(np.ptp(values)) or self.tree.size)
+        return float(values.min()) - more, float(values.max()) + more
+
+    def _mimic(self, entry: Element, own: ElementaryMotion) -> None:
+        """Put a mimic element where a straight line is within the tolerance."""
+        if self.found is None or not self.lead or own.coordinate == self.lead:
+            return
+        if not self._is_exact(own.coordinate):
+            return
+        slope = self._slope(own.coordinate) / self._slope(self.lead)
+        mine, its = self.found.lines[own.coordinate], self.found.lines[self.lead]
+        offset = float(mine.coefficients[0] - slope * its.coefficients[0])
+        remark(entry, f"within {number(mine.error + abs(slope) * its.error)}, proved")
+        lead = self.names.get(self.lead, self.lead.split(".")[0])
+        put(entry, "mimic", joint=lead, multiplier=slope, offset=offset)
+
+
+def _roll_pitch_yaw(R: Any) -> list[float]:
+    """Return the angles about fixed x, y, z, in this order, of a matrix (3, 3)."""
+    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
+    if abs(R[2, 0]) > 1 - 1e-14:
+        return [0.0, pitch, math.atan2(-R[0, 1], R[1, 1])]
+    return [math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])]
+
+
+def _sidecar(
+    tree: LinkTree, found: Mimics | None, reason: str, tolerance: float, robot: _Robot
+) -> str:
+    """Return the second file: loops, wheels, polynomials."""
+    motion = tree.motion
+    data: dict[str, Any] = {
+        "mechdae": __version__,
+        "problem": motion.problem.name,
+        "task": motion.task,
+        "units": "m, rad, kg",
+        "coordinates": {word: {"joint": name} for word, name in robot.names.items()},
+        "loops": [_loop(tree, loop) for loop in tree.loops],
+        "couplings": [
+            {"joint": own.joint, "factors": dict(own.factors), "constant": own.constant}
+            for own in tree.couplings
+        ],
+        "driver": {
+            "coordinate": next(iter(motion.result.drivers), None),
+            "joint": robot.names.get(robot.lead),
+        },
+        "mimic": _polynomials(found, tolerance, tree.size) if found else None,
+    }
+    if found is None:
+        data["why_no_mimic"] = reason
+    return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
+
+
+def _polynomials(found: Mimics, tolerance: float, size: float) -> dict[str, Any]:
+    joints = {
+        word: {
+            "coefficients": own.coefficients.tolist(),
+            "error": own.error,
+            "within_tolerance": own.error <= tolerance * (size if word.endswith(".slide") else 1.0),
+            "unit": "m" if word.endswith(".slide") else "rad",
+        }
+        for word, own in found.polynomials.items()
+    }
+    return {
+        "range": [found.low, found.high],
+        "basis": "q = sum c_k T_k(x), x = (2 s - low - high) / (high - low), s the driver's value",
+        "tolerance": tolerance,
+        "error": PROOF,
+        "joints": joints,
+    }
+
+
+def _loop(tree: LinkTree, loop: LoopJoint) -> dict[str, Any]:
+    """Return a joint that closes a loop: places and axes in the frames of both links."""
+    first, second = frame_of(tree, loop.first), frame_of(tree, loop.second)
+    turn = first.R.T @ second.R
+    axes = [
+        {
+            "kind": own.kind,
+            "coordinate": own.coordinate,
+            "axis_second": own.axis.tolist(),
+            "axis_first": (turn @ own.axis).tolist(),
+        }
+        for own in loop.motions
+        if own.kind != "ball"
+    ]
+    return {
+        "joint": loop.joint,
+        "kind": loop.kind,
+        "first": {"link": loop.first, "xyz": loop.first_place.tolist()},
+        "second": {"link": loop.second, "xyz": loop.second_place.tolist()},
+        **({"length": loop.length} if loop.length else {"freedoms": axes}),
+    }

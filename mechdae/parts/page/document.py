@@ -1,0 +1,410 @@
+"""Collects what a page needs and writes it as one file."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from collections.abc import Collection, Mapping
+from dataclasses import fields, replace
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.whole import whole_file
+from mechdae.describe.file.writing import dumps
+from mechdae.describe.shown_units import SI, Units, units_of
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
+from mechdae.draw.words import UNITS, unit_in_russian
+from mechdae.errors import InputError, MechdaeError
+from mechdae.forces.poses import LoadedRun, loaded_run
+from mechdae.motion.kinematics.prepared import Run, Setting, prepare
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.kinematics.sweep import run as followed
+from mechdae.parts.page import efforts, link, live, scenes, ways
+from mechdae.parts.page.programs.javascript import NotPrintable
+from mechdae.parts.page.reasons import said
+from mechdae.parts.page.space_scenes import space_of
+from mechdae.records import dataclass
+from mechdae.results import Result, plain
+from mechdae.tasks.solve import solve
+
+CHECKS = 12
+"""Poses at which the page compares itself with Python when it is opened."""
+MOST_RECORDED, FEW = 720, 25
+"""Poses that are recorded, of a page that cannot solve, and of one that can."""
+KINDS = ("sweep", "reactions", "motion")
+UNIT_NAMES = (
+    *UNITS,
+    *(
+        f"{own}/{time}"
+        for own in ("m", "mm", "cm", "rad", "deg", "°")
+        for time in ("s", "s²", "s³")
+    ),
+)
+"""Units that a page shows."""
+"""Kinds of tasks that have a page, the first one of a problem is the usual one."""
+LANGUAGES = ("en", "ru")
+
+
+@dataclass(frozen=True, repr=False)
+class Page:
+    """A page as text.
+
+    Attributes
+    ----------
+    html
+        The whole file.
+    data
+        What its element ``mechdae`` holds.
+    """
+
+    html: str
+    data: Mapping[str, Any]
+
+    def save(self, path: str | FilePath) -> FilePath:
+        """Write the file, whole or not at all, and return its path."""
+        target = FilePath(path)
+        with whole_file(target) as file:
+            file.write(self.html.encode())
+        return target
+
+    def __repr__(self) -> str:
+        """Return one line: problem, task, live or why it is recorded."""
+        kind = "live" if self.data["live"] else self.data["reason"]
+        return f"<Page {self.data['problem']} / {self.data['task']}: {kind}>"
+
+    def _repr_html_(self) -> str:
+        """Return the page in a frame of its own, for notebooks."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.html, quote=True)}" width="100%" height="640" '
+            'style="border:0" sandbox="allow-scripts allow-downloads"></iframe>'
+        )
+
+
+def page(
+    problem: Problem | Result | str | FilePath,
+    task: str | None = None,
+    lang: str = "en",
+    units: str | Units = SI,
+) -> Page:
+    """Return the live page of a task.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or the result of a task.
+    task
+        Name of a sweep, reactions or motion task; the first one without a name.
+    lang
+        Language of its words, "en" or "ru".
+    units
+        What it shows numbers in, such as ``"mm,deg,kN"``; its files and interface stay SI.
+
+    Raises
+    ------
+    InputError
+        A task without poses along a path, a language that it does not speak, no units.
+    SolveError
+        The mechanism does not assemble.
+    """
+    if lang not in LANGUAGES:
+        raise InputError(f"no words in '{lang}'", where="lang", hint=", ".join(LANGUAGES))
+    shown = units_of(units) if isinstance(units, str) else units
+    name = task
+    if isinstance(problem, Result):
+        shown = shown if shown.asked else problem.units
+        whole, name = _again(problem), problem.task
+    else:
+        whole = problem if isinstance(problem, Problem) else load(problem)
+    if name is None:
+        able = [own for own, kind in whole.tasks.items() if kind.kind in KINDS]
+        if not able:
+            raise InputError("no task with poses along a path", where="tasks", hint="kind = sweep")
+        live = [own for own in able if whole.task(own).kind != "motion"]
+        name = able[0]
+        if name in live:  # one over an interval before one of a few poses
+            name = max(live, key=lambda own: whole.task(own).way)
+    chosen = whole.task(name)
+    if chosen.kind not in KINDS:
+        raise InputError(
+            f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
+        )
+    return _page(whole, name, lang, shown)
+
+
+def _again(result: Result) -> Problem:
+    """Return a problem that sweeps the driver of a result over the same range."""
+    moving = [name for name, own in result.drivers.items() if np.ptp(own.position) > 0]
+    if len(moving) != 1 or result.kind not in KINDS[:2] or result.time is not None:
+        raise InputError(
+            "a page of a result needs one driver that moves", hint="md.page(problem, task)"
+        )
+    if result.definition is not None:
+        known: Table[Task] = Table({result.task: result.definition})
+        return Problem(result.mechanism, known, name=result.problem, title=result.title)
+    own = result.drivers[moving[0]]
+    low, high = float(own.position[0]), float(own.position[-1])
+    driver = Driver(moving[0], from_=low, to=high, speed=float(own.velocity[0]))
+    task = Sweep(driver=driver, poses=len(own.position))
+    return Problem(result.mechanism, Table({result.task: task}), name=result.problem)
+
+
+@dataclass
+class _Followed:
+    """A task as it is shown: its motion, and what acts along it."""
+
+    task: Any
+    result: Result
+    setting: Setting | None = None
+    run: Run | None = None
+    loaded: LoadedRun | None = None
+    without: str = ""
+
+
+def _followed(problem: Problem, name: str, lang: str) -> _Followed:
+    """Follow a task's motion, with all bodies where they assemble."""
+    task = problem.task(name)
+    loaded, without = _loaded(problem, task, lang) if isinstance(task, Reactions) else (None, "")
+    if isinstance(task, Reactions):
+        task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
+    if not (isinstance(task, Sweep) and task.kind == "sweep"):
+        return _Followed(task, solve(problem, name))
+    own = problem.with_task(name, task)
+    task = replace(task, outputs=None, measures=None)
+    problem = problem.with_task(name, task)
+    try:
+        if loaded is not None:
+            setting, run = loaded.setting, loaded.run
+        else:
+            setting = prepare(problem, task)
+            run = followed(setting, task)
+        result = report(problem, name, task, setting, run)
+    except MechdaeError:  # what the task does not ask for may not assemble
+        return _Followed(task, solve(own, name))
+    return _Followed(task, result, setting, run, loaded, without)
+
+
+def _loaded(problem: Problem, task: Reactions, lang: str) -> tuple[LoadedRun | None, str]:
+    """Return a task's run with its forces, or why they are not shown."""
+    if problem.mechanism.dimension == 3:
+        return None, said("space", lang)
+    task = replace(task, outputs=None, measures=None)
+    try:
+        found = loaded_run(problem, task)
+        reason = said(efforts.why_without(found.statics), lang)
+    except MechdaeError as error:
+        return None, error.what
+    return (None, reason) if reason else (found, "")
+
+
+def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
+    found = _followed(problem, name, lang)
+    setting, run, result, task = found.setting, found.run, found.result, found.task
+    reason = said(live.why_recorded(setting, run, task), lang, kind=getattr(task, "kind", ""))
+    data: dict[str, Any] = {
+        "schema": 1,
+        "version": __version__,
+        "title": problem.title or problem.name,
+        "problem": problem.name,
+        "task": name,
+        "source": problem.source,
+        "lang": lang,
+        "file": dumps(problem),
+        "scene": scenes.drawn(problem.mechanism),
+        "numbers": plain(problem.mechanism.values()),
+        "driver": _driver(result),
+        "status": [str(own) for own in result.status],
+        "live": not reason,
+        "reason": reason,
+        "kernels": None,
+        "forces": None,
+        "without": found.without,
+        "units": parameter_units(problem.mechanism, problem.tasks.values()),
+    }
+    if lang == "ru":
+        data["unit_names"] = {own: unit_in_russian(own) for own in UNIT_NAMES}
+    if units.asked:
+        data["shown"] = {si: [own.factor, own.name] for si, own in units.by_si.items()}
+    text = ""
+    if setting is not None and run is not None and not reason:
+        try:
+            text = _make_live(data, problem, setting, run, found)
+        except NotPrintable as error:
+            data |= {"live": False, "reason": str(error)}
+    if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
+        data["reason"] += said("poses", lang, some=MOST_RECORDED, all=result.status.size)
+    most, turned = (FEW, ()) if data["live"] else (MOST_RECORDED, scenes.turned(data["scene"]))
+    data["recorded"] = _recorded(result, most, turned)
+    main = link.MAIN
+    if problem.mechanism.dimension == 3:
+        data["scene"]["space"], main = space_of(result), link.SPATIAL
+    data["status"] = [data["status"][k] for k in data["recorded"]["rows"]]
+    data["driver"]["values"] = [data["driver"]["values"][k] for k in data["recorded"]["rows"]]
+    if not data["recorded"]["points"]:
+        raise InputError(
+            "no point of the task assembles, or it asks for none", where=f"tasks.{name}"
+        )
+    return Page(link.linked(data, text, main), data)
+
+
+def _make_live(
+    data: dict[str, Any],
+    problem: Problem,
+    setting: Setting,
+    run: Run,
+    found: _Followed,
+) -> str:
+    """Put what a live page needs into its data, and return its kernels."""
+    loaded, drivers = found.loaded, ways.drivers_of(setting, found.result)
+    statics = None if loaded is None else loaded.statics
+    acting = {} if statics is None else efforts.functions(statics)
+    sliders = live.sliders_of(setting, set() if statics is None else efforts.used(statics))
+    more = {**acting, **ways.functions(setting)}
+    kernels = live.kernels(ways.followed_by(setting), setting.scene.model, sliders, more)
+    values = dict(
+        zip(setting.scene.model.p_names, setting.scene.model.p_values.tolist(), strict=True)
+    )
+    automatic = {name for name, _ in problem.mechanism.numbers()}
+    limits = run.summary.get("limits") or (None, None)
+    plan = setting.plan
+    places = np.asarray(run.places, float)
+    entries = []
+    for entry in setting.outputs.entries:
+        if entry.kind == "hidden" or entry.name == "guide":
+            continue
+        entries.append(
+            {
+                "kind": entry.kind,
+                "part": entry.part,
+                "names": live.names_of(entry, problem.mechanism.dimension == 3),
+                "columns": list(entry.columns),
+                "unit": "rad" if entry.is_orientation else entry.unit,
+            }
+        )
+    rows_of_checks = _telling(run)
+    rates = [float(np.atleast_2d(rate)[0, plan.lead]) for rate in (plan.speed, plan.acceleration)]
+    data |= {
+        "kernels": kernels.layout,
+        "entries": entries,
+        "sliders": [_slider(name, values[name], name in automatic) for name in sliders],
+        "start": live.numbers_of(setting, run),
+        "bounded": live.bounded_of(setting.outputs),
+        "drivers": drivers,
+        "way": ways.way_of(setting, run),
+        "pace": ways.pace_of(setting, run),
+        "range": [float(places.min()), float(places.max())],
+        "whole": plan.values is None or len(places) == 1,
+        "poses": len(places),
+        "limits": [None if end is None else float(end) for end in limits],
+        "modes": live.modes_of(setting, run),
+        "speed": rates[0],
+        "acceleration": rates[1],
+        "checks": _checks(run, rows_of_checks),
+        "shape": live.shape_of(setting, sliders),
+        "forces": None if loaded is None else efforts.numbers(loaded, rows_of_checks),
+        "slow": loaded is not None and loaded.moving.slow,
+    }
+    if drivers is not None:
+        way = data["way"]
+        own = drivers[way["driver"]] if way["kind"] == "alone" else way
+        data["driver"] = {"name": own["name"], "unit": own["unit"], "values": plain(places)}
+    return kernels.text
+
+
+def _telling(run: Run) -> list[int]:
+    """Return poses for a page to check itself with: of each part the best conditioned one."""
+    poses = run.poses
+    good = poses.alive.all(axis=1) & ~poses.at_limit
+    for part in poses.y[:3]:
+        good &= np.isfinite(part[:, :]).all(axis=1)
+    good = np.flatnonzero(good)
+    parts = [part for part in np.array_split(good, CHECKS) if part.size]
+    return [int(part[np.argmin(poses.condition[part])]) for part in parts]
+
+
+def _checks(run: Run, rows: list[int]) -> list[dict[str, Any]]:
+    """Return values and rates of the outputs at poses, without any where the path begins."""
+    poses, orders = run.poses, 3
+    if not rows:
+        poses, rows, orders = run.evaluator.at(run.path, [ways.start_of(run.path)[0]]), [0], 1
+    return [
+        {
+            "s": float(poses.s[k]),
+            "y": [_packed(np.asarray(part[k : k + 1, :])[0]) for part in poses.y[:orders]],
+        }
+        for k in rows
+    ]
+
+
+def _slider(name: str, value: float, automatic: bool) -> dict[str, Any]:
+    """Return a number that can be changed, with the range of its slider."""
+    low, high = sorted((value / live.FAR, value * live.FAR)) if value else (-1.0, 1.0)
+    return {"name": name, "value": value, "low": low, "high": high, "automatic": automatic}
+
+
+def _driver(result: Result) -> dict[str, Any]:
+    """Return the coordinate that the cursor moves along: a driver, or time."""
+    if result.time is not None:
+        return {"name": "t", "unit": "s", "values": plain(np.asarray(result.time, float))}
+    for name, series in result.drivers.items():
+        values = np.asarray(series.position, float)
+        if np.ptp(values) > 0 or len(result.drivers) == 1:
+            unit = result.unit("drivers", name, "position")
+            return {"name": name, "unit": unit, "values": plain(values)}
+    name = next(iter(result.drivers))
+    return {"name": name, "unit": "", "values": list(range(len(result.status)))}
+
+
+def _recorded(result: Result, most: int, turned: Collection[str]) -> dict[str, Any]:
+    """Return the places of all points at `most` poses, and the angles of bodies `turned`."""
+    count = len(result.status)
+    step = max(1, -(-count // most))
+    rows = slice(0, count, step)
+    points = {
+        reference: _packed(np.asarray(series.position)[rows])
+        for reference, series in result.points.items()
+    }
+    turns = {
+        body: _packed(np.asarray(series.orientation)[rows])
+        for body, series in result.bodies.items()
+        if "orientation" in series
+    }
+    angles = {
+        body: _packed(np.asarray(series.angle)[rows])
+        for body, series in result.bodies.items()
+        if body in turned and "angle" in series
+    }
+    return {
+        "rows": list(range(count))[rows],
+        "points": points,
+        "turns": turns,
+        "angles": angles,
+    }
+
+
+def _packed(values: Any) -> str:
+    """Return float64 numbers, little-endian, row by row, in base64."""
+    return base64.b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()
+
+
+def data_of(path: str | FilePath) -> dict[str, Any]:
+    """Return the data of a page that was written before.
+
+    Raises
+    ------
+    InputError
+        No page.
+    """
+    text = FilePath(path).read_text(encoding="utf-8")
+    _, found, rest = text.partition(link.OPENING)
+    if not found:
+        raise InputError("is no page of mechdae", where=str(path))
+    data: dict[str, Any] = json.loads(rest.partition("</script>")[0])
+    return data

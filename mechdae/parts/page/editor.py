@@ -1,0 +1,75 @@
+"""The editor as one HTML file, empty or with a problem file that its page opens."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from mechdae.describe.file import library
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.writing import dumps
+from mechdae.describe.units import UNITS
+from mechdae.errors import InputError
+from mechdae.parts.page import link
+from mechdae.parts.page.document import LANGUAGES, Page
+
+LARGEST = 200_000
+"""Characters of a file that the editor's page opens."""
+
+
+def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Page:
+    """Return the editor.
+
+    Parameters
+    ----------
+    problem
+        What to go on with: a problem, the name of a predefined one, or a file. The page opens it
+        as it opens files that are dropped on it: what it does not draw it names and keeps.
+    lang
+        Language of its words, "en" or "ru".
+
+    Raises
+    ------
+    InputError
+        A spatial mechanism, a file that is too large, a language that it does not speak.
+    ProblemFileError
+        A file that is no problem file.
+    """
+    if lang not in LANGUAGES:
+        raise InputError(f"no words in '{lang}'", where="lang", hint=", ".join(LANGUAGES))
+    text, name, title = "", "", "drawn mechanism"
+    if problem is not None:
+        if isinstance(problem, Problem):
+            whole, text = problem, dumps(problem)
+            name = f"{whole.name or 'problem'}.toml"
+        else:
+            path = library.find(problem)
+            whole, text = load(path), path.read_text(encoding="utf-8-sig")
+            name = path.name
+        title = whole.title or whole.name
+        if whole.mechanism.dimension != 2:
+            raise InputError("the editor draws planar mechanisms", where="dimension")
+        if len(text) > LARGEST:
+            raise InputError(
+                f"a file of {len(text) / 1000:.0f} kB",
+                where=name,
+                hint=f"the editor opens files up to {LARGEST // 1000} kB",
+            )
+    data: dict[str, Any] = {
+        "schema": 1,
+        "title": title,
+        "problem": "" if problem is None else whole.name,
+        "task": "",
+        "lang": lang,
+        "live": True,
+        "reason": "",
+        "text": text,
+        "name": name,
+        "kept": [],
+        "names": [],
+        "units": {
+            own.suffix: [own.size.numerator, own.size.denominator, own.pi] for own in UNITS.values()
+        },
+    }
+    return Page(link.linked(data, "", "edit"), data)

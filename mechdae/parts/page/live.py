@@ -1,0 +1,278 @@
+"""Whether a task can be solved again in the browser, and the kernels and numbers for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.mechanism import GROUND, Body, Ground
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.equations.model import Model
+from mechdae.equations.parameters import parameters_of
+from mechdae.equations.tree.choice import is_tree
+from mechdae.errors import MechdaeError
+from mechdae.kernels.bounds.majorant import NoMajorant
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.motion.continuation.legs import Legs
+from mechdae.motion.continuation.output_bounds import turned
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.reachable_arc import TURNING
+from mechdae.motion.kinematics.prepared import Run, Setting
+from mechdae.motion.setup.outputs import RATES, Outputs, ReportedQuantity
+from mechdae.parts.page import ways
+from mechdae.parts.page.programs.javascript import HELPERS, Printed, printed
+from mechdae.records import dataclass
+
+MOST_SLIDERS = 24
+FAR = 2.5
+"""A slider goes from a part to so many times the value in the file."""
+
+
+MORE_TRIES = 4
+"""Tries of steps that the page may make for each of Python's, which also has longer steps."""
+
+
+@dataclass(frozen=True)
+class PrintedKernels:
+    """Printed functions: their text, and where each has its inputs and outputs."""
+
+    text: str
+    layout: dict[str, Any]
+
+
+def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
+    """Return the key of the reason why a task cannot be live, "" where it can."""
+    if not isinstance(task, Sweep) or task.kind != "sweep" or setting is None or run is None:
+        return "open" if getattr(task, "kind", "") == "sweep" else "kind"
+    graphs, path = setting.graphs, run.path
+    if ways.cornered(setting):
+        return "corners"
+    if any(not own.closed or own.pieces for own in graphs.contacts) or path.constants.measured:
+        return "curves"
+    if any(graph.redundant for graph in graphs.blocks):
+        return "superfluous"
+    if path.zones or (isinstance(path, Path) and any(path.flips)):
+        return "change points"
+    if isinstance(path, Legs) and any(end.high and end.high.s <= 1 for end in path.reach.values()):
+        return "begins"
+    ends = [end.kind for reach in path.reach.values() for end in (reach.low, reach.high) if end]
+    # at limit positions and poles the motion itself turns back
+    return next((kind for kind in ends if kind not in TURNING), "")
+
+
+def kernels(
+    graphs: Graphs, model: Model, sliders: Sequence[str], more: Mapping[str, Any]
+) -> PrintedKernels:
+    """Return the functions that the page calls, with `more` by their names there.
+
+    Raises
+    ------
+    NotPrintable
+        An operation that cannot be printed.
+    """
+    names = ca.SX.sym("names", len(sliders))
+    numbers = ca.Function("numbers", [names], [parameters_of(model, sliders, names)])
+    rows, columns, slopes = _slopes(graphs)
+    scene, space = graphs.scene, model.mechanism
+    fixed = [model.point(f"{GROUND}.{name}") for name in space.ground.points]
+    ground = ca.Function("ground", [graphs.p], [ca.vertcat(ca.SX(0, 1), *fixed)])
+    outputs = ca.Function("outputs", [scene.x, scene.u, graphs.p], [graphs.outputs])
+    at, looks = looks_of(model)
+    functions = {
+        "numbers": numbers,
+        "looks": looks,
+        "ground": ground,
+        "outputs": outputs,
+        "constants": graphs.constants,
+        "advance": graphs.advance,
+        "pose": graphs.pose,
+        "slopes": slopes,
+    }
+    if graphs.contacts:
+        functions |= {"least": graphs.divisors[1], "curves": curves_of(graphs, model)}
+    folds = {f"fold{b}": graphs.fold(b) for b in range(graphs.nb)}
+    parts: dict[str, Printed] = {
+        name: printed(function, name) for name, function in (functions | folds | dict(more)).items()
+    }
+    text = HELPERS + "".join(part.text for part in parts.values())
+    layout = {
+        name: {"in": part.inputs, "out": part.outputs, "size": part.size}
+        for name, part in parts.items()
+    }
+    share = turned(graphs) if is_tree(graphs.scene.model) else 0
+    others = {"slopes_at": [rows, columns], "looks_at": at, "turned": share}
+    return PrintedKernels(text, layout | others)
+
+
+def looks_of(model: Model) -> tuple[list[list[str]], Any]:
+    """Return joints and keys of what symbols are drawn by, and these numbers over p."""
+    keys = {"axis": "axis", "radius": "radius", "roller_radius": "roller"}
+    space = model.mechanism
+    found = [
+        (name, key, model.numbers[f"{name}.{own}"])
+        for name, joint in (space.joints.items() if space.dimension == 2 else ())
+        for own, key in keys.items()
+        if f"{name}.{own}" in model.numbers and not (key == "radius" and joint.wheels != 1)
+    ]
+    column = ca.vertcat(ca.SX(0, 1), *[number for _, _, number in found])
+    return [[name, key] for name, key, _ in found], ca.Function("looks", [model.p], [column])
+
+
+def curves_of(graphs: Graphs, model: Model) -> Any:
+    """Return the function (share of the range, p) -> places on the curves of all joints."""
+    share, places = ca.SX.sym("share"), []
+    for contact in model.contacts.values():
+        s = contact.start + share * (contact.end - contact.start)
+        places.append(ca.substitute(contact.point, contact.s, s))
+    return ca.Function("curves", [share, graphs.p], [ca.vertcat(*places)])
+
+
+def names_of(entry: ReportedQuantity, in_space: bool) -> list[str]:
+    """Return the names of a reported quantity and of its first two rates."""
+    if in_space and entry.kind == "joints":
+        return [entry.name, f"{entry.name}_velocity", f"{entry.name}_acceleration"]
+    return list(RATES[entry.name][:3])
+
+
+def bounded_of(outputs: Outputs) -> dict[str, list[int]]:
+    """Return the columns that bounds of lengths and angles are told of, as in results."""
+    known = outputs.bounded
+    return {
+        "lengths": known.get("length", []),
+        "angles": known.get("angle", []),
+        "matrices": list(outputs.matrices),
+    }
+
+
+def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:
+    """Return bounds of the outputs' slopes with their places, and of their rounding."""
+    function = graphs.output_bounds
+    at = function.sx_in()
+    slope, rounding = function(*at)
+    entries = ca.vertcat(ca.SX(0, 1), *slope.nonzeros())
+    rows, columns = slope.sparsity().get_triplet()
+    made = ca.Function("slopes", at, [ca.densify(entries), ca.densify(rounding)])
+    return list(rows), list(columns), made
+
+
+def sliders_of(setting: Setting, forces: set[int]) -> list[str]:
+    """Return the parameters that have sliders."""
+    return numbers_that_move(setting, forces)[:MOST_SLIDERS]
+
+
+def numbers_that_move(setting: Setting, forces: set[int]) -> list[str]:
+    """Return the parameters of the file that may be changed: plain numbers that move something.
+
+    Ratios of gears and numbers of teeth are not among them. Those at the places `forces` among
+    the model's have a part in forces. Where the file has no parameters, the numbers of the model.
+    """
+    model = setting.scene.model
+    mechanism = model.mechanism
+    used = {*_used(setting), *(model.p_names[k] for k in forces)}
+    plain = [name for name, number in mechanism.parameters.items() if not isinstance(number, str)]
+    known = [name for name in plain if name in model.p_names]
+    symbols = ca.SX.sym("s", len(known))
+    whole = parameters_of(model, known, symbols)
+    pattern = ca.jacobian(whole, symbols).sparsity() if known else ca.Sparsity(len(used), 0)
+    # what gears turn by belongs to the structure: teeth are whole numbers
+    wheels = [name for name, joint in mechanism.joints.items() if joint.wheels == 2]
+    ratios = [model.numbers[f"{name}.ratio"] for name in wheels if f"{name}.ratio" in model.numbers]
+    kept = set(ca.jacobian(ca.vertcat(ca.SX(0, 1), *ratios), model.p).sparsity().get_triplet()[1])
+    moved, whole_numbers = set(), set()
+    for i, j in zip(*pattern.get_triplet(), strict=True):
+        if i in kept:
+            whole_numbers.add(known[j])
+        if model.p_names[i] in used:
+            moved.add(known[j])
+    chosen = [name for name in known if name in moved - whole_numbers]
+    if not mechanism.parameters:
+        chosen = [n for k, n in enumerate(model.p_names) if n in used and k not in kept]
+    return chosen
+
+
+def _used(setting: Setting) -> list[str]:
+    """Return the numbers on which a pose depends."""
+    graphs = setting.graphs
+    rows = [setting.outputs.expression, *[graph.F for graph in graphs.blocks]]
+    pattern = ca.jacobian(ca.vertcat(*rows), graphs.p).sparsity()
+    columns = sorted(set(pattern.get_triplet()[1]))
+    return [setting.scene.model.p_names[k] for k in columns]
+
+
+def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
+    """Return what the path begins with: pose, sizes, scale, weights, blocks."""
+    graphs, path = setting.graphs, run.path
+    constants = path.constants
+    s, x = ways.start_of(path)
+    groups = {group.index: group for group in setting.scene.groups}
+    blocks = []
+    for b, graph in enumerate(graphs.blocks):
+        group = groups[graph.block.group]
+        chain = [i for k in graphs.ancestors(b) for i in graphs.blocks[k].own]
+        blocks.append(
+            {
+                "own": list(graph.own),
+                "chain": chain,
+                "group": group.name,
+                "joint": group.key_joint,
+            }
+        )
+    columns, _ = graphs.units(constants.scale, constants.p)
+    return {
+        "x": x.tolist(),
+        "s": float(s),
+        "size_x": constants.size_x.tolist(),
+        "size_u": constants.size_u.tolist(),
+        "scale": float(constants.scale),
+        "largest": float(path.largest),
+        "tries": MORE_TRIES * (path.counts.steps + path.counts.rejected),
+        "far": [None if np.isinf(far) else float(far) for far in path.far],
+        "turns": bool(graphs.turns),
+        "floors": len(constants.floors),
+        "boxes": [part.T.tolist() for part in constants.boxes] if graphs.contacts else None,
+        "weights": [weight for own in columns for weight in own.tolist()],
+        "blocks": blocks,
+        "nx": graphs.nx,
+        "nb": graphs.nb,
+        "nu": graphs.nu,
+    }
+
+
+def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
+    """Return the assembly modes at the pose where the path begins."""
+    s, x = ways.start_of(run.path)
+    u = run.path.drivers(np.array([s]))[0]
+    try:
+        found = setting.assembler.modes(u)
+    except (MechdaeError, NoMajorant):
+        return []
+    if found.count > 32:
+        return []
+    own = setting.assembler.labels.of_pose(x, u)
+    modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
+    return [{**mode, "own": mode["label"] == own, "proven": found.proven} for mode in modes]
+
+
+def shape_of(setting: Setting, sliders: Sequence[str]) -> dict[str, list[int]]:
+    """Return the places of the sliders in the coordinates of each point in its body's frame."""
+    model = setting.scene.model
+    symbols = ca.SX.sym("s", len(sliders))
+    whole = parameters_of(model, sliders, symbols)
+    pattern = ca.jacobian(whole, symbols).sparsity() if sliders else ca.Sparsity(0, 0)
+    of_number: dict[int, list[int]] = {}
+    for i, j in zip(*pattern.get_triplet(), strict=True):
+        of_number.setdefault(i, []).append(j)
+    found: dict[str, list[int]] = {}
+    mechanism = model.mechanism
+    parts: dict[str, Body | Ground] = {GROUND: mechanism.ground, **mechanism.bodies}
+    for name, body in parts.items():
+        for point in body.points:
+            own = [model.numbers[f"{name}.{point}.{axis}"] for axis in "xy"]
+            used = ca.jacobian(ca.vertcat(*own), model.p).sparsity().get_triplet()[1]
+            places = sorted({k for i in set(used) for k in of_number.get(i, [])})
+            if places:
+                found[f"{name}.{point}"] = places
+    return found

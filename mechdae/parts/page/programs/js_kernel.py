@@ -1,0 +1,73 @@
+"""Kernels as a JavaScript module: those of the live page, which follow the path with its proofs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from mechdae.errors import UnavailableError
+from mechdae.parts.page import link, live, ways
+from mechdae.parts.page.programs.javascript import NotPrintable
+from mechdae.parts.page.programs.kernel_functions import KernelSource, kernel_source, told
+from mechdae.tasks.motion_of import ExportedMotion
+
+TAIL = Path(__file__).with_name("mechanism.js")
+"""What is put behind kernels and path: the class that is exported."""
+
+
+def js(motion: ExportedMotion) -> dict[str, str]:
+    """Return the files of a motion's kernels by their endings: one ES module.
+
+    Raises
+    ------
+    InputError
+        A task without one driver.
+    UnavailableError
+        A task that a page could only play from a record, an operation JavaScript has not.
+    """
+    source = kernel_source(motion)
+    try:
+        made = live.kernels(source.setting.graphs, source.setting.scene.model, source.names, {})
+    except NotPrintable as error:
+        raise UnavailableError(str(error), hint="export --format c") from None
+    data = json.dumps(_data(source, made.layout), ensure_ascii=False, allow_nan=False)
+    head = "".join(f" * {line}\n".replace(" \n", "\n") for line in told(source))
+    names = ", ".join(sorted(name for name in made.layout if f"function {name}(" in made.text))
+    text = (
+        f"/*\n{head}"
+        " *\n * const mechanism = new Mechanism();\n"
+        " * mechanism.pose(s).values; mechanism.set({name: value});\n"
+        " */\n"
+        f"const DATA = {data};\n"
+        f"const KERNELS = (() => {{\n{made.text}return {{{names}}};\n}})();\n"
+        f"{link.modules('path')}{TAIL.read_text(encoding='utf-8')}"
+    )
+    return {"": text}
+
+
+def _data(source: KernelSource, layout: dict[str, Any]) -> dict[str, Any]:
+    driver, unit = source.driver
+    entries = [
+        {
+            "kind": own.kind,
+            "part": own.part,
+            "names": list(own.names),
+            "columns": list(own.columns),
+            "path": own.path,
+            "unit": "rad" if own.kind == "bodies" else own.unit,
+        }
+        for own in source.outputs
+    ]
+    return {
+        "driver": {"name": driver, "unit": unit},
+        "way": ways.way_of(source.setting, source.run),
+        "whole": False,
+        "speed": 1.0,
+        "range": [source.low, source.high],
+        "sliders": [{"name": n, "unit": u, "value": v} for n, u, v in source.inputs],
+        "entries": entries,
+        "kernels": layout,
+        "start": source.start,
+        "scene": {"dimension": source.motion.mechanism.dimension},
+    }

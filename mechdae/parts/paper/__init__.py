@@ -1,0 +1,1 @@
+"""Mechanisms on paper: explanations, reports, assignments."""

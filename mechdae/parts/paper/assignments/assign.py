@@ -1,0 +1,336 @@
+"""`assign`: many variants of one problem, each with its file, its sheet and its answer key."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from math import degrees, pi, radians
+from pathlib import Path
+from typing import Any
+
+from mechdae import __version__
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.writing import alone
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.draw import plot
+from mechdae.draw.figure import svg_text
+from mechdae.draw.formulas import Document, Facts, Part, Section
+from mechdae.errors import InputError, UnknownName
+from mechdae.parts.paper.assignments.choice import Chosen, choose, transmission
+from mechdae.parts.paper.assignments.ranges import RoundRange, ranges
+from mechdae.parts.paper.assignments.sheet import sheet_sections
+from mechdae.parts.paper.assignments.words import TABLE
+from mechdae.parts.paper.explanations.chosen_pose import subject_of
+from mechdae.parts.paper.explanations.explain import moving_task
+from mechdae.parts.paper.explanations.localised import localised
+from mechdae.parts.paper.explanations.subject import Subject
+from mechdae.parts.paper.explanations.words import TABLE as TOLD
+from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.reports import sections
+from mechdae.parts.paper.reports.report import ENDINGS, MOST, Report
+from mechdae.parts.paper.reports.words import TABLE as REPORTED
+from mechdae.records import dataclass
+from mechdae.tasks.solver import Solver
+
+USUAL = 30
+"""Variants where no number is asked for."""
+ANGLE = radians(30.0)
+"""Least transmission angle where none is asked for [rad]."""
+LARGEST = 1000
+"""Variants at once, at most."""
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """One variant.
+
+    Parameters
+    ----------
+    number
+        From 1.
+    values
+        The numbers that were drawn, by the names and in the units in which they were asked for.
+    problem
+        Its problem, without values expected of another one.
+    sheet, key
+        What students get, and the answers.
+    transmission
+        Least transmission angle [rad] of each dyad over the task, by joint.
+    """
+
+    number: int
+    values: Mapping[str, float]
+    problem: Problem
+    sheet: Report
+    key: Report
+    transmission: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Assignments(Sequence[Assignment]):
+    """Variants of a problem; `save` writes them into a folder.
+
+    Parameters
+    ----------
+    name
+        Name of the problem.
+    variants
+        In the order in which they were drawn.
+    tried
+        How many sets of numbers were tried for them.
+    """
+
+    name: str
+    variants: tuple[Assignment, ...]
+    tried: int
+
+    def __getitem__(self, k: Any) -> Any:
+        return self.variants[k]
+
+    def __len__(self) -> int:
+        return len(self.variants)
+
+    def table(self) -> str:
+        """Return a CSV table of the numbers of all variants and their transmission angles."""
+        names = list(self.variants[0].values)
+        joints = list(self.variants[0].transmission)
+        out = io.StringIO()
+        rows = csv.writer(out, lineterminator="\n")
+        rows.writerow(["variant", *names, *(f"transmission of {own} [deg]" for own in joints)])
+        for own in self.variants:
+            angles = [f"{degrees(own.transmission[joint]):.3f}" for joint in joints]
+            numbers = [f"{own.values[name]:.15g}" for name in names]
+            rows.writerow([own.number, *numbers, *angles])
+        return out.getvalue()
+
+    def save(self, folder: str | Path, form: str = "html") -> Path:
+        """Write ``sheets/``, ``keys/``, ``problems/`` and ``variants.csv``, all or nothing.
+
+        Parameters
+        ----------
+        folder
+            A folder that does not exist yet, or is empty.
+        form
+            ``html``, ``typ`` or ``pdf``, of sheets and keys.
+
+        Raises
+        ------
+        InputError
+            A folder that holds something, a form that is none.
+        UnavailableError
+            PDF without the package typst.
+        """
+        target = free_folder(folder, form)
+        width = max(2, len(str(len(self))))
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}-") as place:
+            whole = Path(place, "whole")
+            for part in ("sheets", "keys", "problems"):
+                (whole / part).mkdir(parents=True)
+            for own in self.variants:
+                name = f"{self.name}-{own.number:0{width}d}"
+                own.sheet.save(whole / "sheets" / f"{name}.{form}")
+                own.key.save(whole / "keys" / f"{name}.{form}")
+                text = _file_text(own.problem)
+                (whole / "problems" / f"{name}.toml").write_text(text, encoding="utf-8")
+            (whole / "variants.csv").write_text(self.table(), encoding="utf-8")
+            whole.chmod(0o755)
+            if target.exists():
+                target.rmdir()
+            shutil.move(whole, target)
+        return target
+
+
+def free_folder(folder: str | Path, form: str) -> Path:
+    """Return a folder into which assignments may be written.
+
+    Raises
+    ------
+    InputError
+        It holds something, is a file, or stands in no folder; no such form.
+    """
+    target = Path(folder)
+    if f".{form}" not in ENDINGS:
+        raise UnknownName("form", form, [own[1:] for own in ENDINGS])
+    if target.exists() and not target.is_dir():
+        raise InputError("is a file, not a folder", where=str(target))
+    if target.is_dir() and any(target.iterdir()):
+        raise InputError("holds something already", where=str(target), hint="another folder")
+    if not target.parent.is_dir():
+        raise InputError("no such folder", where=str(target.parent))
+    return target
+
+
+def _file_text(problem: Problem) -> str:
+    """Return the problem file: it needs no other file."""
+    text = alone(problem.mechanism, problem.tasks)
+    head, _, rest = text.partition("\n")
+    words = {"title": problem.title, "source": problem.source}
+    lines = [f"{key} = {_quoted(text)}" for key, text in words.items() if text]
+    return "\n".join([head, *lines, rest])
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def assign(
+    problem: Problem | str | Path,
+    vary: Mapping[str, Sequence[Any]],
+    *,
+    count: int | None = None,
+    task: str | None = None,
+    transmission_angle: float | None = None,
+    positions: int = 12,
+    pose: int = 1,
+    seed: int = 0,
+    lang: str = "en",
+) -> Assignments:
+    """Return variants of a problem with round numbers, with sheets and answer keys.
+
+    Each of them assembles in all poses of the task, and no transmission angle falls below the
+    bound anywhere along it. The same seed gives the same variants.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, or a file.
+    vary
+        name -> (low, high) or (low, high, step); a suffix of the name is a unit (``a_mm``).
+        Values are multiples of the step, by default a round one.
+    count
+        How many variants; without it 30, or as many as the ranges give.
+    task
+        A sweep or a task of kind reactions; by default the first one over an interval.
+    transmission_angle
+        Least transmission angle of each dyad [rad]; 30 degrees, 0: none.
+    positions, pose
+        How many positions the tables have, and the number of the one explained in full.
+    seed
+        Of the numbers.
+    lang
+        ``"en"`` or ``"ru"``.
+
+    Raises
+    ------
+    InputError
+        Ranges that make none, an angle that is none, a mechanism without dyads where a bound is
+        asked for.
+    UnknownName
+        A number or a language that is not there.
+    SolveError
+        Too few sets of numbers do; the message says what fails and how often.
+    """
+    words = Said(lang, TABLE), Said(lang, REPORTED), Said(lang, TOLD)
+    whole = problem if isinstance(problem, Problem) else load(problem)
+    wanted, least = (USUAL, 1) if count is None else (count, count)
+    _check(whole, wanted, positions, seed, transmission_angle)
+    drawn = ranges(whole, vary)
+    name = moving_task(whole, task, ends=True)
+    bare = _with_positions(whole, name, positions)
+    rows = _rows(bare, name, positions)
+    if not 0 <= pose < len(rows):
+        raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
+    solver = Solver(bare, name)
+    base = solver()
+    if transmission_angle and not transmission(base):
+        raise InputError("no dyad has a transmission angle", where=f"task {name}")
+    bound = ANGLE if transmission_angle is None else transmission_angle
+    found, tried = choose(solver, drawn, wanted, seed, bound, least)
+    start = subject_of(base, rows[pose], words[2])
+    hidden = ("traces", "loads") if whole.mechanism.dimension == 2 else ("traces",)
+    options: dict[str, Any] = dict.fromkeys(hidden, False)
+    diagram = svg_text(plot(base, "diagram", pose=start.pose, lang=lang, **options))
+    made = _Made(bare, name, drawn, rows, pose, len(found), diagram, words, lang)
+    return Assignments(whole.name, tuple(made.all(found)), tried)
+
+
+def _check(problem: Problem, count: int, positions: int, seed: int, angle: float | None) -> None:
+    for word, value, most in (("count", count, LARGEST), ("positions", positions, MOST)):
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+            raise InputError(f"a whole number from 1 to {most} is needed", where=word)
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError("a whole number, 0 or more, is needed", where="seed")
+    if angle is not None and not 0 <= angle < pi / 2:
+        raise InputError("an angle from 0 to 90 degrees is needed", where="transmission")
+
+
+def _with_positions(problem: Problem, name: str, positions: int) -> Problem:
+    """Return the problem with one task: the positions of the tables, transmission angles."""
+    task = problem.tasks[name]
+    assert isinstance(task, Sweep)
+    changes: dict[str, Any] = {}
+    if not any(driver.at is not None for driver in task.all_drivers):
+        changes["poses"] = positions + 1
+    if problem.mechanism.dimension == 2:
+        changes["measures"] = tuple(dict.fromkeys([*(task.measures or ()), "transmission"]))
+    own = dataclasses.replace(task, **changes)
+    tasks: Table[Task] = Table({name: own})
+    return dataclasses.replace(problem, tasks=tasks, expected=(), pattern=None)
+
+
+def _rows(problem: Problem, name: str, positions: int) -> list[int]:
+    task = problem.tasks[name]
+    assert isinstance(task, Sweep)
+    listed = [len(driver.at) for driver in task.all_drivers if driver.at is not None]
+    return list(range(min([positions, *listed])))
+
+
+@dataclass(frozen=True)
+class _Made:
+    """What the documents of all variants share."""
+
+    problem: Problem
+    name: str
+    drawn: tuple[RoundRange, ...]
+    rows: list[int]
+    pose: int
+    count: int
+    diagram: str
+    words: tuple[Said, Said, Said]
+    lang: str
+
+    def all(self, found: Sequence[Chosen]) -> Iterator[Assignment]:
+        for number, chosen in enumerate(found, 1):
+            yield self.one(number, chosen)
+
+    def one(self, number: int, chosen: Chosen) -> Assignment:
+        own, told = self.words[0], self.words[2]
+        title = self.problem.title or self.problem.name
+        problem = dataclasses.replace(
+            self.problem.with_values(chosen.values), title=own("sheet", title, number)
+        )
+        subject = subject_of(chosen.result, self.rows[self.pose], told)
+        parts = sheet_sections(
+            problem, chosen, self.drawn, subject, self.rows, self.diagram, self.words
+        )
+        of = own("of", number, self.count)
+        sheet = localised(Document(problem.title, of, parts, self.lang))
+        made = self.words[1]("computed by", __version__)
+        answers = tuple(self._answers(chosen, subject))
+        key = localised(Document(own("key", title, number), made, answers, self.lang))
+        return Assignment(
+            number, chosen.values, problem, Report(sheet), Report(key), chosen.transmission
+        )
+
+    def _answers(self, chosen: Chosen, subject: Subject) -> Iterator[Section]:
+        own, report, _ = self.words
+        facts: list[tuple[str, tuple[str | Part, ...]]] = []
+        for one in self.drawn:
+            text = f"{chosen.texts[one.name]} {own.unit(one.unit)}".strip()
+            facts.append((one.base, (text.replace("-", "−"),)))
+        for joint, angle in chosen.transmission.items():
+            facts.append((own("least", joint), (f"{degrees(angle):.2f}°",)))
+        yield Section(own("answers"), (Facts(tuple(facts)),))
+        yield sections.structure_of(self.problem, subject, report)
+        yield sections.position_tables(subject, self.rows, report)
+        yield from sections.force_tables(subject, self.rows, report)
+        place = self.rows.index(subject.pose)
+        yield sections.in_full(chosen.result, subject, place, report, self.lang)
+        yield sections.checks(chosen.result, subject, report)

@@ -1,0 +1,191 @@
+"""The sheet of a variant: what is given and to be found, with empty tables and no answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import degrees
+from typing import Any
+
+from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.expression import evaluate
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.tasks.kinds import Driven, Driver, Reactions
+from mechdae.describe.units import UNITS
+from mechdae.draw.formulas import Facts, Grid, Image, Note, Part, Passage, Section
+from mechdae.parts.paper.assignments.choice import Chosen
+from mechdae.parts.paper.assignments.given import SIGNIFICANT, facts, load_text, signed, text
+from mechdae.parts.paper.assignments.ranges import RoundRange
+from mechdae.parts.paper.explanations.subject import Subject
+from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.reports import sections
+
+BLANK = "\N{EM SPACE}" * 4
+"""A cell to write into."""
+
+
+def sheet_sections(
+    problem: Problem,
+    chosen: Chosen,
+    drawn: tuple[RoundRange, ...],
+    subject: Subject,
+    rows: list[int],
+    diagram: str,
+    say: tuple[Said, Said, Said],
+) -> tuple[Section, ...]:
+    """Return the sections of a sheet.
+
+    Parameters
+    ----------
+    problem
+        That of the variant.
+    chosen, drawn
+        Its numbers, and the ranges they were drawn from.
+    subject, rows
+        Its poses, and those of the tables.
+    diagram
+        The picture of the structure as SVG text, the same for all variants.
+    say
+        Words of assignments, of reports, of explanations.
+    """
+    own, report, told = say
+    task = problem.tasks[subject.result.task]
+    assert isinstance(task, Driven)
+    image = Image(diagram, own("caption"), 0.9)
+    return (
+        Section(own("given"), (_numbers(problem, chosen, drawn, own), _driver(subject, task, own))),
+        Section(own("diagram"), (image,)),
+        Section(own("parts"), tuple(_parts(problem, subject, own, told))),
+        Section(own("to do"), tuple(_wanted(subject, rows, own))),
+        Section(own("fill in"), (), tuple(_empty(subject, rows, report))),
+    )
+
+
+def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Said) -> Grid:
+    """Return the table of numbers: those that were drawn in their units, then the others.
+
+    Lengths that were not drawn are in the unit of those that were, else in millimetres.
+    """
+    values = problem.mechanism.values()
+    units = parameter_units(problem.mechanism, problem.tasks.values())
+    rows: list[tuple[str | Part, ...]] = []
+    lengths = [own.unit or "m" for own in drawn if units.get(own.base) == "m"] or ["mm"]
+    per = next((float(own.factor) for own in UNITS.values() if own.name == lengths[0]), 1.0)
+    for own in drawn:
+        unit = own.unit or _plain(units.get(own.base, ""))
+        rows.append((own.base, signed(chosen.texts[own.name]), say.unit(unit)))
+    known = {own.base for own in drawn}
+    for name in problem.mechanism.parameters:
+        if name not in known:
+            value, unit = values[name], units.get(name, "")
+            value, unit = (degrees(value), "°") if unit == "rad" else (value, unit)
+            value, unit = (value / per, lengths[0]) if unit == "m" else (value, unit)
+            rows.append((name, signed(f"{value:.{SIGNIFICANT}g}"), say.unit(_plain(unit))))
+    return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
+
+
+def _plain(unit: str) -> str:
+    return "" if unit == "1" else unit
+
+
+def _driver(subject: Subject, task: Driven, say: Said) -> Facts:
+    values = subject.scene.mechanism.values()
+    texts = [_driven(subject, own, values, say) for own in task.all_drivers]
+    if isinstance(task, Reactions) and task.quasi_static:
+        texts.append(say("quasi-static"))
+    return Facts(((say("driver"), ("; ".join(texts),)),))
+
+
+def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: Said) -> str:
+    name = driver.coordinate
+    angle = subject.result.unit("drivers", name, "position") == "rad"
+
+    def shown(number: Any) -> str:
+        value = evaluate(number, values)
+        shown = f"{degrees(value):.6g}°" if angle else f"{1e3 * value:.6g} {say.unit('mm')}"
+        return signed(shown)
+
+    speed = evaluate(driver.usual_speed, values)
+    rate = signed(f"{speed:.6g} {say.unit('rad/s' if angle else 'm/s')}")
+    if driver.from_ is not None and driver.to is not None and driver.law is None:
+        return say("from to", name, shown(driver.from_), shown(driver.to), rate)
+    if driver.at is not None:
+        return say("at", name, len(driver.at), rate)
+    return f"{name}: {say('several')}"
+
+
+def _parts(problem: Problem, subject: Subject, say: Said, told: Said) -> Iterator[Passage]:
+    """Yield the tables of links, joints and loads, with the names of their numbers."""
+    mechanism = problem.mechanism
+    yield Note((say("frames"),))
+    rows: list[tuple[str, ...]] = [(say("ground"), _points(mechanism.ground.points), "")]
+    for name, body in mechanism.bodies.items():
+        further = facts(body, ("name", "points", "number", "outline"), say)
+        rows.append((subject.title(name), _points(body.points), further))
+    yield _table((say("link"), say("points"), say("further")), rows)
+    rows = []
+    for name, joint in mechanism.joints.items():
+        ends = " - ".join(
+            say("ground") if end == GROUND else subject.title(end)
+            for end in (joint.first_body, joint.second_body)
+        )
+        further = facts(joint, ("name", "first", "second"), say)
+        rows.append((name, told.kind(joint.kind), ends, further))
+    yield _table((say("joint"), "", say("between"), say("further")), rows)
+    rows = [(name, load_text(mechanism, load, say)) for name, load in mechanism.loads.items()]
+    if mechanism.gravity is not None:
+        rows.append((say("gravity"), f"{text(mechanism.gravity)} {say.unit('m/s²')}"))
+    if rows:
+        yield _table((say("load"), ""), rows)
+
+
+def _table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> Grid:
+    """Return a table without columns that have nothing in them."""
+    full = [k for k in range(len(heads)) if any(row[k] for row in rows)]
+    kept = tuple(tuple(row[k] for k in full) for row in rows)
+    return Grid(tuple(heads[k] for k in full), kept)
+
+
+def _points(points: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} {text(place)}" for name, place in points.items())
+
+
+def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
+    yield Note((say("structure"),))
+    yield Note((say("positions", len(rows)),))
+    if subject.rated:
+        plane = subject.result.mechanism.dimension == 2
+        yield Note((say("rates" if plane else "rates alone", rows.index(subject.pose)),))
+    if getattr(subject.result, "efforts", None):
+        rubs = any(
+            getattr(joint, "friction", None) or getattr(joint, "mesh_loss", None)
+            for joint in subject.result.mechanism.joints.values()
+        )
+        friction = getattr(subject.result.definition, "friction", "none")
+        yield Note((say("rubbing forces" if rubs and friction != "none" else "forces"),))
+        if "efficiency" in subject.result.summary:
+            yield Note((say("cycle"),))
+
+
+def _empty(subject: Subject, rows: list[int], report: Said) -> Iterator[Section]:
+    """Yield the tables of the answers, empty but for positions and drivers."""
+    keep = 1 + len(subject.result.drivers)
+    positions = sections.position_tables(subject, rows, report)
+    for k, part in enumerate(positions.sections):
+        yield _emptied(part, keep if k == 0 else 1)
+    for part in sections.force_tables(subject, rows, report):
+        yield _emptied(replace(part, sections=()), keep)
+
+
+def _emptied(part: Section, keep: int) -> Section:
+    """Return a section whose tables have the first columns of the first one alone."""
+    blocks: list[Passage] = []
+    for block in part.blocks:
+        if isinstance(block, Grid):
+            rows = tuple((*row[:keep], *[BLANK] * (len(row) - keep)) for row in block.rows)
+            blocks.append(replace(block, rows=rows))
+            keep = 1
+        else:
+            blocks.append(block)
+    return replace(part, blocks=tuple(blocks))

@@ -1,0 +1,232 @@
+"""`explain`: a document that computes one pose on paper."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.whole import whole_file
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.draw.diagram.driver import drivers_of, value_text
+from mechdae.draw.formulas import Document, Facts, Section
+from mechdae.draw.formulas.writers import as_data, as_html, as_text, as_typst
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+from mechdae.parts.paper.explanations.chosen_pose import subject_of
+from mechdae.parts.paper.explanations.forces import (
+    BalanceOfLinks,
+    driver_section,
+    forces_section,
+    power_section,
+)
+from mechdae.parts.paper.explanations.localised import localised
+from mechdae.parts.paper.explanations.motion import group_section
+from mechdae.parts.paper.explanations.subject import KINDS, Subject
+from mechdae.parts.paper.explanations.words import Said
+from mechdae.records import dataclass
+from mechdae.results import Result
+from mechdae.tasks.solve import solve
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One pose on paper.
+
+    Parameters
+    ----------
+    document
+        Sections of formulas, tables and facts.
+    """
+
+    document: Document
+
+    def text(self) -> str:
+        """Return it as text for a terminal."""
+        return as_text(self.document)
+
+    def html(self) -> str:
+        """Return it as one HTML file with MathML, without scripts or requests."""
+        return as_html(self.document)
+
+    def typ(self) -> str:
+        """Return it in the markup of Typst."""
+        return as_typst(self.document)
+
+    def data(self) -> dict[str, Any]:
+        """Return it as plain data: formulas as text, with their printed numbers."""
+        return as_data(self.document)
+
+    def json(self) -> str:
+        """Return `data` as one JSON object."""
+        return json.dumps(self.data(), ensure_ascii=False) + "\n"
+
+    def save(self, path: str | Path, form: str) -> Path:
+        """Write it in one of the forms ``text``, ``html``, ``typ``, ``json``, whole or not at all.
+
+        Returns
+        -------
+        Path
+            Where it is.
+        """
+        with whole_file(Path(path)) as file:
+            file.write(getattr(self, form)().encode())
+        return Path(path)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_html_(self) -> str:
+        return as_html(self.document, alone=False)
+
+
+def explain(
+    problem: Problem | Result | str | Path,
+    task: str | None = None,
+    *,
+    pose: int | None = None,
+    group: str | None = None,
+    lang: str = "en",
+) -> Explanation:
+    """Explain how one pose is computed, group by group.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or what `mechdae.solve` returned for a
+        sweep or a task of kind reactions.
+    task
+        Of a problem: a sweep or a task of kind reactions, by default the first one.
+    pose
+        Index of the pose, negative from the end; by default one in which links are apart.
+    group
+        One group only, by its name in the structural formula (``II.1 RRR(2,3)``) or the
+        beginning of it.
+    lang
+        ``"en"`` or ``"ru"``.
+
+    Returns
+    -------
+    Explanation
+        Its numbers are those of the result; each equation closes to the digits printed.
+
+    Raises
+    ------
+    InputError
+        A pose that does not assemble, or that there is not; a result of another kind.
+    UnknownName
+        No such group or language.
+    SolveError
+        The mechanism does not assemble.
+    """
+    say = Said(lang)
+    result = problem if isinstance(problem, Result) else _solved(problem, task)
+    subject = subject_of(result, pose, say)
+    groups = subject.group(group)
+    sections = [_head(subject)] if group is None else []
+    sections += [_group(subject, name, bodies) for name, bodies in groups]
+    if getattr(result, "efforts", None):
+        sections.append(_forces(subject, groups, whole=group is None))
+    title = result.title or result.problem
+    name = f"{result.problem}, {result.task}" if result.task else result.problem
+    place = say("pose", subject.pose, len(subject.scene.status))
+    return Explanation(localised(Document(title, f"{name}: {place}", tuple(sections), lang)))
+
+
+def _group(subject: Subject, name: str, bodies: tuple[str, ...]) -> Section:
+    """Return the motion of one group, in the plane or in space."""
+    if subject.result.mechanism.dimension == 2:
+        return group_section(subject, name, bodies)
+    from mechdae.parts.paper.explanations.space.spatial_motion import spatial_group_section
+
+    return spatial_group_section(subject, name, bodies)  # type: ignore[arg-type]
+
+
+def first_task(problem: Problem, task: str | None) -> str:
+    """Return a task that can be explained: the one asked for, or the first.
+
+    Raises
+    ------
+    InputError
+        There is none, or the one asked for is of another kind.
+    """
+    if task is None:
+        able = [name for name, own in problem.tasks.items() if own.kind in KINDS]
+        if not able:
+            hint = f"kind = {' or '.join(KINDS)}"
+            raise InputError("no task that can be explained", where="tasks", hint=hint)
+        return able[0]
+    kind = problem.task(task).kind
+    if kind not in KINDS:
+        raise InputError(f"{', '.join(KINDS)} are explained, not {kind}", where=f"tasks.{task}")
+    return task
+
+
+def moving_task(problem: Problem, task: str | None, ends: bool = False) -> str:
+    """Return the task asked for, else the first that can be explained over an interval.
+
+    With ``ends`` only intervals whose ends are given count. Without any it is the first task.
+    """
+    for name, own in problem.tasks.items() if task is None else ():
+        drivers = own.all_drivers if isinstance(own, Sweep) else ()
+        if drivers and all(one.at is None and not (ends and one.range) for one in drivers):
+            return name
+    return first_task(problem, task)
+
+
+def _solved(problem: Problem | str | Path, task: str | None) -> Result:
+    """Return the result of a task, by default of the first one that can be explained."""
+    whole = problem if isinstance(problem, Problem) else load(problem)
+    return solve(whole, first_task(whole, task))
+
+
+def _head(subject: Subject) -> Section:
+    """Return what the pose is: drivers, formula, status, bound."""
+    say, result, pose = subject.say, subject.result, subject.pose
+    rows: list[tuple[str, tuple[str]]] = []
+    formula = result.summary.get("formula")
+    if formula:
+        rows.append((say("formula"), (formula,)))
+    values = [value_text(result, own, pose) for own in drivers_of(subject.scene, result)]
+    rows.append((say("drivers"), ("; ".join(values).replace("$", ""),)))
+    rows.append((say("status"), (Words(say.lang).status(str(result.status[pose])),)))
+    bounds = [
+        f"{subject.value(result.bound, word):.1e} {unit}"
+        for word, unit in (("length", say("m")), ("angle", say("rad")))
+        if word in result.bound
+    ]
+    rows.append((say("bound"), (", ".join(bounds),)))
+    assumed = result.summary.get("assumptions") or []
+    rows += [(say("assumes"), (text,)) for text in assumed]
+    return Section(say("mechanism"), (Facts(tuple(rows)),))
+
+
+def _forces(subject: Subject, groups: list[tuple[str, tuple[str, ...]]], whole: bool) -> Section:
+    if subject.result.mechanism.dimension == 3:
+        return _forces_in_space(subject, groups, whole)
+    balance = BalanceOfLinks(subject)
+    parts = [forces_section(subject, balance, name, bodies) for name, bodies in reversed(groups)]
+    if whole:
+        parts.append(driver_section(subject))
+        check = power_section(subject, balance)
+        parts += [check] if check is not None else []
+    return Section(subject.say("forces"), (), tuple(parts))
+
+
+def _forces_in_space(
+    subject: Any, groups: list[tuple[str, tuple[str, ...]]], whole: bool
+) -> Section:
+    from mechdae.parts.paper.explanations.space import spatial_forces as forces
+
+    balance = forces.SpatialBalance(subject)
+    parts = [
+        forces.spatial_forces_section(subject, balance, name, bodies)
+        for name, bodies in reversed(groups)
+    ]
+    if whole:
+        parts.append(driver_section(subject))
+        check = forces.spatial_power_section(subject, balance)
+        parts += [check] if check is not None else []
+    return Section(subject.say("forces"), (), tuple(parts))

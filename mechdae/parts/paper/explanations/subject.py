@@ -1,0 +1,111 @@
+"""What is explained: one pose of a result, its groups, the letters of points, numbers of links."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.plans.relations import Relations
+from mechdae.errors import UnknownName
+from mechdae.parts.paper.explanations.words import Said
+from mechdae.records import dataclass
+
+KINDS = ("sweep", "reactions")
+ORDERS = ("velocity", "acceleration")
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One pose of a result.
+
+    Parameters
+    ----------
+    result, scene
+        The result and the placements read from it.
+    pose
+        Index of the pose.
+    say
+        Words of the language.
+    """
+
+    result: Any
+    scene: DrawnScene
+    pose: int
+    say: Said
+
+    @cached_property
+    def relations(self) -> dict[str, Relations]:
+        """The vector equations of the rates there are, by ``velocity``, ``acceleration``."""
+        return {word: Relations(self.result, self.scene, self.pose, word) for word in self.rated}
+
+    @cached_property
+    def groups(self) -> list[tuple[str, tuple[str, ...]]]:
+        """Assur groups in the order of the computation: name and bodies that are placed."""
+        listed = self.result.summary.get("groups")
+        every = [(own["name"], tuple(own["bodies"])) for own in listed or ()]
+        every = every or [("", tuple(self.scene.mechanism.bodies))]
+        shown = [
+            (name, tuple(body for body in bodies if self.scene.shown(body, self.pose)))
+            for name, bodies in every
+        ]
+        return [(name, bodies) for name, bodies in shown if bodies]
+
+    def group(self, wanted: str | None) -> list[tuple[str, tuple[str, ...]]]:
+        """Return all groups, or the one of that name or beginning of a name.
+
+        Raises
+        ------
+        UnknownName
+            No group or several are named like that.
+        """
+        if wanted is None:
+            return self.groups
+        exact = [own for own in self.groups if own[0] == wanted]
+        found = exact or [own for own in self.groups if wanted and own[0].startswith(wanted)]
+        if len(found) != 1:
+            raise UnknownName("group", wanted, [name for name, _ in self.groups])
+        return found
+
+    def _rated(self, word: str) -> bool:
+        series = self.result.points.values()
+        return any(word in own and np.isfinite(own[word][self.pose]).all() for own in series)
+
+    @property
+    def rated(self) -> tuple[str, ...]:
+        """Which of velocities and accelerations the result has."""
+        return tuple(word for word in ORDERS if self._rated(word))
+
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """Numbers of the links, 0 for the ground."""
+        return self._letters.numbers
+
+    @property
+    def letters(self) -> dict[str, str]:
+        """Capital letters of ``body.point``."""
+        return self._letters.letters
+
+    @cached_property
+    def _letters(self) -> Relations:
+        found = list(self.relations.values())
+        return found[0] if found else Relations(self.result, self.scene, self.pose, "velocity")
+
+    def letter(self, reference: str) -> str:
+        """Return the letter of ``body.point``."""
+        return self.letters.get(reference, reference.split(".")[1])
+
+    def place(self, reference: str) -> Array:
+        """Return the place of ``body.point``."""
+        return self.scene.place(reference, self.pose)
+
+    def value(self, series: Any, name: str) -> float:
+        """Return an entry of a series at the pose, nan where there is none."""
+        return float(series[name][self.pose]) if name in series else float("nan")
+
+    def title(self, body: str) -> str:
+        """Return number and name of a link: ``3 rod``."""
+        return self.say("ground") if body == GROUND else f"{self.numbers[body]} {body}"

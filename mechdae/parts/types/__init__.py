@@ -1,0 +1,1 @@
+"""Types of mechanisms: chains, their variants, schemes of dyads, ranking."""

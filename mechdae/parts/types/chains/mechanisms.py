@@ -1,0 +1,131 @@
+"""A chain with dimensions: a mechanism that stands in the pose in which it is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import count
+from math import atan2
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.joints import Joint, Prismatic, Revolute
+from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe.values import Number
+from mechdae.errors import InputError
+from mechdae.parts.types.chains.chains import KinematicChain
+
+SIDE = 0.1
+"""Of a link between two joints, about, m."""
+
+
+def letters(number: int) -> list[str]:
+    """Return names of joints: A to Z, then A1, B1, ..."""
+    alphabet = "ABCDEFGHJKLMNPQRSTUVWXYZ"  # I and O look like numbers
+    names = (f"{letter}{turn or ''}" for turn in count() for letter in alphabet)
+    return [next(names) for _ in range(number)]
+
+
+def mechanism_of(
+    chain: KinematicChain, places: Sequence[Sequence[float]] | None = None
+) -> Mechanism:
+    """Return a mechanism of this chain.
+
+    Parameters
+    ----------
+    chain
+        Without a `fixed` link the first one is the frame, without `pairs` all are revolute.
+    places
+        Of the joints, m; absent: from the graph, about 0.1 m apart on a link. A prismatic joint
+        slides along the line to the middle of the other joints of its first link.
+    """
+    frame = chain.fixed or 0
+    if places is None:
+        from mechdae.parts.types.chains.places import joint_places
+
+        places = (SIDE * joint_places(chain)).tolist()
+    if len(places) != len(chain.joints):
+        raise InputError(
+            f"{len(chain.joints)} joints need as many places, not {len(places)}", where="places"
+        )
+    names = letters(len(chain.joints))
+    of_link: list[list[int]] = [[] for _ in range(chain.links)]
+    for k, joint in enumerate(chain.joints):
+        for link in joint:
+            of_link[link].append(k)
+    bodies = {frame: GROUND} | {
+        link: f"link{number}"
+        for number, link in enumerate((k for k in range(chain.links) if k != frame), start=1)
+    }
+    points: dict[int, Table[tuple[Number, ...]]] = {
+        link: Table(
+            {
+                names[k]: tuple(
+                    place - start
+                    for place, start in zip(
+                        places[k],
+                        (0.0, 0.0) if link == frame else places[own[0]],
+                        strict=True,
+                    )
+                )
+                for k in own
+            }
+        )
+        for link, own in enumerate(of_link)
+    }
+    joints: dict[str, Joint] = {}
+    for k, joint in enumerate(chain.joints):
+        first, second = sorted(joint, key=lambda link: link != frame)
+        ends = (f"{bodies[first]}.{names[k]}", f"{bodies[second]}.{names[k]}")
+        if chain.pairs and chain.pairs[k] == "P":
+            others = [places[other] for other in of_link[first] if other != k]
+            x, y = (sum(p[a] for p in others) / len(others) - places[k][a] for a in (0, 1))
+            joints[names[k]] = Prismatic(names[k], *ends, axis=atan2(y, x))
+        else:
+            joints[names[k]] = Revolute(names[k], *ends)
+    moving = {bodies[link]: Body(bodies[link], points[link]) for link in bodies if link != frame}
+    sketch = dict.fromkeys(moving, 0.0) | {
+        f"{name}.{own[0]}.{axis}": float(value)
+        for link, name in bodies.items()
+        if link != frame
+        for own in ((names[of_link[link][0]], *places[of_link[link][0]]),)
+        for axis, value in zip("xy", own[1:], strict=True)
+    }
+    return Mechanism(
+        ground=Ground(points[frame]),
+        bodies=Table(moving),
+        joints=Table(joints),
+        sketch=Table(sketch),
+    )
+
+
+def problem_of(chain: KinematicChain, name: str = "chain") -> Problem:
+    """Return a problem with this chain: a sweep of its driving joint over all it can reach.
+
+    Raises
+    ------
+    InputError
+        A chain with several freedoms has no task with one driver.
+    """
+    if chain.freedoms != 1:
+        raise InputError(f"a chain with {chain.freedoms} freedoms needs as many drivers")
+    frame = chain.fixed or 0
+    own = [k for k, joint in enumerate(chain.joints) if frame in joint]
+    driver = own[0] if chain.driver is None else chain.driver
+    letter = letters(len(chain.joints))[driver]
+    kind = "slide" if chain.pairs and chain.pairs[driver] == "P" else "angle"
+    drive = Driver(f"{letter}.{kind}", range="assembled")
+    drawn = mechanism_of(chain)
+    drawn = replace(drawn, sketch=Table({**drawn.sketch, letter: 0.0}))
+    return Problem(drawn, Table({"range": Sweep(driver=drive)}), name=name, title=title(chain))
+
+
+def title(chain: KinematicChain) -> str:
+    """Return the chain in words."""
+    binary = chain.degrees.count(2)
+    others = sorted(degree for degree in chain.degrees if degree > 2)
+    sizes = [f"{others.count(d)} of {d} joints" for d in sorted(set(others))]
+    return f"{chain.links} links, {len(chain.joints)} joints: " + ", ".join(
+        [f"{binary} binary", *sizes]
+    )

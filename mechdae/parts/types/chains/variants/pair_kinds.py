@@ -1,0 +1,156 @@
+"""Revolute or prismatic pairs at the joints, each built in one pose of the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from math import atan2, cos, sin
+from typing import Any
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.joints import Joint, Prismatic, Revolute
+from mechdae.describe.mechanism import Body, Ground, Mechanism
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Driver
+from mechdae.errors import InputError
+from mechdae.parts.types.chains.variants.scheme import GROUND, Pose, Variant, made, reach, values_of
+from mechdae.parts.types.chains.variants.symmetries import of_structure
+
+Parts = dict[str, Body | Ground]
+
+
+def varied(mechanism: Mechanism) -> list[str]:
+    """Return the joints that may be revolute or prismatic.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    found = [name for name, joint in mechanism.joints.items() if joint.hinge or joint.guide]
+    if not found:
+        raise InputError("no joint is revolute or prismatic", where="joints")
+    return found
+
+
+def count(mechanism: Mechanism) -> tuple[int, int]:
+    """Return how many words of R and P there are, and how many up to symmetries of the chain."""
+    own = varied(mechanism)
+    group = of_structure(mechanism, kinds=False)
+    kept = [move for _, move in group if {move[name] for name in own} == set(own)]
+    total = sum(1 << _cycles({name: move[name] for name in own}) for move in kept)
+    return 1 << len(own), total // len(kept)
+
+
+def pair_kinds(problem: Problem, pose: Pose) -> Iterator[Variant]:
+    """Yield the mechanism with each choice of revolute and prismatic pairs."""
+    for word in product("RP", repeat=len(varied(problem.mechanism))):
+        yield with_kinds(problem, pose, "".join(word))
+
+
+def with_kinds(problem: Problem, pose: Pose, word: str) -> Variant:
+    """Return the mechanism with these kinds of pairs, built in a pose.
+
+    A new prismatic pair slides along the line to the middle of the other joints of its first
+    link; a new revolute one has its pin where the second link's point is.
+    """
+    base = problem.mechanism
+    kinds = dict(zip(varied(base), word, strict=True))
+    parts: Parts = {GROUND: base.ground, **base.bodies}
+    joints: dict[str, Joint] = {}
+    slides = {name: value for name, value in pose.slides.items() if kinds.get(name) == "P"}
+    for name, joint in base.joints.items():
+        if kinds.get(name) == "P" and joint.hinge:
+            joints[name] = _slide(base, pose, joint)
+            slides[name] = 0.0
+        elif kinds.get(name) == "R" and joint.guide:
+            joints[name] = _pin(parts, pose, joint)
+        else:
+            joints[name] = joint
+    ground = parts.pop(GROUND)
+    mechanism = Mechanism(
+        ground=ground,  # type: ignore[arg-type]
+        bodies=Table(parts),
+        joints=Table(joints),
+        parameters=base.parameters,
+        sketch=Table({**pose.angles, **slides}),
+        gravity=base.gravity,
+        closure_tolerance=base.closure_tolerance,
+    )
+    drives = {f"{body}.angle": _joint_of(base, body) for body in base.bodies}
+
+    def driver(own: Driver) -> Driver:
+        joint = own.coordinate.rpartition(".")[0]
+        name = drives.get(own.coordinate) or (joint if joint in kinds else None)
+        if name is None or (kinds[name] == "R") == base.joints[name].hinge:
+            return own
+        return Driver(f"{name}.{'angle' if kinds[name] == 'R' else 'slide'}", range="assembled")
+
+    about = {"pairs": kinds}
+    return made(problem, f"pairs-{word}", mechanism, f"pairs {word}", about, driver)
+
+
+def _slide(mechanism: Mechanism, pose: Pose, joint: Joint) -> Prismatic:
+    body, point = reach(joint, "first")
+    x, y = values_of(mechanism, body, point)
+    others = [
+        values_of(mechanism, body, reach(other, side)[1])
+        for name, other in mechanism.joints.items()
+        for side in ("first", "second")
+        if name != joint.name and reach(other, side)[0] == body
+    ]
+    away = [other for other in others if other != (x, y)]
+    dx, dy = (sum(place[a] for place in away) - len(away) * (x, y)[a] for a in (0, 1))
+    angles = {GROUND: 0.0, **pose.angles}
+    given: dict[str, Any] = {word: getattr(joint, word) for word in ("friction", "friction_static")}
+    return Prismatic(
+        joint.name,
+        joint.first,
+        joint.second,
+        axis=atan2(dy, dx) if away else 0.0,
+        turn=angles[joint.second_body] - angles[joint.first_body],
+        **given,
+    )
+
+
+def _pin(parts: Parts, pose: Pose, joint: Joint) -> Revolute:
+    """Return a revolute in place of a prismatic pair; its first link has a point more."""
+    first, point = reach(joint, "first")
+    x, y = pose.points[joint.second]
+    x0, y0 = pose.points[joint.first]
+    base = parts[first].points[point]
+    angle = {GROUND: 0.0, **pose.angles}[first]
+    dx, dy = x - x0, y - y0
+    own = (cos(angle) * dx + sin(angle) * dy, cos(angle) * dy - sin(angle) * dx)
+    if max(map(abs, own)) > 0:
+        point = joint.name
+        while point in parts[first].points:
+            point += "_"
+        place = tuple(_sum(b, o) for b, o in zip(base, own, strict=True))
+        parts[first] = replace(parts[first], points=parts[first].points.with_(point, place))
+    given: dict[str, Any] = {}
+    return Revolute(joint.name, f"{first}.{point}", joint.second, **given)
+
+
+def _sum(base: float | str, own: float) -> float | str:
+    return base + own if isinstance(base, float) else f"({base}) + ({own!r})"
+
+
+def _joint_of(mechanism: Mechanism, body: str) -> str | None:
+    """Return the revolute joint in which a body turns against the ground."""
+    for name, joint in mechanism.joints.items():
+        if joint.hinge and {joint.first_body, joint.second_body} == {GROUND, body}:
+            return name
+    return None
+
+
+def _cycles(move: dict[str, str]) -> int:
+    seen: set[str] = set()
+    number = 0
+    for start in move:
+        number += start not in seen
+        while start not in seen:
+            seen.add(start)
+            start = move[start]
+    return number

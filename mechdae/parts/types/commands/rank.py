@@ -1,0 +1,206 @@
+"""``mechdae rank P``: variants of a mechanism by size, criteria and weights."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mechdae.cli import message
+from mechdae.cli.options import check_processes, problem_arguments, problem_of, process_arguments
+from mechdae.cli.progress import clear, progress
+from mechdae.errors import InputError
+
+if TYPE_CHECKING:
+    from mechdae.parts.types.ranking.rank import Ranking
+
+SHOWN = 20
+"""Variants in the table; ``--json`` and ``--out`` have all."""
+DRAWN = 12
+"""Variants on the sheet."""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    problem_arguments(parser)
+    parser.add_argument("--variants", metavar="DIR", help="problem files of `mechdae variants`")
+    parser.add_argument(
+        "--by",
+        choices=("order", "inversion", "pairs", "construction"),
+        help="without a folder: what is varied, construction",
+    )
+    parser.add_argument("--limit", type=int, metavar="N", help="only the first N variants")
+    parser.add_argument("--task", metavar="T", help="a sweep or reactions; default: the first")
+    for word, text in (
+        ("--weights", "weights of criteria, 1 together; default: equal ones"),
+        ("--within", "limits that come first: width=0.3, layers=4, width_mm=300"),
+    ):
+        parser.add_argument(word, nargs="+", action="extend", metavar="NAME=W", help=text)
+    parser.add_argument(
+        "--criteria", nargs="+", action="extend", metavar="NAME", help="only these; default: all"
+    )
+    parser.add_argument("--output", metavar="C", help="coordinate whose acceleration counts")
+    process_arguments(parser)
+    parser.add_argument("--out", metavar="DIR", help="table, problem files of the best, pictures")
+    parser.add_argument("--json", action="store_true", help="one JSON object")
+
+
+def run(options: argparse.Namespace) -> int:
+    from mechdae.parts.types.ranking.rank import rank
+
+    check_processes(options)
+    if options.variants and options.by:
+        raise InputError("not together with --variants", where=f"--by {options.by}")
+    if options.cluster:
+        raise InputError("a ranking has --workers", where="--cluster")
+    if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
+        raise InputError("is a file, not a folder", where=f"--out {options.out}")
+    show = progress("variants", options.quiet)
+    try:
+        ranking = rank(
+            problem_of(options),
+            options.variants,
+            by=options.by or "construction",
+            task=options.task,
+            weights=_numbers(options.weights, "--weights"),
+            criteria=options.criteria,
+            within=_numbers(options.within, "--within"),
+            output=options.output,
+            limit=options.limit,
+            workers=options.workers,
+            progress=show,
+        )
+    finally:
+        clear(show)
+    if options.json:
+        print(json.dumps(ranking.to_dict(), ensure_ascii=False, allow_nan=False))
+    else:
+        print("\n".join(_table(ranking)))
+    if options.out:
+        _written(ranking, Path(options.out), options.quiet)
+    if not ranking.order:
+        message("mechdae: no variant is left to be ranked", options.quiet)
+        return 1
+    return 0
+
+
+def _numbers(pairs: list[str] | None, option: str) -> dict[str, float] | None:
+    """Return name -> number of NAME=NUMBER, with the unit of the name converted."""
+    from mechdae.describe.file.reading import split_unit, to_si
+
+    if pairs is None:
+        return None
+    found: dict[str, float] = {}
+    for pair in pairs:
+        name, equals, text = pair.partition("=")
+        try:
+            number = float(text)
+        except ValueError:
+            equals = ""
+        if not equals or not name:
+            raise InputError(f"'{pair}' is not NAME=NUMBER", where=option)
+        base, suffix = split_unit(name) if option == "--within" else (name, "")
+        if base in found:
+            raise InputError(f"'{base}' is given twice", where=option)
+        found[base] = float(to_si(number, suffix))
+    return found
+
+
+def _table(ranking: Ranking) -> list[str]:
+    """Return the lines of the table: what differs in columns, what is equal below."""
+    by_name = {row.name: row for row in ranking.rows}
+    rows = [by_name[name] for name in ranking.order]
+    units = {own["name"]: own["unit"] for own in ranking.criteria}
+    same = [n for n in units if rows and len({f"{row.values[n]:.9g}" for row in rows}) == 1]
+    columns = [name for name in units if name not in same]
+    lines = []
+    if rows:
+        head = ["", "variant", "front", "score", *columns]
+        body = [
+            [str(k), row.name, "*" if row.pareto else "", f"{ranking.score[row.name]:.4f}",
+             *(f"{row.values[name]:.5g}" for name in columns)]
+            for k, row in enumerate(rows[:SHOWN], 1)
+        ]  # fmt: skip
+        foot = ["", "", "", "", *(units[name] for name in columns)]
+        widths = [max(len(line[k]) for line in [head, foot, *body]) for k in range(len(head))]
+        for line in [head, foot, *body]:
+            cells = [cell.rjust(width) for cell, width in zip(line, widths, strict=True)]
+            cells[1] = line[1].ljust(widths[1])
+            lines.append("  ".join(cells).rstrip())
+        if len(rows) > SHOWN:
+            lines.append(f"  and {len(rows) - SHOWN} more: --json, --out")
+        for name in columns:
+            low, high = ranking.intervals[name]
+            lines.append(
+                f"  weight of {name} {ranking.weights[name]:.4g}: the first stays from "
+                f"{low:.4g} to {high:.4g}"
+            )
+    if same:
+        values = [
+            f"{name} {rows[0].values[name]:.5g}" + (f" {units[name]}" if units[name] != "1" else "")
+            for name in same
+        ]
+        lines.append("  equal in all: " + ", ".join(values))
+    for name, own in ranking.missing.items():
+        lines.append(f"  not used: {name}, {len(own)} variants have none to compare ({own[0]})")
+    reasons: dict[str, list[str]] = {}
+    for row in ranking.rows:
+        if row.why:
+            reasons.setdefault(row.why, []).append(row.name)
+    for why, names in list(reasons.items())[:SHOWN]:
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        lines.append(f"  not ranked: {names[0]}{more}: {why}")
+    if len(reasons) > SHOWN:
+        lines.append(f"  and {len(reasons) - SHOWN} other reasons: --json, --out")
+    return lines
+
+
+def _written(ranking: Ranking, folder: Path, quiet: bool) -> None:
+    """Write table, JSON, problem files of the best, and pictures."""
+    from mechdae.describe.file.whole import whole_file
+
+    folder.mkdir(parents=True, exist_ok=True)
+    names = [own["name"] for own in ranking.criteria]
+    units = [f"{own['name']} [{own['unit']}]" for own in ranking.criteria]
+    place = {name: k for k, name in enumerate(ranking.order, 1)}
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(["variant", "place", "front", "score", *units, "why"])
+    for row in sorted(ranking.rows, key=lambda own: place.get(own.name, len(place) + 1)):
+        table.writerow(
+            [row.name, place.get(row.name, ""), int(row.pareto), ranking.score.get(row.name, ""),
+             *(row.values.get(name, "") for name in names), row.why]
+        )  # fmt: skip
+    texts = {"ranking.csv": out.getvalue(), "ranking.json": json.dumps(ranking.to_dict(), indent=1)}
+    for name in ranking.order[:DRAWN]:
+        texts[f"{name}.toml"] = ranking.variants[name].text
+    for file, text in texts.items():
+        with whole_file(folder / file) as stream:
+            stream.write(text.encode())
+        message(f"written: {folder / file}", quiet)
+    for path in _pictures(ranking, folder):
+        message(f"written: {path}", quiet)
+
+
+def _pictures(ranking: Ranking, folder: Path) -> list[Path]:
+    from mechdae.draw import save
+    from mechdae.parts.types.drawn import ranking_pictures as pictures
+    from mechdae.tasks.solve import solve
+
+    written: list[Path] = []
+    if not ranking.order:
+        return written
+    for name, draw in (("parallel", pictures.parallel), ("front", pictures.fronts)):
+        try:
+            figure: Any = draw(ranking)
+        except InputError:  # all alike, or in all but one criterion
+            continue
+        written.append(save(figure, folder / f"{name}.svg"))
+    results: dict[str, Any] = {}
+    for name in ranking.order[:DRAWN]:
+        own = ranking.variants[name]
+        assert own.problem is not None
+        results[name] = None if "spans" in own.about else solve(own.problem, ranking.task)
+    return [*written, save(pictures.sheet(ranking, results), folder / "sheet.svg")]

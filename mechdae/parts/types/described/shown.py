@@ -1,0 +1,27 @@
+"""What `show` says of a task of composition."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechdae.describe.file.problem import Problem
+from mechdae.errors import MechdaeError
+from mechdae.parts.types.described.composition import asked_of
+from mechdae.parts.types.described.task import Composition
+
+
+def scheme_structure(problem: Problem, task: Composition, _model: object = None) -> dict[str, Any]:
+    """Return what a task of composition searches for."""
+    entry = {"kind": task.kind, "available": task.available}
+    try:
+        asked = asked_of(task, problem.mechanism.parameter_values)
+    except MechdaeError as error:
+        return {**entry, "error": str(error)}
+    return {
+        **entry,
+        "goals": [asked.kind],
+        "objectives": list(asked.objectives),
+        "chains": list(asked.chains or [f"{number} links" for number in asked.links]),
+        "starts": asked.starts,
+        "seed": asked.seed,
+    }

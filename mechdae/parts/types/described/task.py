@@ -1,0 +1,68 @@
+"""The kind of task that looks for a type and its dimensions together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.values import Number, key
+from mechdae.parts.types.described.composition import (
+    CurveGoal,
+    SchemeFunction,
+    SchemePath,
+    bare_crank,
+)
+from mechdae.records import dataclass
+
+__all__ = ["Composition", "CurveGoal"]
+
+
+@dataclass(frozen=True)
+class Composition(Task):
+    """Type and dimensions together: schemes of dyads with a crank that trace a closed curve.
+
+    Or their point visits targets (``path``), or an angle or a slide is a function of that of the
+    crank (``function``).
+    """
+
+    goal: CurveGoal | SchemePath | SchemeFunction | None = key("scheme_goal", None)
+    objectives: tuple[str, ...] | None = key(
+        "names",
+        None,
+        doc="of the front: error, material, joints, points, transmission_angle, loss",
+    )
+    reference: tuple[Number, ...] | None = key(
+        "numbers", None, doc="worst value of each objective that a front is measured from"
+    )
+    links: tuple[Number, ...] | None = key("numbers", None, doc="of the chains, [4, 6]", unit="1")
+    chains: tuple[str, ...] | None = key(
+        "names", None, doc="in place of links: four-bar, watt, stephenson, 8-1, 8-2, ..."
+    )
+    pairs: tuple[str, ...] | None = key("names", None, doc='kinds of joints: ["R"], ["R", "P"]')
+    within: Mapping[str, Number] | None = key(
+        "coordinates", None, doc="limits on objectives: name -> most, of transmission_angle least"
+    )
+    friction: Number | None = key("number", None, doc="of all joints, for the loss", unit="1")
+    pin_radius: Number | None = key("number", None, doc="of all pins, for the loss", unit="m")
+    load: tuple[Number, ...] | None = key(
+        "numbers",
+        None,
+        doc="for the loss: [x, y] of the force on the tracing point, or [what resists the output]",
+    )
+    points: int | None = key("whole", None, doc="most pins, with the tracing point; 12")
+    samples: int | None = key("whole", None, doc="sets of dimensions drawn of each scheme")
+    starts: int | None = key("whole", None, doc="sets of each scheme that are refined")
+    grow: int | None = key("natural", None, doc="rounds of growth by points and dyads, 2")
+    seed: int | None = key("natural", None)
+    keep: int | None = key("whole", None, doc="designs that are reported, 20")
+
+    kind: ClassVar[str] = "composition"
+    available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("schemes",)
+
+    @classmethod
+    def bare_mechanism(cls) -> Mechanism:
+        """Return what all schemes begin with."""
+        return bare_crank()

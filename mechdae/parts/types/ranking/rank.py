@@ -1,0 +1,299 @@
+"""`md.rank`: variants by size first, then by criteria with weights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.numerics.dominance import undominated
+from mechdae.parts.types.chains.variants.scheme import Variant, planar
+from mechdae.parts.types.ranking.batch import Values, valued
+from mechdae.parts.types.ranking.variants import first_sweep, variants
+from mechdae.parts.types.ranking.weights import checked, intervals, ordered, shares
+from mechdae.records import dataclass
+
+
+@dataclass(frozen=True)
+class RankedVariant:
+    """A variant in a ranking; ``why`` says what keeps it out of the order, "" where nothing."""
+
+    name: str
+    values: Mapping[str, float]
+    pareto: bool
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Variants with their criteria, the front, and the order by weights.
+
+    Attributes
+    ----------
+    criteria
+        ``{"name", "unit", "sense"}`` of each.
+    rows
+        All variants as they came, those that are not ranked too.
+    weights
+        Of each criterion, 1 together.
+    order
+        Names of the ranked ones, the best first.
+    score
+        Their weighted sums, 0 for the best of each criterion to 1 for the worst.
+    intervals
+        Criterion -> (lowest, highest) weight with the same first place.
+    variants
+        By name.
+    task
+        That was solved.
+    missing
+        Criteria that only some variants have, with those that have none: not ranked by.
+    """
+
+    criteria: tuple[Mapping[str, str], ...]
+    rows: tuple[RankedVariant, ...]
+    weights: Mapping[str, float]
+    order: tuple[str, ...]
+    score: Mapping[str, float]
+    intervals: Mapping[str, tuple[float, float]]
+    variants: Mapping[str, Variant]
+    task: str
+    missing: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as in the JSON."""
+        rows = []
+        for own in self.rows:
+            row: dict[str, Any] = {
+                "name": own.name, "values": dict(own.values), "pareto": own.pareto
+            }  # fmt: skip
+            row |= {"score": self.score[own.name]} if own.name in self.score else {}
+            rows.append(row | ({"why": own.why} if own.why else {}))
+        missing = {name: list(own) for name, own in self.missing.items()}
+        return {
+            "task": self.task,
+            "criteria": [dict(own) for own in self.criteria],
+            "weights": dict(self.weights),
+            "rows": rows,
+            "order": list(self.order),
+            "intervals": {name: list(own) for name, own in self.intervals.items()},
+        } | ({"missing": missing} if missing else {})
+
+
+def rank(
+    problem: Problem | str | Path,
+    variants: Iterable[Variant | Problem] | str | Path | None = None,
+    *,
+    by: str = "construction",
+    task: str | None = None,
+    weights: Mapping[str, float] | None = None,
+    criteria: Iterable[str] | None = None,
+    within: Mapping[str, float] | None = None,
+    output: str | None = None,
+    limit: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Ranking:
+    """Return variants ranked: limits on size first, then weighted criteria.
+
+    Parameters
+    ----------
+    problem
+        The mechanism that is varied: a problem, the name of a predefined one, or a file.
+    variants
+        Variants, problems, or a folder of problem files; absent: all of `problem`, ``by``.
+    by, limit
+        As of `md.variants`.
+    task
+        The sweep or reactions that is solved; default: the first reactions, else the first sweep.
+    weights
+        Criterion -> weight, 1 together; what is not named has none. Absent: equal weights.
+    criteria
+        Those that are used; absent: all that the task gives for every variant.
+    within
+        Criterion -> the largest value (the least, of one where more is better) that is let in.
+    output
+        Coordinate whose acceleration counts.
+    workers
+        Processes for the studies.
+    progress
+        Called with the number of variants that are done, and of all.
+
+    Raises
+    ------
+    InputError
+        Weights that do not add up to 1, unknown criteria, no variants.
+    """
+    whole = problem if isinstance(problem, Problem) else load(problem)
+    found = _collected(whole, variants, by, limit)
+    name = task or _task(whole)
+    checked_ones = [_comparable(own, whole, name) for own in found]
+    values = valued(checked_ones, name, output, workers, progress)
+    used, missing = _used(values, criteria)
+    units = next(own.units for own in values.values() if own.numbers)
+    own_weights = checked(weights, used)
+    limits = _limits(within, used)
+    rows = [_row(own, values[own.name], used, units, limits) for own in checked_ones]
+    ranking = _ranked(rows, used, units, own_weights, {own.name: own for own in found}, name)
+    return replace(ranking, missing=missing)
+
+
+def _ranked(
+    rows: list[RankedVariant],
+    used: list[str],
+    units: Mapping[str, tuple[str, str]],
+    weights: Mapping[str, float],
+    found: Mapping[str, Variant],
+    task: str,
+) -> Ranking:
+    inside = [own for own in rows if not own.why]
+    order: list[str] = []
+    score: dict[str, float] = {}
+    ranges: dict[str, tuple[float, float]] = {}
+    best: set[str] = set()
+    if inside:
+        table = np.array([[own.values[name] for name in used] for own in inside])
+        costs = shares(table, [units[name][1] for name in used])
+        each = [weights[name] for name in used]
+        places = ordered(costs, each)
+        order = [inside[k].name for k in places]
+        sums = costs @ np.array(each)
+        score = {own.name: float(total) for own, total in zip(inside, sums, strict=True)}
+        ranges = dict(zip(used, intervals(costs, each, places[0]), strict=True))
+        flags = undominated(costs)
+        best = {own.name for own, flag in zip(inside, flags, strict=True) if flag}
+    return Ranking(
+        tuple({"name": n, "unit": units[n][0], "sense": units[n][1]} for n in used),
+        tuple(replace(own, pareto=own.name in best) for own in rows),
+        weights,
+        tuple(order),
+        score,
+        ranges,
+        found,
+        task,
+    )
+
+
+def _collected(
+    problem: Problem, given: Iterable[Variant | Problem] | str | Path | None, by: str,
+    limit: int | None,
+) -> list[Variant]:  # fmt: skip
+    """Return the variants, each with a name of its own."""
+    if given is None:
+        return list(variants(problem, by, limit=limit))
+    found: list[Variant] = []
+    if isinstance(given, str | Path):
+        folder = Path(given)
+        if not folder.is_dir():
+            raise InputError("no such folder", where=str(folder), hint="variants P --out DIR")
+        files = sorted(folder.glob("*.toml"))
+        if not files:
+            raise InputError("holds no problem files", where=str(folder))
+        for path in files:
+            try:
+                found.append(_named(load(path)))
+            except MechdaeError as error:
+                text = path.read_text(encoding="utf-8", errors="replace")
+                fault = str(error).splitlines()[0]
+                found.append(Variant(path.stem, None, fault=fault, unmade=text))
+    else:
+        found = [own if isinstance(own, Variant) else _named(own) for own in given]
+    if not found:
+        raise InputError("there are no variants", where="variants")
+    names = [own.name for own in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two variants are called '{name}'", where="variants")
+    return found[:limit]
+
+
+def _named(problem: Problem) -> Variant:
+    return Variant(problem.name, planar(problem))
+
+
+def _task(problem: Problem) -> str:
+    """Return the name of the task that is solved: reactions before sweeps."""
+    forces = [name for name, own in problem.tasks.items() if own.kind == "reactions"]
+    name = next(iter(forces), None) or first_sweep(problem)
+    if name is None:
+        raise InputError("variants are ranked by a sweep or reactions", where="tasks")
+    return name
+
+
+def _comparable(own: Variant, problem: Problem, name: str) -> Variant:
+    """Return a variant, with a fault if it has not the task, or not the loads of the problem."""
+    if own.problem is None or own.fault:
+        return own
+    lost = [load for load in problem.mechanism.loads if load not in own.problem.mechanism.loads]
+    if lost:
+        return replace(own, fault=f"it has no load '{lost[0]}', which has no meaning in it")
+    if name in own.problem.tasks:
+        return own
+    left = next((word for word in own.left_out if word.startswith(f"tasks.{name}:")), "")
+    return replace(own, fault=left or f"it has no task '{name}'")
+
+
+def _used(
+    values: Mapping[str, Values], asked: Iterable[str] | None
+) -> tuple[list[str], dict[str, tuple[str, ...]]]:
+    """Return the criteria that all variants have which could be solved, and who lacks others."""
+    solved = {name: own for name, own in values.items() if own.numbers}
+    if not solved:
+        fault = next((own.fault for own in values.values() if own.fault), "")
+        raise InputError(f"no variant can be ranked: {fault}", where="variants")
+    every = list(dict.fromkeys(name for own in solved.values() for name in own.numbers))
+    units = {name: unit for own in reversed(solved.values()) for name, unit in own.units.items()}
+    lacking = {
+        name: tuple(
+            one
+            for one, own in solved.items()
+            if name not in own.numbers or own.units[name] != units[name]
+        )
+        for name in every
+    }
+    known = [name for name in every if not lacking[name]]
+    missing = {name: own for name, own in lacking.items() if own}
+    if asked is None:
+        return known, missing
+    chosen = list(dict.fromkeys(asked))
+    for name in chosen:
+        if name in missing:
+            without = ", ".join(missing[name][:3])
+            raise InputError(f"has no value for {without}", where=f"criteria.{name}")
+        if name not in known:
+            raise UnknownName("criterion", name, known, where="criteria")
+    if not chosen:
+        raise InputError("the list of criteria is empty", where="criteria")
+    return chosen, {}
+
+
+def _limits(within: Mapping[str, float] | None, used: list[str]) -> dict[str, float]:
+    for name, value in (within or {}).items():
+        if name not in used:
+            raise UnknownName("criterion", name, used, where="within")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise InputError(f"a number is needed, not {value!r}", where=f"within.{name}")
+    return dict(within or {})
+
+
+def _row(
+    own: Variant,
+    values: Values,
+    used: list[str],
+    units: Mapping[str, tuple[str, str]],
+    limits: Mapping[str, float],
+) -> RankedVariant:
+    numbers = {name: values.numbers[name] for name in used if name in values.numbers}
+    why = values.fault
+    for name, limit in limits.items():
+        if not why and name in numbers:
+            over = numbers[name] > limit if units[name][1] == "min" else numbers[name] < limit
+            word = "above" if units[name][1] == "min" else "below"
+            why = f"{name} {numbers[name]:.6g} {units[name][0]} is {word} {limit:g}" if over else ""
+    return RankedVariant(own.name, numbers, False, why)

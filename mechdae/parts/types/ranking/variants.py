@@ -1,0 +1,264 @@
+"""`md.variants`: each variant of a mechanism, and whether it assembles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Driven, Modes, Sweep
+from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
+from mechdae.parts.types.chains.variants import constructions, inversions, pair_kinds
+from mechdae.parts.types.chains.variants.layers import LinksCrossing
+from mechdae.parts.types.chains.variants.orders import Orders
+from mechdae.parts.types.chains.variants.scheme import Pose, Variant, moves, planar
+from mechdae.records import dataclass
+from mechdae.results import Result
+from mechdae.tasks.solve import solve
+
+WAYS = ("order", "inversion", "pairs", "construction")
+
+
+def variants(
+    problem: Problem | str | Path, by: str = "order", *, limit: int | None = None
+) -> Iterator[Variant]:
+    """Yield the variants of a mechanism, each when it is asked for.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, or a file.
+    by
+        "order": cyclic orders of the vectors of a loop; "inversion": fixed links; "pairs":
+        revolute or prismatic at each joint; "construction": six for each pin.
+    limit
+        How many at most.
+
+    Yields
+    ------
+    Variant
+        With ``fault`` where it does not assemble over its first task.
+
+    Raises
+    ------
+    InputError
+        What cannot be varied so.
+    SolveError
+        The mechanism itself does not assemble.
+    """
+    return islice(_Varied(problem, by).found(), _checked(limit))
+
+
+def count_variants(problem: Problem | str | Path, by: str = "order") -> tuple[int, int]:
+    """Return how many variants there are, and how many up to the loop's reversal.
+
+    More exactly up to symmetries of the structure that keep the fixed link, which for a single
+    loop is its reversal. Orders are counted without direction, fixed links without regard to it.
+    """
+    return _Varied(problem, by).count
+
+
+def _checked(limit: int | None) -> int | None:
+    if limit is not None and (isinstance(limit, bool) or not isinstance(limit, int) or limit < 1):
+        raise InputError("a whole number above 0 is needed", where="limit")
+    return limit
+
+
+class _Varied:
+    """A mechanism with what its variants need of its motion."""
+
+    def __init__(self, problem: Problem | str | Path, by: str) -> None:
+        if by not in WAYS:
+            raise UnknownName("way to vary", by, WAYS, where="by")
+        whole = problem if isinstance(problem, Problem) else load(problem)
+        self.by, self.problem = by, planar(whole, loops=by == "order")
+
+    @property
+    def count(self) -> tuple[int, int]:
+        mechanism = self.problem.mechanism
+        if self.by == "order":
+            found = Orders(self.problem, Pose({}, {}, {})).count
+        elif self.by == "inversion":
+            found = len(inversions.choices(mechanism))
+        else:
+            way = pair_kinds if self.by == "pairs" else constructions
+            counted: tuple[int, int] = way.count(mechanism)
+            return counted
+        return found, found
+
+    def found(self) -> Iterator[Variant]:
+        _ = self.count  # what cannot be varied is said before anything is solved
+        motion = MotionOfVaried(self.problem)
+        if self.by == "construction":
+            yield from constructions.Constructions(self.problem, motion.crossings())
+            return
+        made: Iterable[Variant]
+        if self.by == "order":
+            made = Orders(self.problem, motion.pose)
+        else:
+            way = inversions.inversions if self.by == "inversion" else pair_kinds.pair_kinds
+            made = way(self.problem, motion.pose)
+        for variant in made:
+            yield variant if variant.fault else replace(variant, fault=fault_of(variant))
+
+
+def fault_of(variant: Variant) -> str:
+    """Return why a variant does not assemble over its first sweep, "" where it does."""
+    assert variant.problem is not None
+    name = first_sweep(variant.problem)
+    if name is None:
+        left = next((own for own in variant.left_out if own.startswith("tasks.")), "")
+        return f"no task is left: {left}" if left else ""
+    try:
+        fault: str = solve(positions(variant.problem, name)).fault or ""
+    except MechdaeError as error:
+        return str(error).splitlines()[0]
+    return fault
+
+
+def first_sweep(problem: Problem) -> str | None:
+    """Return the first task with driven poses, those through an interval before the others."""
+    driven = {
+        name: task
+        for name, task in problem.tasks.items()
+        if isinstance(task, Driven) and not isinstance(task, Modes)
+    }
+    moving = [name for name, task in driven.items() if isinstance(task, Sweep) and moves(task)]
+    return next(iter([*moving, *driven]), None)
+
+
+def positions(problem: Problem, name: str) -> Problem:
+    """Return the problem with one task: the positions of that sweep."""
+    task: Any = problem.tasks[name]
+    bare = Sweep(driver=task.driver, drivers=task.drivers, poses=task.poses, derivatives=0)
+    return replace(problem, tasks=Table({name: bare}), expected=(), pattern=None)
+
+
+@dataclass
+class MotionOfVaried:
+    """The poses of the mechanism that is varied, over its first sweep.
+
+    Raises
+    ------
+    InputError
+        No task has a driver.
+    AssemblyError
+        No pose assembles.
+    """
+
+    problem: Problem
+
+    def __post_init__(self) -> None:
+        name = first_sweep(self.problem)
+        if name is None:
+            raise InputError(
+                "variants need a task with a driver", where="tasks", hint="a sweep, or reactions"
+            )
+        self.result: Result = solve(positions(self.problem, name))
+        self.data: dict[str, Any] = self.result.to_dict()
+        status = self.data["status"]
+        self.good = [k for k, word in enumerate(status) if word in ("ok", "limit")]
+        if not self.good:
+            raise AssemblyError(self.result.fault or f"no pose of task '{name}' assembles")
+
+    @property
+    def pose(self) -> Pose:
+        """The first pose that assembles."""
+        k = self.good[0]
+        bodies, joints = self.data.get("bodies", {}), self.data.get("joints", {})
+        return Pose(
+            {name: own["angle"][k] for name, own in bodies.items()},
+            {point: (float(x[0]), float(x[1])) for point, x in self._all_points([k]).items()},
+            {name: own["slide"][k] for name, own in joints.items() if "slide" in own},
+        )
+
+    def _all_points(self, poses: list[int]) -> dict[str, Any]:
+        """Return places (2, poses) of all points, those of the ground too."""
+        mechanism, n = self.problem.mechanism, len(poses)
+        values = mechanism.values()
+        found = {
+            name: np.asarray([own["position"][k] for k in poses], float).T
+            for name, own in self.data.get("points", {}).items()
+        }
+        for point in mechanism.ground.points:
+            place = [values[f"{GROUND}.{point}.{axis}"] for axis in "xy"]
+            found[f"{GROUND}.{point}"] = np.repeat(np.asarray(place)[:, None], n, axis=1)
+        return {name: own if n > 1 else own[:, 0] for name, own in found.items()}
+
+    def crossings(self) -> LinksCrossing:
+        """Return which links cross in projection while the mechanism moves, and pass over pins.
+
+        Links are bars between their joints, as wide as a layer is thick.
+        """
+        mechanism = self.problem.mechanism
+        width = constructions.thickness(mechanism)
+        points = self._all_points(self.good if len(self.good) > 1 else self.good * 2)
+        pins = constructions.pins_of(mechanism)
+        bars = {name: _bars(name, mechanism.joints, points) for name in mechanism.bodies}
+        links = tuple(mechanism.bodies)
+        joined = {frozenset((j.first_body, j.second_body)) for j in mechanism.joints.values()}
+        pairs = {
+            frozenset((one, two))
+            for k, one in enumerate(links)
+            for two in links[k + 1 :]
+            if frozenset((one, two)) not in joined and _near(bars[one], bars[two], width)
+        }
+        over = {
+            (link, pin)
+            for pin, pair in pins.items()
+            for link in links
+            if link not in pair
+            and _near(bars[link], [(points[mechanism.joints[pin].first],) * 2], width)
+        }
+        return LinksCrossing(links, frozenset(pairs), frozenset(over))
+
+
+Bars = list[tuple[Any, Any]]
+
+
+def _bars(body: str, joints: Table[Joint], points: dict[str, Any]) -> Bars:
+    """Return the bars of a link between each two of its joints, ends (2, poses)."""
+    ends = {
+        end: points[end]
+        for joint in joints.values()
+        for end in (joint.first, joint.second)
+        if end.partition(".")[0] == body
+    }
+    places = list(ends.values())
+    if len(places) == 1:
+        return [(places[0], places[0])]
+    return [(one, two) for k, one in enumerate(places) for two in places[k + 1 :]]
+
+
+def _near(one: Bars, two: Bars, width: float) -> bool:
+    """Return whether any two bars come nearer than a width in any pose."""
+    return any(bool((_distance(*a, *b) < width).any()) for a in one for b in two)
+
+
+def _distance(p: Any, q: Any, r: Any, s: Any) -> Any:
+    """Return the distance of the segments p-q and r-s, each end (2, poses)."""
+    ends = np.minimum.reduce(
+        [_to_bar(p, r, s), _to_bar(q, r, s), _to_bar(r, p, q), _to_bar(s, p, q)]
+    )
+    sides = [_side(r, s, p) * _side(r, s, q) < 0, _side(p, q, r) * _side(p, q, s) < 0]
+    return np.where(sides[0] & sides[1], 0.0, ends)
+
+
+def _to_bar(x: Any, p: Any, q: Any) -> Any:
+    along = q - p
+    length = (along**2).sum(axis=0)
+    share = np.clip(((x - p) * along).sum(axis=0) / np.where(length > 0, length, 1.0), 0.0, 1.0)
+    return np.linalg.norm(x - p - share * along, axis=0)
+
+
+def _side(p: Any, q: Any, x: Any) -> Any:
+    return (q - p)[0] * (x - p)[1] - (q - p)[1] * (x - p)[0]

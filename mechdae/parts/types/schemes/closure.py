@@ -1,0 +1,230 @@
+"""Places of all points of a scheme over a turn in closed form, and their exact derivatives.
+
+Batches: many sets of dimensions of one scheme at once. A set is the places (n,) of the points in
+one pose, as complex numbers; lengths and assembly modes follow from it. Nothing is certified here.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.parts.types.schemes.scheme import CRANK, DYAD, FIXED, RIGID, Scheme
+from mechdae.parts.types.schemes.slides import Moved, sine_rate, slid, slid_derivatives
+from mechdae.records import dataclass
+
+
+@dataclass
+class SchemeTurn:
+    """What a batch does over a turn of the crank.
+
+    Attributes
+    ----------
+    x
+        (n, b, t) places of the points.
+    sines
+        Of each dyad (b, t): sine of the angle between its bars, of the transmission angle where it
+        has a slide; nan where it does not assemble.
+    derivatives
+        (b, t, p) of the tracing point by x and y of all points but the first one; if asked for.
+    every
+        The same of each point.
+    reaches
+        Of each way of a guide: the longest (b,), and its derivatives (b, p).
+    slopes
+        Of each dyad: place (b,) of its least sine, and the derivatives (b, p) of it there.
+    """
+
+    x: Any
+    sines: dict[int, Any]
+    derivatives: Any = None
+    slopes: dict[int, tuple[Any, Any]] | None = None
+    every: list[Any] | None = None
+    reaches: list[tuple[Any, Any]] | None = None
+
+    @property
+    def least(self) -> Any:
+        """(b,) the least sine of all dyads; negative where one does not assemble."""
+        every = [np.nan_to_num(own, nan=-1.0).min(axis=1) for own in self.sines.values()]
+        return np.min(every, axis=0) if every else np.ones(self.x.shape[1])
+
+
+def turned(
+    scheme: Scheme, places: Any, angles: Any, derivatives: bool = False, by_angle: bool = False,
+    dimensions: bool = True,
+) -> SchemeTurn:  # fmt: skip
+    """Return a batch at crank angles, counted from the pose that the places are those of.
+
+    Parameters
+    ----------
+    places
+        (b, n) complex.
+    angles
+        (t,), or (b, t) where each set has its own [rad].
+    by_angle
+        Derivatives by the crank's angle are the last ones.
+    dimensions
+        Derivatives by places are there.
+    """
+    start = np.ascontiguousarray(np.asarray(places, complex).T)[:, :, None]
+    n, count = scheme.size, start.shape[1]
+    crank = np.exp(1j * np.atleast_2d(angles))
+    x = np.empty((n, count, crank.shape[1]), complex)
+    sines: dict[int, Any] = {}
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for k, (kind, i, j) in enumerate(scheme.points):
+            if kind == FIXED:
+                x[k] = start[k]
+            elif kind == CRANK:
+                x[k] = start[0] + (start[k] - start[0]) * crank
+            elif kind == RIGID:
+                x[k] = x[i] + (start[k] - start[i]) / (start[j] - start[i]) * (x[j] - x[i])
+            elif kind == DYAD:
+                x[k], sines[k] = _dyad(x[i], x[j], start[k] - start[i], start[k] - start[j])
+            else:
+                x[k], sines[k] = slid(scheme, Moved(start, x), k)
+        turn = SchemeTurn(x, sines)
+        if derivatives:
+            _differentiate(scheme, start, turn, by_angle, dimensions)
+    return turn
+
+
+def _dyad(one: Any, other: Any, first: Any, second: Any) -> tuple[Any, Any]:
+    """Return where two bars meet, on the side where they met at the start, and the sine there."""
+    gap = other - one
+    far = gap.real**2 + gap.imag**2
+    a, b = first.real**2 + first.imag**2, second.real**2 + second.imag**2
+    along = (a - b + far) / (2 * far)
+    side = np.sign((first * np.conj(first - second)).imag)
+    across = np.sqrt(a / far - along**2)
+    return one + gap * (along + 1j * side * across), across * far / np.sqrt(a * b)
+
+
+def _differentiate(
+    scheme: Scheme, start: Any, turn: SchemeTurn, by_angle: bool, dimensions: bool
+) -> None:
+    """Add derivatives by implicit differentiation of the lengths of bars."""
+    x, size = turn.x, 2 * (scheme.size - 1) * dimensions + by_angle
+    count, steps = x.shape[1:]
+    found: list[Any] = []
+    turn.slopes = {}
+    own = np.zeros((scheme.size, size), complex)
+    for k in range(1, scheme.size if dimensions else 1):
+        own[k, 2 * k - 2], own[k, 2 * k - 1] = 1.0, 1j
+    for k, (kind, i, j) in enumerate(scheme.points):
+        if kind == FIXED:
+            found.append(np.broadcast_to(own[k], (count, steps, size)))
+        elif kind == CRANK:
+            crank = (x[k] - x[0]) / (start[k] - start[0])
+            moved = crank[:, :, None] * (own[k] - own[0]) + own[0]
+            if by_angle:
+                moved[:, :, -1] = 1j * (x[k] - x[0])
+            found.append(moved)
+        elif kind == RIGID:
+            span = start[j] - start[i]
+            share = (start[k] - start[i]) / span
+            turning = ((own[k] - own[i]) - share * (own[j] - own[i])) / span
+            moved = found[i] + share[:, :, None] * (found[j] - found[i])
+            found.append(moved + (x[j] - x[i])[:, :, None] * turning[:, None, :])
+        elif kind == DYAD:
+            found.append(_dyad_derivatives(scheme, start, turn, found, own, k))
+        else:
+            found.append(_slid_derivatives(scheme, start, turn, found, own, k))
+    turn.derivatives, turn.every = found[scheme.trace], found
+    turn.reaches = [_reach(x, found, *way) for way in scheme.ways]
+
+
+def _slid_derivatives(
+    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], own: Any, k: int
+) -> Any:
+    """Return the derivatives of the middle of a dyad with a slide; enter that of its sine."""
+    moved = Moved(start, turn.x, own, found)
+    rate = slid_derivatives(scheme, moved, k)
+    at = np.nan_to_num(turn.sines[k], nan=-1.0).argmin(axis=1)
+    rows = np.arange(len(at))
+    assert turn.slopes is not None
+    slope = sine_rate(scheme, moved.at(rows, at), k, rate[rows, at][:, None])
+    turn.slopes[k] = at, slope[:, 0]
+    return rate
+
+
+def _reach(x: Any, found: list[Any], i: int, j: int) -> tuple[Any, Any]:
+    """Return the longest distance of two points, and its derivatives."""
+    gap = x[j] - x[i]
+    at = np.nan_to_num(np.abs(gap), nan=-1.0).argmax(axis=1)
+    rows = np.arange(len(at))
+    shape = (*x.shape[1:], found[j].shape[-1])
+    one, other = (np.broadcast_to(found[k], shape)[rows, at] for k in (i, j))
+    far = np.abs(gap[rows, at])
+    return far, (np.conj(gap[rows, at])[:, None] * (other - one)).real / far[:, None]
+
+
+def _dyad_derivatives(
+    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], own: Any, k: int
+) -> Any:
+    """Return the derivatives of a dyad's pin; enter the slope of its least sine."""
+    _, i, j = scheme.points[k]
+    x = turn.x
+    e, f = x[k] - x[i], x[k] - x[j]
+    first, second = start[k] - start[i], start[k] - start[j]
+    a = (np.conj(first) * (own[k] - own[i])).real[:, None, :]
+    b = (np.conj(second) * (own[k] - own[j])).real[:, None, :]
+    cross = (np.conj(e) * f).imag[:, :, None]
+    along = a + (np.conj(e)[:, :, None] * found[i]).real
+    across = b + (np.conj(f)[:, :, None] * found[j]).real
+    moved = 1j * (across * e[:, :, None] - along * f[:, :, None]) / cross
+    at = np.nan_to_num(turn.sines[k], nan=-1.0).argmin(axis=1)
+    rows = np.arange(len(at))
+    e, f, cross = e[rows, at][:, None], f[rows, at][:, None], cross[rows, at]
+    de, df = (moved[rows, at] - found[m][rows, at] for m in (i, j))
+    lengths = np.abs(first * second)
+    rate = (np.conj(de) * f + np.conj(e) * df).imag / lengths
+    shares = a[:, 0] / np.abs(first) ** 2 + b[:, 0] / np.abs(second) ** 2
+    assert turn.slopes is not None
+    turn.slopes[k] = at, np.sign(cross) * (rate - cross / lengths * shares)
+    return moved
+
+
+def shortest(scheme: Scheme, places: Any) -> Any:
+    """Return the length of the shortest of crank and bars of dyads (b,)."""
+    places = np.asarray(places, complex)
+    one, other = np.array(scheme.members).T
+    return np.abs(places[:, other] - places[:, one]).min(axis=1)
+
+
+def material(
+    scheme: Scheme, places: Any, slopes: bool = False, turn: SchemeTurn | None = None
+) -> Any:
+    """Return twice the sum of the lengths of bars (b,), and its derivatives (b, p) if asked for.
+
+    Parameters
+    ----------
+    turn
+        Where guides of moving links reach furthest; needed where there are some.
+    """
+    places = np.asarray(places, complex)
+    one, other = np.array(scheme.bars).T
+    gaps = places[:, other] - places[:, one]
+    lengths = np.abs(gaps)
+    total = 2 * lengths.sum(axis=1)
+    if scheme.ways:
+        assert turn is not None
+        for i, j in scheme.ways:
+            total = total + 2 * np.nan_to_num(np.abs(turn.x[j] - turn.x[i])).max(axis=1)
+    if not slopes:
+        return total
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ways = np.where(lengths > 0, gaps / lengths, 0.0)
+    pull = np.zeros(places.shape, complex)
+    for k, (i, j) in enumerate(scheme.bars):
+        pull[:, j] += 2 * ways[:, k]
+        pull[:, i] -= 2 * ways[:, k]
+    pull = pull[:, 1:]
+    found = np.stack([pull.real, pull.imag], axis=2).reshape(len(places), -1)
+    if scheme.ways:
+        assert turn is not None
+        assert turn.reaches is not None
+        for _, slope in turn.reaches:
+            found = found + 2 * np.nan_to_num(slope[:, : found.shape[1]])
+    return total, found

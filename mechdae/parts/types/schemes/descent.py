@@ -1,0 +1,151 @@
+"""Descent of many sets of dimensions of one scheme at once: Levenberg and Marquardt, batched.
+
+Squares are made small, plus squares of what limits are exceeded by: material, sines of dyads.
+Derivatives are exact.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+
+from mechdae.parts.types.schemes.aims import Aim
+from mechdae.parts.types.schemes.closure import SchemeTurn, material, shortest
+from mechdae.parts.types.schemes.losses import LossAsked, loss_slopes, losses
+from mechdae.parts.types.schemes.scheme import MIDDLES, Scheme
+
+ROOM = 1.6
+"""Sines of dyads are pushed away from so many times the least ones that are allowed."""
+PUSH, PRESS = 0.3, 8.0
+"""Weights of sines below that, and of material above its limit."""
+TIGHT = 0.994
+"""Material is pressed below this share of its limit, because a penalty leaves a little above."""
+SHORT = 0.05
+"""Least length of crank and bars of dyads, in radii of what is wanted."""
+FAR = 1e6
+"""By how much a loss exceeds its limit at most: it grows beyond bounds where a dyad locks."""
+EVERY = 6
+"""Iterations after which what is not a dimension is found anew."""
+
+
+class Descent(ABC):
+    """A batch of sets of one scheme.
+
+    Parameters
+    ----------
+    places
+        (b, n) complex, in radii of what is wanted.
+    limits
+        (b,) most material of each; inf: any.
+    least
+        (b,) sine of its dyads that each set keeps at all angles.
+    """
+
+    def __init__(self, scheme: Scheme, places: Any, limits: Any, least: Any) -> None:
+        self.scheme = scheme
+        self.limits, self.least = np.asarray(limits, float), np.asarray(least, float)
+        self.places = np.array(places, complex)
+        self._rubbing: tuple[Aim, LossAsked, Any] | None = None
+        self.middles = [k for k, (kind, *_) in enumerate(scheme.points) if kind in MIDDLES]
+
+    def lose(self, aim: Aim, rubbing: LossAsked, limits: Any) -> None:
+        """Keep each set within its limit of loss (b,) [W]; inf: any."""
+        if np.isfinite(limits).any():
+            self._rubbing = aim, rubbing, np.asarray(limits, float)
+
+    def run(self, iterations: int) -> Any:
+        """Return the places (b, n) after so many iterations."""
+        damping = np.full(len(self.places), 1e-2)
+        growth = np.full(len(self.places), 2.0)
+        state: Any = None
+        for k in range(iterations):
+            if k % EVERY == 0 or state is None:
+                state = self._begun(state)
+            hessian, slope = self._normal(state)
+            scale = np.einsum("bpp->bp", hessian)
+            scale = scale + 1e-9 * (1e-9 + scale.max(axis=1, keepdims=True))
+            lifted = hessian + (damping[:, None] * scale)[:, :, None] * np.eye(scale.shape[1])
+            step = -np.linalg.solve(lifted, slope[:, :, None])[:, :, 0]
+            other = self._stepped(state, step)
+            taken = other.merit < state.merit
+            damping = np.where(taken, np.maximum(damping / 3, 1e-9), damping * growth)
+            damping = np.minimum(damping, 1e9)
+            growth = np.where(taken, 2.0, np.minimum(2 * growth, 64.0))
+            state = self._chosen(taken, other, state)
+            self.places = state.places
+        return self._finished(state)
+
+    def _finished(self, state: Any) -> Any:
+        """Return the places that are the answer."""
+        return self.places
+
+    @abstractmethod
+    def _begun(self, state: Any) -> Any:
+        """Return the state of `places`, all that is not a dimension found anew."""
+
+    @abstractmethod
+    def _stepped(self, state: Any, step: Any) -> Any:
+        """Return the state after a step (b, p) of all unknowns."""
+
+    @abstractmethod
+    def _normal(self, state: Any) -> tuple[Any, Any]:
+        """Return approximate Hessian (b, p, p) and gradient (b, p) of the merit."""
+
+    @abstractmethod
+    def _chosen(self, taken: Any, one: Any, other: Any) -> Any:
+        """Return a state of rows of two states."""
+
+    def _judged(self, places: Any, turn: SchemeTurn, merit: Any) -> tuple[Any, Any, Any]:
+        """Return merit with limits, by how much they are exceeded, and slopes of that.
+
+        The merit is infinite where a set does not assemble with the sines it has to keep.
+        """
+        excess, slopes = self._limits(places, turn)
+        merit = merit + (excess**2).sum(axis=1)
+        lost = ~(turn.least >= self.least) | (shortest(self.scheme, places) < SHORT)
+        lost |= ~np.isfinite(merit)
+        return np.where(lost, np.inf, merit), excess, slopes
+
+    def _limits(self, places: Any, turn: SchemeTurn) -> tuple[Any, Any]:
+        """Return by how much limits are exceeded (b, k), weighted, and derivatives (b, k, p)."""
+        excess, slopes = [], []
+        assert turn.slopes is not None
+        for k in self.middles:
+            at, own = turn.slopes[k]
+            sine = turn.sines[k][np.arange(len(at)), at]
+            room = np.minimum(ROOM * self.least, (1 + self.least) / 2)
+            short = np.maximum(1 - sine / room, 0.0)
+            excess.append(PUSH * short)
+            slopes.append(np.where((short > 0)[:, None], -PUSH / room[:, None] * own, 0.0))
+        amount, slope = material(self.scheme, places, slopes=True, turn=turn)
+        limits = TIGHT * self.limits
+        over = np.maximum(amount / limits - 1, 0.0)
+        excess.append(PRESS * over)
+        share = np.where(over > 0, PRESS / limits, 0.0)
+        slopes.append(share[:, None] * slope)
+        if self._rubbing is not None:
+            over, slope = self._lost(places)
+            excess.append(over)
+            slopes.append(slope)
+        return np.nan_to_num(np.stack(excess, axis=1)), np.nan_to_num(np.stack(slopes, axis=1))
+
+    def _lost(self, places: Any) -> tuple[Any, Any]:
+        """Return by how much limits of loss are exceeded, weighted, and derivatives."""
+        assert self._rubbing is not None
+        aim, rubbing, limits = self._rubbing
+        limits = TIGHT * limits
+        found = losses(self.scheme, places, aim, rubbing)
+        with np.errstate(invalid="ignore"):
+            over = np.clip(found / limits - 1, 0.0, FAR)
+        slope = loss_slopes(self.scheme, places, aim, rubbing)
+        share = np.where(over > 0, PRESS / limits, 0.0)
+        return PRESS * over, share[:, None] * slope
+
+
+def moved_by(places: Any, step: Any) -> Any:
+    """Return places (b, n) after a step (b, 2 n - 2) of all but the first."""
+    trial = places.copy()
+    trial[:, 1:] += step[:, 0::2] + 1j * step[:, 1::2]
+    return trial

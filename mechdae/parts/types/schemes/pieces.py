@@ -1,0 +1,187 @@
+"""The pieces of work of a search: small plain messages, each computed alone in any process."""
+
+from __future__ import annotations
+
+import hashlib
+import traceback
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.design.jobs.distribute import Failure
+from mechdae.parts.types.schemes import refine, screening
+from mechdae.parts.types.schemes.aims import CURVE, PATH, Aim
+from mechdae.parts.types.schemes.closure import SchemeTurn, material, shortest, turned
+from mechdae.parts.types.schemes.descent import SHORT, Descent
+from mechdae.parts.types.schemes.losses import LossAsked, losses
+from mechdae.parts.types.schemes.scheme import Scheme, read
+from mechdae.parts.types.schemes.shape import Wanted, distances
+from mechdae.parts.types.schemes.targets.functions import FunctionFitting, based, function_errors
+from mechdae.parts.types.schemes.targets.screened import screened_sets
+from mechdae.parts.types.schemes.targets.visits import VisitFitting, visited
+from mechdae.records import dataclass
+
+ANGLES = 360
+"""Crank angles at which what was refined is measured."""
+TURN = 2 * np.pi
+SCREEN, REFINE = "screen", "refine"
+
+
+@dataclass(frozen=True)
+class SchemePiece:
+    """Work on one scheme.
+
+    Parameters
+    ----------
+    do
+        "screen": draw `count` sets and keep some for each of `limits`; "refine": go on from
+        `places` for `count` iterations, each set within its limit of material and least sine.
+    scheme
+        Its text.
+    aim
+        What is wanted.
+    """
+
+    version: str
+    do: str
+    scheme: str
+    aim: Aim
+    count: int
+    seed: tuple[int, ...] = ()
+    keep: int = 0
+    places: Any = None
+    limits: Any = None
+    least: Any = None
+    rubbing: LossAsked | None = None
+    losses: Any = None
+
+    @property
+    def digest(self) -> str:
+        """A fingerprint, to the last bit."""
+        plain = (self.do, self.scheme, self.count, self.seed, self.keep)
+        found = hashlib.sha256(repr(plain).encode())
+        if self.aim.what == CURVE:
+            wanted = np.array(self.aim.corners)
+        else:
+            wanted = None
+            found.update(repr(self.aim).encode())
+        if self.rubbing is not None:
+            found.update(repr(self.rubbing).encode())
+        for array in (wanted, self.losses, self.places, self.limits, self.least):
+            if array is not None:
+                own = np.ascontiguousarray(array)
+                found.update(f"{own.dtype.kind}{own.shape}".encode() + own.tobytes())
+        return found.hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class FoundSets:
+    """Sets of dimensions of one scheme.
+
+    Attributes
+    ----------
+    places
+        (k, n) complex, in radii of the wanted curve; the crank's pivot is at zero.
+    error
+        (k,) the measure of `shape`; of what was screened the root mean square distance.
+    material, least
+        (k,) in radii; the least sine of the dyads.
+    loss
+        (k,) [W]; zero where none is asked for.
+    """
+
+    places: Any
+    error: Any
+    material: Any
+    least: Any
+    loss: Any
+
+
+def computed(piece: SchemePiece) -> FoundSets | Failure:
+    """Return what a piece gives; runs in any process that has the same mechdae."""
+    if piece.version != __version__:
+        return Failure(f"mechdae {__version__} runs there, {piece.version} here")
+    try:
+        return _screened(piece) if piece.do == SCREEN else _refined(piece)
+    except Exception as error:  # told to the one who asked, whatever it is
+        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
+
+
+def _screened(piece: SchemePiece) -> FoundSets:
+    scheme, aim, limits = read(piece.scheme), piece.aim, piece.limits.tolist()
+    if aim.what != CURVE:
+        places, error = screened_sets(
+            scheme, aim, piece.count, list(piece.seed), piece.keep, limits
+        )  # fmt: skip
+        amount = _material(scheme, aim, places)
+        return FoundSets(places, error, amount, np.ones(len(places)), np.zeros(len(places)))
+    target = _wanted(aim.corners).points(screening.POINTS)
+    places, residual = screening.screened(
+        scheme, target - target.mean(), piece.count, list(piece.seed), piece.keep, limits
+    )  # fmt: skip
+    amount = _material(scheme, aim, places)
+    none = np.zeros(len(places))
+    return FoundSets(places, np.sqrt(residual), amount, np.ones(len(places)), none)
+
+
+def _material(scheme: Scheme, aim: Aim, places: Any) -> Any:
+    """Return the material of sets, with the ways of their guides."""
+    turn = turned(scheme, places, _nodes(aim)) if scheme.ways else None
+    return material(scheme, places, turn=turn)
+
+
+def _refined(piece: SchemePiece) -> FoundSets:
+    scheme, aim = read(piece.scheme), piece.aim
+    limits, least = piece.limits, piece.least
+    run: Descent
+    if aim.what == CURVE:
+        target = _wanted(aim.corners).points(refine.POINTS)
+        run = refine.Refinement(scheme, piece.places, target - target.mean(), limits, least)
+    elif aim.what == PATH:
+        run = VisitFitting(scheme, piece.places, aim, limits, least)
+    else:
+        run = FunctionFitting(scheme, piece.places, aim, limits, least)
+    if piece.rubbing is not None:
+        run.lose(aim, piece.rubbing, piece.losses)
+    return measured(piece.scheme, run.run(piece.count), aim, piece.rubbing)
+
+
+def _nodes(aim: Aim) -> Any:
+    """Return the crank angles at which sets are measured."""
+    if aim.what == CURVE:
+        return TURN * np.arange(ANGLES) / ANGLES
+    return aim.nodes(ANGLES if aim.turns else ANGLES // 2 + 1)
+
+
+def measured(scheme: str, places: Any, aim: Aim, rubbing: LossAsked | None = None) -> FoundSets:
+    """Return sets with their measures; those with bars too short, or that do not
+    assemble at some angle, are left out.
+    """
+    own = read(scheme)
+    turn = turned(own, places, _nodes(aim))
+    least = turn.least
+    whole = np.isfinite(places).all(axis=1) & (least > 0)
+    kept = np.flatnonzero(whole & (shortest(own, places) >= SHORT))
+    places = places[kept] - places[kept, :1] if aim.what == CURVE else places[kept]
+    if not len(kept):
+        return FoundSets(places, *(np.zeros(0) for _ in range(4)))
+    if aim.what == CURVE:
+        error = distances(turn.x[own.trace][kept], _wanted(aim.corners))
+    elif aim.what == PATH:
+        error = visited(own, places, aim).error
+    else:
+        places = based(own, places, aim)
+        error = function_errors(own, places, aim)[0]
+    turn = SchemeTurn(turn.x[:, kept], {})
+    amount = material(own, places, turn=turn)
+    loss = np.zeros(len(places))
+    if rubbing is not None:
+        loss = losses(own, places, aim, rubbing, ANGLES)
+    return FoundSets(places, error, amount, least[kept], loss)
+
+
+@lru_cache(maxsize=8)
+def _wanted(corners: tuple[complex, ...]) -> Wanted:
+    return Wanted(np.array(corners))

@@ -1,0 +1,201 @@
+"""A tracing point that visits places: at given angles of the crank, in order, or in any order.
+
+The mechanism may lie anywhere, so a translation is always the best one; rotation and size are in
+the dimensions. Where angles are free each target has its own as an unknown.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.parts.types.schemes.aims import Aim
+from mechdae.parts.types.schemes.closure import turned
+from mechdae.parts.types.schemes.scheme import Scheme
+from mechdae.parts.types.schemes.targets.fitting import ErrorsAt, Fitting
+from mechdae.records import dataclass
+
+GRID = 96
+"""Crank angles among which those of targets are looked for."""
+BEGINNINGS = 12
+"""Of them that are tried for the first target."""
+POLISH = 8
+"""Steps of Newton for the angles of targets when a set is measured."""
+APART = 1e-6
+"""Between angles of targets that follow each other, at least [rad]."""
+TURN = 2 * np.pi
+
+
+def assigned(curves: Any, aim: Aim) -> tuple[Any, Any]:
+    """Return at which of the crank angles each target is met best.
+
+    Parameters
+    ----------
+    curves
+        (b, n) places of the tracing point at equal angles of a turn, where the targets are.
+
+    Returns
+    -------
+    places
+        (b, k) numbers of angles; beyond n or below zero where the turn goes on.
+    senses
+        (b,) 1 where the targets are visited as the crank turns forward, -1 backward.
+    """
+    target, weights = np.array(aim.targets), np.array(aim.weights)
+    cost = weights[None, :, None] * np.abs(curves[:, None, :] - target[None, :, None]) ** 2
+    cost = np.nan_to_num(cost, nan=1e9)
+    if not aim.ordered:
+        return cost.argmin(axis=2), np.ones(len(curves))
+    found = [_in_order(cost), _in_order(np.roll(cost[:, :, ::-1], 1, axis=2))]
+    better = found[1][1] < found[0][1]
+    places = np.where(better[:, None], -found[1][0], found[0][0])
+    return places, np.where(better, -1.0, 1.0)
+
+
+def _in_order(cost: Any) -> tuple[Any, Any]:
+    """Return the numbers (b, k), growing within a turn, of the least sum of costs (b, k, n)."""
+    count, targets, size = cost.shape
+    rows = np.arange(count)
+    begin = np.argsort(cost[:, 0], axis=1, kind="stable")[:, : min(BEGINNINGS, size)]
+    at = (begin[:, :, None] + np.arange(size)) % size  # (b, s, n) from each beginning on
+    sums = np.full(at.shape, np.inf)
+    sums[:, :, 0] = np.take_along_axis(cost[:, 0], begin, axis=1)
+    back = np.zeros((targets, *at.shape), np.int16)
+    for k in range(1, targets):
+        # the best of all before
+        least = np.minimum.accumulate(sums, axis=2)
+        new = np.where(sums <= least, np.arange(size), 0)
+        where = np.maximum.accumulate(new, axis=2)
+        own = np.take_along_axis(cost[:, None, k], at, axis=2)
+        sums = np.full(at.shape, np.inf)
+        sums[:, :, 1:] = least[:, :, :-1] + own[:, :, 1:]
+        back[k, :, :, 1:] = where[:, :, :-1]
+    flat = sums.reshape(count, -1).argmin(axis=1)
+    which, last = flat // size, flat % size
+    value = sums.reshape(count, -1)[rows, flat]
+    steps = np.empty((count, targets), int)
+    for k in range(targets - 1, -1, -1):
+        steps[:, k] = last
+        last = back[k, rows, which, last]
+    return begin[rows, which][:, None] + steps, value
+
+
+class VisitFitting(Fitting):
+    """A batch of sets of one scheme whose point is to visit targets."""
+
+    def __init__(self, scheme: Scheme, places: Any, aim: Aim, limits: Any, least: Any) -> None:
+        super().__init__(scheme, places, aim, limits, least)
+        self.target = np.array(aim.targets)
+        self.free = not aim.angles
+        self.senses = np.ones(len(self.places))
+        self.extra = np.zeros((len(self.places), 2 + self.free * len(self.target)))
+        self._known = False
+
+    def _placed(self) -> None:
+        shift = self.extra[:, 0] + 1j * self.extra[:, 1]
+        self.places = self.places + shift[:, None]
+        self.extra = self.extra.copy()
+        self.extra[:, :2] = 0.0
+        if self.free and not self._known:
+            angles = TURN * np.arange(GRID) / GRID
+            curves = turned(self.scheme, self.places, angles).x[self.scheme.trace]
+            numbers, self.senses = assigned(curves, self.aim)
+            self.extra[:, 2:] = TURN * numbers / GRID
+            self._known = True
+
+    def _errors(self, places: Any, extra: Any) -> ErrorsAt:
+        trace, count = self.scheme.trace, len(self.target)
+        size = 2 * (self.scheme.size - 1)
+        whole = self.turned_at(places)
+        slopes = np.zeros((len(places), count, size + extra.shape[1]), complex)
+        if self.free:
+            own = turned(self.scheme, places, extra[:, 2:], derivatives=True, by_angle=True)
+            at, rates = own.x[trace], own.derivatives
+            slopes[:, np.arange(count), size + 2 + np.arange(count)] = rates[:, :, -1]
+            slopes[:, :, :size] = rates[:, :, :-1]
+        else:
+            at, slopes[:, :, :size] = whole.x[trace][:, :count], whole.derivatives[:, :count]
+        slopes[:, :, size], slopes[:, :, size + 1] = 1.0, 1j
+        shift = (extra[:, 0] + 1j * extra[:, 1])[:, None]
+        return ErrorsAt(at + shift - self.target, slopes, whole)
+
+    def _allowed(self, extra: Any) -> Any:
+        if not (self.free and self.aim.ordered):
+            return super()._allowed(extra)
+        return in_order(self.senses[:, None] * extra[:, 2:])
+
+    def _finished(self, state: Any) -> Any:
+        shift = state.extra[:, 0] + 1j * state.extra[:, 1]
+        return state.places + shift[:, None]
+
+
+def in_order(angles: Any) -> Any:
+    """Return which rows (b,) grow, within a turn."""
+    whole = angles[:, -1] - angles[:, 0] < TURN - APART
+    return whole & (np.diff(angles, axis=1) > APART).all(axis=1)
+
+
+@dataclass
+class TargetsMet:
+    """How sets meet their targets.
+
+    Attributes
+    ----------
+    angles
+        (b, k) of the crank at each target, from the pose of the places.
+    factor, shift
+        (b,) complex: with points times factor plus shift on the targets best.
+    error
+        (b,) the measure: root of the weighted mean square distance, or the largest one.
+    """
+
+    angles: Any
+    factor: Any
+    shift: Any
+    error: Any
+
+
+def visited(scheme: Scheme, places: Any, aim: Aim) -> TargetsMet:
+    """Return how sets of places (b, n) that lie by the targets meet them."""
+    target, weights = np.array(aim.targets), np.array(aim.weights)
+    if aim.angles:
+        angles = np.broadcast_to(np.array(aim.angles), (len(places), len(target)))
+        found = turned(scheme, places, np.array(aim.angles)).x[scheme.trace]
+    else:
+        angles, found = _met(scheme, places, aim, target)
+    mean = (weights * found).sum(axis=1)
+    middle = (weights * target).sum()
+    product = (weights * (target - middle) * np.conj(found - mean[:, None])).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        factor = product / np.abs(product)
+    shift = middle - factor * mean
+    error = errors_of(factor[:, None] * found + shift[:, None] - target, aim)
+    return TargetsMet(angles, factor, shift, error)
+
+
+def errors_of(gaps: Any, aim: Aim) -> Any:
+    """Return the measure (b,) of gaps (b, k)."""
+    far = np.abs(gaps)
+    if aim.minimax:
+        return far.max(axis=1)
+    return np.sqrt((np.array(aim.weights) * far**2).sum(axis=1))
+
+
+def _met(scheme: Scheme, places: Any, aim: Aim, target: Any) -> tuple[Any, Any]:
+    """Return crank angles at which free targets are met best, and the places there (b, k)."""
+    grid = TURN * np.arange(4 * GRID) / (4 * GRID)
+    numbers, senses = assigned(turned(scheme, places, grid).x[scheme.trace], aim)
+    angles = TURN * numbers / (4 * GRID)
+    step = TURN / (4 * GRID)
+    for _ in range(POLISH):
+        turn = turned(scheme, places, angles, derivatives=True, by_angle=True)
+        rate = np.nan_to_num(turn.derivatives[:, :, -1])
+        gap = np.nan_to_num(turn.x[scheme.trace] - target)
+        size = np.maximum(np.abs(rate) ** 2, 1e-300)
+        trial = angles - np.clip((np.conj(rate) * gap).real / size, -step, step)
+        if aim.ordered:
+            kept = in_order(senses[:, None] * trial)
+            trial = np.where(kept[:, None], trial, angles)
+        angles = trial
+    return angles, turned(scheme, places, angles).x[scheme.trace]

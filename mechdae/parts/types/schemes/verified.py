@@ -1,0 +1,70 @@
+"""The error of a design measured anew on its file, with no code of its search."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.tasks.goals import FunctionTargets
+from mechdae.design.synthesis.verification.claims import Claim, Stated, disagreement
+from mechdae.design.synthesis.verification.curves import shape_distance
+from mechdae.design.synthesis.verification.design_file import POSES, TURN, DesignFile
+from mechdae.design.synthesis.verification.verify import measured
+from mechdae.parts.types.described.composition import CompositionDemand
+from mechdae.parts.types.described.scheme_goals import INPUT
+
+
+def verified(
+    text: str, asked: CompositionDemand, error: float, coordinate: str, at: Any, unit: float
+) -> list[str]:
+    """Return what is wrong with an error that is claimed of a design.
+
+    Parameters
+    ----------
+    text
+        Its problem file.
+    coordinate
+        The tracing point, or the output of a function.
+    at
+        (k,) angles of the crank at the targets; of a curve the one that its turn begins with.
+    unit
+        Of the error.
+    """
+    design = DesignFile(from_dict(tomllib.loads(text)), INPUT, at)
+    if asked.visits is None and asked.function is None:
+        turn = float(at[0]) + TURN * np.arange(POSES - 1) / (POSES - 1)
+        found, defects = design.swept(turn, (coordinate,))
+        if found is None or defects:
+            return defects
+        place = found.points[coordinate].position
+        curve, wanted = place @ [1, 1j], np.array(asked.corners) @ [1, 1j]
+        own = shape_distance(curve, wanted)
+        # of shifts that are alike the search looks at some
+        return [text for text in [disagreement(own, error, unit, False)] if text and own > error]
+    if asked.visits is not None:
+        goal: Any = replace(asked.visits, what=coordinate)
+        weights, minimax = np.array(goal.weights), goal.measure == "minimax"
+    else:
+        goal = _function(asked, coordinate)
+        minimax = asked.function is not None and asked.function.minimax
+        weights = np.ones(len(goal.targets))
+    part = measured(Stated(goal), Claim(at), design)
+    if part.defects:
+        return part.defects
+    size = np.abs(part.errors)
+    own = float(size.max()) if minimax else float(np.sqrt(weights @ size**2 / weights.sum()))
+    gap = disagreement(own, error, unit, False)
+    return [gap] if gap else []
+
+
+def _function(asked: CompositionDemand, output: str) -> FunctionTargets:
+    """Return a function as pairs of values of both coordinates."""
+    wanted = asked.function
+    assert wanted is not None
+    first, start = wanted.input_start or 0.0, wanted.output_start or 0.0
+    rows = tuple((first + x, start + y) for x, y in zip(wanted.inputs, wanted.outputs, strict=True))
+    return FunctionTargets(output=output, targets=rows, input_start=first, output_start=start)

@@ -1,7 +1,0 @@
-"""Course reports: assignment, diagram, structure, one position in full, all in a table."""
-
-from __future__ import annotations
-
-from mechdae.reports.report import Report, report
-
-__all__ = ["Report", "report"]

@@ -1,0 +1,124 @@
+"""Sensitivities as text that fits a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import Result, ShownUnit, parameter_units
+from mechdae.results.tables.text import in_unit
+
+ROWS = 13
+
+
+def derivatives_text(result: Result) -> str:
+    """Return derivatives of each path by each parameter, and what tolerances do to it."""
+    lines = [f"{result.problem} / {result.task} (sensitivity of {result.summary['of']})"]
+    for path, value in result.data["values"].items():
+        lines += ["", f"  {path}"]
+        scale = _Scale(result, path)
+        named = [scale("value", value)]
+        slopes = result.data["derivatives"][path].items()
+        named += [scale(f"d/d {name}", slope, name) for name, slope in slopes]
+        for pair, second in result.data.get("second", {}).get(path, {}).items():
+            first, other = pair.split(",")
+            word = f"{first}2" if first == other else f"{first} d {other}"
+            named.append(scale(f"d2/d {word}", second, first, other))
+        lines += _columns(result, path, named)
+        errors = result.data.get("estimated_error", {}).get(path)
+        if errors:
+            worst = max(
+                float(np.max(scale(name, error, name)[1])) for name, error in errors.items()
+            )
+            lines.append(f"    by differences, error about {worst:.1g}")
+        spread = result.data.get("tolerances", {}).get(path)
+        if spread:
+            lines += _spread(result, path, spread, scale.own)
+    return "\n".join(lines) + "\n"
+
+
+class _Scale:
+    """Brings values of a path and their derivatives to the units that were asked for, if any."""
+
+    def __init__(self, result: Result, path: str) -> None:
+        self.units = result.units
+        self.own = result.units.of(result.path_unit(path))
+        self._given = parameter_units(result.mechanism) if result.units.asked else {}
+
+    def __call__(self, title: str, values: Any, *by: str) -> tuple[str, Any]:
+        """Return title with unit, and values; ``by`` are the parameters of a derivative."""
+        if not self.units.asked:
+            return title, values
+        below = [self.units.of(self._given.get(name) or "") for name in by]
+        factor = self.own.factor / math.prod(own.factor for own in below)
+        unit = "/".join([self.own.name, *(_below(own.name) for own in below if own.name)])
+        return (f"{title} [{unit}]" if self.own.name else title), np.asarray(values) * factor
+
+
+def _below(unit: str) -> str:
+    return f"({unit})" if "/" in unit or " " in unit else unit
+
+
+def _columns(result: Result, path: str, named: list[tuple[str, Any]]) -> list[str]:
+    """Return a table whose rows are poses (or numbers of a list), columns the values."""
+    for_poses = path in result.summary["exact"]
+    head: list[tuple[str, list[str]]] = []
+    count = len(result.status) if for_poses else 0
+    if for_poses:
+        for coordinate, series in result.drivers.items():
+            own = result.units.read(result.unit("drivers", coordinate, "position"))
+            values = series.position * own.factor
+            head.append((f"{coordinate} [{own.name}]", [f"{v:.6g}" for v in values]))
+    columns = []
+    for title, array in named:
+        for word, column in _parts(title, np.asarray(array), for_poses):
+            columns.append((word, [f"{v:.9g}" if math.isfinite(v) else "-" for v in column]))
+    rows = list(range(len(columns[0][1])))
+    if for_poses and count > ROWS:
+        rows = sorted({round(k) for k in np.linspace(0, count - 1, ROWS).tolist()})
+    whole = [*head, *columns]
+    sizes = [max(len(t), *(len(cells[k]) for k in rows)) + 2 for t, cells in whole]
+    lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(whole, sizes, strict=True))]
+    for k in rows:
+        cells = [f"{own[k]:>{n}}" for (_, own), n in zip(whole, sizes, strict=True)]
+        lines.append("  " + "".join(cells))
+    if for_poses and count > ROWS:
+        lines.append(f"    ({ROWS} of {count} poses shown; --out DIR writes all)")
+    return lines
+
+
+def _parts(title: str, array: Any, for_poses: bool) -> Iterator[tuple[str, Any]]:
+    if not for_poses:
+        yield title, array.reshape(-1)
+    elif array.ndim == 1:
+        yield title, array
+    else:
+        for axis, column in zip(range(array.shape[1]), array.T, strict=True):
+            yield f"{title} [{axis}]", column
+
+
+def _spread(result: Result, path: str, spread: dict[str, Any], own: ShownUnit) -> list[str]:
+    """Return the three estimates side by side, at the pose where they are largest."""
+    sampled = spread["monte_carlo"]
+    size = np.abs(np.asarray(spread["worst_case"]))
+    place = np.unravel_index(int(np.nanargmax(size)), size.shape) if size.ndim else ()
+
+    def at(values: Any) -> float:
+        return float(np.asarray(values)[place]) * own.factor
+
+    where = f" [{own.name}]" if result.units.asked and own.name else ""
+    if place and path in result.summary["exact"]:
+        for coordinate, series in result.drivers.items():
+            si = result.unit("drivers", coordinate, "position")
+            shown = in_unit(series.position[place[0]], si, 6, result.units)
+            where += f" (largest, at {coordinate} = {shown})"
+    return [
+        f"    tolerances{where}:",
+        f"      first order       +- {at(spread['first_order']):.6g} (standard deviation)",
+        f"      worst case        +- {at(spread['worst_case']):.6g} (all at their ends)",
+        f"      {sampled['samples']} sampled      +- {at(sampled['std']):.6g} (standard "
+        f"deviation), {at(sampled['min']):.9g} .. {at(sampled['max']):.9g}",
+    ]

@@ -1,0 +1,147 @@
+"""Designs of a task of synthesis as text: ranked, with what holds each back, and the census."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import Result, Units, parameter_units
+from mechdae.results.tables.text import MOST, fact, together
+
+Design = Mapping[str, Any]
+
+
+def designs_text(result: Result, width: int) -> list[str]:
+    """Return a row for each design, the dimensions and active limits of each, the census."""
+    designs: Sequence[Design] = result.data.get("designs", [])
+    front = result.summary.get("front", {})
+    lines = _ranked(designs, result, front.get("objectives", ())) if designs else []
+    if front:
+        shown = [result.units.of(own["unit"]) for own in front["objectives"]]
+        ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
+        text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
+        part = "" if result.summary["status"] == "found" else f"{result.summary['status']}: "
+        lines += fact("front", f"{part}{text}({', '.join(ends)})", width)
+        for k, end in enumerate(front.get("ends", ()), 1):
+            words = f"{end['starts']} starts, {end['met']} met all constraints"
+            words += f", {end['hits_of_best']} hit the best" if end["found"] else ", end not found"
+            lines += fact("alone", f"objective {k}: {words}", width)
+    units = parameter_units(result.mechanism)
+    for rank, design in enumerate(designs, 1):
+        sizes = [
+            together(_number(k, v, units, result.units)) for k, v in design["parameters"].items()
+        ]
+        lines += fact(f"design {rank}", ", ".join(sizes), width)
+        if design.get("defects"):
+            lines += fact("defects", "; ".join(design["defects"]), width)
+        if design.get("note"):
+            lines += fact("note", design["note"], width)
+        if design.get("active"):
+            prices = [together(_price(*entry)) for entry in design["active"].items()]
+            lines += fact("active", ", ".join(prices), width)
+    return lines + _census(result, width)
+
+
+def _ranked(
+    designs: Sequence[Design], result: Result, objectives: Sequence[Mapping[str, str]]
+) -> list[str]:
+    units, own_units = result.units, result.summary.get("units", {})
+    columns: list[tuple[str, list[str]]] = [
+        ("design", [str(rank) for rank in range(1, len(designs) + 1)])
+    ]
+    for k, asked in enumerate(objectives):
+        scale = units.of(asked["unit"])
+        title = _titled(asked["name"], scale.name)
+        columns.append((title, [f"{own['objectives'][k] * scale.factor:.6g}" for own in designs]))
+    if not objectives:
+        scale = units.of(own_units.get("objective", ""))
+        shown = [f"{design['objective'] * scale.factor:.9g}" for design in designs]
+        columns.append((_titled("objective", scale.name), shown))
+    parts = [[own for own in design.get("robust", ()) if own] for design in designs]
+    if all(len(own) == 1 for own in parts):
+        for word in ("nominal", "sigma"):
+            columns.append((word, [f"{own[0][word]:.6g}" for own in parts]))
+    if any(design.get("class", "any") != "any" for design in designs):
+        columns.append(("class", [str(design.get("class") or "-") for design in designs]))
+    angles = [design.get("transmission_angle_min") for design in designs]
+    if any(angle is not None for angle in angles):
+        own = units.read("rad")
+        shown = ["-" if angle is None else f"{angle * own.factor:.4f}" for angle in angles]
+        columns.append((f"least transmission [{own.name}]", shown))
+    worst = [float(np.abs(e).max()) if (e := design.get("errors")) else None for design in designs]
+    if any(value is not None for value in worst):
+        scale = units.of(own_units.get("errors", ""))
+        shown = ["-" if value is None else f"{value * scale.factor:.4g}" for value in worst]
+        columns.append((_titled("largest error", scale.name), shown))
+    if any("sense" in design for design in designs):
+        every = [np.atleast_1d(design.get("sense", 0)) for design in designs]
+        columns.append(("sense", [" ".join(f"{own:+d}" for own in senses) for senses in every]))
+    if any("hits" in design for design in designs):
+        columns.append(("hits", [str(design.get("hits", "-")) for design in designs]))
+    sizes = [max(len(title), *map(len, own)) + 2 for title, own in columns]
+    rows = [[title for title, _ in columns]]
+    rows += [[own[k] for _, own in columns] for k in range(len(designs))]
+    return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]
+
+
+def _titled(title: str, unit: str) -> str:
+    return f"{title} [{unit}]" if unit else title
+
+
+def _number(name: str, value: float, given: Mapping[str, str], units: Units) -> str:
+    """Return a dimension with its unit."""
+    scale = units.of(given.get(name) or "")
+    return f"{name} = {value * scale.factor:.9g} {scale.name}".rstrip()
+
+
+def _price(name: str, price: float) -> str:
+    return f"{name} (price {price:.4g})"
+
+
+def _exact(facts: Mapping[str, Any], width: int) -> list[str]:
+    """Return how many solutions an exact goal has, and how certain that is."""
+    if not facts:
+        return []
+    if "freedoms" in facts:
+        family = f"the four-bars are an infinite family of {facts['freedoms']} parameters"
+        return fact("verdict", f"{facts['verdict']}: {family}, some of it is reported", width)
+    within = f"{facts['within']} four-bars of them within the bounds"
+    if facts["within"]:
+        within += f", {facts['faultless']} without fault at the targets"
+        faults = [f"{text} ({count})" for text, count in facts["faults"].items()]
+        within += f"; faults of the others: {', '.join(faults)}" if faults else ""
+    if "count" not in facts:
+        return fact("verdict", f"{facts['verdict']}: {facts['real']} real, {within}", width)
+    words = [f"{facts['certified']} of {facts['count']} solutions certified"]
+    words += [
+        f"{facts[word]} {text}"
+        for word, text in (("infinite", "at infinity"), ("singular", "multiple"), ("lost", "lost"))
+        if facts[word]
+    ]
+    text = f"{', '.join(words)} ({facts['basis']}); {facts['real']} real, {within}"
+    return fact("verdict", f"{facts['verdict']}: {text}", width)
+
+
+def _census(result: Result, width: int) -> list[str]:
+    """Return how many starts led where, and why optima were rejected."""
+    summary = result.summary
+    asked = summary.get("asked", summary["starts"])
+    few = f" of the {asked} asked for: no more that differ" if summary["starts"] < asked else ""
+    words = [
+        f"{summary['starts']} starts{few}", f"{summary['converged']} met all constraints",
+        f"{summary['distinct']} distinct",
+    ]  # fmt: skip
+    if summary.get("hits_of_best"):
+        words.append(f"{summary['hits_of_best']} hit the best")
+    if summary.get("rejected"):
+        words.append(f"{len(summary['rejected'])} rejected by their sweep")
+    lines = _exact(summary.get("exact", {}), width)
+    lines += fact("census", ", ".join(words) + f"; seed {summary['seed']}", width)
+    for entry in summary.get("rejected", [])[:MOST]:
+        reasons = "; ".join(entry["reasons"])
+        own = result.units.of(summary.get("units", {}).get("objective", ""))
+        value = f"{entry['objective'] * own.factor:.6g} {own.name}".rstrip()
+        lines += fact("rejected", f"objective {value}: {reasons}", width)
+    return lines

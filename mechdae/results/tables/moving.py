@@ -1,0 +1,219 @@
+"""Which columns of a motion are shown first: the output with its rates, then what moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import TURNS, Result
+from mechdae.results.tables.text import Column, cells, rest
+
+RELATIVE = (*TURNS, "slide", "x", "y", "length")
+"""Coordinates of joints in space, angles first."""
+SLIDE = ("slide", "slide_velocity", "slide_acceleration")
+ANGLE = ("angle", "angular_velocity", "angular_acceleration")
+
+
+class Quantities:
+    """The series of a result as columns, rounding noise as 0, what stands still left out.
+
+    The noise of positions is the larger of their bound and of the rounding of the mechanism's
+    largest coordinate, that of rates the rounding of the largest rate of their kind.
+    """
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        self.length = rest(result, "length", self._most("points", "position"))
+        self.angle = rest(result, "angle", 1.0)
+        self._rates = {
+            word: 1e-14 * self._most(kind, word)
+            for kind, words in (
+                ("bodies", ANGLE[1:]),
+                ("joints", SLIDE[1:]),
+                ("points", ("velocity", "acceleration")),
+            )
+            for word in words
+        }
+
+    def columns(self) -> list[Column]:
+        """Return all columns that move: the output, points, then other joints and bodies.
+
+        The output's rates come at once, after all positions where the task lists what it shows.
+        """
+        driven = set(self.result.drivers)
+        found: list[Column] = []
+        rates = self._named_rates()
+        first = None if self.result.outputs else self._output(driven)
+        if first is not None:
+            own = list(self._part(*first, rates=2))
+            found, rates = own[:1], own[1:]
+        listed = getattr(self.result.definition, "outputs", None) is not None
+        found += [] if listed else rates
+        # a mechanism is made for its last links, not for the driven ones
+        points = self.distinct_points()[::-1]
+        points.sort(key=lambda name: f"{name.split('.')[0]}.angle" in driven)
+        for name in points:
+            if not {f"{name}.{axis}" for axis in self.result.mechanism.axes} <= driven:
+                found += self._point(name)
+        for kind in ("joints", "bodies"):
+            for name in getattr(self.result, kind):
+                if (kind, name) != first and not self._coordinates(name) & driven:
+                    found += self._part(kind, name, rates=1 if kind == "bodies" else 0)
+        return found + (rates if listed else [])
+
+    def outputs(self) -> list[Column]:
+        """Return the named outputs."""
+        return [self._named(name, "value") for name in self.result.outputs]
+
+    def _named_rates(self) -> list[Column]:
+        """Return the rates of the named outputs that have some."""
+        return [
+            self._named(name, "rate")
+            for name, series in self.result.outputs.items()
+            if "rate" in series and np.isfinite(series["rate"]).any()
+        ]
+
+    def _named(self, name: str, word: str) -> Column:
+        unit = self.result.unit("outputs", name, word)
+        values = self.result.outputs[name][word]
+        if unit:
+            unit, values = self._in(unit, values)
+        plain = name if word == "value" else f"d {name}/dt"
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
+        return f"{name} [{unit}]" if unit else plain, cells(values, largest)
+
+    def distinct_points(self) -> list[str]:
+        """Return the points that move, each place once."""
+        kept: list[str] = []
+        points = self.result.points
+        for name, series in points.items():
+            if self._moves(series, "position", "velocity", self.length) and not any(
+                np.array_equal(series.position, points[other].position, equal_nan=True)
+                for other in kept
+            ):
+                kept.append(name)
+        return kept
+
+    def noise(self, kind: str, part: str, name: str) -> float:
+        """Return up to which size a number of a part's series is 0."""
+        if name in self._rates:
+            return self._rates[name]
+        if kind == "drivers":
+            return 0.0
+        if name == "angle":
+            return self.angle
+        return self.length if name in ("position", "slide") else 0.0
+
+    # -- one part ----------------------------------------------------------------------------
+
+    def _output(self, driven: set[str]) -> tuple[str, str] | None:
+        """Return the last slide or link on the ground that moves and is not driven, if any."""
+        joints = self.result.mechanism.joints
+        grounded = {body for joint in joints.values() if "ground" in joint.bodies
+                    for body in joint.bodies}  # fmt: skip
+        found: tuple[str, str] | None = None
+        if self.result.mechanism.dimension == 3:
+            return self._last_in_space(driven)
+        for name, series in self.result.bodies.items():
+            free = name in grounded and not self._coordinates(name) & driven
+            if free and self._moves(series, "angle", "angular_velocity", self.angle):
+                found = ("bodies", name)
+        for name, series in self.result.joints.items():
+            slides = "ground" in joints[name].bodies and "slide" in series
+            free = slides and not self._coordinates(name) & driven
+            if free and self._moves(series, "slide", "slide_velocity", self.length):
+                found = ("joints", name)
+        return found
+
+    def _last_in_space(self, driven: set[str]) -> tuple[str, str] | None:
+        """Return the last joint on the ground that moves and is not driven, if any."""
+        joints, found = self.result.mechanism.joints, None
+        for name, series in self.result.joints.items():
+            free = "ground" in joints[name].bodies and not self._coordinates(name) & driven
+            if free and list(self._relative(name, series, 0)):
+                found = ("joints", name)
+        return found
+
+    def _relative(self, name: str, series: Any, rates: int) -> Iterator[Column]:
+        """Yield the coordinates of a joint in space that change, with some of their rates."""
+        for word in RELATIVE:
+            turns = word in TURNS
+            noise = self.angle if turns else self.length
+            if word not in series or not self._moves(series, word, f"{word}_velocity", noise):
+                continue
+            yield self._column(f"{name}.{word}", "rad" if turns else "m", series[word], noise)
+            for rate in ("velocity", "acceleration")[:rates]:
+                if f"{word}_{rate}" in series:
+                    unit = self.result.unit("joints", name, f"{word}_{rate}")
+                    yield self._column(f"{name}.{word}", unit, series[f"{word}_{rate}"], 0.0)
+
+    def _coordinates(self, name: str) -> set[str]:
+        return {f"{name}.{word}" for word in (*RELATIVE, "s")}
+
+    def _part(self, kind: str, name: str, rates: int) -> Iterator[Column]:
+        """Yield a body's angle or a joint's slide or place, with some of its rates."""
+        series = getattr(self.result, kind)[name]
+        if kind == "joints" and self.result.mechanism.dimension == 3:
+            yield from self._relative(name, series, rates)
+            return
+        if kind == "joints" and "s" in series:
+            if self._moves(series, "s", "s_velocity", 0.0):
+                yield f"{name}.s", cells(series["s"])
+            return
+        words = ANGLE if kind == "bodies" else SLIDE
+        if words[0] not in series:
+            return
+        turns = kind == "bodies"
+        noise = self.angle if turns else self.length
+        if not self._moves(series, words[0], words[1], noise):
+            return
+        title, unit = (name, "rad") if turns else (f"{name}.slide", "m")
+        yield self._column(title, unit, series[words[0]], noise)
+        for word in words[1 : rates + 1]:
+            if word in series:
+                unit = self.result.unit(kind, name, word)
+                yield self._column(name, unit, series[word], self._rates[word])
+
+    def _point(self, name: str) -> Iterator[Column]:
+        """Yield the coordinates of a point that change."""
+        places = self.result.points[name].position
+        for i, axis in enumerate(self.result.mechanism.axes):
+            if len(places) < 2 or _span(places[:, i]) > self.length:
+                yield self._column(f"{name}.{axis}", "m", places[:, i], self.length)
+
+    def _in(self, unit: str, values: Any) -> tuple[str, Any]:
+        """Return the unit in which values are shown, and the values in it."""
+        own = self.result.units.read(unit)
+        return own.name, values if own.factor == 1 else values * own.factor
+
+    def _column(self, name: str, unit: str, values: Any, noise: float) -> Column:
+        """Return a column in the unit it is shown in; what is noise is 0."""
+        shown, numbers = self._in(unit, values)
+        return f"{name} [{shown}]", cells(
+            numbers, noise=noise * self.result.units.read(unit).factor
+        )
+
+    def _moves(self, series: Any, word: str, rate: str, noise: float) -> bool:
+        """Return whether something changes by more than noise, or does so somewhere in between."""
+        values = np.asarray(series[word], float)
+        if len(values) > 1:
+            columns = values.reshape(len(values), -1).T
+            return max(_span(column) for column in columns) > noise
+        return rate not in series or bool(np.nanmax(np.abs(series[rate]), initial=0.0) > 0)
+
+    def _most(self, kind: str, word: str) -> float:
+        """Return the largest size of a series over all parts."""
+        sizes = [
+            float(np.nanmax(np.abs(own[word]), initial=0.0))
+            for own in getattr(self.result, kind).values()
+            if word in own
+        ]
+        return max(sizes, default=0.0)
+
+
+def _span(values: Any) -> float:
+    """Return the range of the values that are there."""
+    there = values[np.isfinite(values)]
+    return float(np.ptp(there)) if there.size else 0.0

@@ -1,0 +1,130 @@
+"""The task whose motion is exported: its result, and what it was computed with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Reactions, Sweep
+from mechdae.errors import InputError, SolveError
+from mechdae.motion.kinematics.prepared import Run, Setting, prepare
+from mechdae.motion.kinematics.report import report
+from mechdae.motion.kinematics.sweep import run as followed
+from mechdae.results import Result
+from mechdae.tasks.solve import solve
+
+KINDS = ("sweep", "reactions", "motion")
+"""Kinds of tasks with poses along a path, which exports are made of."""
+GOOD = ("ok", "limit", "ambiguous", "jammed")
+
+
+@dataclass(frozen=True)
+class ExportedMotion:
+    """A task with all bodies of its mechanism.
+
+    Attributes
+    ----------
+    problem, task, result
+        What was computed; nothing is left out, whatever the task asks for.
+    setting, run
+        Of sweeps and of the motion of reactions; None of motions under forces.
+    """
+
+    problem: Problem
+    task: str
+    result: Result
+    setting: Setting | None = None
+    run: Run | None = None
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism with its numbers."""
+        return self.problem.mechanism
+
+    @property
+    def rows(self) -> list[int]:
+        """The poses that are there."""
+        status = self.result.status
+        return [k for k in range(len(status)) if str(status[k]) in GOOD]
+
+    @property
+    def first(self) -> int:
+        """The first pose in which all bodies are assembled, a limit position last."""
+        rows = [k for k in self.rows if str(self.result.status[k]) != "limit"] or self.rows
+        if not rows:
+            raise SolveError(
+                "no pose of the task assembles", where=f"tasks.{self.task}", hint="mechdae solve"
+            )
+        return rows[0]
+
+    def single(self, what: str) -> tuple[Setting, Run]:
+        """Return what a sweep of one driver was computed with.
+
+        Raises
+        ------
+        InputError
+            Another kind of task: `what` is not made of it.
+        """
+        setting, run = self.setting, self.run
+        if setting is None or run is None or not setting.graphs.single:
+            raise InputError(
+                f"{what} is made of a task with one driver and no law of time",
+                where=f"tasks.{self.task}",
+                hint="a task of kind sweep with driver = { coordinate = ..., from_deg, to_deg }",
+            )
+        return setting, run
+
+
+def motion_of(problem: Problem, name: str | None) -> ExportedMotion:
+    """Return the motion of a task, by default of the first one that moves along a path.
+
+    Raises
+    ------
+    InputError
+        No such task, or one of another kind.
+    SolveError
+        The mechanism does not assemble.
+    """
+    if name is None:
+        able = [own for own, task in problem.tasks.items() if task.kind in KINDS]
+        able.sort(key=lambda own: _rank(problem.task(own)))
+        if not able:
+            raise InputError(
+                "no task with poses along a path", where="tasks", hint="a task of kind sweep"
+            )
+        name = able[0]
+    task: Any = problem.task(name)
+    if task.kind not in KINDS:
+        raise InputError(
+            f"an export is made of {', '.join(KINDS)}, not of {task.kind}", where=f"tasks.{name}"
+        )
+    if isinstance(task, Reactions):
+        task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
+    if not isinstance(task, Sweep):
+        task = replace(task, outputs=None)
+        whole = problem.with_task(name, task)
+        return ExportedMotion(whole, name, solve(whole, name))
+    task = replace(task, outputs=None, measures=None, derivatives=max(2, task.derivatives))
+    whole = problem.with_task(name, task)
+    setting = prepare(whole, task)
+    run = followed(setting, task)
+    return ExportedMotion(whole, name, report(whole, name, task, setting, run), setting, run)
+
+
+def _rank(task: Any) -> int:
+    """Return how well a task suits: sweeps over a range, then single poses, then motions."""
+    if not isinstance(task, Sweep):
+        return 2
+    return int(any(driver.at is not None for driver in task.all_drivers))
+
+
+def reported(motion: ExportedMotion, kind: str, part: str, quantity: str, row: int) -> Any:
+    """Return a value of one pose, an array of nan where the result has none."""
+    table = getattr(motion.result, kind)
+    if part not in table or quantity not in table[part]:
+        return np.full(1, np.nan)
+    return np.asarray(table[part][quantity])[row]

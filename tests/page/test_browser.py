@@ -1,0 +1,261 @@
+"""The page in a real browser: no message, no request, keyboard, pointer, phone, files."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+
+import pytest
+
+import mechdae as md
+from mechdae.parts.page import link
+from mechdae.parts.page.editor import editor
+from tests.shared.browser import CHROMIUM, until
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+
+
+SHOWN = {"four-bar-crank-rocker": "turn", "gorshkov-seven-link": "window", "double-pendulum": None}
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pages")
+    return {name: md.page(name, task).save(folder / f"{name}.html") for name, task in SHOWN.items()}
+
+
+def test_interface_for_embedding(opened):
+    page = opened("four-bar-crank-rocker")
+    assert page.evaluate("mechdae.live") is True
+    assert page.evaluate("mechdae.set({'crank.angle': 1.0, b: 0.125})") is True
+    pose = page.evaluate("mechdae.pose()")
+    truth = md.solve("four-bar-crank-rocker", "turn", set={"b": 0.125})
+    fresh = md.solve(
+        md.load("four-bar-crank-rocker").with_values({"b": 0.125}).mechanism,
+        md.Sweep(driver=md.Driver("crank.angle", at=(1.0,), speed=10.0)),
+    )
+    assert pose["status"] == "ok"
+    for rate in ("position", "velocity", "acceleration"):
+        wanted = getattr(fresh.points["coupler.P"], rate)[0]
+        assert pose["points"]["coupler.P"][rate] == pytest.approx(wanted, rel=1e-12)
+    swept = page.evaluate("mechdae.sweep('bodies/rocker/angle', 361)")
+    assert swept == pytest.approx(truth.bodies["rocker"].angle.tolist(), abs=1e-12)
+    assert page.evaluate("mechdae.set({nothing: 1})") is False
+    assert "nothing" in page.evaluate("mechdae.reason")
+    assert page.evaluate("mechdae.set({a: 9})") is False
+    assert "opens at" in page.evaluate("mechdae.reason")
+    assert (
+        page.evaluate("mechdae.pose().points['coupler.P'].position")
+        == pose["points"]["coupler.P"]["position"]
+    )
+    assert page.evaluate("mechdae.choose('+')") is True
+    assert page.evaluate("mechdae.pose().mode") == "+"
+    assert "b = 0.125" in page.evaluate("mechdae.toml()")
+
+
+def test_the_bound_is_told_in_the_units_of_the_page(browser, tmp_path):
+    """Where lengths are inches and angles radians, so is how far they may be off."""
+    made = md.page("four-bar-crank-rocker", "turn", units="in,rad")
+    page = browser.new_page()
+    page.goto(f"file://{made.save(tmp_path / 'inches.html')}")
+    said = page.locator("#status").inner_text()
+    found = re.search(r"error at most (\S+) in, (\S+) rad", said)
+    assert found is not None, said
+    bound = page.evaluate("mechdae.pose().bound")
+    assert float(found[1]) == pytest.approx(bound["length"] / 0.0254, rel=0.05)
+    assert float(found[2]) == pytest.approx(bound["angle"], rel=0.05)
+    page.close()
+
+
+def test_keyboard_alone(opened):
+    page = opened("gorshkov-seven-link")
+    page.focus("#diagram")
+    before = page.evaluate("mechdae.pose().driver['crank.angle']")
+    page.keyboard.press("ArrowRight")
+    until(page, f"mechdae.pose().driver['crank.angle'] > {before}")
+    page.keyboard.press("End")
+    until(page, "mechdae.pose().status === 'limit'")
+    limits = page.evaluate("mechdae.limits()")
+    assert limits == pytest.approx([-1.3312646100770071, 1.0625701691277127], abs=1e-12)
+    page.keyboard.press("Home")
+    until(page, f"mechdae.pose().driver['crank.angle'] < {limits[0] + 1e-9}")
+    page.keyboard.press("]")
+    assert page.evaluate("mechdae.pose().mode") != "+,+,-"
+    page.keyboard.press(" ")
+    until(page, "mechdae.pose().status === 'ok'")
+    page.keyboard.press(" ")
+
+
+def test_a_point_is_dragged_along_its_path(opened):
+    page = opened("four-bar-crank-rocker")
+    page.evaluate("mechdae.set({'crank.angle': 1.0})")
+    box = page.locator("#diagram").bounding_box()
+    place = page.evaluate(
+        """() => { const point = [...document.querySelectorAll('#diagram .point')].pop();
+        return [Number(point.getAttribute('cx')), Number(point.getAttribute('cy'))]; }"""
+    )
+    page.mouse.move(box["x"] + place[0], box["y"] + place[1])
+    page.mouse.down()
+    page.mouse.move(box["x"] + place[0] - 30, box["y"] + place[1] - 10, steps=5)
+    page.mouse.up()
+    until(page, "Math.abs(mechdae.pose().driver['crank.angle'] - 1.0) > 0.01")
+    assert page.evaluate("mechdae.pose().status") == "ok"
+
+
+def test_dimensions_are_undone_as_gestures(opened):
+    page = opened("four-bar-crank-rocker")
+    field = page.get_by_label("b [mm]")
+    field.fill("125")
+    field.press("Enter")
+    until(page, "mechdae.toml().includes('b = 0.125')")
+    page.keyboard.press("Control+z")
+    until(page, "!mechdae.toml().includes('b = 0.125')")
+    page.keyboard.press("Control+Shift+z")
+    until(page, "mechdae.toml().includes('b = 0.125')")
+    until(page, "location.hash.includes('b=0.125')")
+
+
+def test_the_address_holds_what_differs(opened):
+    page = opened("four-bar-crank-rocker", "#b=0.125&s=1.5&mode=%2B")
+    pose = page.evaluate("mechdae.pose()")
+    assert pose["driver"]["crank.angle"] == 1.5
+    assert pose["mode"] == "+"
+    assert "b = 0.125" in page.evaluate("mechdae.toml()")
+
+
+@pytest.mark.parametrize("kind", ["SVG", "PNG", "CSV", "TOML"])
+def test_files_come_out(opened, kind):
+    page = opened("four-bar-crank-rocker")
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name=kind).click()
+    content = waiting.value.path().read_bytes()
+    start = {"SVG": b"<svg", "PNG": b"\x89PNG", "CSV": b"status,drivers/", "TOML": b"schema"}
+    assert content.startswith(start[kind])
+    if kind == "CSV":
+        assert len(content.splitlines()) == 362
+
+
+@pytest.mark.parametrize(
+    "name", ["four-bar-crank-rocker", "gorshkov-seven-link", "double-pendulum"]
+)
+@pytest.mark.parametrize("width", [320, 390])
+def test_a_phone_does_not_scroll_sideways(opened, name, width):
+    page = opened(name, viewport={"width": width, "height": 844}, has_touch=True)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    small = page.evaluate(
+        """() => [...document.querySelectorAll('button, select, input[type=number]')]
+        .filter((own) => own.getBoundingClientRect().height < 24).length"""
+    )
+    assert small == 0
+
+
+def test_recorded_poses_play(opened):
+    page = opened("double-pendulum")
+    assert "kind motion" in page.evaluate("mechdae.live")
+    before = page.evaluate("mechdae.pose().points")
+    page.get_by_role("button", name="Play").click()
+    until(page, "mechdae.pose().driver.t > 0.05")
+    assert page.evaluate("mechdae.pose().points") != before
+    assert page.evaluate("mechdae.set({t: 1})") is False
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        r'"checks":\[\{"s":[^,]*,"y":\["(.)',
+        r'"a","value":([^,]*),',
+        r'"points":\{"[^"]*":"(.)',
+    ],
+    ids=["check", "slider", "recorded"],
+)
+def test_altered_data_are_noticed(browser, pages, tmp_path, pattern):
+    text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
+    data = re.search(pattern, text)
+    assert data is not None
+    file = tmp_path / "altered.html"
+    file.write_text(text[: data.start(1)] + "7" + text[data.end(1) :], encoding="utf-8")
+    page = browser.new_page()
+    page.goto(f"file://{file}")
+    assert "altered" in page.evaluate("mechdae.live")
+    assert "altered" in page.locator("#status").inner_text()
+    assert page.evaluate("mechdae.pose()") is None
+    assert page.locator("#diagram path").count() == 0
+    page.close()
+
+
+def test_kernels_that_differ_are_not_believed(browser, pages, tmp_path):
+    """Where the numbers differ from Python's the recorded poses are shown."""
+    text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
+    script = link.unpacked(text)
+    pose, end = script.index("function pose(M)"), script.index("function slopes(M)")
+    wrong = script[pose:end].replace("Math.cos(", "1.01*Math.cos(")
+    text = text.replace(link.packed(script), link.packed(script[:pose] + wrong + script[end:]), 1)
+    file = tmp_path / "altered.html"
+    file.write_text(text, encoding="utf-8")
+    page = browser.new_page()
+    page.goto(f"file://{file}")
+    assert "differ" in page.evaluate("mechdae.live")
+    assert "recorded" in page.locator("#subtitle").inner_text()
+    page.close()
+
+
+@pytest.mark.parametrize("at", [0.1, 0.5, 0.999])
+def test_an_altered_script_is_not_run(browser, pages, tmp_path, at):
+    """One letter of the packed script is another one: nothing of it is run."""
+    text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
+    found = link.PACKED.search(text)
+    assert found is not None
+    k = int(found.start(1) + at * len(found[1]))
+    file = tmp_path / "altered.html"
+    file.write_text(text[:k] + ("A" if text[k] != "A" else "B") + text[k + 1 :], encoding="utf-8")
+    page = browser.new_page()
+    page.goto(f"file://{file}")
+    assert page.locator("#status").inner_text() == "the file was altered"
+    assert page.evaluate("mechdae.live === undefined")  # the element of the data
+    page.close()
+
+
+HOSTILE = (
+    '</script><script>window.hurt = 1</script><img src=x onerror="window.hurt = 1">'
+    '\u202e" onload="window.hurt = 1'
+)
+
+
+@pytest.mark.parametrize("lang", ["en", "ru"])
+def test_hostile_titles_and_names_change_nothing(browser, tmp_path, lang):
+    """Title, source and name of the file are texts, in the page and in what it saves."""
+    own = md.load("slider-crank")
+    with pytest.raises(md.InputError, match="not a name"):
+        md.Problem(own.mechanism, {HOSTILE: own.task("turn")})
+    problem = md.Problem(own.mechanism, own.tasks, name=HOSTILE, title=HOSTILE, source=HOSTILE)
+    page = browser.new_page()
+    page.goto(f"file://{md.page(problem, lang=lang).save(tmp_path / 'hostile.html')}")
+    assert page.evaluate("window.hurt === undefined && mechdae.live") is True
+    assert page.locator("#title").inner_text() == HOSTILE
+    assert page.locator("#subtitle").inner_text() == f"{HOSTILE} / turn"
+    assert page.locator("img").count() == 0
+    assert page.locator("script").count() == 3
+    assert tomllib.loads(page.evaluate("mechdae.toml()"))["title"] == HOSTILE
+    page.close()
+
+
+@pytest.mark.parametrize("name", ["a b", "a.b", "<b>", "\u202ea", "a'"])
+def test_names_of_parts_are_letters(name):
+    with pytest.raises(md.InputError):
+        md.Mechanism(
+            ground=md.Ground(points={"O": (0, 0)}),
+            bodies=[md.Body(name, points={"O": (0, 0), "A": (1, 0)})],
+            joints=[md.Revolute("O", "ground.O", f"{name}.O")],
+        )
+
+
+def test_hostile_files_change_nothing_in_the_editor(browser, tmp_path):
+    problem = md.load("four-bar-double-rocker")
+    problem = md.Problem(problem.mechanism, problem.tasks, name=HOSTILE, title=HOSTILE)
+    page = browser.new_page()
+    page.goto(f"file://{editor(problem).save(tmp_path / 'hostile.html')}")
+    assert page.evaluate("window.hurt === undefined && mechdae.state().links.length") == 3
+    assert page.locator("img").count() == 0
+    assert tomllib.loads(page.evaluate("mechdae.toml()"))["title"] == HOSTILE
+    page.close()

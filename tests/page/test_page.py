@@ -1,0 +1,317 @@
+"""The live page: its data, its file, what it refuses; poses solved by its modules in Node.js."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.parts.page import link
+from mechdae.parts.page.document import data_of
+from tests.shared.command import run
+from tests.shared.live import in_page, places_of
+from tests.shared.node import needs_node
+
+WEB = Path(link.__file__).parent / "web"
+LIVE = ["four-bar-crank-rocker", "gorshkov-seven-link", "jansen-leg", "four-bar-double-rocker",
+        "triad-six-modes", "geared-five-bar", "slider-crank", "oscillating-cylinder",
+        "five-bar-robot", "differential", "pantograph", "cam-roller-follower", "wankel-rotor",
+        "flyball-governor"]  # fmt: skip
+
+
+def test_a_page_is_the_same_each_time_and_reads_back(tmp_path):
+    first, second = md.page("four-bar-crank-rocker"), md.page("four-bar-crank-rocker")
+    assert first.html == second.html
+    file = first.save(tmp_path / "page.html")
+    assert data_of(file) == json.loads(json.dumps(dict(first.data)))
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
+    (tmp_path / "other.html").write_text("<html></html>", encoding="utf-8")
+    with pytest.raises(md.InputError, match="no page"):
+        data_of(tmp_path / "other.html")
+
+
+def test_a_page_asks_nobody(tmp_path):
+    text = md.page("jansen-leg").html
+    assert "default-src 'none'" in text
+    assert not re.search(r"https?://(?!www\.w3\.org/)", text.split(link.OPENING)[0])
+    script = link.unpacked(text)
+    assert set(re.findall(r"https?://[^\"'`]*", script)) <= {"http://www.w3.org/2000/svg"}
+    assert "innerHTML" not in text + script
+
+
+def test_pages_are_small():
+    """Eight links with forces and plans: 150 kB at most, any planar problem 300."""
+    assert len(md.page("jansen-leg").html.encode()) < 118_000
+    assert len(md.page("slider-crank-inertia").html.encode()) < 96_000
+    assert len(md.page("chain-of-four-bars").html.encode()) < 250_000
+
+
+def test_names_from_files_change_nothing(tmp_path):
+    evil = '</script><script>alert("1")</script>\u202e<!--'
+    problem = md.load("four-bar-crank-rocker")
+    problem = md.Problem(problem.mechanism, problem.tasks, name="x", title=evil, source=evil)
+    page = md.page(problem)
+    assert page.html.count("<script") == md.page("four-bar-crank-rocker").html.count("<script")
+    markup = re.sub(r"<script.*?</script>", "", page.html, flags=re.S)
+    assert "<script>alert" not in markup
+    assert "&lt;script&gt;alert" in markup
+    assert data_of(page.save(tmp_path / "p.html"))["title"] == evil
+
+
+def test_tasks_that_cannot_be_live_say_why():
+    for name, words in (
+        ("andrews-squeezer", "kind motion"),
+        ("parallelogram-three-cranks", "superfluous"),
+    ):
+        data = md.page(name).data
+        assert data["live"] is False
+        assert words in data["reason"]
+        assert data["recorded"]["points"]
+
+
+def test_pages_that_cannot_be(capsys, tmp_path):
+    for words, said in (
+        (["four-bar-crank-rocker", "--task", "modes"], "sweep, reactions, motion"),
+        (["four-bar-crank-rocker", "--lang", "fr"], "en, ru"),
+        (["four-bar-crank-rocker", "--out", str(tmp_path / "no" / "page.html")], "no such folder"),
+        (["four-bar-crank-rockr"], "did you mean"),
+        (["vector-modules-planar"], "no point"),
+        (["four-bar-crank-rocker", "--set", "b=5"], "assemble"),
+    ):
+        code, _, err = run(capsys, "page", *words)
+        assert code != 0
+        assert said in err
+    code, out, _ = run(capsys, "plot", "slider-crank", "--kind", "page", "--out", str(tmp_path))
+    assert code == 0
+    assert Path(out.strip()).exists()
+    assert run(capsys, "plot", "slider-crank", "--kind", "page", "--ghosts", "3")[0] == 2
+
+
+def test_a_result_has_a_page():
+    result = md.solve("four-bar-crank-rocker", "turn")
+    data = md.page(result).data
+    assert data["live"] is True
+    assert data["range"] == [0.0, 2 * np.pi]
+
+
+def test_a_notebook_shows_it():
+    shown = md.page("slider-crank")._repr_html_()
+    assert shown.startswith("<iframe srcdoc=")
+    assert "<script" not in shown
+
+
+@needs_node
+@pytest.mark.parametrize("name", LIVE)
+def test_poses_are_those_of_python(name, tmp_path):
+    page = md.page(name)
+    assert page.data["live"] is True
+    result = md.solve(name, page.data["task"])
+    rows = np.unique(np.linspace(0, len(result.status) - 1, 25).astype(int))
+    places = places_of(page, result)[rows].tolist()
+    found = in_page(
+        page,
+        f"""
+const poses = {json.dumps(places)}.map((s) => session.motion.pose(s));
+const limits = session.motion.ends.map((e) => e && e.s);
+console.log(JSON.stringify({{ test: session.selfTest(), limits,
+  poses: poses.map((pose) => ({{ status: pose.status, bound: pose.y && session.motion.bound(pose),
+    points: Object.fromEntries(data.entries.filter((e) => e.kind === "points").map((e) =>
+      [e.part, [0, 1, 2].map((order) => session.inTime(pose, e.columns, order))])) }})) }}));
+""",
+        tmp_path,
+    )
+    assert found["test"] < 0.1
+    for wanted, own in zip(page.data["limits"], found["limits"], strict=True):
+        assert (wanted is None) == (own is None)
+        assert wanted is None or abs(wanted - own) < 1e-9
+    ratios = []  # of bounds: at single poses Newton's method may end a step earlier
+    for k, pose in zip(rows, found["poses"], strict=True):
+        assert pose["status"] == result.status[k]
+        if pose["status"] != "ok":
+            continue
+        ratios.append(pose["bound"]["length"] / result.bound.length[k])
+        for order, rate in enumerate(("position", "velocity", "acceleration")):
+            series = {ref: np.asarray(getattr(own, rate))[k] for ref, own in result.points.items()}
+            size = max(np.abs(value).max() for value in series.values())
+            for reference, value in series.items():
+                miss = np.abs(np.array(pose["points"][reference][order]) - value).max()
+                assert miss <= (1e-13, 1e-13, 1e-12)[order] * size
+    assert 0.25 < min(ratios) <= max(ratios) < 4
+
+
+@needs_node
+@pytest.mark.parametrize("name", ["four-bar-crank-rocker", "gorshkov-seven-link", "jansen-leg",
+                                  "five-bar-robot", "cam-roller-follower"])  # fmt: skip
+def test_changed_dimensions_give_what_python_gives(name, tmp_path):
+    """Python assembles each set of numbers anew and sweeps it; the page carries its own branch."""
+    page = md.page(name)
+    task, sliders = page.data["task"], page.data["sliders"]
+    names = [slider["name"] for slider in sliders]
+    problem, truths = md.load(name), []
+    for row in np.random.default_rng(7).uniform(-1, 1, (12, len(sliders))):
+        theta = [own["value"] * (1 + 0.03 * u) for own, u in zip(sliders, row, strict=True)]
+        truth = md.solve(problem, task, set=dict(zip(names, theta, strict=True)))
+        rows = np.flatnonzero(truth.status == "ok")[5::40]
+        places = places_of(page, truth)[rows].tolist()
+        truths.append((theta, truth, rows, places))
+    found = in_page(
+        page,
+        f"""
+const start = [...session.theta];
+const wanted = {json.dumps([[theta, places] for theta, _, _, places in truths])};
+console.log(JSON.stringify(wanted.map(([theta, places]) => {{
+  const t = session.dimension(theta);
+  const poses = places.map((s) => session.motion.pose(s));
+  const own = poses.map((pose) => [pose.status, pose.y && session.places_of(pose)]);
+  session.dimension(start);
+  return [t, own];
+}})));
+""",
+        tmp_path,
+    )
+    compared = missing = 0
+    for (_, truth, rows, _), (t, poses) in zip(truths, found, strict=True):
+        for k, (status, points) in zip(rows, poses, strict=True):
+            if t < 1 or status != "ok":
+                missing += 1
+                continue
+            for reference, series in truth.points.items():
+                miss = np.abs(np.array(points[reference]) - series.position[k]).max()
+                assert miss < 1e-9
+            compared += 1
+    assert missing <= 0.05 * compared
+
+
+@needs_node
+def test_links_never_stretch(tmp_path):
+    """Sliders pulled to absurd values end where the branch ends, and every pose shown closes."""
+    page = md.page("jansen-leg")
+    gaps, moved, unnamed = in_page(
+        page,
+        """
+let seed = 12345;
+const random = () => { seed = (1103515245 * seed + 12345) % 2147483648; return seed / 2147483648; };
+let worst = 0, moved = 0, unnamed = 0;
+for (let k = 0; k < 120; k += 1) {
+  const theta = [...session.theta];
+  const i = Math.floor(random() * theta.length);
+  theta[i] = data.sliders[i].value * (0.2 + 2.5 * random());
+  const t = session.dimension(theta);
+  moved += t > 0 ? 1 : 0;
+  unnamed += t < 1 && !session.reason ? 1 : 0;
+  // pins are one point by construction: where a loop does not close, a link is longer
+  let lengths = null;
+  for (const pose of session.poses.filter((p) => p.y).slice(0, 40)) {
+    const places = session.places_of(pose);
+    const now = data.scene.bodies.flatMap(({ shape }) => shape.slice(1).map((name) => {
+      const [a, b] = [places[shape[0]], places[name]];
+      return Math.hypot(a[0] - b[0], a[1] - b[1]);
+    }));
+    lengths = lengths || now;
+    now.forEach((own, j) => {
+      worst = Math.max(worst, Math.abs(own - lengths[j]) / data.start.scale);
+    });
+  }
+}
+console.log(JSON.stringify([worst, moved, unnamed]));
+""",
+        tmp_path,
+    )
+    assert gaps < 1e-12  # none is nan either: three sides that make no triangle are refused
+    assert moved > 20
+    assert unnamed == 0
+
+
+@needs_node
+def test_undo_gives_the_same_numbers_back(tmp_path):
+    before, after, again = in_page(
+        md.page("four-bar-crank-rocker"),
+        """
+const shown = () => {
+  const { theta, s, mode, pose } = session;
+  return JSON.stringify([theta, s, mode, pose.x && [...pose.x]]);
+};
+const first = shown();
+session.remember(); session.dimension(session.theta.map((v, i) => (i === 1 ? 1.1 * v : v)));
+const second = shown();
+session.remember(); session.choose(data.modes.find((m) => !m.own).label);
+session.undo(); session.undo();
+const third = shown();
+session.undo(false);
+console.log(JSON.stringify([first, third, second === shown()]));
+""",
+        tmp_path,
+    )
+    assert before == after
+    assert again is True
+
+
+@needs_node
+def test_a_hurried_pose_is_the_one_that_is_followed(tmp_path):
+    """Carried alone while the hand moves, and followed when it rests: the same pose and ends."""
+    slow, quick, refused = in_page(
+        md.page("gorshkov-seven-link"),
+        """
+const statuses = () => session.poses.map((p) => p.status).join("");
+const shown = () => [[...session.pose.x], session.range, statuses()];
+const wanted = session.theta.map((v, i) => (i === 1 ? 1.04 * v : v));
+const far = session.theta.map((v, i) => (i === 1 ? 9 * v : v));
+session.dimension(wanted);
+const slow = shown();
+session.dimension(data.sliders.map((own) => own.value));
+for (const share of [0.3, 0.7, 1]) {
+  session.hurry(wanted.map((v, i) => data.sliders[i].value * (1 - share) + share * v));
+}
+const held = Boolean(session.held) && [...session.pose.x];
+const before = [...session.theta];
+const refused = session.hurry(far) || JSON.stringify(before) !== JSON.stringify(session.theta);
+session.settle();
+console.log(JSON.stringify([slow, [held, ...shown()], refused]));
+""",
+        tmp_path,
+    )
+    held, after, span, statuses = quick
+    assert np.abs(np.array(held) - slow[0]).max() < 1e-13
+    assert np.abs(np.array(after) - slow[0]).max() < 1e-13
+    assert span == pytest.approx(slow[1], abs=1e-12)
+    assert statuses == slow[2]
+    assert refused is False
+
+
+@needs_node
+def test_the_changed_file_is_what_the_page_shows(tmp_path):
+    page = md.page("four-bar-crank-rocker")
+    text = in_page(
+        page,
+        f"""
+const {{ tomlText }} = await import("{(WEB / "files.js").as_posix()}");
+session.dimension(session.theta.map((v, i) => (i === 1 ? 0.13 : v)));
+console.log(JSON.stringify(tomlText(data.file, data.sliders, session.theta)));
+""",
+        tmp_path,
+    )
+    file = tmp_path / "changed.toml"
+    file.write_text(text, encoding="utf-8")
+    assert md.load(file).mechanism.values()["b"] == 0.13
+    assert (
+        md.load(file).mechanism.values()["a"]
+        == md.load("four-bar-crank-rocker").mechanism.values()["a"]
+    )
+
+
+def test_modules_have_no_name_twice(tmp_path, monkeypatch):
+    assert "export " not in link.modules()
+    for file in WEB.glob("*.js"):
+        text = file.read_text(encoding="utf-8")
+        (tmp_path / file.name).write_text(text, encoding="utf-8")
+    with (tmp_path / "units.js").open("a", encoding="utf-8") as file:
+        file.write("export class Session {}\n")
+    monkeypatch.setattr(link, "WEB", tmp_path)
+    link.modules.cache_clear()
+    with pytest.raises(ValueError, match="Session is defined in"):
+        link.modules()
+    link.modules.cache_clear()
