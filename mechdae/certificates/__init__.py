@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 KINDS = ("sweep", "modes")
 """Kinds of tasks of which certificates are written."""
-PROOFS = {"turns": "check_space_turns", "places": "check_space_places"}
-"""Modules that check modes in space whose count follows from boxes, by what these are of."""
 
 
 def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
@@ -39,13 +37,13 @@ def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
         A claim does not stand the check in ball arithmetic.
     """
     loaded = _loaded(problem)
-    own = [name for name, entry in loaded.tasks.items() if entry.kind in KINDS]
-    if task is None and not own:
+    tasks = [name for name, entry in loaded.tasks.items() if entry.kind in KINDS]
+    if task is None and not tasks:
         raise UnavailableError("no task of kind sweep or modes, which certificates are written of")
     _checker()
     from mechdae.certificates.write import certificate_of  # needs what the checker needs
 
-    content = certificate_of(loaded, task or own[0])
+    content = certificate_of(loaded, task or tasks[0])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "certificate"
         path.write_text(as_json(content), encoding="utf-8")
@@ -70,7 +68,6 @@ def check_certificate(path: str | Path, problem: Problem | str | None = None) ->
     """
     checker = _checker()
     try:
-        checker = _checker(_name(checker.read(str(path))))
         proved: str = checker.check(str(path))
     except checker.FalseClaim as refused:
         place, _, why = str(refused).partition(": ")
@@ -91,28 +88,9 @@ def _loaded(problem: Problem | str) -> Problem:
     return load(problem) if isinstance(problem, str | Path) else problem
 
 
-def _name(content: Any) -> str:
-    """Return the module that checks a certificate, by what it says that it is."""
-    content = content if isinstance(content, dict) else {}
-    mechanism = content.get("mechanism")
-    mechanism = mechanism if isinstance(mechanism, dict) else {}
-    modes = "_modes" if content.get("kind") == "modes" else ""
-    if mechanism.get("dimension") != 3:
-        path = content.get("path")
-        steps = path.get("steps") if isinstance(path, dict) else None
-        if any("through" in step for step in steps or () if isinstance(step, dict)):
-            return "check_crossings"
-        joints = mechanism.get("joints")
-        own = joints.values() if isinstance(joints, dict) else ()
-        if any(joint.get("kind") == "curve" for joint in own if isinstance(joint, dict)):
-            return "check_curve_modes" if modes else "check_curves"
-        return "check_superfluous" if "superfluous" in mechanism else f"check{modes}"
-    return PROOFS.get(str(content.get("proof")), "check_space_modes") if modes else "check_space"
-
-
-def _checker(name: str = "check") -> ModuleType:
+def _checker() -> ModuleType:
     try:
-        return importlib.import_module(f"mechdae.certificates.{name}")
+        return importlib.import_module("mechdae.certificates.checker")
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
@@ -134,9 +112,8 @@ def _compare(content: dict[str, Any], problem: Problem) -> None:
         )
     here, there = mechanism_of_task(problem, str(name)), content["mechanism"]
     for part in ("bodies", "joints"):
-        names = {*here[part], *there[part]}
-        for own in sorted(names):
-            if here[part].get(own) != there[part].get(own):
-                raise SolveError("refused: not as in the problem", where=f"mechanism/{part}/{own}")
+        for name in sorted({*here[part], *there[part]}):
+            if here[part].get(name) != there[part].get(name):
+                raise SolveError("refused: not as in the problem", where=f"mechanism/{part}/{name}")
     if here["drivers"] != there["drivers"]:
         raise SolveError("refused: not as in the problem", where="mechanism/drivers")

@@ -6,9 +6,9 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from flint import ctx
-
-from mechdae.certificates import check_crossings
+from mechdae.certificates.checker import mechanism_of
+from mechdae.certificates.checker.arithmetic import FalseClaim, exact, exacts
+from mechdae.certificates.checker.crossings import ExactChangePoint
 from mechdae.certificates.superfluous import origins
 from mechdae.errors import UnavailableError
 
@@ -32,18 +32,17 @@ def meeting(mechanism: dict[str, Any], bodies: dict[str, list[str]], s: float) -
     found = origins(mechanism, turns)
     if not found.keys() >= bodies.keys():
         raise _refused("where not all bodies are linked by pins", s)
-    exact = {
+    place = {
         body: [*(str(own.get((0, "c"), Fraction(0))) for own in found[body]), str(counts[body])]
         for body in bodies
     }
-    ctx.prec, ctx.cap = check_crossings.PRECISION, 5
-    m = check_crossings.Checked(mechanism)
-    numbers = [v for b in m.bodies for v in check_crossings.exacts(exact[b], 3, b)]
+    m: Any = mechanism_of(mechanism)
+    numbers = [v for body in m.bodies for v in exacts(place[body], 3, body)]
     try:
-        check_crossings.Meeting(m, [*numbers, check_crossings.exact(str(counts[""]), "at")], "at")
-    except (check_crossings.FalseClaim, ArithmeticError, ValueError) as why:
+        ExactChangePoint(m, [*numbers, exact(str(counts[""]), "at")], "at")
+    except (FalseClaim, ArithmeticError, ValueError) as why:
         raise _refused(f"that is not exact ({why})", s) from None
-    return {"at": str(counts[""]), "bodies": exact}
+    return {"at": str(counts[""]), "bodies": place}
 
 
 def _refused(why: str, s: float) -> UnavailableError:

@@ -7,16 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from flint import acb, ctx
+from flint import acb
 
-from mechdae.certificates import (
-    check,
-    check_curves,
-    check_modes,
-    check_space,
-    check_space_modes,
-    check_superfluous,
-)
+from mechdae.certificates.checker import mechanism_of
+from mechdae.certificates.checker.arithmetic import ONE, ZERO, Dual, FalseClaim, exact
+from mechdae.certificates.checker.counts import Count
+from mechdae.certificates.checker.theorems_in_plane import IN_PLANE
+from mechdae.certificates.checker.theorems_in_space import IN_SPACE
+from mechdae.certificates.checker.tubes import follow, solution, turning
 from mechdae.certificates.complex_starts import poses_of_group
 from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
@@ -28,17 +26,6 @@ STARTS, MOST_STARTS = 200, 1000
 """Starts for each pose that is sought, and in all."""
 
 
-def checker_of(mechanism: dict[str, Any], modes: bool = False) -> Any:
-    """Return the checker of certificates of a mechanism: of sweeps, or of modes."""
-    if mechanism.get("dimension") == 3:
-        return check_space_modes if modes else check_space
-    if any(joint["kind"] == "curve" for joint in mechanism["joints"].values()):
-        return check_curves
-    if "superfluous" in mechanism:
-        return check_superfluous
-    return check_modes if modes else check
-
-
 def left_out(mechanism: dict[str, Any], places: Sequence[tuple[dict[str, Any], str]]) -> list[str]:
     """Return as many equations as there are superfluous ones, those that others tell.
 
@@ -46,8 +33,8 @@ def left_out(mechanism: dict[str, Any], places: Sequence[tuple[dict[str, Any], s
     the combinations of equations in which nothing changes, at each of the `places` (bodies,
     driver's value): what is kept is regular there.
     """
-    m = _checked(mechanism, square=False)
-    slopes = [_slopes(mechanism, m, *place) for place in places]
+    m: Any = mechanism_of(mechanism, square=False)
+    slopes = [_slopes(m, *place) for place in places]
     stresses = [np.linalg.svd(J)[0][:, m.n :] for J in slopes]
     choice = [k for k, kind in enumerate(m.kinds) if kind != "norm"]
     chosen = list[int]()
@@ -62,12 +49,11 @@ def _least(rows: Any) -> float:
     return float(np.linalg.svd(rows, compute_uv=False)[-1])
 
 
-def _slopes(mechanism: dict[str, Any], m: Any, bodies: dict[str, Any], at: str) -> Any:
+def _slopes(m: Any, bodies: dict[str, Any], at: str) -> Any:
     """Return the derivatives of all equations at a pose, in rows of length 1 or `LAST_KEPT`."""
-    z = m.claimed({"bodies": bodies}, check.exact(at, "at"), "at")
-    own = checker_of(mechanism)
-    rows = m.equations([own.Dual(x, {k: own.ONE}) for k, x in enumerate(z)])[0]
-    J = np.array([[float(row.d.get(k, own.ZERO)) for k in range(m.n)] for row in rows])
+    z = m.claimed({"bodies": bodies}, exact(at, "at"), "at")
+    rows = m.equations([Dual(x, {k: ONE}) for k, x in enumerate(z)])[0]
+    J = np.array([[float(row.d.get(k, ZERO)) for k in range(m.n)] for row in rows])
     J *= np.array(m.scale[: m.n])
     J /= np.linalg.norm(J, axis=1, keepdims=True)
     weights = [LAST_KEPT if kind in ("universal", "screw") else 1.0 for kind in m.kinds]
@@ -75,23 +61,22 @@ def _slopes(mechanism: dict[str, Any], m: Any, bodies: dict[str, Any], at: str) 
 
 
 def names_of(mechanism: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the coordinates that a checker has: owner and word of each."""
-    return list(_checked(mechanism, square=False).names)
+    """Return the coordinates that the checker has: owner and word of each."""
+    return list(mechanism_of(mechanism, square=False).names)
 
 
 def refined_path(mechanism: dict[str, Any], path: dict[str, Any]) -> dict[str, Any]:
     """Return a path with its poses to the last bit; those that balls do not prove as they were."""
-    own, m = checker_of(mechanism), _checked(mechanism)
-    places = [path, *path["steps"]]
-    corners = any(isinstance(law, list) and own is check_space for law in m.drivers.values())
+    m, places = mechanism_of(mechanism), [path, *path["steps"]]
+    corners = m.dimension == 3 and any(isinstance(law, list) for law in m.drivers.values())
     z: list[Any] | None = None
     for place in places:
-        to = own.exact(place.get("to", path["at"]), "at")
+        to = exact(place.get("to", path["at"]), "at")
         try:
             if z is None or not corners:
-                z = own.solution(m, m.claimed(place, to, "at")).box()
+                z = solution(m, m.claimed(place, to, "at")).box()
             else:  # whole legs: signs of quaternions are those that the way leads to
-                *_, (_, z) = own.follow(m, z, m.n, to)
+                *_, (_, z) = follow(m, z, m.n, to)
             place["bodies"] = _bodies(m, z)
         except ArithmeticError:
             pass  # the check says what is wrong
@@ -99,32 +84,22 @@ def refined_path(mechanism: dict[str, Any], path: dict[str, Any]) -> dict[str, A
         if word in path:
             at = near["at"] if near is path else near["to"]
             try:
-                z = own.solution(m, m.claimed(near, own.exact(at, word), word)).box()
-                claim = m.claimed(path[word], own.exact(path[word]["at"], word), word)
-                path[word]["bodies"] = _bodies(m, own.turning(m, z, claim, sense, word))
-            except (ArithmeticError, own.FalseClaim):
+                z = solution(m, m.claimed(near, exact(at, word), word)).box()
+                claim = m.claimed(path[word], exact(path[word]["at"], word), word)
+                path[word]["bodies"] = _bodies(m, turning(m, z, claim, sense, word))
+            except (ArithmeticError, FalseClaim):
                 pass  # the check says what is wrong
     return path
 
 
 def refined_mode(mechanism: dict[str, Any], mode: dict[str, Any], at: str) -> dict[str, Any]:
-    """Return a mode with its pose to the last bit."""
-    own, m = checker_of(mechanism), _checked(mechanism)
-    return mode | {"bodies": _refined(own, m, mode, at) or mode["bodies"]}
-
-
-def _checked(mechanism: dict[str, Any], **options: Any) -> Any:
-    ctx.prec, ctx.cap = check.PRECISION, 3
-    own = checker_of(mechanism)
-    return (own.Wide if own is check_superfluous else own.Checked)(mechanism, **options)
-
-
-def _refined(own: Any, m: Any, claim: dict[str, Any], at: str) -> dict[str, list[str]] | None:
-    """Return the pose near a claim, None where balls do not prove one."""
+    """Return a mode with its pose to the last bit, as it was where balls do not prove one."""
+    m = mechanism_of(mechanism)
     try:
-        return _bodies(m, own.solution(m, m.claimed(claim, own.exact(at, "at"), "at")).z)
+        z = solution(m, m.claimed(mode, exact(at, "at"), "at")).z
     except ArithmeticError:
-        return None
+        return mode
+    return mode | {"bodies": _bodies(m, z)}
 
 
 def _bodies(m: Any, z: list[Any]) -> dict[str, list[str]]:
@@ -150,7 +125,7 @@ def complex_poses(
     """
     search = PoseSearch(content)
     starts = [[acb(v) for v in search.m.claimed(mode, search.u, "modes")] for mode in real]
-    for group in solved if search.spatial and starts else ():
+    for group in solved if search.m.dimension == 3 and starts else ():
         starts += poses_of_group(search.m, starts[0], group)
     lost = any(group.singular for group in solved)  # random starts do not lead there either
     found = search.found(starts, 0 if lost else STARTS)
@@ -171,11 +146,7 @@ def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
         The first group of which neither does.
     """
     try:
-        if mechanism.get("dimension") != 3:
-            counted(check_modes, check_modes.Checked(mechanism), groups)
-        else:
-            m = check_space_modes.Checked(mechanism, square=False)
-            counted(check_space_modes, m, groups)
+        counted(mechanism_of(mechanism, square=False), groups)
     except UnavailableError:
         if not (boxes := looked_at(mechanism, groups)):
             raise
@@ -191,7 +162,7 @@ def looked_at(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
     """
     if mechanism.get("dimension") != 3:
         return ""
-    m, known, proofs = check_space_modes.Checked(mechanism, square=False), {"ground"}, set[str]()
+    m, known, proofs = mechanism_of(mechanism, square=False), {"ground"}, set[str]()
     for group in groups:
         known |= {*group}
         bodies = [(joint["kind"], {*joint["bodies"]}) for joint in m.joints.values()]
@@ -202,36 +173,27 @@ def looked_at(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
     return proofs.pop() if len(proofs) == 1 else ""
 
 
-def counted(own: Any, m: Any, groups: list[list[str]]) -> int:
-    """Return how many poses groups have together, by the theorems of a checker."""
-    count, known, joints = 1, {"ground"}, m.joints
-    m.joints = getattr(m, "rest", joints)  # without superfluous equations
-    for group in groups:
-        most, _ = own.most(m, group, known)
+def counted(m: Any, groups: list[list[str]]) -> int:
+    """Return how many poses groups have together, by the theorems of the checker."""
+    count = Count(m, groups, IN_SPACE if m.dimension == 3 else IN_PLANE)
+    for group, (most, _) in zip(groups, count.of_groups, strict=True):
         if not most:
             raise UnavailableError(
                 "no certificate is written of modes of a group whose poses no theorem of the "
                 f"checker counts: {', '.join(group)}",
                 hint="docs/certificates.md lists the groups that are counted",
             )
-        count, known = count * most, known | set(group)
-    m.joints = joints
-    return count
+    return count.most
 
 
 class PoseSearch:
     """The search for all complex poses of the groups in a certificate's `content`."""
 
     def __init__(self, content: dict[str, Any]) -> None:
-        self.spatial = content["mechanism"].get("dimension") == 3
-        self.own: Any = checker_of(content["mechanism"], modes=True)
-        ctx.prec, ctx.cap = self.own.PRECISION, 3
-        if self.spatial:
-            self.m: Any = self.own.Checked(content["mechanism"])
-        else:
-            self.m = _checked(content["mechanism"])
-        self.u, self.groups = self.own.exact(content["at"], "at"), content["groups"]
-        self.count = counted(self.own, self.m, self.groups)
+        self.m: Any = mechanism_of(content["mechanism"])
+        self.theorems = IN_SPACE if self.m.dimension == 3 else IN_PLANE
+        self.u, self.groups = exact(content["at"], "at"), content["groups"]
+        self.count = counted(self.m, self.groups)
         self.rng = random.Random(7)
 
     def found(self, starts: list[Any], drawn: int = STARTS) -> list[list[Any]]:
@@ -246,22 +208,17 @@ class PoseSearch:
                 break
             z = starts[k] if k < len(starts) else self._start(found)
             try:
-                pose = self.own.solution(self.m, z).box()
+                pose = solution(self.m, z).box()
             except ArithmeticError:
                 continue
             mirrored = [acb(x.real, -x.imag) for x in pose]
             for own in (pose, mirrored):  # the mirror image of a pose is one
-                if not any(self._alike(own, other) for other in found) and self._proper(own):
+                if not any(self._alike(own, other) for other in found) and self.m.oriented(own):
                     found.append(own)
         return found
 
     def _alike(self, one: list[Any], other: list[Any]) -> bool:
-        alike: bool = self.own.alike(self.m, self.groups, one, other)
-        return alike
-
-    def _proper(self, pose: list[Any]) -> bool:
-        """Whether axes have the senses that joints need."""
-        return not self.spatial or all(v.real > 0 for v in self.m.equations(pose)[1])
+        return self.theorems.alike(self.m, self.groups, one, other)
 
     def _start(self, found: list[list[Any]]) -> list[Any]:
         """Return a random complex place to begin from."""

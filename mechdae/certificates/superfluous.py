@@ -8,9 +8,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from flint import ctx
 
-from mechdae.certificates import check, check_superfluous
+from mechdae.certificates.checker import mechanism_of
+from mechdae.certificates.checker.arithmetic import ZERO, FalseClaim, exact
+from mechdae.certificates.checker.superfluous import EQUATIONS
 from mechdae.errors import UnavailableError
 
 NEAR = 2.0**-20
@@ -22,20 +23,6 @@ LOOSE = 1e-6
 CLOSES = ("revolute", "weld")
 Waves = dict[tuple[int, str], Fraction]
 """Factors of cos ks and sin ks by (k, "c" or "s")."""
-
-
-class _Every(check.Checked):
-    """All equations of a mechanism, however many."""
-
-    def __init__(self, data: Any) -> None:
-        ctx.prec, ctx.cap = check.PRECISION, 3
-        self.whole = False
-        super().__init__(data)
-        self.whole = True
-
-    def rows(self, z: Any) -> list[Any]:
-        every = super().rows(z)
-        return every if self.whole else every[: self.n]
 
 
 def with_motion(
@@ -56,13 +43,13 @@ def with_motion(
         Its motion is no sum of whole harmonics, numbers do not fit each other exactly, or other
         equations than those of pins are superfluous.
     """
-    m = _Every(mechanism)
+    m: Any = mechanism_of(mechanism, square=False)
     left, found = _left_out(m, groups, bodies)
     motion = _motion(m, mechanism, bodies, at)
     whole = mechanism | {"superfluous": [str(k) for k in sorted(left)], "motion": motion}
     try:
-        check_superfluous.Wide(whole)
-    except (check_superfluous.FalseClaim, ArithmeticError) as why:
+        mechanism_of(whole)
+    except (FalseClaim, ArithmeticError) as why:
         raise _refused(f"its numbers do not meet them exactly ({why})") from None
     return whole, found
 
@@ -94,13 +81,13 @@ def _refused(why: str) -> UnavailableError:
 
 
 def _left_out(
-    m: _Every, groups: list[list[str]], bodies: dict[str, Any]
+    m: Any, groups: list[list[str]], bodies: dict[str, Any]
 ) -> tuple[set[int], list[list[str]]]:
     """Return the numbers of equations that others tell, and groups that keep as many as needed."""
     rows = dict[str, range]()
     for name, joint in m.joints.items():
         first = rows[next(reversed(rows))].stop if rows else 0
-        rows[name] = range(first, first + check_superfluous.ROWS.get(joint["kind"], 1))
+        rows[name] = range(first, first + EQUATIONS.get(joint["kind"], 1))
     known, left, found = {"ground"}, set[int](), list[list[str]]()
     for group in groups:
         remaining, every = list(group), {*_joints(m, set(group), known)}
@@ -122,14 +109,14 @@ def _left_out(
     return left, found
 
 
-def _joints(m: _Every, bodies: set[str], known: set[str]) -> list[str]:
+def _joints(m: Any, bodies: set[str], known: set[str]) -> list[str]:
     """Return the joints of bodies with each other and with known ones."""
     ends = {name: {body for body, _ in joint["ends"]} for name, joint in m.joints.items()}
     return [name for name, own in ends.items() if own & bodies and own <= known | bodies]
 
 
 def _next(
-    m: _Every, remaining: list[str], known: set[str], rows: dict[str, range]
+    m: Any, remaining: list[str], known: set[str], rows: dict[str, range]
 ) -> tuple[list[str], list[str]]:
     """Return one body on two pins of known ones, or two of a dyad, with the joints that hold it."""
     to_known = {body: _joints(m, {body}, known) for body in remaining}
@@ -146,7 +133,7 @@ def _next(
     raise _refused("they are no dyads and links on two pins one behind the other")
 
 
-def _told(m: _Every, names: list[str], bodies: dict[str, Any]) -> int:
+def _told(m: Any, names: list[str], bodies: dict[str, Any]) -> int:
     """Return which equation of the second of two pins changes less when a body turns on the first.
 
     Turned about the first pin, the second one moves across the line between them.
@@ -163,14 +150,12 @@ def _told(m: _Every, names: list[str], bodies: dict[str, Any]) -> int:
     return int(abs(y2 - y1) > abs(x2 - x1))
 
 
-def _motion(
-    m: _Every, mechanism: dict[str, Any], bodies: dict[str, Any], at: str
-) -> dict[str, Any]:
+def _motion(m: Any, mechanism: dict[str, Any], bodies: dict[str, Any], at: str) -> dict[str, Any]:
     """Return x, y, angle of each body by s: rates are whole, phases right angles."""
     u = float(Fraction(at))
-    z = m.claimed({"bodies": bodies}, check.exact(at, "at"), "at")
+    z = m.claimed({"bodies": bodies}, exact(at, "at"), "at")
     slopes = m.slopes(z)[1]
-    J = np.array([[float(row.get(k, check.ZERO)) for k in range(m.n + 1)] for row in slopes])
+    J = np.array([[float(row.get(k, ZERO)) for k in range(m.n + 1)] for row in slopes])
     rates = np.linalg.lstsq(J[:, : m.n], -J[:, m.n], rcond=None)[0]
     turns = {"ground": (0, 0)}
     for k, body in enumerate(m.bodies):

@@ -9,10 +9,9 @@ import casadi as ca
 import numpy as np
 
 import mechdae
-from mechdae.certificates import check_curves
+from mechdae.certificates.checker import has_curves
 from mechdae.certificates.in_balls import (
     check_count,
-    checker_of,
     complex_poses,
     left_out,
     looked_at,
@@ -281,7 +280,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     mechanism = mechanism_of(setting.scene, _values(setting, u))
     groups = _groups(setting.scene.groups, mechanism["bodies"])
     wide = bool(setting.scene.redundant) and "dimension" not in mechanism
-    curved = checker_of(mechanism) is check_curves
+    curved = has_curves(mechanism)
     proof = (
         "" if wide or curved else check_count(mechanism, groups)
     )  # refusals come before all else

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ast
 import functools
-import itertools
 import json
 import random
 import statistics
@@ -14,92 +12,91 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import mechdae as md
 from mechdae.errors import InputError, SolveError, UnavailableError
 from tests.shared.altered import KINDS, alter
+from tests.shared.certified import certificate, checked, refusal
 from tests.shared.command import run
 from tests.shared.paths import ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
-CASES = {
-    "limits": ("four-bar-double-rocker", "window", 19),
-    "branches": ("gorshkov-seven-link", "pose", None),
-    "gears": ("planetary-gear-train", "turn", 13),
-    "slides": ("scotch-yoke", "turn", 13),
-    "laws": ("pantograph", "poses", None),
-    "linear": ("differential", "line", 5),
-    "rest": ("oscillating-cylinder", "start", 9),
-    "modes": ("gorshkov-seven-link", "modes", None),
-    "platform": ("triad-six-modes", "modes", None),
-    "curve": ("double-watt", "modes", None),
-    "geared": ("geared-five-bar", "modes", None),
-    "tip": ("five-bar-robot", "postures", None),
-    "space": ("rssr", "poses", None),
-    "superfluous": ("cardan-joint", "poses", None),
-    "legs": ("delta-robot", "path", None),
-    "spatial modes": ("cardan-joint", "modes", None),
-    "spatial vectors": ("vector-modules-spatial", "l_a_b", None),
-}
+from mechdae.certificates.checker import PlanarMechanism, mechanism_of
+from mechdae.certificates.checker.arithmetic import exact
+from mechdae.certificates.checker.theorems_in_plane import most_in_plane
+from mechdae.certificates.in_balls import left_out
+from mechdae.certificates.write import certificate_of
+
 MODES = {
-    **{"modes": (4, 8), "platform": (6, 6), "curve": (6, 36), "geared": (4, 4), "tip": (4, 4)},
+    **{"modes": (4, 8), "platform": (6, 6), "geared": (4, 4), "tip": (4, 4)},
     **{"spatial modes": (2, 2), "spatial vectors": (4, 4)},
 }
-"""Real and complex poses: dyads 2 each; platforms 6; a coupler curve and a line 6, times a platform
-6; a dyad with a gear of a + 1 and a = 1 turns 4; a pin that is driven and a dyad 2 x 2; a turn
-that a cross holds 2; two circles and a line 4."""
+"""Real and complex poses: dyads 2 each; platforms 6; a dyad with a gear of a + 1 and a = 1 turns 4;
+a pin that is driven and a dyad 2 x 2; a turn that a cross holds 2; two circles and a line 4."""
+PATHS = {
+    **{"limits": 7, "branches": 1, "gears": 5, "slides": 5, "laws": 3, "linear": 3, "rest": 5},
+    **{"space": 2, "legs": 3},
+}
+"""Poses of tasks, all of them on the path."""
+ALTERED = {
+    "limits": KINDS,
+    "laws": (*KINDS, "number"),
+    "geared": (*KINDS, "number"),
+    "spatial modes": ("mode", "complex", "number"),
+    "spatial vectors": ("mode", "complex", "number"),
+    "space": ("step", "body", "bound", "law"),
+    "legs": ("number",),
+}
 
 
-@pytest.fixture(scope="module")
-def written() -> dict[str, dict[str, Any]]:
-    found = {}
-    for word, (name, task, poses) in CASES.items():
-        problem = md.load(name)
-        if poses:
-            own = problem.tasks[task]
-            problem = problem.with_task(task, replace(own, poses=poses))
-        found[word] = md.certify(problem, task)
-    return found
+@pytest.mark.parametrize("word", PATHS)
+def test_paths_are_checked(word: str, tmp_path: Path) -> None:
+    assert f" {PATHS[word]} poses" in checked(certificate(word), tmp_path)
 
 
-@pytest.mark.parametrize("word", CASES)
-def test_certificates_are_checked(word: str, written: Any, tmp_path: Path) -> None:
-    path = tmp_path / "c.json"
-    path.write_text(json.dumps(written[word]))
-    proved = md.check_certificate(path)
-    if word in MODES:
-        assert proved.startswith("{} modes, and no others: of {} complex".format(*MODES[word]))
-    elif CASES[word][2]:
-        assert f" {CASES[word][2]} poses" in proved
+@pytest.mark.parametrize("word", MODES)
+def test_modes_are_checked(word: str, tmp_path: Path) -> None:
+    proved = checked(certificate(word), tmp_path)
+    assert proved.startswith("{} modes, and no others: of {} complex".format(*MODES[word]))
 
 
 def test_superfluous_equations_are_left_out_for_a_whole_turn(tmp_path: Path) -> None:
     """Of Schatz' linkage what others tell in the middle of the turn is needed elsewhere."""
     problem = md.load("schatz")
-    problem = problem.with_task("turn", replace(problem.tasks["turn"], poses=5))
-    path = tmp_path / "c.json"
-    path.write_text(json.dumps(md.certify(problem, "turn")))
-    told = md.check_certificate(path)
-    assert " 5 poses, of others nothing is claimed, 1 superfluous equations off by" in told
-    assert " steps, 0 limit positions, " in told
+    content = certificate_of(
+        problem.with_task("turn", replace(problem.tasks["turn"], poses=5)), "turn"
+    )
+    path = content["path"]
+    worst = max(condition(content["mechanism"], place) for place in [path, *path["steps"]])
+    middle = path["steps"][len(path["steps"]) // 2]
+    alone = left_out(content["mechanism"], [(middle["bodies"], middle["to"])])
+    assert alone != content["mechanism"]["superfluous"]
+    other = content["mechanism"] | {"superfluous": alone}
+    assert max(condition(other, place) for place in [path, *path["steps"]]) > 10 * worst
+    path["steps"], content["poses"] = path["steps"][:1], content["poses"][:1]
+    proved = checked(content, tmp_path)
+    assert " 1 poses, of others nothing is claimed, 1 superfluous equations off by" in proved
+    assert " steps, 0 limit positions, " in proved
 
 
-def test_altered_certificates_are_refused(written: Any, tmp_path: Path) -> None:
+def condition(mechanism: dict[str, Any], place: Any) -> float:
+    """Return the condition number of the equations that are kept at a place of a path."""
+    m = mechanism_of(mechanism)
+    z = m.claimed(place, exact(place.get("to", place.get("at")), ""), "")
+    return float(np.linalg.cond([[float(v) for v in row] for row in m.dense(z, m.n)]))
+
+
+def test_altered_certificates_are_refused(tmp_path: Path) -> None:
     """A number by 1e-6, a step or a mode left out, ...: refused, and it is said where."""
-    rng, seen, path = random.Random(5), set(), tmp_path / "c.json"
-    cases = [*itertools.product(("limits", "laws", "curve", "geared"), (*KINDS, "number"))]
-    cases += itertools.product(("spatial modes", "spatial vectors"), ("mode", "complex", "number"))
-    cases += [("space", kind) for kind in ("step", "body", "bound", "law")] + [("legs", "number")]
-    for word, kind in cases:
-        other, what = alter(written[word], kind, rng)
-        if what:
-            seen.add(kind)
-            path.write_text(json.dumps(other))
-            passes = f"{word}, {kind}, {what}"
-            with pytest.raises(SolveError, match="refused") as refused:
-                passes = md.check_certificate(path)
-            assert refused.value.where, passes
+    rng, seen = random.Random(5), set[str]()
+    for word, kinds in ALTERED.items():
+        for kind in kinds:
+            other, what = alter(certificate(word), kind, rng)
+            if what:
+                seen.add(kind)
+                assert refusal(other, tmp_path), (word, kind, what)
     assert seen == set(KINDS)
 
 
@@ -126,37 +123,25 @@ def test_what_is_no_certificate_is_refused(text: str, tmp_path: Path, capsys: An
     assert "refused" in err
 
 
-def test_numbers_that_are_none_are_refused_with_their_place(written: Any, tmp_path: Path) -> None:
-    path = tmp_path / "c.json"
+def test_numbers_that_are_none_are_refused_with_their_place(tmp_path: Path) -> None:
     for bad in (1.5, "1e5", "1/0", "nan", "9" * 2000, None, ["1"], "١"):
-        own = json.loads(json.dumps(written["branches"]))
-        own["mechanism"]["bodies"]["crank"]["A"][0] = bad
-        path.write_text(json.dumps(own))
-        with pytest.raises(SolveError, match="mechanism/bodies/crank/A/0"):
-            md.check_certificate(path)
+        content = certificate("branches")
+        content["mechanism"]["bodies"]["crank"]["A"][0] = bad
+        assert "mechanism/bodies/crank/A/0" in refusal(content, tmp_path)
 
 
-def test_long_files_are_not_read(written: Any, tmp_path: Path, monkeypatch: Any) -> None:
-    from mechdae.certificates import check
+def test_long_files_are_not_read(tmp_path: Path, monkeypatch: Any) -> None:
+    from mechdae.certificates.checker import arithmetic
 
-    monkeypatch.setattr(check, "MOST_BYTES", 1000)
-    path = tmp_path / "c.json"
-    path.write_text(json.dumps(written["branches"]))
-    with pytest.raises(check.FalseClaim, match="longer than 1000 bytes"):
-        check.check(str(path))
+    monkeypatch.setattr(arithmetic, "MOST_BYTES", 1000)
+    assert "longer than 1000 bytes" in refusal(certificate("branches"), tmp_path)
 
 
-def test_bounds_that_are_too_small_are_refused(written: Any, tmp_path: Path) -> None:
+def test_bounds_that_are_too_small_are_refused(tmp_path: Path) -> None:
     """Bounds a hundred times as small are smaller than some error."""
-    own = json.loads(json.dumps(written["branches"]))
-    own["poses"][0]["bound"] = {
-        "length": "1/10000000000000000000",
-        "angle": "1/10000000000000000000",
-    }
-    path = tmp_path / "c.json"
-    path.write_text(json.dumps(own))
-    with pytest.raises(SolveError, match="further off than its bound"):
-        md.check_certificate(path)
+    content = certificate("branches")
+    content["poses"][0]["bound"] = dict.fromkeys(("length", "angle"), f"1/{10**19}")
+    assert "further off than its bound" in refusal(content, tmp_path)
 
 
 def test_from_the_command_line(capsys: Any, tmp_path: Path) -> None:
@@ -193,82 +178,7 @@ def test_what_has_no_certificate_is_refused_by_name(name: str, task: str, says: 
     assert issubclass(UnavailableError, InputError)
 
 
-OF_PATHS = ("check", "check_curves", "check_space")
-"""Checkers that follow long ways in tubes around curves."""
-BY_BOXES = ("check_space_turns", "check_space_places")
-ON_CURVES = ("check_curves", "check_curve_modes")
-CHECKERS = (
-    *(*OF_PATHS, *BY_BOXES),
-    *("check_modes", "check_space_modes", "check_crossings", "check_superfluous"),
-    "check_curve_modes",
-)
-
-
-def source(name: str) -> str:
-    return (ROOT / "mechdae" / "certificates" / f"{name}.py").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("name", CHECKERS)
-def test_checkers_share_nothing_and_are_short(name: str) -> None:
-    """They import flint and the standard library, and have at most 430 lines of code each."""
-    text = source(name)
-    tree, quoted = ast.parse(text), set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            assert {alias.name for alias in node.names} <= {"json", "re", "sys"}
-        if isinstance(node, ast.ImportFrom):
-            assert node.module in {"__future__", "collections.abc", "typing", "flint"}
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            quoted |= set(range(node.lineno, node.end_lineno + 1))
-    lines = [
-        line
-        for k, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.strip().startswith("#") and k not in quoted
-    ]
-    assert len(lines) <= 430
-
-
-def test_what_checkers_have_in_common_is_one_text() -> None:
-    """Functions and classes of one name are the same to the letter, where space is no matter."""
-    parts: dict[str, dict[str, str]] = {}
-    for name in CHECKERS:
-        text = source(name)
-        found = parts.setdefault(name, {})
-        for node in ast.parse(text).body:
-            if isinstance(node, ast.FunctionDef | ast.ClassDef):
-                found[node.name] = str(ast.get_source_segment(text, node))
-    for one, other in itertools.combinations(CHECKERS, 2):
-        apart = {
-            "check",
-            "compare",
-            "sweep",
-            "modes",
-            "formula",
-            "Checked",
-            "most",
-            "alike",
-            "senses",
-        }
-        if ("space" in one) == ("space" in other):
-            apart = {"check"} | ({"compare", "sweep", "modes"} if "space" not in one else set())
-        if (one in ON_CURVES) != (other in ON_CURVES):
-            apart |= {"formula", "Checked", "compare", "modes", "alike"}
-        if (one in OF_PATHS) != (other in OF_PATHS):
-            apart |= {"Tube", "solution", "follow", "term"}
-        if (one in BY_BOXES) != (other in BY_BOXES):
-            apart |= {"modes"}
-        same = (parts[one].keys() & parts[other].keys()) - apart
-        assert {"read", "exact", "part", "Dual"} <= same
-        different = [key for key in same if parts[one][key] != parts[other][key]]
-        assert not different, (one, other, different)
-    assert {"Tube", "solution", "follow", "turning", "sweep"} <= parts["check"].keys()
-    shared = parts["check_space_turns"].keys() & parts["check_space_places"].keys()
-    assert {"Boxes", "Checked", "proved", "parted", "modes"} <= shared
-    for name in OF_PATHS:
-        assert parts["check"]["sweep"] == parts[name]["sweep"]
-
-
-def test_poses_next_to_a_limit_position_make_no_certificate_fail(written: Any) -> None:
+def test_poses_next_to_a_limit_position_make_no_certificate_fail() -> None:
     """Those that the steps do not reach are left out, the others are checked."""
     problem = md.load("four-bar-double-rocker")
     low, high = md.solve(problem, "window").summary["limits"]
@@ -356,55 +266,59 @@ def test_page_tells_what_solving_costs_without_certificates() -> None:
     ],
     ids=lambda law: str(law)[:20],
 )
-def test_laws_that_are_none_are_refused(law: Any, written: Any, tmp_path: Path) -> None:
+def test_laws_that_are_none_are_refused(law: Any, tmp_path: Path) -> None:
     """Operations that are not known, too few of their values, division by zero, nested ones."""
-    own = json.loads(json.dumps(written["laws"]))
-    own["mechanism"]["drivers"]["link.P.x"] = law
-    path = tmp_path / "c.json"
-    path.write_text(json.dumps(own))
-    with pytest.raises(SolveError, match="refused"):
-        md.check_certificate(path)
+    content = certificate("laws")
+    content["mechanism"]["drivers"]["link.P.x"] = law
+    refusal(content, tmp_path)
 
 
-def test_files_that_are_cut_off_are_refused(written: Any, tmp_path: Path) -> None:
-    text, path = json.dumps(written["geared"]), tmp_path / "c.json"
+def test_formulas_have_no_value_that_is_not_read(tmp_path: Path) -> None:
+    content = certificate("laws")
+    name, law = next(iter(content["mechanism"]["drivers"].items()))
+    assert isinstance(law, list)
+    content["mechanism"]["drivers"][name] = [*law, "1"]
+    assert "no formula" in refusal(content, tmp_path)
+
+
+def test_files_that_are_cut_off_are_refused(tmp_path: Path) -> None:
+    text, path = json.dumps(certificate("geared")), tmp_path / "c.json"
     for share in (0.1, 0.5, 0.99, 0.9999):
         path.write_text(text[: int(share * len(text))])
         with pytest.raises(SolveError, match="cut off"):
             md.check_certificate(path)
 
 
-def test_a_bound_that_is_zero_is_refused(written: Any, tmp_path: Path) -> None:
+def test_a_bound_that_is_zero_is_refused(tmp_path: Path) -> None:
     """No pose is reported to the last bit of the exact one."""
-    path = tmp_path / "c.json"
-    for word, part in (("laws", "poses"), ("curve", "modes")):
-        own = json.loads(json.dumps(written[word]))
-        own[part][1]["bound"] = dict.fromkeys(own[part][1]["bound"], "0")
-        path.write_text(json.dumps(own))
-        with pytest.raises(SolveError, match=f"{part}/1/.*further off than its bound"):
-            md.check_certificate(path)
+    for word, part in (("laws", "poses"), ("platform", "modes")):
+        content = certificate(word)
+        content[part][1]["bound"] = dict.fromkeys(content[part][1]["bound"], "0")
+        why = refusal(content, tmp_path)
+        assert f"{part}/1/" in why
+        assert "further off than its bound" in why
 
 
 def test_theorems_ask_for_what_they_say() -> None:
     """Groups that are like those of a theorem have no count: a wheel that turns by 7/3 of its arm,
     a rack on the body that moves, a crank of which one coordinate of a point is driven."""
-    from mechdae.certificates import check_modes as check
 
     def counted(joints: dict[str, Any], driver: str, group: list[str], **places: Any) -> int:
         names = {end.split(".")[0] for joint in joints.values() for end in joint["ends"]}
-        m = object.__new__(check.Checked)
+        m = object.__new__(PlanarMechanism)
         m.bodies, m.drivers = sorted(names - {"ground", *group}), {driver: "s"}
         made = {}
         for name, own in joints.items():
             ends = [tuple(end.split(".")) for end in own["ends"]]
-            ratio = check.exact(own.get("ratio", "1"), name)
+            ratio = exact(own.get("ratio", "1"), name)
             carrier = own.get("carrier", "ground")
             made[name] = {"kind": own["kind"], "ends": ends, "carrier": carrier, "ratio": ratio}
-        m.joints, m.points = made, {}
+            made[name]["bodies"] = [body for body, _ in ends]
+        m.joints, m.counted, m.points = made, made, {}
         for end in (end for own in made.values() for end in own["ends"]):
-            place = [check.exact(v, "") for v in places.get(".".join(end), ("0", "0"))]
+            place = [exact(v, "") for v in places.get(".".join(end), ("0", "0"))]
             m.points.setdefault(end[0], {})[end[1]] = place
-        return check.most(m, group, {"ground", *m.bodies})[0]
+        return most_in_plane(m, group, {"ground", *m.bodies})[0]
 
     def pin(one: str, other: str) -> dict[str, Any]:
         return {"kind": "revolute", "ends": [one, other]}

@@ -24,9 +24,9 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.certificates import as_json, check
+from mechdae.certificates import as_json, check_certificate
 from mechdae.certificates.write import certificate_of
-from mechdae.errors import MechdaeError, UnavailableError
+from mechdae.errors import MechdaeError, SolveError, UnavailableError
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
@@ -135,10 +135,10 @@ def examined(problem: md.Problem, task: Any, path: Path) -> dict[str, Any]:
         path.write_text(as_json(certificate_of(problem, "sweep")), encoding="utf-8")
         row["written"] = 1
         past("write")
-        check.check(str(path))
+        check_certificate(path)
     except UnavailableError as error:
         return row | {"why": error.what}
-    except check.FalseClaim as fault:
+    except SolveError as fault:
         return row | {"refused": 1, "fault": f"{problem.name}: {fault}"}
     except TimeoutError:
         return row | {"written": 0, "why": LATE}

@@ -1,4 +1,7 @@
-"""``mechdae certify P``, ``mechdae certify --check FILE``: what was proved, to be checked."""
+"""``mechdae certify P``, ``mechdae certify --check FILE``: what was proved, to be checked.
+
+``mechdae certify --checker FILE`` writes the program that checks, as one text.
+"""
 
 from __future__ import annotations
 
@@ -24,12 +27,21 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--check", metavar="FILE", help="check a certificate; with P also that it is of P"
     )
+    parser.add_argument(
+        "--checker",
+        metavar="FILE",
+        help="write the checker as one file, to be run by itself",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.certificates import as_json, certify, check_certificate
-    from mechdae.describe.file.whole import whole_file
+    from mechdae.certificates.single_text import checker_text
 
+    if options.checker:
+        if options.problem or options.check or options.out or options.task:
+            raise InputError("not together with P, --check, --out or --task", where="--checker")
+        return _written(options.checker, checker_text(), "--checker")
     problem = problem_of(options) if options.problem else None
     if options.check:
         if options.out or options.task:
@@ -38,12 +50,25 @@ def run(options: argparse.Namespace) -> int:
         return 0
     if problem is None or not options.out:
         raise InputError("a problem and --out FILE are needed, or --check FILE")
-    path = Path(options.out)
-    if path.is_dir() or not path.parent.is_dir():
-        raise InputError("is a folder, or in none that exists", where=f"--out {options.out}")
+    _check_place(options.out, "--out")
     content = certify(problem, options.task)
-    with whole_file(path) as file:
-        file.write(as_json(content).encode())
     message(f"certificate of {problem.name}, task {content['task']}, checked", options.quiet)
-    print(path)
+    return _written(options.out, as_json(content), "--out")
+
+
+def _check_place(name: str, option: str) -> None:
+    """Refuse a file that is a folder, or is in none."""
+    path = Path(name)
+    if path.is_dir() or not path.parent.is_dir():
+        raise InputError("is a folder, or in none that exists", where=f"{option} {name}")
+
+
+def _written(name: str, text: str, option: str) -> int:
+    """Write a text, print its file, and return the exit code."""
+    from mechdae.describe.file.whole import whole_file
+
+    _check_place(name, option)
+    with whole_file(Path(name)) as file:
+        file.write(text.encode())
+    print(Path(name))
     return 0

@@ -1,0 +1,132 @@
+"""Modes: all poses at one value of the driver, as many complex ones as theorems allow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from flint import acb, arb, arb_mat
+
+from .arithmetic import LAST, ZERO, FalseClaim, exact, exacts, field, need
+from .mechanism import ClaimedMechanism
+from .tubes import solution
+
+COMPLEX_OFF = 1e-9
+"""How far complex poses may be off their places, of 1 + the size."""
+
+
+class Theorems(NamedTuple):
+    """What is known of groups of bodies in the plane, or in space."""
+
+    most: Callable[[Any, list[str], set[str]], tuple[int, str]]
+    """How many complex poses a group has at most, and by which theorem; 0 and why not."""
+    alike: Callable[[Any, list[Any], list[Any], list[Any]], bool]
+    """Whether two poses in balls may be one."""
+    aside: Callable[[Any, list[Any], list[str]], str]
+    """What poses are counted without."""
+
+
+class Count:
+    """How many complex poses groups have together, and why."""
+
+    def __init__(self, m: ClaimedMechanism, groups: list[Any], theorems: Theorems) -> None:
+        self.most, self.known = 1, {"ground"}
+        self.of_groups = list[tuple[int, str]]()
+        for group in groups:
+            self.of_groups.append(theorems.most(m, group, self.known))
+            self.most, self.known = self.most * self.of_groups[LAST][0], self.known | {*group}
+        self.theorems = [theorem for _, theorem in self.of_groups]
+        self.complete = self.known == {"ground", *m.points}
+
+    def __str__(self) -> str:
+        """Return the counts of groups, or why one has none."""
+        if not self.most:
+            return next(why for count, why in self.of_groups if not count)
+        return " times ".join(f"{count} by {why}" for count, why in self.of_groups if why)
+
+
+def group_columns(m: ClaimedMechanism, groups: list[Any]) -> Iterator[list[int]]:
+    """Yield the coordinates that are those of each group: of its bodies, and of its joints."""
+    known, seen = {"ground"}, set[int]()
+    for group in groups:
+        known |= {*group}
+        columns = [k for k in range(m.n) if k not in seen and m.bodies_of(k) <= known]
+        seen |= {*columns}
+        yield columns
+
+
+def determinant_signs(m: ClaimedMechanism, groups: list[Any], z: list[arb]) -> Iterator[int]:
+    """Yield the sign of each group's determinant at a pose in balls."""
+    rows, seen = m.slopes(z)[1], {m.n}
+    for columns in group_columns(m, groups):
+        seen |= {*columns}
+        of_group = [row for row in rows if row.keys() <= seen]
+        rows = [row for row in rows if not row.keys() <= seen]
+        det = arb_mat([[row.get(k, ZERO) for k in columns] for row in of_group]).det()
+        yield bool(det > 0) - bool(det < 0)
+
+
+def complex_poses_of(
+    m: ClaimedMechanism, data: Any, s: arb, groups: list[Any], theorems: Theorems
+) -> Iterator[tuple[str, Any]]:
+    """Yield the place in the file and the tube of each complex pose; no two may be alike."""
+    found = list[Any]()
+    for k, numbers in enumerate(field(data, "complex", list, "certificate")):
+        at = f"complex/{k}"
+        z = [acb(*exacts(pair, 2, at)) for pair in numbers] + [acb(s)]
+        pose = solution(m, z) if len(z) == m.n + 1 else None
+        box = pose.box() if pose else []
+        new = box and not any(theorems.alike(m, groups, box, earlier) for earlier in found)
+        near = new and all(
+            (a - b).abs_upper() < COMPLEX_OFF * (1 + m.size) for a, b in zip(z, box, strict=True)
+        )
+        need(near, at, f"no pose, one that stands there twice, or {COMPLEX_OFF} off")
+        found.append(box)
+        yield at, pose
+
+
+def real_poses(
+    m: ClaimedMechanism, data: Any, s: arb, groups: list[Any], theorems: Theorems
+) -> tuple[list[Any], int]:
+    """Return those of the complex poses that are real, in balls, and how many all are."""
+    real, count = list[Any](), 0
+    for at, pose in complex_poses_of(m, data, s, groups, theorems):
+        count, box = count + 1, pose.box()
+        need(m.oriented(box), at, m.wrong_sense)
+        if all(x.imag == 0 for x in pose.z):  # so is its mirror image, in the same balls: one
+            real.append(box)
+        elif all(x.imag.contains(0) for x in box):
+            raise FalseClaim(at, "neither real nor not")
+    return real, count
+
+
+def check_modes(m: ClaimedMechanism, data: Any, theorems: Theorems) -> str:
+    """Check all poses at one value of the driver, and that there are no others."""
+    s, groups = exact(field(data, "at", str, "modes"), "at"), field(data, "groups", list, "modes")
+    counted, signs, seen = Count(m, groups, theorems), dict[int, arb](), list[Any]()
+    real, found = real_poses(m, data, s, groups, theorems)
+    need(counted.complete, "groups", "not the bodies of the mechanism")
+    every = found == counted.most or not counted.most
+    need(every, "complex", f"{found} poses, and not all {counted.most}")
+    for k, mode in enumerate(field(data, "modes", list, "certificate")):
+        at = f"modes/{k}"
+        z = m.agrees(solution(m, m.claimed(mode, s, at)).box(), mode, at)
+        m.compare(z, mode, at)
+        z_complex = [acb(x) for x in z]
+        left = [pose for pose in real if not theorems.alike(m, groups, pose, z_complex)]
+        new = not any(theorems.alike(m, groups, z, earlier) for earlier in seen)
+        matched = len(left) == len(real) - 1 or not counted.most
+        need(new and matched, at, "stands there twice, or is none of the poses found")
+        real, seen = left, [*seen, z]
+        labels = exacts(field(mode, "signs", list, at), len(groups), f"{at}/signs")
+        if m.left_out:
+            continue  # signs of labels are not claimed
+        for g, sign in enumerate(determinant_signs(m, groups, z)):
+            same = sign != 0 and labels[g] * sign == signs.setdefault(g, labels[g] * sign)
+            need(same, f"{at}/signs/{g}", "does not fit those of the other modes")
+    need(not real, "modes", f"{len(real)} poses are left out")
+    if not counted.most:
+        return f"{len(seen)} modes exist; that there are no others is not claimed: {counted}"
+    reasons = str(counted) or "1 by linear equations"
+    aside = theorems.aside(m, groups, counted.theorems)
+    return f"{len(seen)} modes, and no others: of {counted.most} complex poses, {reasons}{aside}"
