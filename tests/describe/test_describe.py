@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mechdae.cli.commands.new import FOLDER, families
 
 import mechdae as md
-from mechdae.cli.commands.new import FOLDER, families
 from mechdae.describe.expression import MAX_LENGTH, evaluate
 from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict

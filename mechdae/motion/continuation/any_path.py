@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.sequence import Sequence
-from mechdae.motion.continuation.crossings.across_change_point import Zone
-from mechdae.motion.continuation.curve_ends import CurveEnds
-from mechdae.motion.continuation.limit_positions import Limit
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.crossings.across_change_point import Zone
+    from mechdae.motion.continuation.curve_ends import CurveEnds
+    from mechdae.motion.continuation.limit_positions import Limit
 
 STRIDE = 64
 """Steps in one call of the sequential kernel."""
@@ -81,9 +84,29 @@ class AnyPath(ABC):
         self.groups = [group.index for group in graphs.scene.groups]
         self.block_group = [graph.block.group for graph in graphs.blocks]
         self.reach = {index: Reach() for index in self.groups}
-        self.curves = CurveEnds(graphs, constants.p)
-        self.followed = {*self.block_group, *self.curves.watched}
+        self.curves: CurveEnds | None = None
+        """What watches contacts on curves, where there are any."""
+        if graphs.contacts:
+            from mechdae.motion.continuation.curve_ends import CurveEnds
+
+            self.curves = CurveEnds(graphs, constants.p)
+        self.followed = {*self.block_group, *(self.curves.watched if self.curves else ())}
         self.zones: list[Zone] = []
+
+    @property
+    def unit(self) -> float:
+        """A radian of the driver, or a length of the mechanism."""
+        return self.largest * NODES_PER_TURN / (2 * np.pi)
+
+    def zone_at(self, s: Any) -> Any:
+        """Return the index of the zone that each place lies in, -1 outside of all, (n,)."""
+        if not self.zones:
+            return np.full(len(s), -1)
+        lows, highs = np.array([zone.given for zone in self.zones]).T
+        order = np.argsort(lows)
+        found = np.searchsorted(lows[order], s) - 1
+        index = order[np.maximum(found, 0)]
+        return np.where((found >= 0) & (s < highs[index]), index, -1)
 
     def alive(self, ended: set[int]) -> Any:
         """Return which blocks belong to groups that have not ended."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -13,14 +13,16 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.motion.assembly.closure import Closing
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
 from mechdae.motion.continuation.front import SMALLEST
-from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.output_bounds import WORST, spread, widened
 from mechdae.motion.continuation.reachable_arc import Arc, arc_of
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
+    from mechdae.motion.continuation.limit_positions import Limit
 
 H_LIMIT = 0.2
 """Largest Newton-Kantorovich number of a certified pose."""
@@ -104,9 +106,15 @@ class Evaluator:
         self.turning = np.array([unknowns.turns[g.own].any() for g in graphs.blocks], bool)
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
-        self.zones = ZonePoses(graphs)
         self.closing = Closing(graphs)
         self.refined = 0
+
+    @cached_property
+    def zones(self) -> ZonePoses:
+        """What writes poses near change points."""
+        from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
+
+        return ZonePoses(self.graphs)
 
     @cached_property
     def entry_groups(self) -> list[tuple[ReportedQuantity, list[int]]]:

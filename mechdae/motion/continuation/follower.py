@@ -12,9 +12,9 @@ import numpy as np
 
 from mechdae.errors import InputError, SolveError
 from mechdae.motion.continuation.any_path import STRIDE, strides
-from mechdae.motion.continuation.crossings.across_change_point import ZONE
 from mechdae.motion.continuation.front import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.path import APPROACH, Path, Tries
+from mechdae.motion.continuation.step_sizes import ZONE
 
 NEARLY = 1 + 1e-9
 """How much longer a step may be in order to end at its goal."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.series_steps import Stretch
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.limit_positions import Limit
 
 SMALLEST = 1e-9
 SHRUNK = 1 / 32
@@ -84,7 +86,8 @@ class Front:
 
     def leave_curves(self) -> None:
         """End groups whose contact left an open curve since the last call."""
-        for limit in self.path.curves.left(self.path, self.up):
+        curves = self.path.curves
+        for limit in curves.left(self.path, self.up) if curves is not None else ():
             for index in self.path.hanging(limit.group):
                 reach = self.path.reach[index]
                 if self.up and (reach.high is None or reach.high.s > limit.s):

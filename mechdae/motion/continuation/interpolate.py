@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.numerics.hermite import upper_coefficients
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.limit_positions import Limit
 
 CACHED = 32_768
 """Numbers of an array that stays in the cache of the processor."""

@@ -15,9 +15,9 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.continuation.any_path import STRIDE, AnyPath, Counts, Reach, strides
 from mechdae.motion.continuation.crossings.across_change_point import Zone
-from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 
 SHORT = 8.0
@@ -77,7 +77,7 @@ class Legs(AnyPath):
 
     def _short(self, k: int) -> int:
         """Take the next legs in one step each; return how many were proved."""
-        if self._largest(k) * SHORT < 1 or not self.graphs.nx or self.curves.open:
+        if self._largest(k) * SHORT < 1 or not self.graphs.nx or (self.curves and self.curves.open):
             return 0
         count = min(STRIDE // 2, len(self.directions) - k)
         whole = np.tile(self.whole, (STRIDE, 1))
@@ -122,7 +122,7 @@ class Legs(AnyPath):
 
     def _note(self, found: tuple[Any, Any, Any]) -> None:
         """Keep poses passed on the way, while the contacts on curves follow it."""
-        if self.graphs.contacts and not self.ended & set(self.curves.groups):
+        if self.curves is not None and not self.ended & set(self.curves.groups):
             self._visited.append(found[1:])
 
     def _grown(self, size: Any) -> None:

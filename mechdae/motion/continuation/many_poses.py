@@ -16,7 +16,6 @@ from mechdae.kernels.run.batch import MANY
 from mechdae.kernels.run.columns import PoseColumns, StoreLayout
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.crossings.near_change_point import zone_of
 from mechdae.motion.continuation.evaluate import (
     CARRIED,
     H_LIMIT,
@@ -279,7 +278,7 @@ class ManyPoses:
         if not (np.min(s) >= low and np.max(s) <= high):
             result = (s >= low) & (s <= high)
         if self.path.zones:
-            result = result & (zone_of(self.path.zones, s) < 0)
+            result = result & (self.path.zone_at(s) < 0)
         return result
 
 

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from mechdae.motion.continuation.any_path import STRIDE, strides
-from mechdae.motion.continuation.crossings.across_change_point import PASS, ZONE, Bridge
+from mechdae.motion.continuation.crossings.across_change_point import Bridge
 from mechdae.motion.continuation.crossings.change_points import Crossing
 from mechdae.motion.continuation.cusps import CuspFinder, Touch
 from mechdae.motion.continuation.front import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.path import APPROACH
+from mechdae.motion.continuation.step_sizes import PASS, ZONE
 
 HAIR, MOVED = 1e-7, 1e3
 """Share of the largest step taken over the corner of a curve, and how far the pose may move
@@ -46,7 +47,7 @@ def over_corner(front: Front, b: int) -> bool:
     """
     path, n = front.path, front.path.graphs.nx
     hair = front.sense * HAIR * path.largest
-    if path.block_group[b] not in path.curves.in_pieces:
+    if path.curves is None or path.block_group[b] not in path.curves.in_pieces:
         return False
     after, place = path.step(front.state, front.s, hair)[0], front.s + hair
     lengths = path.graphs.scene.unknowns.lengths
@@ -174,7 +175,7 @@ def across(front: Front, b: int, rest: float) -> bool:
     for k in path.graphs.ancestors(b):
         if not front.alive[k]:
             continue
-        found = path.bridges.finder.find(k, front.s, front.state, sense, {})
+        found = path.crossings.find(k, front.s, front.state, sense, {})
         if found is None:
             continue
         missed = found.missed
@@ -269,7 +270,7 @@ def end_of(front: Front, b: int, kind: str) -> Limit:
     group = path.block_group[b]
     if kind in ("pole", "locked"):
         return Limit(s, b, group, kind, x)
-    finder = path.bridges.finder
+    finder = path.crossings
     near = finder.find(b, s, front.state, front.sense, {}, path.largest)
     if near is not None:
         return Limit(s, b, group, "ambiguous", x, gap=near.gap)

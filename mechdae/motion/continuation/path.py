@@ -15,16 +15,16 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.motion.continuation.any_path import AnyPath, Counts, Reach
-from mechdae.motion.continuation.crossings.across_change_point import Builder
-from mechdae.motion.continuation.crossings.change_points import CrossingFinder
 from mechdae.motion.continuation.interpolate import near_limit, quintic
-from mechdae.motion.continuation.into_fold import Turning
-from mechdae.motion.continuation.limit_positions import LimitFinder
 from mechdae.motion.continuation.series_steps import Expansion
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
+    from mechdae.motion.continuation.crossings.across_change_point import Builder
+    from mechdae.motion.continuation.crossings.change_points import CrossingFinder
+    from mechdae.motion.continuation.into_fold import Turning
+    from mechdae.motion.continuation.limit_positions import LimitFinder
     from mechdae.motion.continuation.quintic_steps import QuinticSteps
 
 DEEP = 12
@@ -105,10 +105,6 @@ class Path(AnyPath):
         super().__init__(graphs, constants, whole, largest, counts or Counts())
         self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
         self._one, self._place = graphs.kept("step", lambda: Call(graphs.advance)), np.zeros(2)
-        crossings = CrossingFinder(graphs, constants, self.motion, largest)
-        self.finder = LimitFinder(graphs, whole, constants, self.drivers, crossings.unit)
-        self.turning = Turning(graphs, constants, self.finder, self.motion)
-        self.bridges = Builder(crossings, self.step, constants, self.finder.weights)
         self.tries = Tries()
         self._arrays: tuple[Any, Any, Any, Any] | None = None
         self.s: list[float] = []
@@ -123,6 +119,34 @@ class Path(AnyPath):
         """
         spatial = any(graph.reaches is not None for graph in self.graphs.blocks)
         return 1 / 64 if spatial else 1.0
+
+    @cached_property
+    def crossings(self) -> CrossingFinder:
+        """What finds change points."""
+        from mechdae.motion.continuation.crossings.change_points import CrossingFinder
+
+        return CrossingFinder(self.graphs, self.constants, self.motion, self.largest)
+
+    @cached_property
+    def finder(self) -> LimitFinder:
+        """What finds limit positions."""
+        from mechdae.motion.continuation.limit_positions import LimitFinder
+
+        return LimitFinder(self.graphs, self.whole, self.constants, self.drivers, self.unit)
+
+    @cached_property
+    def turning(self) -> Turning:
+        """What leads into a limit position."""
+        from mechdae.motion.continuation.into_fold import Turning
+
+        return Turning(self.graphs, self.constants, self.finder, self.motion)
+
+    @cached_property
+    def bridges(self) -> Builder:
+        """What leads across a change point."""
+        from mechdae.motion.continuation.crossings.across_change_point import Builder
+
+        return Builder(self.crossings, self.step, self.constants, self.finder.weights)
 
     @cached_property
     def expansion(self) -> Expansion:
@@ -190,10 +214,11 @@ class Path(AnyPath):
         self.u0, self.d, self.largest = u0, d, largest
         self.whole[-2 * len(d) :] = np.concatenate([u0, d])
         self.reach = {index: Reach() for index in self.groups}
-        self.bridges.finder.largest = largest
-        self.finder.unit = self.bridges.finder.unit
+        for name in ("crossings", "finder", "turning", "bridges"):
+            self.__dict__.pop(name, None)
         self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
-        self.curves.restart()
+        if self.curves is not None:
+            self.curves.restart()
         self.tries = Tries()
 
     def step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
@@ -311,7 +336,7 @@ class Path(AnyPath):
         """Return s (m,), x (m, nx), u (m, nd) of the nodes where all contacts follow the path."""
         S, X, _, _ = self.arrays()
         rows = np.ones(len(S), bool)
-        for index in self.curves.groups:
+        for index in self.curves.groups if self.curves is not None else ():
             rows &= self.reach[index].contains(S)
         return S[rows], X[rows], self.drivers(S[rows])
 

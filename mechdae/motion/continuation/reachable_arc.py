@@ -8,14 +8,16 @@ driver the other way round only where all groups are on that way.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.path import Path
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.limit_positions import Limit
 
 TURNING = ("limit", "pole")
 """Ends at which the mechanism can only turn back."""

@@ -19,7 +19,6 @@ from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.run.call import Call
 from mechdae.motion.assembly.closed_start import ClosedStart, closed_start
 from mechdae.motion.continuation.any_path import STRIDE, strides
-from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.motion.continuation.evaluate import (
     CARRIED,
     H_LIMIT,
@@ -31,6 +30,7 @@ from mechdae.motion.continuation.evaluate import (
 )
 from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.output_bounds import ILL, spread
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.near_numbers import NearNumbers
 from mechdae.motion.kinematics.poses import PoseArrays
 from mechdae.motion.kinematics.prepared import Setting, prepare

@@ -10,9 +10,9 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError
 from mechdae.motion.assembly.start import sketched_pose
-from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.motion.continuation.evaluate import Evaluator, Poses, in_time
 from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Setting, covered, first_pose, prepare
 from mechdae.motion.kinematics.sweep import cover
 from mechdae.motion.setup.scales import Constants, driver_size

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from mechdae.equations.groups import Group, formula
 from mechdae.motion.assembly import start
 from mechdae.motion.assembly.closure import Gap
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.crossings.across_change_point import PASS, Zone
 from mechdae.motion.continuation.evaluate import Poses
 from mechdae.motion.continuation.reachable_arc import arc_of
+from mechdae.motion.continuation.step_sizes import PASS
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.measures.measure import sorted_events
 from mechdae.motion.setup.drivers import DriverPlan
@@ -36,6 +36,9 @@ from mechdae.results import (
     events_of,
 )
 from mechdae.results.status import Cause, why_lost
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.crossings.across_change_point import Zone
 
 SINGULAR_START = (
     "a limit position or a dead point from which it can go two ways: sketch a pose beside it"

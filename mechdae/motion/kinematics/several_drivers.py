@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from mechdae.describe.tasks.kinds import Sweep
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.legs import Legs, largest_step
-from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.many_poses import swept
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.extremes import Spans
@@ -19,6 +18,9 @@ from mechdae.motion.kinematics.report import limit_events
 from mechdae.motion.measures.measure import at_poses
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Summary
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.limit_positions import Limit
 
 SHARES = (2.0**-4, 2.0**-7, 2.0**-10)
 """Shares of a way that begins on a limit position at which it is looked for another beginning."""

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import SolveError
-from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.motion.continuation.evaluate import Evaluator, in_time
 from mechdae.motion.continuation.follower import extend
-from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.many_poses import swept
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.reachable_arc import NEARER, TIMES, arc_of
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.extremes import Spans
 from mechdae.motion.kinematics.prepared import Run, Setting, covered, first_pose, prepare
 from mechdae.motion.kinematics.report import begins_singular, limit_events, report
@@ -30,6 +29,9 @@ from mechdae.motion.measures.measure import along_path, at_poses
 from mechdae.motion.setup.laws import Timing
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Result, Summary
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.limit_positions import Limit
 
 TURN = 2 * np.pi
 MAX_TURNS = 1000

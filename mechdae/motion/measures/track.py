@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.continuation.follower import extend
-from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.output_bounds import OutputBounds
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.reachable_arc import arc_of, before_limits
 from mechdae.numerics.roots import refined
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.limit_positions import Limit
 
 TURN = 2 * np.pi
 FINEST = TURN / 64

@@ -14,9 +14,9 @@ import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.motion.continuation.legs import Legs, largest_step
 from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.kinematics.several_drivers import scales
 from mechdae.results import Result

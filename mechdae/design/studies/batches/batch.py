@@ -24,8 +24,8 @@ from mechdae.design.studies.batches.readings import (
 )
 from mechdae.design.studies.batches.ways import Ways
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
-from mechdae.motion.continuation.crossings.change_points import NODES_PER_TURN
 from mechdae.motion.continuation.evaluate import TURN, in_time
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
 from mechdae.results import Status

@@ -24,18 +24,15 @@ from mechdae.motion.continuation.crossings.change_points import (
 )
 from mechdae.motion.continuation.crossings.missed import INNER
 from mechdae.motion.continuation.interpolate import quintic_rates
+from mechdae.motion.continuation.step_sizes import PASS
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
 
-ZONE = 0.35
-"""Distance from the crossing at which its expansion takes over, in largest steps."""
 TOGETHER = 1e-9
 """Distance within which two blocks are said to cross at the same pose, in largest steps."""
 MISS = 0.02
 """Share of the distance of the branches by which the prediction may miss its own."""
-PASS = "pass"
-"""What a path does at branches that nearly meet, and do not for the numbers given."""
 CLOSE = 1e-3
 """Share by which an expansion of such branches may miss a solved pose at its end."""
 H_LIMIT = 0.2

@@ -24,12 +24,11 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.motion.continuation.crossings.missed import LEAST, Missed
 from mechdae.motion.continuation.crossings.residuals import Residuals
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.hermite import upper_coefficients
 from mechdae.records import dataclass
 
-NODES_PER_TURN = 128
-"""Certified steps of a path in one turn of the driver, at least."""
 ITERATIONS = 12
 """Most steps towards a crossing: they converge quadratically, in eight at most of 374 found."""
 SLOW = 0.25

@@ -15,24 +15,14 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.crossings.across_change_point import PASS, Zone
+from mechdae.motion.continuation.crossings.across_change_point import Zone
+from mechdae.motion.continuation.step_sizes import PASS
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.crossings.exact_poses import ExactPose
 
 Rates = tuple[Any, ...]
 PASSES = 2
-
-
-def zone_of(zones: list[Zone], s: Any) -> Any:
-    """Return the index of the zone that each place lies in, -1 outside of all, (n,)."""
-    if not zones:
-        return np.full(len(s), -1)
-    lows, highs = np.array([zone.given for zone in zones]).T
-    order = np.argsort(lows)
-    found = np.searchsorted(lows[order], s) - 1
-    index = order[np.maximum(found, 0)]
-    return np.where((found >= 0) & (s < highs[index]), index, -1)
 
 
 class ZonePoses:
@@ -47,7 +37,7 @@ class ZonePoses:
 
         Those of branches that pass each other are proved where the pose was solved in 50 digits.
         """
-        index = zone_of(path.zones, places)
+        index = path.zone_at(places)
         return any(
             path.zones[k].action != PASS or self._exact.get((path.zones[k], at)) is None
             for k, at in zip(index.tolist(), s.tolist(), strict=True)
@@ -65,7 +55,7 @@ class ZonePoses:
     def held(self, path: AnyPath, s: Any) -> Any:
         """Return which blocks are given by the expansion at a change point, (n, nb)."""
         held = np.zeros((len(s), self.graphs.nb), bool)
-        index = zone_of(path.zones, s)
+        index = path.zone_at(s)
         for row in np.flatnonzero(index >= 0):
             held[row, sorted(path.zones[index[row]].blocks)] = True
         return held
@@ -86,7 +76,7 @@ class ZonePoses:
         (x, s, rates) -> results; at the ends of the zones it gives the errors that the expansion
         passes on.
         """
-        index = zone_of(path.zones, places)
+        index = path.zone_at(places)
         rows = np.flatnonzero(index >= 0)
         if not rows.size:
             return

@@ -1,0 +1,36 @@
+"""The way of a planar four-bar, from its file to a table: what it enters is for it."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from tests.shared.walk import four_bar
+
+FILES, ROOMS, CHANGES, SHARE = 112, 12, 4100, 0.37
+"""At most so many files, rooms and changes of file, at least that share of what stands there.
+
+They may only get better: a change that raises one of them lowers it elsewhere.
+"""
+RARE = ("crossings", "tree/", "spatial/", "linkage/", "multistart", "vector", "parts/", "into_fold")
+"""Parts of names of files that a four-bar has nothing to do with."""
+
+
+@cache
+def way() -> dict[str, Any]:
+    return four_bar()
+
+
+def test_a_four_bar_enters_few_files() -> None:
+    assert len(way()["files"]) <= FILES
+    assert len(way()["rooms"]) <= ROOMS
+    assert way()["changes"] <= CHANGES
+
+
+def test_what_stands_in_them_is_mostly_for_it() -> None:
+    assert way()["share"] >= SHARE
+
+
+def test_it_does_not_enter_what_it_has_not() -> None:
+    rare = {name for name in way()["files"] if any(word in name for word in RARE)}
+    assert rare == {"equations/tree/choice.py"}  # which asks whether it is one of space
