@@ -89,5 +89,10 @@ def _for_picture(*asked: Any) -> Any:
     return importlib.import_module("mechdae.tasks.pictures").for_picture(*asked)
 
 
+def _with_sketch(problem: Any) -> Any:
+    """Return a problem without tasks with that of its sketch, for pictures."""
+    return importlib.import_module("mechdae.tasks.pictures").with_sketch(problem)
+
+
 def __dir__() -> list[str]:
     return __all__

@@ -45,7 +45,8 @@ MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
 UNITS = "mechdae.describe.file.units"
-"""Reads units, and knows mechanisms."""
+SCREEN = "mechdae.describe.file.screen"
+"""These know mechanisms: what reads units, what writes screens."""
 
 
 @dataclass(frozen=True)
@@ -186,6 +187,11 @@ class Mechanism:
         _check(self)
         if self.frames is not None:
             check_drawn(self.joints, self.values(), self.scale)
+
+    def _repr_html_(self) -> str:
+        """Return the screen of its parts for notebooks; ``md.plot`` draws it."""
+        lines = import_module(SCREEN).mechanism_lines(self, {})
+        return f"<pre>{import_module('html').escape(chr(10).join(lines))}</pre>"
 
     def body(self, name: str) -> Body | Ground:
         """Return the body of that name, or the ground."""

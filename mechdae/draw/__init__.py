@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.table import Table
 from mechdae.draw.catalogue import (
     PICTURES,
     check_dimension,
@@ -36,7 +38,8 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     ----------
     result
         What `mechdae.solve` returned; of a problem, the name of a predefined one or a file the
-        task ``task`` is solved, without a name the first one that suits kind and options.
+        task ``task`` is solved, without a name the first one that suits kind and options. Of a
+        mechanism, and of a problem without tasks, the sketch is assembled.
     kind
         One of `mechdae.draw.catalogue.PICTURES`, which says what each shows. Without it the
         diagram; of a study the map; of a synthesis the best design, of one with several
@@ -63,7 +66,7 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     InputError
         A kind that does not suit the result, an option that does not suit the kind.
     """
-    if isinstance(result, Problem | str | Path):
+    if isinstance(result, Problem | Mechanism | str | Path):
         result, kind = _solved(result, kind, options)
     kind = usual(result) if kind is None else kind
     picture = picture_of(kind)
@@ -87,11 +90,16 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     return drawn
 
 
-def _solved(problem: Problem | str | Path, kind: str | None, options: dict[str, Any]) -> Any:
+def _solved(
+    problem: Problem | Mechanism | str | Path, kind: str | None, options: dict[str, Any]
+) -> Any:
     """Return the result of the task that suits a kind of picture and its options, and the kind."""
     from mechdae.describe.file.load import load
 
+    if isinstance(problem, Mechanism):
+        problem = Problem(problem, Table())
     whole = problem if isinstance(problem, Problem) else load(problem)
+    whole = whole if whole.tasks else importlib.import_module("mechdae")._with_sketch(whole)
     asked = whole.tasks, kind, options.pop("task", None)
     chosen, task = kind_and_task(*asked, options, whole.name)
     check_suits(chosen, whole.task(task).kind, "task", f"tasks.{task}")

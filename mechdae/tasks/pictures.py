@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from itertools import chain, combinations, islice
 from typing import Any
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Driven, Equilibrium, Sweep
-from mechdae.errors import MechdaeError
+from mechdae.describe.tasks.kinds import Driven, Driver, Equilibrium, Sweep
+from mechdae.equations.groups import count_mobility
+from mechdae.errors import InputError, MechdaeError
+from mechdae.motion.kinematics.driverless import likely_drivers
+from mechdae.motion.setup.drivers import sketched
 from mechdae.results import Result
 from mechdae.tasks.show import not_in_scene
 from mechdae.tasks.solve import solve
@@ -27,6 +31,8 @@ MEASURED = {
 }
 """Series that are there if a measure asks for them."""
 PARTS = ("bodies", "points", "joints")
+TRIED = 8
+"""Choices of drivers that are tried for a picture of a sketch."""
 
 
 def for_picture(
@@ -75,6 +81,37 @@ def for_picture(
     elif "bodies" in needs and getattr(task, "outputs", None) is not None:
         return _with_all_bodies(problem, name, mode)
     return solve(problem, name, mode=mode)
+
+
+def with_sketch(problem: Problem) -> Problem:
+    """Return a problem with a task that has a picture, where it has none: the assembled sketch.
+
+    Driven are coordinates that the sketch gives, those on the ground first, as many as are needed.
+    """
+    mechanism = problem.mechanism
+    if problem.tasks:
+        return problem
+    drawn = sketched(mechanism).coordinates(mechanism)
+    why: MechdaeError | None = None
+    known = [c for c in dict.fromkeys(likely_drivers(problem, ())) if c in drawn]
+    counted = count_mobility(mechanism)
+    count = max(counted["W"] - len(counted.get("idle", ())), 1)
+    tried = (islice(combinations(known, k), TRIED) for k in (count, count + 1))
+    for some in chain.from_iterable(tried):
+        drivers = tuple(Driver(c.text, at=(drawn[c],)) for c in some)
+        whole = problem.with_task("sketch", Sweep(drivers=drivers))
+        try:
+            solve(whole, "sketch")
+        except MechdaeError as error:
+            why = why or error
+        else:
+            return whole
+    if why is not None:
+        raise why
+    raise InputError(
+        f"there is no task, and the sketch gives fewer coordinates than {count}, the freedoms",
+        where="sketch",
+    )
 
 
 def with_series(task: Sweep, paths: Sequence[str], extremes: bool) -> Sweep:

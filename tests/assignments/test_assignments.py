@@ -17,6 +17,7 @@ from mechdae.cli import main
 from mechdae.draw.formulas import Grid, Number
 from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.parts.paper.assignments.choice import choose
+from mechdae.parts.paper.assignments.given import in_turns
 from mechdae.parts.paper.assignments.ranges import ranges
 from mechdae.parts.paper.assignments.words import TABLE
 from tests.shared.closing import faults, passages
@@ -134,6 +135,30 @@ def test_forces_in_russian() -> None:
         assert "КПД" in own.sheet.html()
         assert own.problem.mechanism.values()["Q_work"] == own.values["Q_work"]
     assert set(TABLE["en"]) == set(TABLE["ru"])
+
+
+@pytest.mark.parametrize(
+    ("speed", "shown"),
+    [
+        (75 * np.pi / 30, (75.0, "rpm")),
+        (-1450 * np.pi / 30, (-1450.0, "rpm")),
+        (10.0, (10.0, "rad/s")),
+        (0.0, (0.0, "rad/s")),
+        (7.8539816, (7.8539816, "rad/s")),
+    ],
+)
+def test_speeds_are_shown_in_the_rounder_unit(speed: float, shown: tuple[float, str]) -> None:
+    assert in_turns(speed) == shown
+
+
+@pytest.mark.parametrize(("lang", "unit"), [("en", "rpm"), ("ru", "об/мин")])
+def test_a_speed_in_turns_a_minute_is_one_on_the_sheet(lang: str, unit: str) -> None:
+    problem = md.load("slider-crank-friction").with_values({"omega": 75 * np.pi / 30})
+    (own,) = md.assign(problem, {"r_mm": (80, 120)}, count=1, lang=lang)
+    text = own.sheet.html()
+    assert f"75 {unit}" in text
+    assert "7.853" not in text
+    assert "7,853" not in text
 
 
 @pytest.mark.parametrize(

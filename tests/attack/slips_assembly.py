@@ -8,6 +8,7 @@ import mechdae as md
 from mechdae.errors import AssemblyError
 from mechdae.motion.kinematics.prepared import SHAPES
 from tests.shared.booms import reach_missed, slide_missed
+from tests.shared.mechanisms import doubled
 from tests.shared.noisy import bound_missed, parallelogram, value_named
 from tests.shared.planting import Slip
 
@@ -46,6 +47,15 @@ def reach() -> float:
     return max(reach_missed(seed) for seed in range(4))
 
 
+def recorded() -> float:
+    """A crank's turn in nine poses is recorded in steps whose chords are half a pixel off."""
+    problem = doubled(md.load("four-bar-crank-rocker"), "coupler")
+    driver = md.Driver("crank.angle", from_=0.0, to=2 * math.pi)
+    data = md.page(problem.with_task("turn", md.Sweep(driver, poses=9)), "turn").data
+    step = 2 * math.pi / (len(data["driver"]["values"]) - 1)
+    return (1 - math.cos(step / 2)) * 300 / 0.5
+
+
 SUITE = "assembly/test_closure_tolerance.py::"
 ROUGH = "assembly/test_rough_sketches.py::"
 SLIPS = [
@@ -64,59 +74,73 @@ SLIPS = [
         SUITE + "test_poses_are_those_of_least_squares_within_their_bounds",
     ),
     Slip(
-        "assembly.closure",
+        "motion.assembly.closure",
         "values = np.abs(self.residuals(x, u, p))",
         "values = 0.1 * np.abs(self.residuals(x, u, p))",
         noise,
         SUITE + "test_poses_are_those_of_least_squares_within_their_bounds",
     ),
     Slip(
-        "assembly.closure",
+        "motion.assembly.closure",
         "math.log10(2 * self.whole)",
         "math.log10(self.whole / 20)",
         tolerance_told,
         SUITE + "test_the_value_that_is_named_does",
     ),
     Slip(
-        "assembly.closure",
+        "motion.assembly.closure",
         "whole=float(np.linalg.norm(F / r)) * constants.scale",
         "whole=float(np.linalg.norm(F / r)) * constants.scale * 1e3",
         tolerance_told,
         SUITE + "test_a_motion_that_is_locked_names_a_value_that_does",
     ),
     Slip(
-        "assembly.start",
+        "motion.assembly.start",
         "slides = not any(",
         "slides = any(",
         slides,
         ROUGH + "test_a_driven_slide_may_be_sketched_out_of_reach",
     ),
     Slip(
-        "assembly.start",
+        "motion.assembly.start",
         "            return row, found",
         "            return u, found",
         slides,
         ROUGH + "test_a_driven_slide_may_be_sketched_out_of_reach",
     ),
     Slip(
-        "assembly.least_gap",
+        "motion.assembly.least_gap",
         "at least {apart - b:.6g} m",
         "at least {apart - a:.6g} m",
         reach,
         ROUGH + "test_lengths_that_would_reach",
     ),
     Slip(
-        "assembly.least_gap",
+        "motion.assembly.least_gap",
         "most, least = min(a, b) + apart, max(a, b) - apart",
         "most, least = max(a, b) + apart, max(a, b) - apart",
         reach,
         ROUGH + "test_lengths_that_would_reach",
     ),
     Slip(
-        "assembly.least_gap",
+        "motion.assembly.least_gap",
         "long = int(b > a)",
         "long = int(a > b)",
         reach,
         ROUGH + "test_lengths_that_would_reach",
+    ),
+    Slip(
+        "parts.page.document",
+        "result = smooth(result, _ways)",
+        "result = smooth(result, lambda own: [])",
+        recorded,
+        "page/test_recorded.py::test_few_poses_of_a_recorded_sweep_are_sampled_on_their_way",
+    ),
+    Slip(
+        "parts.page.document",
+        "np.linspace(0, count - 1, min(count, most))",
+        "np.linspace(0, count - 1, min(count, 9))",
+        recorded,
+        "page/test_recorded.py::test_few_poses_of_a_recorded_sweep_are_sampled_on_their_way",
     ),
 ]

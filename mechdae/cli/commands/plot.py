@@ -69,9 +69,9 @@ def run(options: argparse.Namespace) -> int:
     units_asked(options)
     if is_folder(options.problem):
         return _of_folder(options, asked)
-    from mechdae.tasks.pictures import for_picture
+    from mechdae.tasks.pictures import for_picture, with_sketch
 
-    problem = problem_of(options)
+    problem = with_sketch(problem_of(options))
     where = problem.name
     kind, name = kind_and_task(problem.tasks, options.kind, options.task, asked, where)
     picture, task, form = picture_of(kind), problem.task(name), _form(options, kind)

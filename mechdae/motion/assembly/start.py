@@ -284,7 +284,10 @@ def not_assembled(scene: Scene, failure: NoPose, u: Any, hint: str = "") -> Asse
             f"; of the equations of {', '.join(owners)} {group.superfluous} "
             f"{'is' if group.superfluous == 1 else 'are'} superfluous and must be met exactly"
         )
-        hint = (
+        freedoms = len(scene.model.q_names) - len(scene.model.rows)
+        count = f"{len(scene.drivers)} drivers, {freedoms} freedom(s) by the count"
+        hint = f"{count}: leave a driver out, " if len(scene.drivers) > max(freedoms, 1) else ""
+        hint += (
             "give dimensions that depend on each other as expressions, or with all their digits; "
             f"or remove a joint{' or a driver' if len(scene.drivers) > 1 else ''}"
         )

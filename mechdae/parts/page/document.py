@@ -21,6 +21,7 @@ from mechdae.describe.file.writing import dumps
 from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
+from mechdae.draw.smooth import in_picture, smooth
 from mechdae.draw.words import UNITS, unit_in_russian
 from mechdae.errors import InputError, MechdaeError
 from mechdae.forces.poses import LoadedRun, loaded_run
@@ -240,6 +241,9 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
         data["reason"] += said("poses", lang, some=MOST_RECORDED, all=result.status.size)
+    if not data["live"]:
+        result = smooth(result, _ways)
+        data |= {"driver": _driver(result), "status": [str(own) for own in result.status]}
     most, turned = (FEW, ()) if data["live"] else (MOST_RECORDED, scenes.turned(data["scene"]))
     data["recorded"] = _recorded(result, most, turned)
     main = link.MAIN
@@ -362,11 +366,15 @@ def _driver(result: Result) -> dict[str, Any]:
     return {"name": name, "unit": "", "values": list(range(len(result.status)))}
 
 
+def _ways(result: Result) -> list[Any]:
+    """Return the ways of all points, as large as they are seen."""
+    return in_picture([np.asarray(series.position) for series in result.points.values()])
+
+
 def _recorded(result: Result, most: int, turned: Collection[str]) -> dict[str, Any]:
     """Return the places of all points at `most` poses, and the angles of bodies `turned`."""
     count = len(result.status)
-    step = max(1, -(-count // most))
-    rows = slice(0, count, step)
+    rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
     points = {
         reference: _packed(np.asarray(series.position)[rows])
         for reference, series in result.points.items()
@@ -382,7 +390,7 @@ def _recorded(result: Result, most: int, turned: Collection[str]) -> dict[str, A
         if body in turned and "angle" in series
     }
     return {
-        "rows": list(range(count))[rows],
+        "rows": rows,
         "points": points,
         "turns": turns,
         "angles": angles,

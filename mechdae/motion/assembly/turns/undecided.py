@@ -172,14 +172,25 @@ class Undecided:
                 if not telling:
                     return [], []
                 first = telling[0]
-                value = first.value(left[0], u, p).item()
                 angle = first.coordinate.kind == "body angle"
+                near = self._upright(first, left, u) if angle else left[0]
+                value = first.value(near, u, p).item()
                 every = [_key(e.coordinate, in_plane) for e in telling]
                 keys.append(every[0] if len(every) == 1 else f"one of {', '.join(every)}")
                 shown = math.degrees(value) if angle else value
                 lines.append(f"{_key(first.coordinate, in_plane)} = {shown:.6g}")
-                left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= self.tie]
+                left = [x for x in left if abs(self._moved(first, near, x, u)) <= self.tie]
         return keys, lines
+
+    def _upright(self, entry: NumberOfSketch, poses: list[Any], u: Any) -> Any:
+        """Return the first pose, or one half a turn from it that stands as it is drawn."""
+        turned = [abs(self._moved(entry, poses[0], x, u)) for x in poses]
+        half = [x for x, t in zip(poses, turned, strict=True) if abs(t - math.pi) <= self.tie]
+        p = self.assembler.p
+        return min(
+            [poses[0], *half],
+            key=lambda x: abs(math.remainder(entry.value(x, u, p).item(), 2 * math.pi)),
+        )
 
     def first_to_differ(self, part: list[int], poses: list[Any]) -> Group:
         """Return the first group whose unknowns are not the same in all poses."""

@@ -326,8 +326,10 @@ class App {
   advance(seconds) {
     const { session } = this;
     if (!session) {
-      this.clock = ((this.clock || this.shown) + (seconds * this.recorded.count) / 6) % this.recorded.count;
-      this.shown = Math.floor(this.clock);
+      const { recorded } = this;
+      if (recorded.at(this.clock || 0) !== this.shown) this.clock = recorded.share(this.shown);
+      this.clock = ((this.clock || 0) + seconds / 6) % 1;
+      this.shown = recorded.at(this.clock);
       this.draw();
       return;
     }

@@ -21,6 +21,19 @@ export class Recorded {
 
   value(k) { return this.data.driver.values[k]; }
 
+  /** How far along the way a pose is: in time, or in poses. */
+  share(k) {
+    const { unit, values } = this.data.driver;
+    return unit === "s" ? (values[k] - values[0]) / (values[this.count - 1] - values[0] || 1) : k / this.count;
+  }
+
+  /** The last pose up to a share of the way. */
+  at(share) {
+    let k = 0;
+    while (k + 1 < this.count && this.share(k + 1) <= share) k += 1;
+    return k;
+  }
+
   places(k) {
     const { ground, places: fixed, dimension: width } = this.data.scene;
     const places = Object.fromEntries(ground.map((name, i) => [name, fixed[i]]));

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from math import degrees
+from math import degrees, isclose, pi
 from typing import Any
 
 from mechdae.describe.coordinates import coordinate_unit
@@ -27,6 +27,14 @@ def text(value: Any) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{key} = {text(own)}" for key, own in value.items())
     return f"({'; '.join(text(own) for own in value)})"
+
+
+def in_turns(speed: float) -> tuple[float, str]:
+    """Return an angular speed [rad/s] with its unit: turns a minute where these are rounder."""
+    turns = speed * 30 / pi
+    found = float(f"{turns:.{SIGNIFICANT}g}")
+    exact = isclose(found, turns, rel_tol=1e-12) and float(f"{speed:.{SIGNIFICANT}g}") != speed
+    return (found, "rpm") if exact else (speed, "rad/s")
 
 
 def signed(digits: str) -> str:

@@ -15,7 +15,14 @@ from mechdae.describe.tasks.kinds import Driven, Driver, Reactions
 from mechdae.describe.units import UNITS
 from mechdae.draw.formulas import Facts, Grid, Image, Note, Part, Passage, Section
 from mechdae.parts.paper.assignments.choice import Chosen
-from mechdae.parts.paper.assignments.given import SIGNIFICANT, facts, load_text, signed, text
+from mechdae.parts.paper.assignments.given import (
+    SIGNIFICANT,
+    facts,
+    in_turns,
+    load_text,
+    signed,
+    text,
+)
 from mechdae.parts.paper.assignments.ranges import RoundRange
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.explanations.words import Said
@@ -81,6 +88,7 @@ def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], sa
             value, unit = values[name], units.get(name, "")
             value, unit = (degrees(value), "°") if unit == "rad" else (value, unit)
             value, unit = (value / per, lengths[0]) if unit == "m" else (value, unit)
+            value, unit = in_turns(value) if unit == "rad/s" else (value, unit)
             rows.append((name, signed(f"{value:.{SIGNIFICANT}g}"), say.unit(_plain(unit))))
     return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
 
@@ -107,7 +115,8 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
         return signed(shown)
 
     speed = evaluate(driver.usual_speed, values)
-    rate = signed(f"{speed:.6g} {say.unit('rad/s' if angle else 'm/s')}")
+    pace, unit = in_turns(speed) if angle else (speed, "m/s")
+    rate = signed(f"{pace:.{SIGNIFICANT}g} {say.unit(unit)}")
     if driver.from_ is not None and driver.to is not None and driver.law is None:
         return say("from to", name, shown(driver.from_), shown(driver.to), rate)
     if driver.at is not None:
