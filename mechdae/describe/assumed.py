@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Spring
-from mechdae.describe.mechanism import TOLERANCE, Mechanism
+from mechdae.describe.mechanism import GROUND, TOLERANCE, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Reactions
 
 
@@ -66,9 +66,25 @@ def about_springs(mechanism: Mechanism) -> list[str]:
     return [f"free length 0: {', '.join(short)}"] if short else []
 
 
+def about_blocks(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Return of which guides that rub over a length the block is fixed: the second body."""
+    values = mechanism.values()
+    fixed = {
+        name: mechanism.joints[name].second
+        for name in dict.fromkeys(names)
+        if f"{name}.contact_length" in values and mechanism.joints[name].second_body == GROUND
+    }
+    return [
+        f"{name} rubs over {values[f'{name}.contact_length']:g} m about {point}: its block is fixed"
+        for name, point in fixed.items()
+    ]
+
+
 def about_motion(mechanism: Mechanism, rubbing: Iterable[str] = ()) -> list[str]:
     """Return what is assumed in a motion or an equilibrium, with friction in some joints."""
     found = about_bodies(mechanism, mechanism.bodies) + about_springs(mechanism)
+    rubbing = list(rubbing)
+    found += about_blocks(mechanism, rubbing)
     joints = [mechanism.joints[name] for name in dict.fromkeys(rubbing) if name in mechanism.joints]
     same = [own.name for own in joints if getattr(own, "friction_static", 0.0) is None]
     if same:

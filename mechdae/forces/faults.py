@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.assumed import about_bodies, about_inertia, about_springs
+from mechdae.describe.assumed import about_blocks, about_bodies, about_inertia, about_springs
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import Statics
@@ -100,6 +100,7 @@ def assumptions_of(statics: Statics, task: Reactions) -> list[str]:
     found += about_springs(mechanism)
     if task.friction != "none":
         lossy = balance.lossy
+        found += about_blocks(mechanism, lossy)
         smooth = [
             name for name in balance.joints if name not in lossy and mechanism.joints[name].rubs
         ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import mechdae as md
+from mechdae.describe.assumed import about_blocks
 from mechdae.errors import AssemblyError
 from mechdae.motion.kinematics.prepared import SHAPES
 from tests.shared.booms import reach_missed, slide_missed
@@ -45,6 +46,20 @@ def slides() -> float:
 def reach() -> float:
     """Lengths that would reach are told."""
     return max(reach_missed(seed) for seed in range(4))
+
+
+def blocks() -> float:
+    """Of a guide's blocks the fixed one is told."""
+    ends = [("ground.O", "slider.C"), ("slider.C", "ground.O")]
+    found = []
+    for own in ends:
+        mechanism = md.Mechanism(
+            ground=md.Ground({"O": (0, 0)}),
+            bodies=[md.Body("slider", {"C": (0, 0)}, mass=1.0)],
+            joints=[md.Prismatic("guide", *own, friction=0.1, contact_length=0.1)],
+        )
+        found.append(len(about_blocks(mechanism, ["guide"])))
+    return 0.0 if found == [0, 1] else math.inf
 
 
 def recorded() -> float:
@@ -128,6 +143,13 @@ SLIPS = [
         "long = int(a > b)",
         reach,
         ROUGH + "test_lengths_that_would_reach",
+    ),
+    Slip(
+        "describe.assumed",
+        "second_body == GROUND",
+        "first_body == GROUND",
+        blocks,
+        "forces/test_assumed.py::test_a_block_that_is_fixed_is_told",
     ),
     Slip(
         "parts.page.document",

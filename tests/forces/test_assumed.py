@@ -149,3 +149,28 @@ def test_the_terminal_shows_it(capsys: pytest.CaptureFixture[str], tmp_path: Any
     text = capsys.readouterr().out
     assert "assumes   crank.angle has no speed: velocities and accelerations" in text
     assert text.count("assumes   without weight (no gravity given): crank, rod, slider") == 3
+
+
+@pytest.mark.parametrize("task", ["forces", "motion"])
+def test_a_block_that_is_fixed_is_told(task: str) -> None:
+    """The second body of a guide is its block: a fixed one may be a slip."""
+    told = "guide rubs over 0.1 m about ground.O: its block is fixed"
+    ends = {"joints__guide__between": ["slider.C", "ground.O"]}
+    for keys, said in (
+        (ends, True),
+        ({}, False),
+        ({**ends, "joints__guide__contact_length": None}, False),
+    ):
+        result = md.solve(from_dict(slider_crank(**keys)), task)
+        assert (told in result.summary.get("assumptions", [])) is said
+
+
+def test_exchanged_bodies_of_a_guide_are_other_friction() -> None:
+    """The same places; the moment of a force on the slider about a block that is elsewhere."""
+    usual, fixed = (
+        md.solve(from_dict(slider_crank(joints__guide__between=own)), "forces")
+        for own in (["ground.O", "slider.C"], ["slider.C", "ground.O"])
+    )
+    for name, series in usual.points.items():
+        assert series.position == pytest.approx(fixed.points[name].position, abs=1e-12)
+    assert abs(usual.efforts["crank.angle"][0] - fixed.efforts["crank.angle"][0]) > 1e-3
