@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -157,3 +158,19 @@ def test_two_points_of_a_link_may_be_one_pin() -> None:
 def test_a_link_whose_pins_are_all_one_point_has_no_length() -> None:
     with pytest.raises(MechanismError, match="link of zero length: its pins C and E"):
         three_on_a_pin("C", {}).with_values({"rod.E.x": 0.0})
+
+
+def test_a_far_sketch_names_the_body_that_is_farthest() -> None:
+    """The other mode of the rocker's dyad: both bodies are told, the farther one with its angle."""
+    mechanism = three_on_a_pin("C", {})
+    far = dict(mechanism.sketch) | {"out": math.radians(-20), "rod": math.radians(-60)}
+    driver = md.Driver("crank.angle", at=[math.radians(60)])
+
+    result = md.solve(replace(mechanism, sketch=far), md.Sweep(driver))
+    note = next(own for own in result.summary["notes"] if "degrees away" in own)
+    found = re.search(r"(rod|out) most of all, at (-?\d+) deg", note)
+    assert found is not None
+    bodies = {name: result.bodies[name].angle[0] for name in ("rod", "out")}
+    off = {n: abs(math.remainder(a - far[n], 2 * math.pi)) for n, a in bodies.items()}
+    assert found[1] == max(off, key=off.__getitem__)
+    assert int(found[2]) == round(math.degrees(math.remainder(bodies[found[1]], 2 * math.pi)))

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechdae.cli.commands.new import FOLDER, families
 
 import mechdae as md
 from mechdae.describe.expression import MAX_LENGTH, evaluate
@@ -17,6 +16,7 @@ from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.schema import schema
 from mechdae.errors import InputError, MechanismError, ProblemFileError, UnknownName
+from mechdae.parts.exchange.commands.new import FOLDER, families
 
 FOUR_BAR = """
 schema = 1

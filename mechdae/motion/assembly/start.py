@@ -113,13 +113,7 @@ def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
 
     Other sketches so far off have a note: they may be those of another value of the driver.
     """
-    angles: dict[Group, dict[str, tuple[float, float]]] = {}
-    for entry in assembler.sketched.entries:
-        if entry.coordinate.kind == "body angle":
-            group = assembler.scene.groups[entry.stage]
-            gap = entry.gap(x, u, assembler.p)
-            angles.setdefault(group, {})[entry.coordinate.part] = (entry.wanted, gap)
-    for group, own in angles.items():
+    for group, own in _turned(assembler, x, u).items():
         plain = [body for body, (wanted, _) in own.items() if abs(wanted) > MANY]
         body = max(own, key=lambda name: abs(own[name][1]))
         off = math.hypot(*[gap for _, gap in own.values()])
@@ -139,6 +133,17 @@ def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
             where="sketch",
             hint=f"{slip}sketch the mode that is meant; the nearest one has {near}",
         )
+
+
+def _turned(assembler: Assembler, x: Any, u: Any) -> dict[Group, dict[str, tuple[float, float]]]:
+    """Return by group and body the sketched angle, and by how much the pose is off it."""
+    angles: dict[Group, dict[str, tuple[float, float]]] = {}
+    for entry in assembler.sketched.entries:
+        if entry.coordinate.kind == "body angle":
+            group = assembler.scene.groups[entry.stage]
+            gap = entry.gap(x, u, assembler.p)
+            angles.setdefault(group, {})[entry.coordinate.part] = (entry.wanted, gap)
+    return angles
 
 
 def try_redundant(assembler: Assembler, plan: DriverPlan) -> None:
@@ -202,6 +207,10 @@ def doubts(
         off = assembler.sketched.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
             away = f"is {math.degrees(off):.0f} degrees away from it"
+            if len(own := _turned(assembler, x, u).get(group, {})) > 1:
+                body, (wanted, gap) = max(own.items(), key=lambda each: abs(each[1][1]))
+                angle = math.degrees(math.remainder(wanted + gap, 2 * math.pi))
+                away += f", {body} most of all, at {angle:.0f} deg"
             if assembler.scene.model.space.behind:  # places count as shares of the size
                 away = "lies far from it"
             notes.append(f"the pose of group {group.name} nearest to the sketch {away}")
