@@ -83,7 +83,7 @@ def turns() -> float:
     return float(np.abs(of_quaternion(quaternion(R)) - R).max()) / EXACT
 
 
-FROM, TREE = "exchange.drawings.from_drawing", "exchange.robots.link_tree"
+FROM, TREE = "parts.exchange.drawings.from_drawing", "parts.exchange.robots.link_tree"
 SLIPS = [
     Slip(FROM, "self.grounded and not outer", "self.grounded and outer", circles, BACK),
     Slip(FROM, "c * x + s * y, -s * x + c * y", "c * x - s * y, s * x + c * y", drawings, BACK),
@@ -92,7 +92,8 @@ SLIPS = [
     Slip(FROM, "3 * len(mechanism.bodies) - held", "3 * len(mechanism.bodies) + held", drawings,
          BACK),
     Slip(FROM, "and a not in pins", "", drawings, BACK),
-    Slip("exchange.drawings.dxf_text", "MILLIMETRE * float(v)", "1.000001 * MILLIMETRE * float(v)",
+    Slip("parts.exchange.drawings.dxf_text", "MILLIMETRE * float(v)",
+         "1.000001 * MILLIMETRE * float(v)",
          drawings, f"{DRAWN}test_links_and_paths_are_those_of_the_result"),
     Slip(TREE, "mass.center - shift, mass.inertia)\n    tree.links[child]",
          "mass.center + shift, mass.inertia)\n    tree.links[child]", links, WEIGHTS),
@@ -100,9 +101,9 @@ SLIPS = [
          "points = {p: described.local(f\"{child}.{p}\") + shift", links, CLOSES),
     Slip(TREE, "return SMALL * heavy[best]", "return SMALL**2 * heavy[best]", massless,
          f"{ROBOTS}test_a_body_without_mass_gets_a_share_of_its_neighbour"),
-    Slip("exchange.robots.couplings", "_plus(first, second, -joint.turn_ratio(",
+    Slip("parts.exchange.robots.couplings", "_plus(first, second, -joint.turn_ratio(",
          "_plus(first, second, joint.turn_ratio(", meshes,
          f"{ROBOTS}test_sdf_gears_have_the_sign_of_the_format"),
-    Slip("exchange.robots.link_frames", "R[2, 1] - R[1, 2], R[0, 2] - R[2, 0]",
+    Slip("parts.exchange.robots.link_frames", "R[2, 1] - R[1, 2], R[0, 2] - R[2, 0]",
          "R[1, 2] - R[2, 1], R[0, 2] - R[2, 0]", turns, CLOSES),
 ]  # fmt: skip

@@ -368,7 +368,7 @@ SLIPS = [
         HOLDS,
     ),
     Slip(
-        "model.forces.loads",
+        "equations.forces.loads",
         "SLOW * model.velocity if slow else model.velocity",
         "model.velocity",
         slowly,
@@ -396,7 +396,7 @@ SLIPS = [
         "forces/test_assumed.py::test_what_is_not_given_is_said",
     ),
     Slip(
-        "assembly.closure",
+        "motion.assembly.closure",
         "lengths * (share - 1), F)",
         "F, F)",
         too_short,

@@ -243,11 +243,12 @@ def test_a_law_of_time_takes_the_effort_of_a_task_of_reactions() -> None:
 @pytest.mark.parametrize(
     ("place", "right", "wrong"),
     [
-        ("model.tree.solid", "J @ turning + ca.cross(spin, J @ spin)", "J @ turning"),
-        ("model.tree.solid", "energy += ca.dot(spin, J @ spin) / 2", "energy += 0"),
-        ("model.tree.released_tree", "value += ca.dot(turned, others)",
+        ("equations.tree.solid", "J @ turning + ca.cross(spin, J @ spin)", "J @ turning"),
+        ("equations.tree.solid", "energy += ca.dot(spin, J @ spin) / 2", "energy += 0"),
+        ("equations.tree.released_tree", "value += ca.dot(turned, others)",
          "value += 2 * ca.dot(turned, others)"),
-        ("model.tree.screws", "acceleration += 2 * ca.cross(carried, going)", "acceleration += 0"),
+        ("equations.tree.screws", "acceleration += 2 * ca.cross(carried, going)",
+            "acceleration += 0"),
     ],
 )  # fmt: skip
 def test_mistakes_in_the_equations_are_told_by_the_checks(
