@@ -14,9 +14,10 @@ import collections
 import dataclasses
 import itertools
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -29,6 +30,10 @@ WORDS = {"R": ("angle",), "P": ("slide",), "C": ("angle", "slide"), "U": ("angle
 REGULAR = 0.01
 """Least singular value of the twists of a pose that is regular; lengths are about 1."""
 REACH, POSES = 0.02, 3
+PORTION = 50
+"""Sets with the same drivers, of one structure."""
+Drivers: TypeAlias = "list[tuple[str, int | tuple[int, int]]]"
+"""Names, and which freedom or which body's coordinate each is."""
 
 
 def sequences(longest: int) -> list[str]:
@@ -52,21 +57,20 @@ def mobility(loop: str) -> int:
 
 
 def skew(a: Any) -> Any:
-    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+    """Return the matrices (..., 3, 3) of cross products with vectors (..., 3)."""
+    return np.cross(np.asarray(a, float)[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 def turn(a: Any) -> Any:
-    """Return the rotation by a vector."""
-    size = float(np.linalg.norm(a))
-    if size == 0:
-        return np.eye(3)
-    K = skew(a / size)
-    return np.eye(3) + np.sin(size) * K + (1 - np.cos(size)) * K @ K
+    """Return the rotations (..., 3, 3) by vectors (..., 3)."""
+    K, size = skew(a), np.linalg.norm(a, axis=-1)[..., None, None]
+    shares = np.sinc(size / np.pi), np.sinc(size / (2 * np.pi)) ** 2 / 2
+    return np.eye(3) + shares[0] * K + shares[1] * (K @ K)
 
 
 @dataclass
 class Freedom:
-    """One freedom of a pair: axis and place in the pose drawn, whether it turns, its name."""
+    """One freedom of a pair: axes and places (n, 3) in the poses drawn, whether it turns."""
 
     joint: int
     word: str
@@ -74,86 +78,95 @@ class Freedom:
     place: Any
     turns: bool
 
-    def motion(self, q: float) -> Any:
-        T = np.eye(4)
+    def motion(self, q: Any) -> Any:
+        """Return the motions (n, 4, 4) by values (n,)."""
+        T = np.zeros((len(q), 4, 4))
+        T[:, range(4), range(4)] = 1.0
+        way = self.axis * q[:, None]
         if self.turns:
-            T[:3, :3] = turn(self.axis * q)
-            T[:3, 3] = self.place - T[:3, :3] @ self.place
-        else:
-            T[:3, 3] = self.axis * q
+            T[:, :3, :3] = R = turn(way)
+            way = self.place - np.einsum("nij,nj->ni", R, self.place)
+        T[:, :3, 3] = way
         return T
 
     def twist(self, T: Any) -> Any:
-        """Return turn and shift of the origin by this freedom, moved by T."""
-        axis = T[:3, :3] @ self.axis
+        """Return turns and shifts (n, 6) of the origin by this freedom, moved by T."""
+        axis = np.einsum("nij,nj->ni", T[:, :3, :3], self.axis)
         if not self.turns:
-            return np.concatenate([np.zeros(3), axis])
-        place = T[:3, :3] @ self.place + T[:3, 3]
-        return np.concatenate([axis, np.cross(place, axis)])
+            return np.concatenate([np.zeros_like(axis), axis], axis=1)
+        return np.concatenate([axis, np.cross(_carried(T, self.place), axis)], axis=1)
+
+
+def _carried(T: Any, place: Any) -> Any:
+    """Return points (n, 3) moved by motions."""
+    return np.einsum("nij,nj->ni", T[:, :3, :3], place) + T[:, :3, 3]
 
 
 class Truth:
-    """The loop as a product of motions about the pose drawn, where all coordinates are zero."""
+    """Loops of one sequence as products of motions about the poses drawn, all coordinates zero."""
 
-    def __init__(self, found: Case) -> None:
-        self.loop, self.free = found.name, list[Freedom]()
-        self.case = found
+    def __init__(self, cases: Sequence[Case]) -> None:
+        self.cases, self.loop, self.free = list(cases), cases[0].name, list[Freedom]()
         for k, letter in enumerate(self.loop):
-            joint, place = found.mechanism.joints[f"J{k}"], found.planted[f"P{k}"]
-            R = found.frames[joint.first_body][1]
+            joints = [own.mechanism.joints[f"J{k}"] for own in cases]
+            place = np.array([own.planted[f"P{k}"] for own in cases])
             if letter == "S":
-                for axis in np.eye(3):
-                    self.free.append(Freedom(k, "", axis, place, True))
+                self.free += [Freedom(k, "", way + 0 * place, place, True) for way in np.eye(3)]
                 continue
-            a, n = R @ np.array(joint.axis, float), R @ np.array(joint.zero, float)
+            R = np.array(
+                [own.frames[j.first_body][1] for own, j in zip(cases, joints, strict=True)]
+            )
+            a = np.einsum("nij,nj->ni", R, np.array([j.axis for j in joints], float))
+            n = np.einsum("nij,nj->ni", R, np.array([j.zero for j in joints], float))
             for word in WORDS[letter]:
                 axis = n if word == "angle2" else a
                 self.free.append(Freedom(k, word, axis, place, word != "slide"))
-        self.drivers: list[tuple[str, Any]] = []
+        self.zero = np.zeros((len(cases), len(self.free)))
 
     def places(self, q: Any) -> tuple[list[Any], Any]:
-        """Return the motions of the bodies and of the end of the loop, and all twists (6, n)."""
-        T, bodies, columns, last = np.eye(4), [], [], 0
-        for own, value in zip(self.free, q, strict=True):
+        """Return the motions of the bodies and of the loops' ends, and all twists (n, 6, F)."""
+        T, bodies, columns, last = np.tile(np.eye(4), (len(q), 1, 1)), [], [], 0
+        for own, value in zip(self.free, q.T, strict=True):
             if own.joint != last:
-                bodies.append(T.copy())
+                bodies.append(T)
                 last = own.joint
             columns.append(own.twist(T))
             T = T @ own.motion(value)
-        return [*bodies, T], np.array(columns).T
+        return [*bodies, T], np.stack(columns, axis=2)
 
-    def point(self, k: int, bodies: list[Any]) -> Any:
-        place = self.case.planted[f"P{k + 1}"]
-        return bodies[k][:3, :3] @ place + bodies[k][:3, 3]
-
-    def rows(self, q: Any) -> tuple[Any, Any]:
-        """Return values and slopes of the drivers: coordinates of pairs, of a point of body b1."""
-        bodies, twists = self.places(q)
-        values, slopes = [], []
-        for _, own in self.drivers:
+    def rows(self, q: Any, drivers: Drivers, found: Any = None) -> tuple[Any, Any]:
+        """Return values (n, d) and slopes of drivers: coordinates of pairs, of points of bodies."""
+        bodies, twists = found or self.places(q)
+        values, slopes = (
+            np.zeros((len(q), len(drivers))),
+            np.zeros((len(q), len(drivers), q.shape[1])),
+        )
+        for d, (_, own) in enumerate(drivers):
             if isinstance(own, int):
-                values.append(q[own])
-                slopes.append(np.eye(len(q))[own])
+                values[:, d], slopes[:, d, own] = q[:, own], 1.0
                 continue
             k, axis = own
-            place = self.point(k, bodies)
+            place = self.point(k + 1, k, bodies)
             moves = np.array([f.joint <= k for f in self.free], float)
-            shift = (twists[3:] + np.cross(twists[:3].T, place).T) * moves
-            values.append(place[axis])
-            slopes.append(shift[axis])
-        return np.array(values), np.array(slopes)
+            turned = np.cross(twists[:, :3], place[:, :, None], axis=1)
+            values[:, d] = place[:, axis]
+            slopes[:, d] = (twists[:, 3:] + turned)[:, axis] * moves
+        return values, slopes
 
-    def jacobian(self, q: Any) -> Any:
-        return np.vstack([self.places(q)[1], self.rows(q)[1]])
+    def point(self, j: int, k: int, bodies: list[Any]) -> Any:
+        """Return the places (n, 3) of a pair's point on body k."""
+        return _carried(bodies[k], np.array([own.planted[f"P{j}"] for own in self.cases]))
 
-    def least(self, q: Any) -> float:
-        """Return the least singular value but for the spins."""
-        return float(np.linalg.svd(self.jacobian(q), compute_uv=False)[-1])
+    def least(self, q: Any, drivers: Drivers) -> Any:
+        """Return the least singular values (n,) but for the spins."""
+        found = self.places(q)
+        J = np.concatenate([found[1], self.rows(q, drivers, found)[1]], axis=1)
+        return np.linalg.svd(J, compute_uv=False)[:, -1]
 
-    def choose(self, rng: Any) -> bool:
-        """Choose drivers at random for all freedoms; return whether the pose drawn is regular."""
+    def choose(self, rng: Any) -> Drivers:
+        """Return drivers chosen at random for all freedoms of the first loop, none if it fails."""
         named = [i for i, own in enumerate(self.free) if own.word]
-        choices: list[tuple[str, Any]] = []
+        choices: Drivers = []
         for i in rng.permutation(named):
             own = self.free[i]
             choices.append((f"J{own.joint}.{own.word}", int(i)))
@@ -161,31 +174,29 @@ class Truth:
             if spins(self.loop) and self.loop[k + 1] != "S":
                 continue  # a point beside the line would drive a spin
             choices += [(f"b{k + 1}.P{k + 1}.{w}", (k, j)) for j, w in enumerate("xyz")]
-        return self._chosen(choices)
-
-    def _chosen(self, choices: list[tuple[str, Any]]) -> bool:
-        self.drivers, zero = [], np.zeros(len(self.free))
+        drivers: Drivers = []
         for one in choices:
-            before = list(self.drivers)
-            self.drivers = [*before, one]
-            if self.least(zero) < 5 * REGULAR:
-                self.drivers = before
-            if len(self.drivers) == mobility(self.loop):
-                return True
-        return False
+            if self.least(self.zero, [*drivers, one])[0] > 5 * REGULAR:
+                drivers.append(one)
+            if len(drivers) == mobility(self.loop):
+                return drivers
+        return []
 
-    def followed(self, wanted: Any) -> Any:
-        """Return the coordinates where drivers have some values, from the pose drawn, or None."""
-        q = np.zeros(len(self.free))
-        start = self.rows(q)[0]
+    def followed(self, drivers: Drivers, by: float) -> tuple[Any, Any]:
+        """Return where drivers are further `by` all, from the poses drawn, and which led there."""
+        q = self.zero
+        start = self.rows(q, drivers)[0]
         for share in np.linspace(0, 1, 6)[1:]:
             for _ in range(8):
-                T = self.places(q)[0][-1]
-                turned = [T[2, 1] - T[1, 2], T[0, 2] - T[2, 0], T[1, 0] - T[0, 1]]
-                off = self.rows(q)[0] - (start + share * (wanted - start))
-                gap = np.concatenate([np.array(turned) / 2, T[:3, 3], off])
-                q = q - np.linalg.lstsq(self.jacobian(q), gap, rcond=None)[0]
-        return q if np.abs(gap).max() < 1e-12 else None
+                found = self.places(q)
+                T, twists = found[0][-1], found[1]
+                values, slopes = self.rows(q, drivers, found)
+                turned = np.stack([T[:, i, j] - T[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], 1)
+                gap = np.concatenate([turned / 2, T[:, :3, 3], values - start - share * by], axis=1)
+                J = np.concatenate([twists, slopes], axis=1)
+                q = q - np.einsum("nij,nj->ni", np.linalg.pinv(J), gap)
+                q = np.clip(q, -10, 10)
+        return q, np.abs(gap).max(1) < 1e-12
 
 
 def mechanism_of(found: Case) -> md.Mechanism:
@@ -196,63 +207,80 @@ def mechanism_of(found: Case) -> md.Mechanism:
     return dataclasses.replace(found.mechanism, sketch=sketch)
 
 
-def judged(truth: Truth, held: Held, words: collections.Counter[str]) -> None:
-    """Count what is said of the pose drawn and of those beside it."""
-    names = [name for name, _ in truth.drivers]
-    start = truth.rows(np.zeros(len(truth.free)))[0]
+def judged(
+    found: Case, drivers: Drivers, start: Any, poses: list[dict[str, Any]], held: Held
+) -> collections.Counter[str]:
+    """Return what is said of the pose drawn and of those beside it, whose points are known."""
+    words: collections.Counter[str] = collections.Counter()
     ways = [
-        md.Driver(name, from_=u - REACH, to=u + REACH) for name, u in zip(names, start, strict=True)
+        md.Driver(name, from_=u - REACH, to=u + REACH)
+        for (name, _), u in zip(drivers, start, strict=True)
     ]
     task = md.Sweep(drivers=ways, poses=POSES, derivatives=0)
-    at = [start + REACH * (2 * j / (POSES - 1) - 1) for j in range(POSES)]
-    q = [truth.followed(u) for u in at]
-    regular = [own is not None and truth.least(own) > REGULAR for own in q]
-    if not all(regular):
-        words["not regular"] += 1
-        return
     try:
         with held_by(held):
-            result = md.solve(mechanism_of(truth.case), task)
+            result = md.solve(mechanism_of(found), task)
     except md.MechdaeError as error:
         words[f"{type(error).__name__}: {error.what[:60]}"] += 1
-        return
+        return words
     for j, status in enumerate(result.status):
         words[str(status)] += 1
         if status == "ok":
-            words["wrong"] += int(off(truth, result, j, q[j]) > result.bound.length[j] + 1e-12)
+            words["wrong"] += int(off(result, j, poses[j]) > result.bound.length[j] + 1e-12)
+    return words
 
 
-def off(truth: Truth, result: md.Result, j: int, q: Any) -> float:
+def off(result: md.Result, j: int, places: dict[str, Any]) -> float:
     """Return how far reported points are from the followed ones; those that spin have no place."""
-    bodies, _ = truth.places(q)
-    worst = 0.0
-    for k in range(len(truth.loop) - 1):
-        for point in (k, k + 1):
-            name = f"b{k + 1}.P{point}"
-            if name in result.points:
-                place = truth.case.planted[f"P{point}"]
-                own = bodies[k][:3, :3] @ place + bodies[k][:3, 3]
-                worst = max(worst, float(np.abs(result.points[name].position[j] - own).max()))
-    return worst
+    told = {name: places[name] for name in places if name in result.points}
+    return max(
+        (float(np.abs(result.points[n].position[j] - at).max()) for n, at in told.items()),
+        default=0.0,
+    )
+
+
+def portion(
+    loop: str, sets: int, rng: Any, words: collections.Counter[str]
+) -> tuple[Truth, Drivers, Any]:
+    """Return loops that are regular where they were drawn, with drivers of the first of them."""
+    for _ in range(20):
+        drivers = Truth([first := case(rng, loop)]).choose(rng)
+        if drivers:
+            break
+        words["no choice"] += 1
+    else:
+        return Truth([first]), [], []
+    cases = [first]
+    while len(cases) < sets:
+        drawn = Truth([case(rng, loop) for _ in range(sets)])
+        least = drawn.least(drawn.zero, drivers)
+        cases += [own for own, s in zip(drawn.cases, least, strict=True) if s > 5 * REGULAR]
+    truth = Truth(cases[:sets])
+    return truth, drivers, truth.rows(truth.zero, drivers)[0]
 
 
 def run(loop: str, sets: int, seed: int) -> collections.Counter[str]:
-    """Return how many sets of one sequence fare how."""
+    """Return how many sets of one sequence fare how; those of a portion have the same drivers."""
     words: collections.Counter[str] = collections.Counter()
     rng = np.random.default_rng([seed, *map(ord, loop)])
-    held: dict[tuple[str, ...], Held] = {}
     while words["sets"] < sets:
-        truth = Truth(case(rng, loop))
-        if not truth.choose(rng):
-            words["no choice"] += 1
-            if words["no choice"] > 20 + 5 * words["sets"]:
-                break
-            continue
-        words["sets"] += 1
-        names = tuple(name for name, _ in truth.drivers)
-        numbers = [n for n, _ in truth.case.mechanism.numbers()]
-        free = frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J"))
-        judged(truth, held.setdefault(names, Held(free)), words)
+        truth, drivers, start = portion(loop, min(PORTION, sets - words["sets"]), rng, words)
+        if not drivers:
+            break
+        words["sets"] += len(truth.cases)
+        regular, poses = np.full(len(truth.cases), True), []
+        for share in np.linspace(-1, 1, POSES):
+            q, led = truth.followed(drivers, share * REACH)
+            regular &= led & (truth.least(q, drivers) > REGULAR)
+            bodies, count = truth.places(q)[0], len(loop)
+            poses.append({f"b{k + 1}.P{j}": truth.point(j, k, bodies)
+                          for k in range(count - 1) for j in (k, k + 1)})  # fmt: skip
+        words["not regular"] += int((~regular).sum())
+        numbers = [n for n, _ in truth.cases[0].mechanism.numbers()]
+        held = Held(frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J")))
+        for i in np.flatnonzero(regular):
+            known = [{name: at[i] for name, at in own.items()} for own in poses]
+            words += judged(truth.cases[i], drivers, start[i], known, held)
     return words
 
 

@@ -6,12 +6,14 @@ turns. On a continuous path that cannot change; every assembly has to be tested.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, UNIT
+from mechdae.equations.coordinates import Coordinate
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.choice import is_tree
@@ -32,11 +34,7 @@ class AxisSenses:
         self.scene = scene
         self._of: dict[int, list[Any]] = {}
         self._told: dict[int, list[Any]] = {}
-        places: dict[str, list[int]] = {}
-        for i, c in enumerate(scene.unknowns):
-            if c.kind is UNIT:
-                places.setdefault(c.owner, []).append(i)
-        self.quaternions = [own for own in places.values() if len(own) == FOUR]
+        self.quaternions = quaternions(scene.unknowns)
         """Places of those among the unknowns: a quaternion and its opposite are one orientation."""
         if is_tree(scene.model):
             for name, value in scene.model.senses:
@@ -111,6 +109,15 @@ class AxisSenses:
             if result[own] @ other[own] < 0:
                 result[own] = -result[own]
         return result
+
+
+def quaternions(coordinates: Iterable[Coordinate]) -> list[list[int]]:
+    """Return the places of quaternions among coordinates."""
+    places: dict[str, list[int]] = {}
+    for i, c in enumerate(coordinates):
+        if c.kind is UNIT:
+            places.setdefault(c.owner, []).append(i)
+    return [own for own in places.values() if len(own) == FOUR]
 
 
 def told_angles(scene: Scene, sketch: Sketch) -> dict[str, float]:

@@ -1,8 +1,9 @@
 """Solutions of one block by Newton's method from many starts: found, not proven.
 
 The starts are an additive recurrence, which fills the cube of the angles more evenly than
-random numbers; lengths that enter linearly follow from the angles by least squares. Starts are
-doubled until the last half found nothing new and each solution was reached several times.
+random numbers; quaternions have length 1, and lengths that enter linearly follow from the angles
+by least squares. Starts are doubled until the last half found nothing new and each solution was
+reached several times.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.batch import Batch
+from mechdae.motion.assembly.axis_senses import quaternions
 from mechdae.motion.assembly.elimination import BlockSolver
 from mechdae.motion.assembly.platform import newton_steps
 from mechdae.motion.assembly.turns.turn_lattice import Lattice
@@ -85,6 +87,7 @@ class BlockSearch:
         """Lengths that follow from the angles: the equations are linear in all of them."""
         self.scale = np.asarray(sizes, float)
         self.period = np.array([solver.period(j) for j in range(self.n)])
+        self.quaternions = quaternions([solver.scene.unknowns[i] for i in graph.own])
         self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
         self.rounding = ROUNDING
         if graph.redundant:
@@ -130,7 +133,11 @@ class BlockSearch:
         whole = np.where(self.period > 0, self.period, 2 * np.pi)
         whole *= self._turns() if self.solver.unwinds else 1
         whole[self.lengths] = SPREAD * self.scale[self.lengths]
-        return cube * whole
+        starts = cube * whole
+        for own in self.quaternions:  # from others Newton's method seldom gets anywhere
+            size = np.linalg.norm(starts[:, own], axis=1, keepdims=True)
+            starts[:, own] = np.where(size > 0, starts[:, own], 1.0) / np.where(size > 0, size, 2.0)
+        return starts
 
     def _turns(self) -> float:
         """Return over how many whole turns the angles are spread."""
