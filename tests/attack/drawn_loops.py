@@ -14,9 +14,9 @@ import sys
 import numpy as np
 
 import mechdae as md
-from tests.attack.first_poses import tasks_of
 from tests.attack.spatial_honesty import KINDS, random_turn
 from tests.shared import attack
+from tests.shared.begun import tasks_of
 
 LOOPS = "RSRC RCSR RUSR RSCP RCCC RCUC RERC REUR RSPU RPSRR".split()
 CLOSE = 1e-9

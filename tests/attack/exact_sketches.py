@@ -76,8 +76,21 @@ class Linkage:
 
     # -- drawing ---------------------------------------------------------------------------
 
-    def joint(self, kind, a, b):
-        """Add a joint between two bodies that closes at the pose."""
+    def again(self, seed):
+        """Return a linkage of the same joints and drivers at another pose; None: it is not sharp.
+
+        Ratios and what wheels turn on stay: they are part of the structure.
+        """
+        other = Linkage(seed, self.family)
+        other.names, other.drivers = self.names, self.drivers
+        other.pose = {name: other.place() for name in self.names}
+        other.points = {name: {} for name in self.points}
+        for kind, a, _, b, _, keys in self.joints.values():
+            other.joint(kind, a, b, keys)
+        return other if other.sharp(other.pose) else None
+
+    def joint(self, kind, a, b, like=None):
+        """Add a joint between two bodies that closes at the pose, of the structure of another."""
         rng, name = self.rng, f"j{len(self.joints)}"
         first = self.point(a)
         at = self.world(a, first, self.pose)
@@ -96,14 +109,15 @@ class Linkage:
         elif kind in ("gear", "belt", "rack"):
             others = [n for n in ("ground", *self.names) if n not in (a, b)]
             carrier = str(rng.choice(others)) if rng.random() < 0.5 else "ground"
+            carrier = carrier if like is None else like.get("carrier", "ground")
             tc = self.frame(carrier, self.pose)[2]
             if carrier != "ground":
                 keys["carrier"] = carrier
-            ratio = float(rng.choice(RATIOS))
+            ratio = float(rng.choice(RATIOS)) if like is None else like.get("ratio", 1.0)
             if kind == "gear":
                 keys |= {"ratio": ratio, "phase": ta - tc - ratio * (tb - tc)}
             elif kind == "belt":
-                crossed = bool(rng.random() < 0.3)
+                crossed = bool(rng.random() < 0.3) if like is None else like["crossed"]
                 signed = -abs(ratio) if crossed else abs(ratio)
                 keys |= {"ratio": abs(ratio), "crossed": crossed}
                 keys["phase"] = ta - tc - signed * (tb - tc)

@@ -1,16 +1,18 @@
-"""Tasks of one file begin at one pose: sweeps, motions, equilibria of random mechanisms.
+"""Tasks of one file begin at one pose: all kinds of tasks of random mechanisms of the plane.
 
     python -m tests.attack.first_poses --count 2000 --workers 2 --out docs/data/first-poses.json
 
 Sketches are the modes of the mechanism, off by up to 20 degrees in all that they say but the
-drivers. A sweep, one of forces, a motion that names the drivers, one that names nothing and an
-equilibrium with the drivers held have to begin at one pose, or to refuse with one voice, and no
+drivers. A sweep, one of forces, a motion that names the drivers, one that names nothing, an
+equilibrium with the drivers held, one of the modes, a study, sensitivities, the page, exports and
+the file of a design have to begin at one pose, or to refuse with one voice, and no
 mode that `tests.reference.nearest_modes` finds may be nearer to the sketch. Discs with followers on
 both sides are judged by a closed form. The exit code is 1 where something was wrong.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 
@@ -19,11 +21,12 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.table import Table
-from tests.attack.exact_sketches import draw, off_sketch, read
+from tests.attack.exact_sketches import draw, off_sketch
 from tests.reference.nearest_modes import disc_and_guide, planar_modes
 from tests.reference.planar_closure import Closure
 from tests.reference.truth import drawing
 from tests.shared import attack
+from tests.shared.begun import FURTHER, First
 
 OFF = math.radians(20)
 TIED = 1e-3
@@ -31,6 +34,8 @@ TIED = 1e-3
 CLOSE = 1e-8
 FAMILIES = ("dyads", "geared", "groups", "disc")
 STARTS, PORTION = 24, 20
+SETS = 8
+"""Mechanisms of each structure of pairs."""
 MOST = 3
 """Modes of a mechanism that are sketched."""
 
@@ -47,43 +52,18 @@ def masses(mechanism):
     )  # fmt: skip
 
 
-def tasks_of(drivers):
-    """Return tasks that begin at driver values, given by coordinate."""
-    held = tuple(md.Driver(text, at=[value]) for text, value in drivers.items())
-    return {
-        "sweep": md.Sweep(drivers=held),
-        "forces": md.Reactions(drivers=held),
-        "named": md.Motion(start=drivers, at=[0, 1e-6]),
-        "silent": md.Motion(at=[0, 1e-6]),
-        "held": md.Equilibrium(drivers=held),
-    }
-
-
-def begun(mechanism, drivers, poses_of):
-    """Return the first pose of each task, or the word it refuses with."""
+def of_bodies(linkage, pose):
+    """Return place and angle of each body of a linkage in a pose by points and rotations."""
     found = {}
-    problem = md.Problem(mechanism, tasks=Table(tasks_of(drivers)))
-    for name in problem.tasks:
-        try:
-            result = md.solve(problem, name)
-        except md.MechdaeError as error:
-            found[name] = f"{type(error).__name__}: {error.what}"
-            continue
-        if result.status[0] not in ("ok", "ambiguous"):
-            found[name] = f"status {result.status[0]}"
-            continue
-        found[name] = poses_of(result)
+    for name in linkage.names:
+        point, (c, s) = next(iter(linkage.points[name])), pose[name]
+        (x, y), (px, py) = pose[f"{name}.{point}"], linkage.points[name][point]
+        found[name] = (x - c * px + s * py, y - s * px - c * py, math.atan2(s, c))
     return found
 
 
-def seen(result):
-    """Return place and angle of each body in the first pose of a result."""
-    points = {name.split(".")[0]: own.position[0] for name, own in result.points.items()}
-    return {name: (*points[name], float(own.angle[0])) for name, own in result.bodies.items()}
-
-
 def apart(one, other):
-    """Return the largest difference of two poses, angles without whole turns."""
+    """Return the largest difference of places and angles of bodies, without whole turns."""
     return max(
         max(abs(a - b) if k < 2 else abs(math.remainder(a - b, 2 * math.pi))
             for k, (a, b) in enumerate(zip(one[name], other[name], strict=True)))
@@ -91,17 +71,11 @@ def apart(one, other):
     )  # fmt: skip
 
 
-def with_one_voice(found):
-    """Return which tasks begin elsewhere than the sweep, or refuse where it does not."""
-    first, wrong = found["sweep"], []
-    for name, pose in found.items():
-        if isinstance(first, str) or isinstance(pose, str):
-            if isinstance(first, str) != isinstance(pose, str):
-                said = [v if isinstance(v, str) else "a pose" for v in (first, pose)]
-                wrong.append(f"sweep: {said[0]}; {name}: {said[1]}")
-        elif apart(first, pose) > CLOSE:
-            wrong.append(f"{name} is {apart(first, pose):.3g} from the sweep")
-    return wrong
+def varied(mechanism, rng):
+    """Return the coordinate of a point of a body, by its name."""
+    body = str(rng.choice(list(mechanism.bodies)))
+    point = str(rng.choice(list(mechanism.bodies[body].points)))
+    return f"{body}.{point}.x"
 
 
 def closure_of(linkage):
@@ -128,25 +102,33 @@ def rough(linkage, pose):
     return sketch
 
 
-def judged(linkage, sketch, at, own):
+def judged(linkage, sketch, at, own, further=FURTHER):
     """Return what is wrong with the tasks of a sketched linkage; empty where nothing is."""
     drivers = {text: linkage.value(text, at) for text in linkage.drivers}
     mechanism = masses(linkage.mechanism(sketch))
-    found = begun(mechanism, drivers, lambda result: read(linkage, result, 0))
-    wrong, first = with_one_voice(found), found["sweep"]
+    found = First(mechanism, drivers, varied(mechanism, linkage.rng), further)
+    wrong, first = found.wrong(), found.poses["sweep"]
     if not isinstance(first, str) and own:
-        far = off_sketch(linkage, sketch, first)
+        far = off_sketch(linkage, sketch, of_bodies(linkage, first))
         least = min(off_sketch(linkage, sketch, pose) for pose in own)
         if far > least + TIED:
             wrong.append(f"the sweep is {far:.3g} from the sketch, another mode {least:.3g}")
     return wrong
 
 
-def of_linkage(seed, family):
+def of_linkages(seed, family):
+    """Return what was wrong with each sketch of mechanisms of one structure, by mechanism."""
+    first = draw(seed, family)
+    sets = [first, *(first.again(1000 * seed + k) for k in range(1, SETS))] if first else []
+    return [
+        [f"{family} {seed} set {k} {text}" if text else "" for text in of_linkage(linkage)]
+        for k, linkage in enumerate(sets)
+        if linkage is not None
+    ]
+
+
+def of_linkage(linkage):
     """Return what was wrong with each sketch of one mechanism, empty texts where nothing was."""
-    linkage = draw(seed, family)
-    if linkage is None:
-        return []
     modes = [linkage.pose]
     if len(linkage.drivers) == 1:
         near = [v for name in linkage.names for v in linkage.pose[name]]
@@ -156,11 +138,12 @@ def of_linkage(seed, family):
                  for q in every]  # fmt: skip
         modes += [pose for pose in poses if apart(pose, linkage.pose) > CLOSE]
         modes = [pose for pose in modes if linkage.sharp(pose)]
-    own = modes if family == "dyads" else []  # others tell whole turns apart
+    own = modes if linkage.family == "dyads" else []  # others tell whole turns apart
     return [
-        f"{family} {seed} mode {k}: {'; '.join(wrong)}" if wrong else ""
+        f"mode {k}: {'; '.join(wrong)}" if wrong else ""
         for k, pose in enumerate(modes[:MOST])
-        for wrong in [judged(linkage, rough(linkage, pose), pose, own)]
+        for further in [[str(linkage.rng.choice(FURTHER))] if k else FURTHER]
+        for wrong in [judged(linkage, rough(linkage, pose), pose, own, further)]
     ]
 
 
@@ -169,8 +152,9 @@ def of_groups(seed):
     case = drawing.draw(seed)
     if case is None:
         return []
-    found = begun(masses(case.mechanism(jitter=OFF)), {case.coordinate: case.s0}, seen)
-    wrong = with_one_voice(found)
+    mechanism = masses(case.mechanism(jitter=OFF))
+    number = varied(mechanism, np.random.default_rng([seed, 9]))
+    wrong = First(mechanism, {case.coordinate: case.s0}, number).wrong()
     return [f"groups {seed} ({case.family}): {'; '.join(wrong)}" if wrong else ""]
 
 
@@ -213,41 +197,40 @@ def of_disc(seed):
             "cam": turn, "follower": 0.0, "guide": y + float(rng.uniform(-1, 1)) * 0.002,
             "profile": s + float(rng.uniform(-1, 1)) * OFF,
         }  # fmt: skip
-        mechanism = from_dict(data).mechanism
-        found = begun(mechanism, {"cam.angle": turn}, lambda r: float(r.joints["guide"].slide[0]))
-        off = {
-            name: own if isinstance(own, str) else f"at {own:.6g}"
-            for name, own in found.items()
-            if isinstance(own, str) or not abs(own - y) < CLOSE
-        }
-        answers.append(f"disc {seed} at {y:.6g}: {off}" if off else "")
+        found = First(from_dict(data).mechanism, {"cam.angle": turn}, "cam.O.x")
+        wrong, first = found.wrong(), found.poses["sweep"]
+        if isinstance(first, str) or abs(first["follower.P"][1] - y) > CLOSE:
+            wrong.append(f"the sweep is {first}")
+        answers.append(f"disc {seed} at {y:.6g}: {'; '.join(wrong)}" if wrong else "")
     return answers
 
 
 def examine(seed, family):
-    """Return the answers of one mechanism."""
+    """Return the answers to the sketches of each mechanism of a seed."""
     if family in ("disc", "groups"):
-        return of_disc(seed) if family == "disc" else of_groups(seed)
-    return of_linkage(seed, family)
+        answers = of_disc(seed) if family == "disc" else of_groups(seed)
+        return [answers] if answers else []
+    return of_linkages(seed, family)
 
 
 def main(arguments=None):
     options = attack.parser(__doc__, 2000, "mechanisms").parse_args(arguments)
-    wrong, mechanisms, sketches, seed = [], 0, 0, options.seed
+    wrong, mechanisms, sketches, seed, figures = [], 0, 0, options.seed, {}
     with attack.processes(options.workers) as run:
         while mechanisms < options.count:
             jobs = [(k, FAMILIES[k % len(FAMILIES)]) for k in range(seed, seed + PORTION)]
             seed += PORTION
             for answers in run(examine, jobs, 4):
-                mechanisms += bool(answers)
-                sketches += len(answers)
-                for answer in filter(None, answers):
+                mechanisms += len(answers)
+                sketches += sum(map(len, answers))
+                for answer in filter(None, itertools.chain(*answers)):
                     wrong.append(answer)
                     print(answer, file=sys.stderr, flush=True)
-    figures = {
-        "seeds": [options.seed, seed - 1], "mechanisms": mechanisms,
-        "sketches": sketches, "wrong": wrong,
-    }  # fmt: skip
+            figures = {
+                "seeds": [options.seed, seed - 1], "mechanisms": mechanisms,
+                "sketches": sketches, "wrong": wrong,
+            }  # fmt: skip
+            attack.kept(figures, options.out)
     return attack.ended(figures, options.out, wrong)
 
 

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, UNIT
-from mechdae.describe.coordinates import Selection
+from mechdae.describe.coordinates import Selection, coordinate
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
@@ -108,13 +108,15 @@ class Design:
     def sketch(self) -> dict[str, float]:
         """What tells the first pose, with the driver's value.
 
-        In the plane angles of all bodies; in space coordinates of joints, and where quaternions
-        are among the unknowns the places of all points.
+        In the plane angles of all bodies, slides and places on curves where they are solved for;
+        in space coordinates of joints, and where quaternions are among the unknowns the places of
+        all points.
         """
         poses = self.space.poses
         scene, model, mechanism = poses.scene, poses.model, poses.mechanism
         if mechanism.dimension == 2:
             told = {c.owner: scene.recover[c.key] for c in scene.recovered if c.kind is ANGLE}
+            told |= self._slides()
         else:
             told = {
                 ".".join(c.key): scene.recover[c.key]
@@ -134,6 +136,21 @@ class Design:
             sketch[driver.part if driver.kind != "point" else driver.text] = float(self.u)
         return sketch
 
+    def _slides(self) -> dict[str, Any]:
+        """Return slides and places on curves of groups that are not solved by angles."""
+        scene, model = self.space.poses.scene, self.space.poses.model
+        mechanism, found = model.mechanism, {}
+        turned = {b.group: True for b in scene.blocks}
+        for block in scene.blocks:
+            turned[block.group] &= bool(scene.unknowns.turns[list(block.x)].all())
+        for group in scene.groups:
+            for joint in (mechanism.joints[name] for name in group.joints):
+                word = "s" if joint.on_curve else "slide" if joint.slides else ""
+                if word and (joint.on_curve or not turned.get(group.index, True)):
+                    c = coordinate(mechanism, f"{joint.name}.{word}")
+                    found[joint.name] = scene.expression(model.coordinate(c))
+        return found
+
     def _places(self) -> dict[str, Any]:
         """Return the places of all points in space; of links that spin, of those on their line."""
         scene, model = self.space.poses.scene, self.space.poses.model
@@ -151,12 +168,9 @@ class Design:
         """Return a problem with these dimensions, sketched at the first pose."""
         mechanism = self.problem.mechanism.with_values(self.parameters)
         scene = self.space.poses.scene
-        known = set(self.sketch)
-        if mechanism.dimension == 3:  # all of the scene is told anew, in other words
-            parts = {scene.drivers[0].part}
-            parts |= {name for g in scene.groups for name in (*g.bodies, *g.joints)}
-            known |= {name for name in mechanism.sketch if name.split(".")[0] in parts}
-        kept = {name: value for name, value in mechanism.sketch.items() if name not in known}
+        parts = {scene.drivers[0].part}  # all of the scene is told anew
+        parts |= {name for g in scene.groups for name in (*g.bodies, *g.joints)}
+        kept = {n: value for n, value in mechanism.sketch.items() if n.split(".")[0] not in parts}
         mechanism = replace(mechanism, sketch=Table({**kept, **self.sketch}))
         return Problem(
             mechanism, Table(tasks), name=self.problem.name, title=self.problem.title,

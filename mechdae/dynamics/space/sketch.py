@@ -103,13 +103,13 @@ class SpatialSketch:
     def _guess(self) -> tuple[Any, list[str], bool]:
         """Return what the sketch says of coordinates, and owners of those that are to be found.
 
-        The last result tells whether joints hold any of these.
+        The last result tells whether joints hold any coordinates, said or not.
 
         Components of quaternions are never said: the places of points tell them. What nothing is
         said of, and no joint holds, stays at zero.
         """
         closing = self.closing
-        guess, unknown, loops = np.zeros(closing.n), [], False
+        guess, unknown = np.zeros(closing.n), []
         known = {(c.part, c.word): value for c, value in closing.places.items()}
         norms = [i for i, own in enumerate(closing.r.left) if closing.r.rows[own].part == "norm"]
         held = [i for i in range(closing.m) if i not in norms]
@@ -125,8 +125,7 @@ class SpatialSketch:
             sought = (i in columns or pointed) and own.owner not in cut
             if own.key not in known and sought:
                 unknown.append(own.owner)
-                loops |= i in columns
-        return guess, list(dict.fromkeys(unknown)), loops
+        return guess, list(dict.fromkeys(unknown)), bool(columns)
 
     def _starts(self, guess: Any, unknown: list[str]) -> Iterator[Any]:
         """Yield the guess, then poses with what is not known drawn at random."""

@@ -545,7 +545,7 @@ class Assembler:
         mechanism = self.scene.model.mechanism
         found = {}
         for name in group.joints:
-            if mechanism.joints[name].guide:
+            if mechanism.joints[name].slides:
                 c = coordinate(mechanism, f"{name}.slide")
                 found[name] = self._coordinate(c, x, u)
             if mechanism.joints[name].on_curve:
