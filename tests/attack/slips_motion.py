@@ -10,6 +10,7 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from tests.attack.held_forces import CLOSE, worst
+from tests.shared import begun_cases
 from tests.shared.block import X0, C, K, M, block, course
 from tests.shared.planting import Slip
 
@@ -401,5 +402,19 @@ SLIPS = [
         "F, F)",
         too_short,
         "assembly/test_bar_gaps.py::test_bars_of_cranks_and_rockers",
+    ),
+    Slip(
+        "dynamics.space.sketch",
+        "bool(columns)",
+        "bool(columns and unknown)",
+        begun_cases.all_joints_told,
+        "dynamics/test_first_poses.py::test_a_motion_whose_joints_are_all_sketched_begins_at_its_driver",
+    ),
+    Slip(
+        "motion.assembly.assembler",
+        "mechanism.joints[name].slides",
+        "mechanism.joints[name].guide",
+        begun_cases.slotted,
+        "dynamics/test_first_poses.py::test_modes_that_differ_by_a_slide_are_told_apart",
     ),
 ]

@@ -18,6 +18,7 @@ from mechdae.design.synthesis.timing import ordered
 from mechdae.design.synthesis.trace import maxima
 from tests.attack.planted_designs import wrong
 from tests.reference.closure_fourbar import FourBar, judged
+from tests.shared import begun_cases
 from tests.shared.planting import Slip
 
 LENGTHS, POINT = (4.0, 1.5, 3.5, 3.0), 1.2 + 0.9j
@@ -332,5 +333,19 @@ SLIPS = [
         "(steps != 0).all()",
         planted,
         SEEN,
+    ),
+    Slip(
+        "design.synthesis.verify",
+        "told |= self._slides()",
+        "pass",
+        begun_cases.slotted,
+        "dynamics/test_first_poses.py::test_modes_that_differ_by_a_slide_are_told_apart",
+    ),
+    Slip(
+        "design.synthesis.verify",
+        'if n.split(".")[0] not in parts',
+        "if n not in self.sketch",
+        begun_cases.told_twice,
+        "dynamics/test_first_poses.py::test_a_design_forgets_the_rough_sketch_it_comes_from",
     ),
 ]
