@@ -68,7 +68,7 @@ def reach(mechanism: Mechanism, group: Group, place: Callable[[str], Any]) -> st
 
     `place` gives the place of a point of bodies before the group.
     """
-    if group.kind != "RRR":
+    if group.kind != "RRR" or len(group.bodies) != 2:
         return ""
     values, lengths, names, outer = mechanism.values(), [], [], []
     for body in group.bodies:
@@ -77,6 +77,8 @@ def reach(mechanism: Mechanism, group: Group, place: Callable[[str], Any]) -> st
         ]
         pins.sort(key=lambda pin: pin.name not in group.inner)
         points = [pin.first if pin.first_body == body else pin.second for pin in pins]
+        if len(set(points)) != 2 or not all(pin.hinge for pin in pins):
+            return ""  # a bar, or a link without length
         outer.append(place(pins[1].second if pins[1].first_body == body else pins[1].first))
         ends = [np.array([values[f"{p}.{axis}"] for axis in "xy"]) for p in points]
         lengths.append(float(np.linalg.norm(ends[1] - ends[0])))
