@@ -87,8 +87,8 @@ class Group:
 
     @property
     def key_joint(self) -> str:
-        """The joint that opens when the group cannot be assembled."""
-        return (self.inner or self.joints)[0]
+        """The joint that opens when the group cannot be assembled, empty where it has none."""
+        return next(iter(self.inner or self.joints), "")
 
 
 def body_numbers(mechanism: Mechanism) -> dict[str, int]:

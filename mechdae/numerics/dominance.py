@@ -7,12 +7,16 @@ from typing import Any
 import numpy as np
 
 
-def undominated(values: Any) -> Any:
-    """Return which rows of values (n, m), the less the better, no other row is better than."""
+def undominated(values: Any, slack: float = 0.0) -> Any:
+    """Return which rows of values (n, m), the less the better, no other row is better than.
+
+    With a `slack` a row is better too that is worse by less than this share of a value.
+    """
     values = np.asarray(values, float)
     found = np.ones(len(values), bool)
     for k, own in enumerate(values):
-        better = (values <= own).all(axis=1) & (values < own).any(axis=1)
+        edge = slack * np.abs(own)
+        better = (values <= own + edge).all(axis=1) & (values < own - edge).any(axis=1)
         found[k] = not better.any()
     return found
 

@@ -119,4 +119,4 @@ def why_lost(entry: Mapping[str, Any]) -> str:
             f"assembles there and keeps its rank (least singular value {least:.2g} of the "
             "largest), but no certificate holds"
         )
-    return f"opens at joint {entry['joint']}"
+    return f"opens at joint {entry['joint']}" if entry["joint"] else "stays open"

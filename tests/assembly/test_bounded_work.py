@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from mechdae.design.derivatives import function
+from mechdae.design.studies.batches import march
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.motion.assembly import multistart
 from mechdae.motion.assembly.assembler import Assembler
+from mechdae.motion.kinematics import near_poses
+from mechdae.numerics import radau
 
 
 def two_pins_that_contradict():
@@ -81,3 +87,64 @@ def test_continua_are_told_in_few_steps(monkeypatch):
     result = md.solve("bricard", "poses")
     assert list(result.status) == ["ok"] * 3
     assert count[0] < 10_000
+
+
+# -- searches that give up say so ------------------------------------------------------------------
+
+FOUR_BAR = "four-bar-crank-rocker"
+PLACE, WORD = "points/coupler.P/position", "summary/swing/rocker"
+
+
+def turned(at, **keys):
+    return md.solve(FOUR_BAR, md.Sweep(driver=md.Driver("crank.angle", at=at)), **keys)
+
+
+@pytest.mark.parametrize(
+    ("module", "bound", "value", "call", "words"),
+    [
+        ("motion.continuation.follower", "MOST_STEPS", 20, lambda: turned([0.5, 60.0]),
+         "takes 1.2e.03 steps, at most 20 are followed"),
+        ("motion.assembly.mode_tree", "DEEPEST", 0, lambda: md.solve("watt-six-bar", "modes"),
+         "the assembly modes are not counted"),
+        ("motion.assembly.nearest_mode", "MOST_BEGUN", 1, lambda: md.solve("watt-six-bar", "turn"),
+         "no mode near the sketch is found: 2 were begun"),
+        ("dynamics.run", "MOST", 50, lambda: md.solve("double-pendulum", "regular"),
+         "more than 50 states would be kept"),
+    ],
+)  # fmt: skip
+def test_a_search_that_gives_up_says_so(module, bound, value, call, words, monkeypatch):
+    monkeypatch.setattr(importlib.import_module(f"mechdae.{module}"), bound, value)
+    with pytest.raises(md.MechdaeError, match=words):
+        call()
+
+
+def test_parameters_that_are_not_led_to_have_no_number(monkeypatch):
+    far = md.function(FOUR_BAR, ["crank.angle", "a"], [PLACE])
+    assert np.isfinite(np.array(far(0.7, 0.2))).all()
+    monkeypatch.setattr(function, "HALVINGS", 0)
+    assert np.isnan(np.array(far(0.7, 0.2))).all()
+
+
+def test_poses_without_a_short_way_are_those_of_the_long_one(monkeypatch):
+    """Steps near a known pose, steps of many sets at once: where they end, others go on."""
+    known = turned([2.5])
+    lengths = {"a": [0.039, 0.04, 0.041]}
+    study = md.Study(of="turn", samples=lengths, outputs=[WORD])
+    sets = md.solve(FOUR_BAR, study)
+    monkeypatch.setattr(near_poses, "MOST_STEPS", 0)
+    monkeypatch.setattr(march, "MOST", 1)
+    again, others = turned([2.5]), md.solve(FOUR_BAR, study)
+    gap = again.points["coupler.P"].position - known.points["coupler.P"].position
+    assert np.abs(gap).max() < 1e-13
+    assert np.abs(others.table[WORD] - sets.table[WORD]).max() < 1e-12
+
+
+def test_steps_that_shrink_to_nothing_end_an_integration():
+    """y' has no number behind t = 0.1."""
+
+    def rates(t, y):
+        return np.where(t[:, None] < 0.1, 1.0, np.nan) + 0 * y
+
+    steps = radau.steps(rates, lambda t, y: 0 * np.eye(1), 0.0, np.zeros(1), 1.0, 1e-6, 0.01)
+    with pytest.raises(ArithmeticError, match="goes to nothing"):
+        list(steps)

@@ -53,7 +53,7 @@ def bases(files=PROBLEMS):
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
         for task in tables.get("tasks", {}).values():
             if task["kind"] == "synthesis":
-                task["starts"] = 1
+                task |= {"starts": 1} | ({"keep": 3} if "objectives" in task else {})
             if task["kind"] == "composition":
                 task |= {"samples": 20, "starts": 1, "grow": 0}
         found[path.stem] = tables

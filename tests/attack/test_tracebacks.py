@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import random
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,9 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
+from mechdae.results.tables import table
 from tests.attack import mutations
+from tests.shared.paths import DATA
 
 TURN = """[tasks.t]
 kind = "sweep"
@@ -503,6 +506,18 @@ def test_points_far_away_are_answered(name: str, tables: dict, tmp_path: Path) -
     path = tmp_path / "far.toml"
     path.write_text(mutations.text_of(own), encoding="utf-8")
     assert main(["show", str(path)]) in (0, 1)
+
+
+def test_a_driven_body_without_a_joint_of_its_group_stops_a_motion() -> None:
+    """A platform that six coordinates of points drive beyond its size: its group has no joint."""
+    own = tomllib.loads((DATA / "starts/stewart.toml").read_text(encoding="utf-8"))
+    own["bodies"]["plate"]["points"]["T1"][0] = 0.0
+    problem = from_dict(own)
+    task = next(iter(problem.tasks))
+    result = md.solve(problem, task)
+    assert set(result.status) == {"unassembled"}
+    assert "" in {event["joint"] for event in result.events}
+    assert "joint \n" not in table(result)
 
 
 def test_a_planted_traceback_is_seen(tables: dict, tmp_path: Path, monkeypatch) -> None:

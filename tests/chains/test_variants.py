@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from itertools import islice, permutations
+from itertools import combinations, islice, permutations
 from math import tau
 
 import numpy as np
@@ -14,6 +14,7 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
+from mechdae.parts.types.chains.variants import layers
 from mechdae.parts.types.chains.variants.layers import LinksCrossing, laid
 
 FOUR_BAR = "four-bar-crank-rocker"
@@ -174,6 +175,24 @@ def test_layers_of_a_stack() -> None:
     circle = {"A": ("one", "two"), "B": ("two", "three"), "C": ("three", "one")}
     nested = {"A": "one", "B": "two", "C": "three"}
     assert "around each other" in str(laid(circle, nested, free))
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_layers_that_cannot_be_are_told_in_bounded_work(
+    last: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three links on the frame pass each other's pins; six more may lie anywhere: 9 to the 9."""
+    monkeypatch.setattr(layers, "TRIED", 10_000)
+    links = tuple(f"L{k}" for k in range(9))
+    three = links[-3:] if last else links[:3]
+    pins = {f"A{k}": ("ground", name) for k, name in enumerate(three)}
+    pairs = frozenset(frozenset(two) for two in combinations(three, 2))
+    over = frozenset((name, pin) for name in three for pin in pins if name not in pins[pin])
+    told = laid(pins, {}, LinksCrossing(links, pairs, over))
+    assert told == (
+        "no order of layers among the first 10000 that were tried" if last
+        else "no order of layers lets all links pass the pins that reach over them"
+    )  # fmt: skip
 
 
 def test_an_overhung_pin_rubs_more() -> None:

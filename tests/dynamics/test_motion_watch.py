@@ -372,3 +372,17 @@ def test_the_random_loads_see_steps_that_jump(monkeypatch: pytest.MonkeyPatch) -
     _ends_alone(monkeypatch)
     missed = [seed for seed, case, true in stuck.cases(8) if not stuck.compared(case, true)["same"]]
     assert len(missed) >= 4
+
+
+def test_values_beyond_all_numbers_have_no_dips(monkeypatch) -> None:
+    """Slopes of 1e308 per step are none; a function beside them changes its sign at 0.5."""
+    x = (1 - np.cos(np.pi * np.arange(zeros.DEGREE + 1) / zeros.DEGREE)) / 2
+    wild = 1.7e308 * np.where(np.arange(len(x)) % 2, 1e-3, 1.0)
+    samples = np.stack([0.5 - x, wild], axis=1)[None]
+    part = np.zeros(1, int), np.zeros(1), np.ones(1), samples
+    monkeypatch.setattr(zeros, "fitted", lambda *rest: part)
+    with np.errstate(over="ignore"):
+        found = zeros.changes(None, None, None, falls=True)
+    assert [own.which for own in found if not own.which] == [0]
+    assert found[0].low < 0.5 + 1e-9
+    assert found[0].high > 0.5 - 1e-9

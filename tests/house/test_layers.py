@@ -50,7 +50,7 @@ ROOMS = {
     "numerics results solver",
     "design.synthesis": "describe design.derivatives design.jobs design.studies equations "
     "errors forces kernels motion.kinematics motion.measures motion.setup numerics "
-    "numerics.homotopy results solver",
+    "numerics.homotopy results solver types",
     "tasks.export": "describe errors results",
     "tasks": "describe design.derivatives design.studies design.synthesis dynamics equations "
     "errors forces kernels motion.assembly motion.kinematics motion.modules motion.setup "

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import Minimise
 from mechdae.design.synthesis import front, kinks
 from mechdae.design.synthesis.fronts.ends import census, missing
@@ -144,13 +145,57 @@ def test_holes_by_hand() -> None:
     assert holes(np.delete(points, [5], axis=0), 12) == []
     (hole,) = holes(np.delete(points, [4, 5, 6], axis=0), 12)
     assert (hole.first.tolist(), hole.last.tolist()) == ([3, 8], [7, 4])
-    assert (hole.width, hole.middle) == (4 / 11, 5.0 if hole.bounded == 0 else 6.0)
+    assert (hole.width, hole.middle.tolist()) == (4 / 11, [5.0, 6.0])
     logs = np.array([[10.0**k, 11.0 - k] for k in range(12)])
     assert holes(logs, 12) == []
     (hole,) = holes(np.delete(logs, [4, 5, 6], axis=0), 12)
-    assert hole.middle == pytest.approx(1e5) or hole.bounded == 1
+    assert hole.middle == pytest.approx([1e5, 6.0])
     assert holes(points[:1], 12) == []
     assert holes(np.array([[1.0, 1.0], [2.0, 2.0]]), 12) == []  # one dominates
+
+
+def test_holes_of_three_objectives_by_hand() -> None:
+    """A grid of x and y with 2 - x - y: neighbours are those with nothing in the ball between."""
+    x, y = (own.ravel() / 6 for own in np.meshgrid(np.arange(7), np.arange(7)))
+    points = np.stack([x, y, 2 - x - y], axis=1)
+    assert holes(points, 28) == []  # five levels in each, six even gaps
+    near = np.abs(points[:, :2] - 0.5).max(axis=1)
+    assert holes(points[near > 0.1], 28) == []  # one taken out
+    found = holes(points[near > 0.35], 28)  # 25 of 49 taken out: what is left is the rim
+    assert {round(hole.width, 12) for hole in found} <= {round(5 / 6, 12), 1.0}
+    assert all(hole.middle.sum() == pytest.approx(2) for hole in found)
+    wide = [h for h in found if h.middle[:2] == pytest.approx([0.5, 0.5])]
+    assert wide
+    assert holes(points[near > 0.35], 9) == []  # three gaps: none is three times as wide
+
+
+def three(**keys) -> md.Problem:
+    """Two lengths of a crank-rocker at their least, and one over their product."""
+    problem = md.load(FILE)
+    outputs = {"one": "r3", "two": "r4", "three": "0.01/(r3*r4)"}
+    turn = replace(problem.tasks["turn"], outputs=tuple(outputs))
+    mechanism = replace(problem.mechanism, outputs=outputs)
+    goals = [Minimise(of=f"turn/outputs/{name}/value") for name in outputs]
+    task = problem.tasks["front"]
+    keys |= {"objectives": goals, "constraints": task.constraints[:1]}
+    task = replace(task, free={"r3": (0.1, 0.13), "r4": (0.1, 0.13)}, **keys)
+    whole = replace(problem, mechanism=mechanism, tasks=Table({"turn": turn}))
+    return whole.with_task("front", task)
+
+
+def test_a_hole_of_three_objectives_is_filled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without levels the front is its ends: two pairs of lengths, and what is sought between."""
+    levels = front.FrontSearch.levels
+    monkeypatch.setattr(front.FrontSearch, "levels", lambda self, keep: levels(self, 3))
+    found = md.synthesize(three(starts=3, keep=28)).summary["front"]
+    points = np.array(found["points"])
+    assert points[:, 2] == pytest.approx(0.01 / (points[:, 0] * points[:, 1]), rel=1e-6)
+    assert len(points) >= 4
+    gaps = [np.ptp([hole["first"], hole["last"]], axis=0).max() for hole in found["holes"]]
+    assert max(gaps, default=0) < 0.7 * np.ptp(points, axis=0).max()
+    monkeypatch.setattr(front, "TURNS", 0)
+    left = md.synthesize(three(starts=3, keep=28)).summary["front"]
+    assert (len(left["points"]), len(left["holes"]), left["holes"][0]["starts"]) == (2, 1, 0)
 
 
 def test_the_census_of_an_end() -> None:

@@ -218,6 +218,7 @@ def test_designs_of_the_benchmark_are_what_its_closed_forms_say(name: str) -> No
 def test_gaps_beside_points_that_keep_their_level_to_rounding_only() -> None:
     """A point 1e-12 above the level it was sought at leaves the gap below it open."""
     front = FrontSearch.__new__(FrontSearch)
+    front.count = 2
     terms = [[0.0, 4.0], [1.0, 2.0 + 1e-12], [3.0, 0.0]]
     front.points = [Point(0, {}, None, np.array(own)) for own in terms]  # type: ignore[arg-type]
     known = [Level(0, np.array([1e6, 2.0]))]

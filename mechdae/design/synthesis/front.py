@@ -49,6 +49,7 @@ from mechdae.design.synthesis.synthesize import (
 from mechdae.design.synthesis.verification.claims import AGREES, FINER
 from mechdae.numerics.dominance import best_of, hypervolume, thinned, undominated
 from mechdae.results import Summary, SynthesisResult
+from mechdae.types import Floats
 
 SLACK = 1e-6
 """Share by which an end may give way while the other objectives are improved."""
@@ -171,8 +172,7 @@ class FrontSearch:
         One in which levels led nowhere is cut there; what is below one of them counts half: where
         the front jumps there is nothing, where the search failed there may be.
         """
-        terms = np.array([point.terms for point in self.points])
-        kept = terms[undominated(terms)]
+        kept = self.reported(levels)
         kept = kept[np.lexsort((kept[:, 1], kept[:, 0]))]
         known = np.sort([level.most[1] for level in levels if level.primary == 0])
         found = []
@@ -201,7 +201,7 @@ class FrontSearch:
             Whether a gap may take more than one.
         """
         parts = [1] * len(gaps)
-        for _ in range(most):
+        for _ in range(most if gaps else 0):
             gains = [
                 gap.area / (k * (k + 1)) if several or k == 1 else 0.0
                 for gap, k in zip(gaps, parts, strict=True)
@@ -249,7 +249,7 @@ class FrontSearch:
         Some at a time in the widest gaps, and the last half at once, when the front is known.
         """
         while len(levels) < MORE * keep:
-            every = [{"objectives": point.terms} for point in self.points]
+            every = [{"objectives": terms} for terms in self.reported(levels)]
             left = keep - len(best_of(every, np.ones(self.count), SAME))
             if left <= 0:
                 return
@@ -262,17 +262,17 @@ class FrontSearch:
             self.pass_over(more, set())
 
     def close(self, levels: list[Level], keep: int, seed: int) -> None:
-        """Seek points in the holes of a front of two objectives, from starts of their own."""
+        """Seek points in the holes of a front, from starts of their own."""
         for turn in range(TURNS):
-            found = holes([point.terms for point in self.points], keep)[:AT_ONCE]
+            found = holes(self.reported(levels), keep)[:AT_ONCE]
             if not found:
                 return
             drawn = planned(self.search, self.problems, FURTHER + 1, seed + 1 + turn)
             more, jobs = [], []
             for hole in found:
-                most = np.full(2, NO_LIMIT)
-                most[hole.bounded] = hole.middle
-                level = Level(1 - hole.bounded, most)
+                most = hole.middle.copy()
+                most[hole.primary] = NO_LIMIT
+                level = Level(hole.primary, most)
                 for kind, own in enumerate(drawn):
                     drawn_ones = [start for start in own if np.isfinite(start.residual)]
                     for start in drawn_ones[:FURTHER]:  # that of the file was a start already
@@ -284,6 +284,29 @@ class FrontSearch:
             self.pass_over(more, set())
             levels += more
 
+    def candidates(self, levels: Sequence[Level]) -> list[list[Point]]:
+        """Return the points that keep each end and level, the best of each first."""
+        free = np.full(self.count, np.inf)
+        found = []
+        for number, level in enumerate([*(Level(k, free) for k in range(self.count)), *levels]):
+            own = sorted(
+                (point for point in self.points if level.allows(point.terms)),
+                key=lambda point: float(point.terms[level.primary]),
+            )
+            if number < self.count and own:
+                own.insert(0, self.end(number))
+            found.append(own)
+        return found
+
+    def reported(self, levels: Sequence[Level]) -> Floats:
+        """Return the objectives (n, m) of the best points of the ends and levels.
+
+        Along an end one objective is the same to rounding, and the others mean nothing.
+        """
+        terms = np.array([own[0].terms for own in self.candidates(levels) if own])
+        kept: Floats = terms[undominated(terms, 10 * SLACK)]
+        return kept
+
     # -- what is verified ------------------------------------------------------------------------
 
     def verified(self, levels: Sequence[Level]) -> tuple[list[dict[str, Any]], list[Any]]:
@@ -291,15 +314,7 @@ class FrontSearch:
         kept: list[dict[str, Any]] = []
         rejected: list[dict[str, Any]] = []
         judged: dict[int, dict[str, Any]] = {}
-        free = np.full(self.count, np.inf)
-        every = [Level(k, free) for k in range(self.count)]
-        for number, level in enumerate([*every, *levels]):
-            own = sorted(
-                (point for point in self.points if level.allows(point.terms)),
-                key=lambda point: float(point.terms[level.primary]),
-            )
-            if number < self.count and own:
-                own.insert(0, self.end(number))
+        for own in self.candidates(levels):
             for point in own[:TRIES]:
                 known = judged.get(id(point))
                 if known is None:
@@ -322,20 +337,17 @@ class FrontSearch:
             slack = SAME * (abs(best) + span[k])
             own["found"] &= bool(reported[:, k].min() <= best + slack)
             ends.append(own)
-        found: dict[str, Any] = {"ends": ends}
-        if self.count == 2:
-            left = holes(reported, keep)
-            found["holes"] = [
-                {"first": (hole.first * units).tolist(), "last": (hole.last * units).tolist(),
-                 "starts": self.further}
-                for hole in left
-            ]  # fmt: skip
-        return found
+        left = [
+            {"first": (hole.first * units).tolist(), "last": (hole.last * units).tolist(),
+             "starts": self.further}
+            for hole in holes(reported, keep)
+        ]  # fmt: skip
+        return {"ends": ends, "holes": left}
 
     def notes(self, front: dict[str, Any]) -> list[str]:
         """Return what is said of ends that were not found, and of holes."""
         own = [missing(k, end) for k, end in enumerate(front["ends"]) if not end["found"]]
-        return own + [gap_words(hole) for hole in front.get("holes", ())]
+        return own + [gap_words(hole) for hole in front["holes"]]
 
     def judge(self, point: Point) -> dict[str, Any]:
         """Return a point as a design, or why it is none."""
@@ -410,7 +422,8 @@ def front_of(
             front.pass_over(levels, used)
         if front.count == 2:
             front.fill(levels, asked.keep)
-            front.close(levels, asked.keep, seed)
+        front.close(levels, asked.keep, seed)
+        if front.count == 2:
             front.fill(levels, asked.keep)
     designs, rejected = front.verified(levels) if front.points else ([], [])
     signs = np.array([goal.sense for goal in search.goals[: front.count]], float)

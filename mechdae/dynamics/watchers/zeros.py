@@ -165,8 +165,9 @@ def changes(
     width = 1 / (PLACES - 1)
     toward, away = slopes[:, :-1] * before, slopes[:, 1:] * after
     dips = (before == after) & (before != 0) & (toward < 0) & (away > 0)
-    bent = np.where(dips, away - toward, 1.0)
-    least = np.abs(own[:, :-1]) - np.where(dips, toward, 0.0) * (toward / bent) * width / 2
+    dips &= np.isfinite(toward) & np.isfinite(away)
+    toward, away = np.where(dips, toward, 0.0), np.where(dips, away, 1.0)
+    least = np.abs(own[:, :-1]) - toward * (toward / (away - toward)) * width / 2
     dips &= least < NEAR * top
     dips[:, 0] &= ~fresh
     if falls:

@@ -22,6 +22,7 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
+from mechdae.errors import UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
 from mechdae.motion.assembly.closure import NoPose
@@ -241,6 +242,11 @@ class Sketched:
                 heapq.heapify(begun)
         if found:
             self._choose(part, [own for _, own in found], result, u)
+        elif begun:
+            raise UnavailableError(
+                f"no mode near the sketch is found: {taken} were begun and none came to its end",
+                hint="sketch more bodies, or name the mode",
+            )
         else:
             result.failure, result.x = failed, at
 

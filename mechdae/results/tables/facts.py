@@ -116,7 +116,7 @@ def _happens(event: Event, noise: dict[str, float], wheels: Collection[str], uni
         own = units.of("m")
         x, y = (zero(value, noise["length"]) * own.factor for value in event["position"])
         return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) {own.name}"
-    return f"group {event['name']}, joint {event['joint']}"
+    return f"group {event['name']}" + (f", joint {event['joint']}" if event["joint"] else "")
 
 
 def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:

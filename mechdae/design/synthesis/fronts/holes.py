@@ -1,40 +1,42 @@
-"""Holes of fronts of two objectives, and the levels at which a point is sought in them."""
+"""Holes of fronts, and the levels at which a point is sought in them."""
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import Any
+from itertools import combinations
 
 import numpy as np
 
 from mechdae.numerics.dominance import undominated
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 WIDE = 30.0
 """Ratio of the ends of a positive objective from which it is measured by logs."""
 HOLE = 3.0
-"""A gap between neighbours is a hole from so many even gaps of the front that is asked for."""
+"""A gap between neighbours is a hole from so many even gaps of the levels that are asked for."""
 
 
 @dataclass(frozen=True)
 class FrontHole:
-    """Two neighbours on a front that are far apart.
+    """Two neighbours on a front that are far apart: no other point is in the ball between them.
 
     Attributes
     ----------
-    first, last : (2,) arrays
-        Least in the first objective, and in the second.
+    first, last : (m,) arrays
+        Less in the first objective, and more.
     width
         Share of the front's range, of the objective in which they are further apart.
-    bounded, middle
-        That objective, and its value halfway.
+    primary
+        The objective in which they are nearest to each other.
+    middle : (m,) array
+        Values of the objectives halfway.
     """
 
-    first: Any
-    last: Any
+    first: Floats
+    last: Floats
     width: float
-    bounded: int
-    middle: float
+    primary: int
+    middle: Floats
 
 
 def by_logs(low: float, high: float) -> bool:
@@ -42,22 +44,27 @@ def by_logs(low: float, high: float) -> bool:
     return low > 0 and high > WIDE * low
 
 
-def holes(terms: Any, keep: int) -> list[FrontHole]:
-    """Return the holes among objectives (n, 2), of which less is better, the widest first."""
+def holes(terms: Floats, keep: int) -> list[FrontHole]:
+    """Return the holes among objectives (n, m), of which less is better, the widest first."""
     values = np.asarray(terms, float)
     values = values[undominated(values)]
-    values = values[np.lexsort((values[:, 1], values[:, 0]))]
+    values = values[np.lexsort(values.T[::-1])]
+    count = values.shape[1]
     if len(values) < 2:
         return []
-    logs = [by_logs(own.min(), own.max()) for own in values.T]
-    scaled = np.stack([np.log(v) if log else v for v, log in zip(values.T, logs, strict=True)], 1)
+    logs = np.array([by_logs(own.min(), own.max()) for own in values.T])
+    scaled = np.where(logs, np.log(np.where(logs, values, 1.0)), values)
     span = np.ptp(scaled, axis=0)
+    places = scaled / np.where(span > 0, span, np.inf)
+    squares = np.sum((places[:, None] - places) ** 2, axis=2)
+    even = round(max(keep - count, 0) ** (1 / (count - 1))) + 1
     found = []
-    for k, _ in pairwise(range(len(values))):
-        share = np.abs(scaled[k + 1] - scaled[k]) / np.where(span > 0, span, np.inf)
-        own = int(np.argmax(share))
-        if share[own] * max(keep - 1, 1) > HOLE:
-            middle = (scaled[k, own] + scaled[k + 1, own]) / 2
-            middle = float(np.exp(middle)) if logs[own] else float(middle)
-            found.append(FrontHole(values[k], values[k + 1], float(share[own]), own, middle))
+    for i, j in combinations(range(len(values)), 2):
+        share = np.abs(places[j] - places[i])
+        between = squares[i] + squares[j] < squares[i, j]
+        if share.max() * even > HOLE and not between.any():
+            middle = (scaled[i] + scaled[j]) / 2
+            middle = np.where(logs, np.exp(np.where(logs, middle, 0.0)), middle)
+            primary = count - 1 - int(np.argmin(share[::-1]))
+            found.append(FrontHole(values[i], values[j], float(share.max()), primary, middle))
     return sorted(found, key=lambda hole: -hole.width)

@@ -19,6 +19,8 @@ from mechdae.records import dataclass
 
 MOST = 9
 """Moving links that are laid in layers."""
+TRIED = 200_000
+"""Places of links that are tried."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,8 @@ def laid(pins: Pins, forks: Forks, crossings: LinksCrossing) -> Layers | str:
     search = _Search(pins, forks, crossings, widths)
     for height in range(max(widths.values()), sum(widths.values()) + 1):
         best = min(search.placed(height), default=None)
+        if search.tried > TRIED:
+            return f"no order of layers among the first {TRIED} that were tried"
         if best is not None:
             return search.layers(dict(best[2]))
     return "no order of layers lets all links pass the pins that reach over them"
@@ -110,6 +114,7 @@ class _Search:
     forks: Forks
     crossings: LinksCrossing
     widths: Mapping[str, int]
+    tried: int = 0
 
     def placed(self, height: int) -> Iterator[Placed]:
         """Yield (layers, reach of all pins, lowest layers) of what fits above the frame."""
@@ -118,16 +123,18 @@ class _Search:
     def _next(self, low: dict[str, int], height: int) -> Iterator[Placed]:
         links = self.crossings.links
         if len(low) == len(links):
-            spans = self._spans(low)
-            if self._clear(spans):
-                own = self.layers(low)
-                yield own.count, sum(own.reach.values()), tuple(low.items())
+            own = self.layers(low)
+            yield own.count, sum(own.reach.values()), tuple(low.items())
             return
         link = links[len(low)]
         for start in range(1, height - self.widths[link] + 2):
-            tried = {**low, link: start}
-            if self._fits(link, tried):
-                yield from self._next(tried, height)
+            more = {**low, link: start}
+            self.tried += 1
+            if self.tried > TRIED:
+                return
+            # what is in the way of a pin stays there, whatever lies further on
+            if self._fits(link, more) and self._clear(self._spans(more)):
+                yield from self._next(more, height)
 
     def _spans(self, low: Mapping[str, int]) -> dict[str, tuple[int, int]]:
         return {link: (start, start + self.widths[link] - 1) for link, start in low.items()}
@@ -166,13 +173,15 @@ class _Search:
         A pin of the frame comes from behind where nothing is in its way, else from the front.
         """
         found: dict[str, tuple[str, int] | None] = {}
-        for pin, pair in self.pins.items():
+        there = {GROUND, *spans}
+        pins = {pin: pair for pin, pair in self.pins.items() if there.issuperset(pair)}
+        for pin, pair in pins.items():
             ways = [
                 way for way in self._ways(pin, pair, spans) if self._free(pin, pair, spans, way)
             ]
             found[pin] = (ways[0][0], ways[0][1]) if ways else None
         if any(own is not None and own[0] == FRONT for own in found.values()):
-            for pin, pair in self.pins.items():
+            for pin, pair in pins.items():
                 ways = self._ways(pin, pair, spans)
                 free = [way for way in ways if self._free(pin, pair, spans, way)]
                 if free:
@@ -190,7 +199,7 @@ class _Search:
         return not any(
             spans[link][0] <= layer <= spans[link][1]
             for link, at in self.crossings.over
-            if at == pin and link not in pair
+            if at == pin and link in spans and link not in pair
             for layer in way[2]
         )
 
