@@ -13,23 +13,30 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 os.environ.setdefault("MECHDAE_CACHE", "0")  # planted mistakes must not meet kernels on disk
 sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
-HEAVIEST = (
-    "synthesis/test_synthesis.py", "house/test_docs.py", "attack/test_random_mechanisms.py",
-    "continuation/test_hard_cases.py", "draw/test_graphs.py", "house/test_articles.py",
-    "dynamics/test_motion_reactions.py", "jobs/test_jobs.py", "forces/test_static_friction.py",
-    "continuation/test_touching.py", "forces/test_reactions_hard.py", "jobs/test_jobs_cluster.py",
-    "measures/test_measure_errors.py", "attack/test_tracebacks.py", "dynamics/test_motion.py",
-    "forces/test_reactions_audit.py", "studies/test_statics_paths.py", "draw/test_plans.py",
-    "attack/test_refusals.py", "attack/test_slips.py", "draw/test_draw_synthesis.py",
-    "synthesis/test_slider_dyads.py", "synthesis/test_starts.py", "synthesis/test_front_ends.py",
-    "tasks/test_small_mechanisms.py",
-)  # fmt: skip
-"""Files of more than ten seconds, given to workers first: the last ones to end are short."""
+
+from tests.shared.slow import reason  # noqa: E402  (found by the line above)
+
+TESTS = ROOT / "tests"
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    order = {ROOT / "tests" / name: k for k, name in enumerate(HEAVIEST)}
-    items.sort(key=lambda item: order.get(item.path, len(order)))
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "slow: left out by pytest alone, see tests/shared/slow.py")
+    if not hasattr(config, "workerinput"):  # workers have the arguments of the first process
+        named = config.args_source is pytest.Config.ArgsSource.ARGS
+        named = named or bool(config.option.markexpr or config.option.keyword)
+        os.environ["MECHDAE_TESTS"] = "named" if named else "default"
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark slow tests; leave them out where neither a mark nor a file was asked for."""
+    for item in items:
+        why = reason(item.path, getattr(item, "originalname", item.name), TESTS)
+        if why:
+            item.add_marker(pytest.mark.slow(reason=why))
+    if os.environ["MECHDAE_TESTS"] == "default":
+        left = [item for item in items if item.get_closest_marker("slow")]
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if not item.get_closest_marker("slow")]
 
 
 STRUCTURES = 160
