@@ -35,11 +35,11 @@ from mechdae.parts.types.schemes.archive import SizedScheme
 from mechdae.parts.types.schemes.closure import material, shortest, turned
 from mechdae.parts.types.schemes.descent import SHORT
 from mechdae.parts.types.schemes.designs import certified, problem_of_scheme, tracer
-from mechdae.parts.types.schemes.laid import Laid
-from mechdae.parts.types.schemes.pieces import FoundSets, computed
+from mechdae.parts.types.schemes.placed_design import Laid
 from mechdae.parts.types.schemes.scheme import read
 from mechdae.parts.types.schemes.search import SchemeSearch
 from mechdae.parts.types.schemes.shape import Wanted, distances
+from mechdae.parts.types.schemes.work_items import FoundSets, computed
 from tests.reference.circles import followed, of_file
 
 TURN = 2 * np.pi

@@ -18,8 +18,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.quiet import quiet
-from mechdae.parts.bench.works import MotionEnd, MotionWork, RubbingWork, Way
+from mechdae.kernels.run.casadi_warnings import quiet
+from mechdae.parts.bench.motion_cases import MotionEnd, MotionWork, RubbingWork, Way
 
 SX = ca.SX
 IMPLICIT = 1e-8

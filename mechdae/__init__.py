@@ -38,7 +38,7 @@ _HOMES = {
     "mechdae.describe.file.writing": "dump dumps",
     "mechdae.tasks.solve": "solve",
     "mechdae.tasks.solver": "Solver",
-    "mechdae.tasks.study": "study screen",
+    "mechdae.tasks.parameter_studies": "study screen",
     "mechdae.design.derivatives.function": "function",
     "mechdae.motion.assembly.open_mechanism": "opened",
     "mechdae.tasks.designing": "synthesize",

@@ -16,7 +16,7 @@ from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.pointers import WORDS
 from mechdae.errors import UnavailableError
-from mechdae.motion.setup.turning import quaternions
+from mechdae.motion.setup.angular_rates import quaternions
 
 SIDES = (("axis", "zero"), ("axis2", "zero2"))
 

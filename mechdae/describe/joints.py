@@ -59,7 +59,7 @@ class Joint(Value):
     """How many of its bodies roll: their unwrapped angles are in its equation."""
     pivots: ClassVar[tuple[str, ...]] = ()
     """Numbers that never vanish, by which its equation may be solved for an angle."""
-    held_by: ClassVar[str] = ""
+    keep_for: ClassVar[str] = ""
     """The number that is a force, which has to be large enough: a pretension."""
     strands: ClassVar[bool] = False
     """Its forces run in two strands instead of acting where wheels touch."""
@@ -136,7 +136,7 @@ class Joint(Value):
     @property
     def loaded(self) -> bool:
         """Its bodies are loaded by a force that its own numbers give."""
-        return bool(self.held_by) and getattr(self, self.held_by) is not None
+        return bool(self.keep_for) and getattr(self, self.keep_for) is not None
 
     def turn_ratio(self, values: Mapping[str, float]) -> float:
         """Return (w1 - wc) / (w2 - wc) of two wheels, by the mechanism's numbers."""
@@ -437,7 +437,7 @@ class Belt(Joint):
     lower: ClassVar[bool] = False
     wheels: ClassVar[int] = 2
     pivots: ClassVar[tuple[str, ...]] = ("ratio",)
-    held_by: ClassVar[str] = "pretension"
+    keep_for: ClassVar[str] = "pretension"
     strands: ClassVar[bool] = True
     rim: ClassVar[bool] = True
 
@@ -481,7 +481,7 @@ class FrictionWheel(Joint):
     lower: ClassVar[bool] = False
     wheels: ClassVar[int] = 2
     pivots: ClassVar[tuple[str, ...]] = ("radius", "second_radius")
-    held_by: ClassVar[str] = "press"
+    keep_for: ClassVar[str] = "press"
     rim: ClassVar[bool] = True
 
     @property

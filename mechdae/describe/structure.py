@@ -71,7 +71,7 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
 
 
 def _in_space(mechanism: Mechanism) -> Hashable:
-    from mechdae.describe.turnless import on_lines
+    from mechdae.describe.spinning_links import on_lines
 
     return mechanism.order, on_lines(mechanism)
 

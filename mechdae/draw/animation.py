@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from mechdae.describe.file.whole import whole_file
+from mechdae.describe.file.atomic_write import whole_file
 from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.loads import peak_force

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from mechdae.describe.file.whole import whole_file
+from mechdae.describe.file.atomic_write import whole_file
 from mechdae.draw import style
 from mechdae.errors import InputError
 

@@ -15,10 +15,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import LEAST, Integrator, Nodes
 from mechdae.kernels.graphs.stepper import CLOSED, ROUNDING, SLOW
-from mechdae.kernels.run.quiet import quiet
+from mechdae.kernels.run.casadi_warnings import quiet
 from mechdae.numerics import radau
 
 NAME = "bdf, CVODES"
@@ -51,7 +51,7 @@ class Bdf(Integrator):
         Whether CVODES integrates from the start, or from where a force is found stiff.
     """
 
-    def __init__(self, setup: Setup, active: bool = True) -> None:
+    def __init__(self, setup: MotionProblem, active: bool = True) -> None:
         super().__init__(setup)
         self.active = active
         self.switched = False

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.start import Start
 from mechdae.equations.motion_equations import row_size
 from mechdae.errors import (
@@ -31,7 +31,7 @@ OPEN = 1e-6
 """Share of the accelerations by which superfluous equations may contradict each other."""
 
 
-def check_start(setup: Setup, begin: Start) -> None:
+def check_start(setup: MotionProblem, begin: Start) -> None:
     """Raise for equations without a coordinate that do not hold, and laws that fight joints.
 
     Raises
@@ -46,7 +46,7 @@ def check_start(setup: Setup, begin: Start) -> None:
         inputs = [r.model.q, r.t, r.signs, r.model.p]
         return Call(ca.Function("rows", inputs, [ca.densify(rows)]))
 
-    values = r.kept("rows", made)(begin.q, 0.0, setup.loose, setup.model.p_values)[0]
+    values = r.cache("rows", made)(begin.q, 0.0, setup.loose, setup.model.p_values)[0]
     sizes = np.array([row_size(row.unit, setup.length) for row in r.rows])
     left = {
         row.name: float(value)
@@ -73,7 +73,7 @@ def check_start(setup: Setup, begin: Start) -> None:
             )
 
 
-def check_inertia(setup: Setup, x: Any, v: Any) -> None:
+def check_inertia(setup: MotionProblem, x: Any, v: Any) -> None:
     """Raise for freedoms without inertia.
 
     Raises
@@ -112,7 +112,7 @@ def check_inertia(setup: Setup, x: Any, v: Any) -> None:
     )
 
 
-def check_friction(setup: Setup, x: Any, v: Any) -> None:
+def check_friction(setup: MotionProblem, x: Any, v: Any) -> None:
     """Raise for friction on forces that superfluous equations leave open.
 
     Multipliers that balance without any load must not press where there is friction, at the
@@ -167,7 +167,7 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
         )
 
 
-def check_rest(setup: Setup, x: Any, v: Any) -> None:
+def check_rest(setup: MotionProblem, x: Any, v: Any) -> None:
     """Raise where superfluous equations contradict each other in their accelerations.
 
     J x'' = gamma is a question of the pose, the speeds and the laws alone: forces are not asked.

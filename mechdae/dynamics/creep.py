@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.numerics.null_space import freedoms
 from mechdae.numerics.roots import halved
 
@@ -31,7 +31,7 @@ class Creep:
         of the state at which they are the largest.
     """
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.kernel = setup, setup.kernel
         self.slips = setup.released.rubbing.slips
         self.found: dict[str, dict[str, Any]] = {}

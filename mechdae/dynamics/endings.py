@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import kind_of
-from mechdae.dynamics.equations import STILL, Setup
+from mechdae.dynamics.equations import STILL, MotionProblem
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.errors import InfeasibleMotionError
@@ -33,7 +33,7 @@ HOPELESS = 1e9
 """Natural sizes that a growth would run through until the end: no number of steps does that."""
 
 
-def singular_values(setup: Setup, t: float, x: Any, v: Any) -> tuple[Any, Any, Any]:
+def singular_values(setup: MotionProblem, t: float, x: Any, v: Any) -> tuple[Any, Any, Any]:
     """Return left vectors and singular values of the scaled Jacobian, and the laws' part of J v."""
     k = setup.kernel
     _, J, phi_t = k.value("place", t, x, v, setup.loose)
@@ -42,7 +42,7 @@ def singular_values(setup: Setup, t: float, x: Any, v: Any) -> tuple[Any, Any, A
 
 
 def dead_point(
-    setup: Setup, t: float, x: Any, v: Any, share: float
+    setup: MotionProblem, t: float, x: Any, v: Any, share: float
 ) -> tuple[float, str, dict[str, float]] | None:
     """Return what J v = -phi_t leaves at a pose where J has lost rank, None where nothing.
 
@@ -69,7 +69,7 @@ def dead_point(
     return size, f"{names[worst]}{units}", {name: own for name, own in found.items() if own}
 
 
-def feasible(setup: Setup, t: Any, x: Any, v: Any, signs: Any) -> Any:
+def feasible(setup: MotionProblem, t: Any, x: Any, v: Any, signs: Any) -> Any:
     """Return which states (n, .) have speeds that meet the constraints and the laws of time."""
     k = setup.kernel
     gaps = np.empty(len(t))
@@ -81,7 +81,7 @@ def feasible(setup: Setup, t: Any, x: Any, v: Any, signs: Any) -> Any:
     return gaps <= MEETS
 
 
-def check_dead_start(setup: Setup, x: Any, v: Any) -> None:
+def check_dead_start(setup: MotionProblem, x: Any, v: Any) -> None:
     """Raise where the laws of time ask for speeds that the joints do not have at the start.
 
     Raises
@@ -118,7 +118,7 @@ class Growth:
         Time, coordinate, its value, the load that put in most work.
     """
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+    def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.found: dict[str, Any] | None = None
         self._reached: list[float] = []
@@ -197,7 +197,7 @@ class Growth:
 
 
 def stalled(
-    setup: Setup, integrator: Integrator, sticking: Sticking, state: Any, signs: Any
+    setup: MotionProblem, integrator: Integrator, sticking: Sticking, state: Any, signs: Any
 ) -> tuple[str, dict[str, Any]]:
     """Return the fault and the event of a step size that went to nothing."""
     lay = integrator.layout
@@ -236,7 +236,7 @@ def stalled(
 
 
 def crawling(
-    setup: Setup, integrator: Integrator, state: Any, steps: int
+    setup: MotionProblem, integrator: Integrator, state: Any, steps: int
 ) -> tuple[str, dict[str, Any]]:
     """Return the fault and the event of a motion that takes too many steps."""
     t, h = (float(integrator.layout.of(state, name)) for name in "th")

@@ -22,9 +22,9 @@ from mechdae.equations.forces.loads import Loads
 from mechdae.equations.forces.meshes import Mesh
 from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.equations.forces.time_tables import Timed
-from mechdae.equations.kept import Kept, kept_property
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.equations.motion_equations import Law, Released
+from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.equations.tree.bars import check_in_space
 from mechdae.equations.tree.choice import released_model
 from mechdae.errors import InputError, MechdaeError, UnavailableError
@@ -54,16 +54,16 @@ class MotionShape:
     model: Model
     loads: Loads
     laws: list[Law]
-    kept: Kept = field(default_factory=Kept)
+    cache: StructureCache = field(default_factory=StructureCache)
 
     @property
     def size(self) -> int:
         """Estimated bytes of its kernels."""
-        return size_of(self.model.kept, self.kept)
+        return size_of(self.model.cache, self.cache)
 
 
 @dataclass
-class Setup:
+class MotionProblem:
     """What a motion is computed with: the numbers of a task and the shape they belong to.
 
     ``end`` is the last time, ``times`` those of the outputs, None for the steps themselves;
@@ -78,7 +78,7 @@ class Setup:
     model: Model
     loads: Loads
     laws: list[Law]
-    kept: Kept
+    cache: StructureCache
     end: float
     times: Any
     tolerance: float
@@ -90,12 +90,12 @@ class Setup:
     pieces: Any = field(default_factory=lambda: np.zeros(0))
     likely: tuple[str, ...] = ()
 
-    @kept_property
+    @structure_property
     def plain(self) -> Released:
         """The equations with nothing held, and without friction in joints."""
         return Released(self.model, self.loads, self.laws)
 
-    @kept_property
+    @structure_property
     def jointed(self) -> Released:
         """The equations without laws of time."""
         return Released(self.model, self.loads) if self.laws else self.plain
@@ -111,7 +111,7 @@ class Setup:
     def _with(self, rubbing: Rubbing) -> Released:
         """Return the equations with what is held and with dry friction."""
         key, held = ("released", *self.held, rubbing), list(self.held)
-        released: Released = self.kept(
+        released: Released = self.cache(
             key, lambda: Released(self.model, self.loads, self.laws, held, rubbing)
         )
         return released
@@ -132,7 +132,7 @@ class Setup:
     def _rubbing(self, friction: bool) -> Rubbing:
         """Return dry friction with the forces of teeth."""
         real = tuple((name, mesh.kept_by) for name, mesh in self.meshes.items())
-        found: Rubbing = self.kept(
+        found: Rubbing = self.cache(
             ("rubbing", friction, real),
             lambda: Rubbing(self.model, self.loads, friction, self.meshes),
         )
@@ -170,7 +170,7 @@ class Setup:
             rates = ca.densify(ca.jacobian(values, loads.time))
             return Call(ca.Function("laws", [loads.time, symbols, model.p], [values, rates]))
 
-        return list(self.kept("laws", made)(t, pieces, model.p_values))
+        return list(self.cache("laws", made)(t, pieces, model.p_values))
 
     def sided(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
         """Return inputs (n, k) of dry friction with the signs that smoothed friction has."""
@@ -194,7 +194,7 @@ class Setup:
 
     def kernel_of(self, released: Released) -> Kernel:
         """Return the functions of equations with the numbers of this task."""
-        shape: Kernel = released.kept("kernel", lambda: Kernel(released))
+        shape: Kernel = released.cache("kernel", lambda: Kernel(released))
         return shape.at(self.model.p_values, self.length)
 
     @cached_property
@@ -203,7 +203,7 @@ class Setup:
         if not self.smooth:
             return self.kernel_of(self.released)
         r = self.released
-        shape: Kernel = r.kept("smooth", lambda: Smooth(r))
+        shape: Kernel = r.cache("smooth", lambda: Smooth(r))
         return shape.at(self.model.p_values, self.length, self.widths)
 
     @property
@@ -253,7 +253,7 @@ class Setup:
     @property
     def stepper(self) -> Stepper:
         """One step of the motion, for the scalings that the kernel has."""
-        found: Stepper = self.kernel.kept("stepper", self._stepper)
+        found: Stepper = self.kernel.cache("stepper", self._stepper)
         return found
 
     def _stepper(self) -> Stepper:
@@ -275,7 +275,7 @@ class Setup:
         return SX(1) if owner is None else ca.fabs(self.released.signs[owner])
 
 
-def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
+def setup(problem: Problem, task: Motion, moves: bool = True) -> MotionProblem:
     """Return what a task of motion is computed with.
 
     An equilibrium (`moves` is False) has no friction.
@@ -307,8 +307,8 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
     shape = _shape(mechanism, task)
     model = shape.model.at(mechanism)
     loads = shape.loads.at(model)
-    found = Setup(
-        problem, task, model, loads, shape.laws, shape.kept, end, times, tolerance,
+    found = MotionProblem(
+        problem, task, model, loads, shape.laws, shape.cache, end, times, tolerance,
         mechanism.scale, notes,
     )  # fmt: skip
     found.longest, found.pieces = longest, found.pieces_at(0.0)
@@ -473,7 +473,7 @@ def rubbing(mechanism: Mechanism, task: Motion | None = None) -> list[str]:
     ]
 
 
-def idle(setup: Setup) -> list[tuple[str, str]]:
+def idle(setup: MotionProblem) -> list[tuple[str, str]]:
     """Return the free coordinates without inertia, constraint and force: nothing moves them."""
     kernel = setup.kernel_of(setup.plain)
     draw = np.random.default_rng(1)

@@ -13,12 +13,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
-from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.equations import MotionProblem
+from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.lift_off import HoldingContacts
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.forces.friction_solutions import SAME, apart, solutions_of
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 LEAST = 1e-150
 
@@ -48,7 +48,7 @@ class Sizes:
         By the rules that ruled solutions out, what to say of the first time.
     """
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.kernel = setup, setup.kernel
         self.started: set[int] = set()
         self.notes: dict[tuple[str, ...], str] = {}

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
-from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.equations import MotionProblem
+from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
@@ -75,7 +75,7 @@ class Integrator:
         Counts of work.
     """
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.kernel, self.stepper = setup, setup.kernel, setup.stepper
         self.layout = self.stepper.layout
         self.accepted = self.rejected = self.rhs = 0
@@ -102,7 +102,7 @@ class Integrator:
 
     @cached_property
     def _chunk(self) -> Chunk:
-        found: Chunk = self.kernel.kept("chunk", lambda: Chunk(self.stepper))
+        found: Chunk = self.kernel.cache("chunk", lambda: Chunk(self.stepper))
         return found
 
     @cached_property

@@ -9,12 +9,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.equations.forces.generalised import Wrench, add, reaction, times
 from mechdae.equations.forces.joint_reactions import JointReactions
 from mechdae.equations.gradients import gradients
-from mechdae.equations.kept import kept_property
 from mechdae.equations.motion_equations import row_size
+from mechdae.equations.structure_cache import structure_property
 from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
@@ -54,10 +54,10 @@ class Observer:
         Of the motion.
     """
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.r, self.kernel = setup, setup.loaded, setup.force_kernel
         self.model = setup.model
-        self.kept, self.p = self.kernel.kept, self.model.p_values
+        self.cache, self.p = self.kernel.cache, self.model.p_values
 
     def many(self, name: str, made: Callable[[], tuple[list[Any], list[Any]]]) -> Any:
         """Return a function of (t, x, v, signs, ...); signs have one row for each state.
@@ -90,7 +90,7 @@ class Observer:
         stores = {name: found[:, k + 1] for k, name in enumerate(r.stores)}
         return found[:, 0], stores
 
-    @kept_property
+    @structure_property
     def _gaps(self) -> Batch:
         model, r = self.model, self.r
         rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else SX(0, 1)
@@ -158,7 +158,7 @@ class Observer:
 
     # -- reactions -------------------------------------------------------------------------
 
-    @kept_property
+    @structure_property
     def _reactions(self) -> Batch:
         model, r, k = self.model, self.r, self.kernel
         rubbing, lam, inner = r.rubbing, SX.sym("lam", len(r.rows)), SX.sym("inner", k.inner)

@@ -10,18 +10,18 @@ from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Motion
 from mechdae.describe.tasks.motion import start_values
-from mechdae.dynamics.determined import Determined
 from mechdae.dynamics.observe import Observer
-from mechdae.dynamics.reported import Reported
+from mechdae.dynamics.output_values import Reported
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.dynamics.run import MotionRun
 from mechdae.dynamics.space.lagrange import left_over
+from mechdae.dynamics.unique_reactions import Determined
 from mechdae.errors import InputError
 from mechdae.forces.meshes import slack_belts
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import (
     Event,
-    Later,
+    LazyPart,
     MotionResult,
     Named,
     Series,
@@ -106,7 +106,7 @@ def report(
     )
 
 
-def _mode(task: Motion, run: MotionRun) -> Later:
+def _mode(task: Motion, run: MotionRun) -> LazyPart:
     """Return the assembly mode that the motion starts on, and the coordinates that tell it."""
     setup, x = run.setup, run.begin.q[run.setup.released.free]
 
@@ -122,7 +122,7 @@ def _mode(task: Motion, run: MotionRun) -> Later:
             return {"mode": None, "mode_coordinates": []}
         return {"mode": chart.label(x), "mode_coordinates": chart.names}
 
-    return Later(told)
+    return LazyPart(told)
 
 
 def _watch_unique(run: MotionRun, forces: Determined) -> None:

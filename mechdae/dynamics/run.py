@@ -7,19 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.clock import Clock, StepLimit
 from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import Growth, crawling, stalled
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes, Watcher
 from mechdae.dynamics.observe import States
 from mechdae.dynamics.start import Start
-from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.time_rates import Clock, StepLimit
+from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.events import Crossings
 from mechdae.dynamics.watchers.lift_off import Lifting
 from mechdae.dynamics.watchers.passages import Passages
 from mechdae.dynamics.watchers.ranges import Ranges
-from mechdae.dynamics.watchers.slips import Turn
+from mechdae.dynamics.watchers.sliding import Turn
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
@@ -44,7 +44,7 @@ class MotionRun:
     ``ends`` the event with which a motion ends before its time, ``fault`` what is said of it.
     """
 
-    setup: Setup
+    setup: MotionProblem
     begin: Start
     integrator: Integrator
     watchers: list[Watcher] = field(init=False)

@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.equations.motion_equations import Released
 from mechdae.errors import MechanismError, MechdaeError, SketchError
@@ -42,7 +42,7 @@ class JointClosing(Protocol):
     ``aims`` are coordinates that are moved to a value, ``named`` those that the start names.
     """
 
-    setup: Setup
+    setup: MotionProblem
     r: Released
     drawn: Sketch
     said: set[NamedCoordinate]
@@ -127,7 +127,7 @@ class AssembledSketch:
             slope = ca.densify(ca.jacobian(row, r.x))
             return Call(ca.Function("slope", [r.x, model.p], [ca.densify(row), slope]))
 
-        value, slope = r.kept(("slope", c.text), made)(x, model.p_values)
+        value, slope = r.cache(("slope", c.text), made)(x, model.p_values)
         return float(value[0]), np.ravel(slope)
 
     def _free(self, setting: Setting, pose: Any, u: Any) -> Any:

@@ -16,7 +16,7 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.motion import start_values
-from mechdae.dynamics.equations import STILL, Setup
+from mechdae.dynamics.equations import STILL, MotionProblem
 from mechdae.dynamics.sketch import CLOSED, RANK, PlanarSketch
 from mechdae.errors import AssemblyError, InconsistentStartError
 from mechdae.kernels.run.call import Call
@@ -47,7 +47,7 @@ class Start:
 
 
 class _Starter:
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup = setup
         self.r = setup.jointed
         mechanism, task = setup.problem.mechanism, setup.task
@@ -85,7 +85,7 @@ class _Starter:
             slopes = ca.densify(ca.jacobian(phi, r.x))
             return Call(ca.Function("start", [r.x, model.p], [phi, slopes]))
 
-        self._rows = r.kept(("start", *(c.text for c in self.moving)), made)
+        self._rows = r.cache(("start", *(c.text for c in self.moving)), made)
         self.m, self.n = r.phi.numel(), r.x.numel()
         self.sizes = r.coordinates.sizes(setup.length)
         self.gaps = np.array(self.r.gaps(setup.length))
@@ -309,7 +309,7 @@ class _Starter:
         return rates * self.sizes
 
 
-def start(setup: Setup) -> Start:
+def start(setup: MotionProblem) -> Start:
     """Return the start of a motion.
 
     Raises
@@ -328,5 +328,5 @@ def start(setup: Setup) -> Start:
         results = [ca.densify(r.q), ca.densify(r.qd)]
         return Call(ca.Function("absolute", [r.x, r.v, r.t, r.model.p], results))
 
-    q, qd = r.kept("absolute", made)(x, v, 0.0, setup.model.p_values)
+    q, qd = r.cache("absolute", made)(x, v, 0.0, setup.model.p_values)
     return Start(q, qd, correction)

@@ -16,7 +16,7 @@ from mechdae.dynamics.bdf import Bdf, Radau
 from mechdae.dynamics.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import check_dead_start, feasible
-from mechdae.dynamics.equations import Setup, idle, rubbing, setup
+from mechdae.dynamics.equations import MotionProblem, idle, rubbing, setup
 from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.dynamics.report import report
@@ -30,7 +30,7 @@ from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
 
-INTEGRATORS: dict[str, Callable[[Setup], Integrator]] = {
+INTEGRATORS: dict[str, Callable[[MotionProblem], Integrator]] = {
     "explicit": Integrator,
     "bdf": Bdf,
     "radau": Radau,
@@ -38,7 +38,7 @@ INTEGRATORS: dict[str, Callable[[Setup], Integrator]] = {
 }
 
 
-def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any]:
+def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, Any, Any]:
     """Return what a motion is computed with, its start, free coordinates and their rates.
 
     Raises
@@ -64,7 +64,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     return whole, begin, x, v
 
 
-def _meshes(whole: Setup, begin: Start) -> dict[str, Mesh | SpatialMesh]:
+def _meshes(whole: MotionProblem, begin: Start) -> dict[str, Mesh | SpatialMesh]:
     """Return gears, racks and belts with the forces of their teeth.
 
     Without friction the teeth of those in space may have no place: a note says so.
@@ -204,7 +204,9 @@ def _cut(kept: OutputStates, run: MotionRun) -> None:
         run.last[lay[name]] = part[-1]
 
 
-def _states(setup: Setup, integrator: Integrator, kept: OutputStates, undecided: float) -> States:
+def _states(
+    setup: MotionProblem, integrator: Integrator, kept: OutputStates, undecided: float
+) -> States:
     """Return the states of output with accelerations and multipliers computed again.
 
     Those at the time ``undecided`` have none.

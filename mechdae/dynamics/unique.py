@@ -17,9 +17,9 @@ from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.equations.forces.generalised import Wrench
 from mechdae.equations.forces.joint_reactions import columns_in_space, lock_columns
 from mechdae.equations.gradients import gradients
-from mechdae.equations.kept import Kept
 from mechdae.equations.model import Model
 from mechdae.equations.motion_equations import row_size
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.forces.unique_in_space import Orientations
 from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, in_space, shared_bodies
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
@@ -74,7 +74,7 @@ class _Holding:
         self.owners = [name for name, _ in columns]
 
         self.maps = ForceColumns(self.model, columns, self.names, range(self.model.q.numel()))
-        self.kept = self.maps.kept
+        self.cache = self.maps.cache
 
     def _columns_in_space(self) -> None:
         """Fill in columns with what they do in all joints of the tree."""
@@ -87,7 +87,7 @@ class _Holding:
         columns = list(zip(owners, wrenches, strict=True))
         self.owners = owners
         self.maps = ForceColumns(self.model, columns, self.names, range(self.model.q.numel()))
-        self.kept = self.maps.kept
+        self.cache = self.maps.cache
 
     def of(self, model: Model) -> _Holding:
         """Return the same for a copy of the model with other numbers."""
@@ -142,12 +142,12 @@ class PlacedModel:
     """What `Orientations` reads of a scene."""
 
     model: Model
-    kept: Kept = field(default_factory=Kept)
+    cache: StructureCache = field(default_factory=StructureCache)
 
 
 def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> Unique:
     """Return what is unique of the reactions of a motion."""
-    shape: _Holding = observer.kept("holding", lambda: _Holding(observer))
+    shape: _Holding = observer.cache("holding", lambda: _Holding(observer))
     holding = shape.of(observer.model)
     n, slips = len(s.t), holding.slips
     there = np.flatnonzero(np.isfinite(q).all(axis=1))

@@ -22,8 +22,8 @@ import casadi as ca
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.spinning_links import idle_links
 from mechdae.describe.table import Table
-from mechdae.describe.turnless import idle_links
 from mechdae.equations.model import Model, Row
 from mechdae.equations.redundant_constraints import redundant_blocks, square_blocks
 from mechdae.equations.space import PLANE
@@ -363,7 +363,7 @@ def count_mobility(mechanism: Mechanism) -> dict[str, Any]:
 
 def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
     """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
-    from mechdae.describe.turnless import points_of, spins
+    from mechdae.describe.spinning_links import points_of, spins
 
     joints = list(mechanism.joints.values())
     n = len(mechanism.bodies) - sum(j.rigid for j in joints)

@@ -23,8 +23,8 @@ from mechdae.equations.curve_contacts import contacts
 from mechdae.equations.frames import Frame, fixed_frame, planar_frame
 from mechdae.equations.gradients import gradients
 from mechdae.equations.joints import Ends, rows_of
-from mechdae.equations.kept import Kept, kept_property
 from mechdae.equations.space import PLANE
+from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.records import dataclass
 
 SX = ca.SX
@@ -94,7 +94,7 @@ class Model:
         frames: Callable[[str], Frame] = planar_frame,
         free: Iterable[str] = (),
     ) -> None:
-        self.mechanism, self.kept = mechanism, Kept()
+        self.mechanism, self.cache = mechanism, StructureCache()
         self._free = set(free)
         self._make_parameters()
         self._anchors: dict[str, str] = {}
@@ -279,43 +279,43 @@ class Model:
     def demand(self, coordinate: NamedCoordinate) -> None:
         """Raise for a coordinate that has no value."""
 
-    @kept_property
+    @structure_property
     def phi(self) -> Any:
         """Residuals of all joints, (m,)."""
         return ca.vertcat(*[row.expression for row in self.rows])
 
-    @kept_property
+    @structure_property
     def phi_q(self) -> Any:
         """Constraint Jacobian, (m, nq)."""
         return ca.jacobian(self.phi, self.q)
 
-    @kept_property
+    @structure_property
     def velocity(self) -> Any:
         """Symbols of the coordinates' rates, (nq,)."""
         return SX.sym("v", self.q.numel())
 
-    @kept_property
+    @structure_property
     def acceleration(self) -> Any:
         """Symbols of the coordinates' accelerations, (nq,)."""
         return SX.sym("a", self.q.numel())
 
-    @kept_property
+    @structure_property
     def places(self) -> dict[tuple[str, str], int]:
         """The position in q of each (owner, name)."""
         return {key: i for i, key in enumerate(self.q_names)}
 
-    @kept_property
+    @structure_property
     def gamma(self) -> Any:
         """Right-hand side of Phi_q qdd = gamma: -(Phi_q v)_q v, (m,)."""
         rate = ca.jtimes(self.phi, self.q, self.velocity)
         return -ca.jtimes(rate, self.q, self.velocity)
 
-    @kept_property
+    @structure_property
     def nu(self) -> Any:
         """Right-hand side of Phi_q qd = nu; zero for joints without a law of time, (m,)."""
         return SX.zeros(len(self.rows))
 
-    @kept_property
+    @structure_property
     def mass_matrix(self) -> Any:
         """Mass matrix in the absolute coordinates, (nq, nq); a body's rows belong to its anchor."""
         blocks = []

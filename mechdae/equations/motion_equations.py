@@ -29,9 +29,9 @@ from mechdae.equations.forces.generalised import Wrench, add, of_coordinates, po
 from mechdae.equations.forces.inertia import inertia, kinetic_energy
 from mechdae.equations.forces.joint_reactions import JointReactions
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.kept import Kept
 from mechdae.equations.model import Model, Row
 from mechdae.equations.reduction import eliminate, with_unknowns
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.records import dataclass
 
 SX = ca.SX
@@ -94,7 +94,7 @@ class Released:
     ) -> None:
         self.rubbing = rubbing or Rubbing(model, loads, friction=False)
         self.model, self.loads, self.laws = model, loads, list(laws)
-        self.t, self.kept = loads.time, Kept()
+        self.t, self.cache = loads.time, StructureCache()
         self.values = SX.sym("held", len(held))
         self.rows = list(model.rows)
         for law in laws:

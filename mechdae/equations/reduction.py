@@ -19,11 +19,11 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
-from mechdae.describe.turnless import rollers
+from mechdae.describe.spinning_links import rollers
 from mechdae.equations.coordinates import Coordinates
 from mechdae.equations.groups import Group, loose_bodies
-from mechdae.equations.kept import Kept, kept_property
 from mechdae.equations.model import Model, Row
+from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.equations.tree.choice import groups_of
 from mechdae.errors import FreedomError, MechanismError
 from mechdae.records import dataclass
@@ -98,7 +98,7 @@ class Scene:
     blocks: list[Block] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     recover: dict[tuple[str, str], Any] = field(default_factory=dict)
-    kept: Kept = field(default_factory=Kept)
+    cache: StructureCache = field(default_factory=StructureCache)
     reaches: dict[int, Any] = field(default_factory=dict)
     solved_from: dict[int, Row] = field(default_factory=dict)
 
@@ -111,13 +111,13 @@ class Scene:
         """(owner, name) of the unknowns."""
         return self.unknowns.keys
 
-    @kept_property
+    @structure_property
     def recovered(self) -> Coordinates:
         """The coordinates in `recover`."""
         model = self.model
         return Coordinates(model.coordinates[model.places[key]] for key in self.recover)
 
-    @kept_property
+    @structure_property
     def _places(self) -> dict[int, tuple[int, int]]:
         vectors = (self.x, self.u, self.model.p)
         return {

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
 from mechdae.motion.continuation.follower import extend
@@ -31,7 +31,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 LEGENDRE = np.polynomial.legendre.legvander(NODES, 9).T * WEIGHTS * (np.arange(10)[:, None] + 0.5)
 
 
-def checks(statics: Statics, moving: Moving, answer: PoseForces) -> dict[str, Any]:
+def checks(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> dict[str, Any]:
     """Return the largest relative errors of the three checks.
 
     ``energy`` is None where there is no path to difference along. A number that is not finite
@@ -47,7 +47,7 @@ def _largest(values: Any, rows: Any) -> float:
     return float(np.max(np.abs(values), initial=0.0, where=rows))
 
 
-def powers_of(statics: Statics, answer: PoseForces) -> tuple[Any, ...]:
+def powers_of(statics: InverseDynamics, answer: PoseForces) -> tuple[Any, ...]:
     """Return powers of drivers, loads and joints, rate of the kinetic energy, it itself, sizes."""
     loads, rate, energy, sizes = statics.powers(answer.inputs)
     whole, motion = answer.whole, answer.motion
@@ -56,14 +56,14 @@ def powers_of(statics: Statics, answer: PoseForces) -> tuple[Any, ...]:
     return whole.driven(motion), loads, lost, rate, energy, sizes + single - lost
 
 
-def _power(statics: Statics, answer: PoseForces) -> float:
+def _power(statics: InverseDynamics, answer: PoseForces) -> float:
     """Return the error of drivers + loads - losses = rate of the kinetic energy."""
     driven, loads, lost, rate, _, sizes = powers_of(statics, answer)
     size = _largest(sizes, answer.standing)
     return _largest(driven + loads + lost - rate, answer.standing) / size if size else 0.0
 
 
-def _energy(statics: Statics, moving: Moving, answer: PoseForces) -> float | None:
+def _energy(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> float | None:
     """Return the largest error of the energy over some panels, those of one width at once."""
     if not moving.speed:
         return None
@@ -92,7 +92,7 @@ def _energy(statics: Statics, moving: Moving, answer: PoseForces) -> float | Non
 
 
 def _panels(
-    statics: Statics, moving: Moving, middles: Any, half: float, several: bool
+    statics: InverseDynamics, moving: Moving, middles: Any, half: float, several: bool
 ) -> tuple[Any, Any]:
     """Return the relative errors of the energy over panels, and which of them are good.
 

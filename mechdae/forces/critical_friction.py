@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.forces.friction_branches import some
-from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
 
 POSES = 2
 """Poses at which the critical factor is looked for: those where friction feeds itself most."""
@@ -16,7 +16,12 @@ MOST = 1000.0
 
 
 def critical_factor(
-    statics: Statics, motion: LoadedPoses, inputs: list[Any], sizes: Any, rows: Any, lead: int
+    statics: InverseDynamics,
+    motion: LoadedPoses,
+    inputs: list[Any],
+    sizes: Any,
+    rows: Any,
+    lead: int,
 ) -> dict[str, Any]:
     """Return the least factor on all coefficients of friction at which a pose jams.
 
@@ -51,7 +56,7 @@ def critical_factor(
     return worst
 
 
-def _feeding(statics: Statics, inputs: list[Any], sizes: Any) -> Any:
+def _feeding(statics: InverseDynamics, inputs: list[Any], sizes: Any) -> Any:
     """Return how much friction feeds itself at poses, (n,): at 1 it jams.
 
     It is the largest real eigenvalue of d size / d m; a feedback that reduces itself is
@@ -67,7 +72,7 @@ def _feeding(statics: Statics, inputs: list[Any], sizes: Any) -> Any:
     return found
 
 
-def _all_power(statics: Statics) -> float:
+def _all_power(statics: InverseDynamics) -> float:
     """Return the factor on friction at which a mesh would lose all of its power."""
     values = statics.scene.model.mechanism.values()
     losses = [values.get(f"{name}.mesh_loss", 0.0) for name in statics.balance.joints]

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import InputError
-from mechdae.forces.inverse_dynamics import Statics
-from mechdae.forces.kinks import ROUNDING, State, kinks_of
+from mechdae.forces.formula_changes import ROUNDING, State, kinks_of
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.motion.assembly.start import shown
@@ -36,7 +36,9 @@ STEPS = (1e-5, 1e-7)
 GROWS = 30.0
 
 
-def cycle(statics: Statics, moving: Moving, answer: PoseForces) -> tuple[dict[str, Any], list[str]]:
+def cycle(
+    statics: InverseDynamics, moving: Moving, answer: PoseForces
+) -> tuple[dict[str, Any], list[str]]:
     """Return the figures of a cycle and sentences on what is wrong with it.
 
     Raises

@@ -17,15 +17,15 @@ from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.loads import BOUNDLESS, Loads
 from mechdae.equations.forces.meshes import Mesh
 from mechdae.equations.forces.spatial_meshes import SpatialMesh
-from mechdae.equations.kept import Kept
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.forces.friction_branches import Branches, Stage, some
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.kernels.run.high_precision import LONG, evaluate
-from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, stored
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.records import dataclass
@@ -112,7 +112,7 @@ def absolute(scene: Scene, motion: LoadedPoses) -> list[Any]:
         return Batch(ca.Function("absolute", [w, dw, scene.model.p], results), shared)
 
     shared = [2] if motion.p is None else []
-    batch: Batch = scene.kept(("absolute coordinates", *shared), make)
+    batch: Batch = scene.cache(("absolute coordinates", *shared), make)
     return batch(motion.w, motion.v, scene.model.p_values if motion.p is None else motion.p)
 
 
@@ -149,7 +149,7 @@ class Kernels:
     laws: Laws
     meshes: Mapping[str, Mesh | SpatialMesh]
     balance: Balance
-    kept: Kept = field(default_factory=Kept)
+    cache: StructureCache = field(default_factory=StructureCache)
 
 
 def timed_numbers(model: Model) -> bytes:
@@ -159,7 +159,7 @@ def timed_numbers(model: Model) -> bytes:
     return bytes(model.p_values.tobytes()) if timed else b""
 
 
-class Statics:
+class InverseDynamics:
     """The balance of forces of a scene as arrays over poses.
 
     Parameters
@@ -195,7 +195,7 @@ class Statics:
             loads = Loads(model, turned, slow=slow)
             return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
 
-        self._kernels: Kernels = scene.kept(self.key, make)
+        self._kernels: Kernels = scene.cache(self.key, make)
         self.loads, self.laws = self._kernels.loads, self._kernels.laws
         self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
         self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes, model.mechanism)]
@@ -217,7 +217,7 @@ class Statics:
         """
         single = self.single - ({FACTOR} if factors else set())
         shared = [place for place, k in enumerate(take) if k in single]
-        kept: Batch = self._kernels.kept(
+        kept: Batch = self._kernels.cache(
             (name, *shared), lambda: Batch(self._stored(name, make), shared)
         )
         return kept.counting()
@@ -256,7 +256,7 @@ class Statics:
                 scene.x_names, self.balance.columns,
             )  # fmt: skip
 
-        found: str = self._kernels.kept("fingerprint", make)
+        found: str = self._kernels.cache("fingerprint", make)
         return found
 
     def _of(self, name: str) -> Batch:
@@ -447,7 +447,7 @@ class Statics:
     @property
     def _exactly(self) -> Any:
         """(unknowns, drivers, rates, consts) -> sliding speeds, after a Newton step."""
-        return self.evaluator.graphs.kept(self.key, self._made_exactly)
+        return self.evaluator.graphs.cache(self.key, self._made_exactly)
 
     def _made_exactly(self) -> Any:
         g = self.evaluator.graphs

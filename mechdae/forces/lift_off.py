@@ -14,8 +14,8 @@ import numpy as np
 
 from mechdae.equations.forces.one_sided import one_sided
 from mechdae.equations.model import Model
-from mechdae.forces.inverse_dynamics import Statics, absolute
-from mechdae.forces.kinks import SAMPLES, State
+from mechdae.forces.formula_changes import SAMPLES, State
+from mechdae.forces.inverse_dynamics import InverseDynamics, absolute
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.forces.uniqueness import Uniqueness
@@ -186,7 +186,7 @@ def unwatched(names: list[str]) -> str:
 
 
 def along(
-    statics: Statics, moving: Moving, answer: PoseForces, unique: Uniqueness | None
+    statics: InverseDynamics, moving: Moving, answer: PoseForces, unique: Uniqueness | None
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Return the events and what is said of one-sided contacts of a task of reactions.
 

@@ -7,18 +7,18 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces
-from mechdae.results import Later, Series, Summary
+from mechdae.results import LazyPart, Series, Summary
 
 
-def acting_loads(statics: Statics, answer: PoseForces) -> Summary:
+def acting_loads(statics: InverseDynamics, answer: PoseForces) -> Summary:
     """Return `load_wrenches` by load, computed when one of them is read."""
-    later = Later(lambda: load_wrenches(statics, answer))
+    later = LazyPart(lambda: load_wrenches(statics, answer))
     return Summary(dict.fromkeys(statics.loads.wrenches, later))
 
 
-def load_wrenches(statics: Statics, answer: PoseForces) -> dict[str, Series]:
+def load_wrenches(statics: InverseDynamics, answer: PoseForces) -> dict[str, Series]:
     """Return force [N] and moment about the body's origin [N m] by load and body.
 
     (n, 3) each, in space (n, 6) in world axes, of links that spin freely about their first ball

@@ -67,14 +67,14 @@ def real_along(
         return ()
     columns = sorted(j for group in scene.groups for j in group.columns)
     if model.space.behind:
-        return teeth_along(model, scene.kept, names, columns, poses()[0])
+        return teeth_along(model, scene.cache, names, columns, poses()[0])
 
     def make() -> Batch:
         inputs = [model.q[columns], model.velocity[columns], model.p]
         return Batch(ca.Function("closing", inputs, _speeds(_tried(model, names))), [2])
 
     q, v = poses()
-    closing, size = scene.kept("closing of wheels", make)(q, v, model.p_values)
+    closing, size = scene.cache("closing of wheels", make)(q, v, model.p_values)
     there = np.isfinite(v).all(axis=1)
     with np.errstate(invalid="ignore"):
         real = (np.abs(closing) <= REAL * size)[there].all(axis=0)
@@ -124,7 +124,7 @@ def meshes_beside(
         return {}
     if model.space.behind:
         every = range(model.q.numel())
-        return meshes_of(model, teeth_along(model, released.kept, names, every, q[None]))
+        return meshes_of(model, teeth_along(model, released.cache, names, every, q[None]))
     rows = [row for row in released.rows if not ca.depends_on(row.expression, released.t)]
     phi = ca.vertcat(*[row.expression for row in rows])
     gradient = ca.densify(ca.jacobian(phi, model.q))
@@ -236,8 +236,8 @@ def about_meshes(meshes: Mapping[str, Mesh | SpatialMesh], mechanism: Mechanism)
             found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
         elif getattr(joint, "pressure_angle", None) == PRESSURE_ANGLE:
             usual.setdefault("pressure angle 20 deg", []).append(name)
-        elif joint.held_by and getattr(joint, joint.held_by) is None:
-            usual.setdefault(f"no {joint.held_by}", []).append(name)
+        elif joint.keep_for and getattr(joint, joint.keep_for) is None:
+            usual.setdefault(f"no {joint.keep_for}", []).append(name)
     return [*found, *(f"{text}: {', '.join(names)}" for text, names in usual.items())]
 
 
@@ -265,7 +265,7 @@ def slack_belts(
         joint, values = model.mechanism.joints[name], model.mechanism.values()
         need = joint.needed(values, moment(name))
         with np.errstate(invalid="ignore"):
-            slack = need > values[f"{name}.{joint.held_by}"]
+            slack = need > values[f"{name}.{joint.keep_for}"]
         if slack.any():
             found.append(joint.gives_way(when(slack), float(np.nanmax(need))))
     return found

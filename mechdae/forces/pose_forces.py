@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.forces.friction_branches import FrictionSolutions, some
-from mechdae.forces.inverse_dynamics import Loaded, LoadedPoses, Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics, Loaded, LoadedPoses
 from mechdae.records import dataclass
 
 
@@ -61,7 +61,9 @@ class PoseForces:
         return self.whole is not self.free
 
 
-def solved(statics: Statics, motion: LoadedPoses, there: Any, critical: bool = True) -> PoseForces:
+def solved(
+    statics: InverseDynamics, motion: LoadedPoses, there: Any, critical: bool = True
+) -> PoseForces:
     """Return the forces at poses, all solutions where there may be none or several.
 
     Only poses that are `there` (n,) are examined for these. Of several solutions the one that

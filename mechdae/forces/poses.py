@@ -15,7 +15,7 @@ from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.errors import InputError
-from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
 from mechdae.motion.continuation.evaluate import Poses, in_time
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.sweep import run
@@ -125,7 +125,7 @@ class LoadedRun:
 
     moving: Moving
     motion: LoadedPoses
-    statics: Statics
+    statics: InverseDynamics
 
     @property
     def setting(self) -> Setting:
@@ -139,7 +139,7 @@ class LoadedRun:
 
     def of(self, task: Reactions) -> LoadedRun:
         """Return the same run with the forces that another task asks for."""
-        statics = Statics(self.setting.scene, self.run.evaluator, task, self.motion)
+        statics = InverseDynamics(self.setting.scene, self.run.evaluator, task, self.motion)
         return LoadedRun(self.moving, self.motion, statics)
 
 
@@ -153,12 +153,12 @@ def loaded_run(problem: Problem, task: Reactions, free: Iterable[str] = ()) -> L
     followed = run(setting, wanted)
     moving = Moving(setting, followed, task.quasi_static)
     motion = moving.poses()
-    statics = Statics(setting.scene, followed.evaluator, task, motion)
+    statics = InverseDynamics(setting.scene, followed.evaluator, task, motion)
     _check_time(statics, motion)
     return LoadedRun(moving, motion, statics)
 
 
-def _check_time(statics: Statics, motion: LoadedPoses) -> None:
+def _check_time(statics: InverseDynamics, motion: LoadedPoses) -> None:
     if statics.loads.uses_time and motion.t is None:
         raise InputError(
             "it uses t, and this task has no time",

@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.equations.model import Model
 from mechdae.forces.friction_branches import some
-from mechdae.forces.inverse_dynamics import Statics, absolute
+from mechdae.forces.inverse_dynamics import InverseDynamics, absolute
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.motion.kinematics.prepared import Setting
@@ -19,7 +19,7 @@ from mechdae.results import Series
 
 
 def series_of(
-    statics: Statics, answer: PoseForces, task: Reactions, unique: Uniqueness | None
+    statics: InverseDynamics, answer: PoseForces, task: Reactions, unique: Uniqueness | None
 ) -> dict[str, dict[str, Any]]:
     balance = statics.balance
     static = statics.static(answer.inputs, answer.quiet) if task.parts else None
@@ -55,7 +55,7 @@ def series_of(
 
 
 def unique_of(
-    statics: Statics, answer: PoseForces, unique: Uniqueness | None, summary: dict[str, Any]
+    statics: InverseDynamics, answer: PoseForces, unique: Uniqueness | None, summary: dict[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return what is unique of each joint; resultants that are go to the summary."""
     if unique is None:
@@ -70,7 +70,7 @@ def unique_of(
     return {name: own.values(reactions[:, places[name]]) for name, own in unique.joints.items()}
 
 
-def _resultant(statics: Statics, reactions: Any, body: str, names: list[str]) -> Any:
+def _resultant(statics: InverseDynamics, reactions: Any, body: str, names: list[str]) -> Any:
     """Return the sum of forces (n, d) of joints on a body."""
     size = len(statics.scene.model.space.axes)
     joints = statics.scene.model.mechanism.joints
@@ -82,7 +82,7 @@ def _resultant(statics: Statics, reactions: Any, body: str, names: list[str]) ->
 
 
 def _turned(
-    statics: Statics, answer: PoseForces, name: str, reaction: Any, axes: tuple[str, ...]
+    statics: InverseDynamics, answer: PoseForces, name: str, reaction: Any, axes: tuple[str, ...]
 ) -> dict[str, Any]:
     """Return a reaction in axes of its second body, and along and across the link."""
     found: dict[str, Any] = {}
@@ -141,7 +141,7 @@ def _link(model: Model, name: str) -> tuple[str, str] | None:
 
 
 def _axes_in_space(
-    statics: Statics, answer: PoseForces, words: tuple[str, ...]
+    statics: InverseDynamics, answer: PoseForces, words: tuple[str, ...]
 ) -> dict[str, dict[str, Any]]:
     """Return by joint the axes of its second body (n, 3, 3) and its link's direction (n, 3).
 
@@ -179,7 +179,7 @@ def _axes_in_space(
     return found
 
 
-def without_axes(statics: Statics, task: Reactions) -> list[str]:
+def without_axes(statics: InverseDynamics, task: Reactions) -> list[str]:
     """Return what is said of joints in space whose reactions have none of the axes asked for."""
     model = statics.scene.model
     if not task.axes or model.mechanism.dimension == 2:
@@ -211,7 +211,7 @@ def _turned_in_space(reaction: Any, axes: dict[str, Any]) -> dict[str, Any]:
 
 
 def efforts_of(
-    setting: Setting, statics: Statics, answer: PoseForces, task: Reactions
+    setting: Setting, statics: InverseDynamics, answer: PoseForces, task: Reactions
 ) -> tuple[Series, dict[str, Series]]:
     names = [row.owner for row in setting.scene.rows if row.driver]
 
@@ -230,7 +230,7 @@ def efforts_of(
 
 
 def solutions_of(
-    setting: Setting, statics: Statics, answer: PoseForces, unique: Uniqueness | None
+    setting: Setting, statics: InverseDynamics, answer: PoseForces, unique: Uniqueness | None
 ) -> Iterable[dict[str, Any]]:
     """Yield all solutions of the poses that have several."""
     lead = setting.plan.lead

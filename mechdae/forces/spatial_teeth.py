@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.equations.forces.spatial_meshes import SpatialMesh
-from mechdae.equations.kept import Kept
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.teeth import AxesOfMesh, axes_of_mesh
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.kernels.run.batch import Batch
@@ -25,7 +25,7 @@ MOST = 5
 
 
 def teeth_along(
-    model: Any, kept: Kept, names: Sequence[str], columns: Sequence[int], q: Any
+    model: Any, kept: StructureCache, names: Sequence[str], columns: Sequence[int], q: Any
 ) -> tuple[tuple[str, AxesOfMesh], ...]:
     """Return how the axes of gears and racks lie.
 

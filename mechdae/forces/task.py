@@ -19,8 +19,8 @@ from mechdae.errors import InputError
 from mechdae.forces.checks import CHECKS, checks
 from mechdae.forces.critical_friction import critical_factor
 from mechdae.forces.cycle import cycle
-from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack, verdicts
-from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
+from mechdae.forces.force_messages import assumptions_of, failed_checks, lost_poses, slack, verdicts
+from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
 from mechdae.forces.lift_off import along
 from mechdae.forces.load_wrenches import acting_loads
 from mechdae.forces.pose_forces import PoseForces, solved
@@ -39,7 +39,7 @@ from mechdae.motion.kinematics.report import report
 from mechdae.motion.measures.measure import sorted_events
 from mechdae.results import (
     CODES,
-    Later,
+    LazyPart,
     Named,
     ReactionsResult,
     Series,
@@ -122,7 +122,7 @@ def with_forces(
         keys = [k for k in reverse.summary.names() if k not in known or k == "jammed"]
         summary["reverse"] = reverse.summary.only(keys)
     faults += slack(statics, answer)
-    checked = Later(lambda: checks(statics, moving, answer))
+    checked = LazyPart(lambda: checks(statics, moving, answer))
     lifted, notes = along(statics, moving, answer, unique)
     if notes := [*notes, *without_axes(statics, task)]:
         summary["notes"] = [*summary.get("notes", []), *notes]
@@ -133,7 +133,7 @@ def with_forces(
         rows = np.flatnonzero(answer.standing)
         lead = setting.plan.lead
         inputs, sizes = answer.inputs, answer.sizes
-        summary["critical_factor"] = Later(
+        summary["critical_factor"] = LazyPart(
             lambda: {"critical_factor": critical_factor(statics, motion, inputs, sizes, rows, lead)}
         )
     unproven = [k for k, own in answer.found.items() if not own.proven]
@@ -162,7 +162,7 @@ def with_forces(
         loads=acting_loads(statics, answer),
         summary=summary,
         events=events_of(sorted_events([*result.events, *lifted], setting.plan.lead)),
-        fault=Later(lambda: {"fault": "; ".join([*faults, *failed_checks(checked.parts())])}),
+        fault=LazyPart(lambda: {"fault": "; ".join([*faults, *failed_checks(checked.parts())])}),
     )
     return whole, answer
 
@@ -176,7 +176,7 @@ def _without_rank(result: SweepResult) -> Any:
     return rows[result.codes[rows] == CODES[Status.OK]]
 
 
-def _check_loads(setting: Setting, statics: Statics, motion: LoadedPoses) -> None:
+def _check_loads(setting: Setting, statics: InverseDynamics, motion: LoadedPoses) -> None:
     """Raise `InputError` for a load without a value at some pose."""
     lead = setting.plan.lead
     c = setting.plan.coordinates[lead]

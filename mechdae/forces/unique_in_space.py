@@ -48,7 +48,7 @@ class Orientations:
             inputs = [model.q[self._columns], model.p]
             return Batch(ca.Function("turn", inputs, [flat]), [1])
 
-        batch: Batch = self._scene.kept(("orientation", body), make)
+        batch: Batch = self._scene.cache(("orientation", body), make)
         return batch(self._q, model.p_values)[0].reshape(-1, 3, 3)
 
 

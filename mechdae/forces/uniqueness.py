@@ -19,10 +19,10 @@ import numpy as np
 
 from mechdae.equations.forces.friction import normal_form
 from mechdae.equations.forces.generalised import Wrench, reaction
-from mechdae.equations.kept import Kept
 from mechdae.equations.model import Model
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.errors import IndeterminateFrictionError, SolveError
-from mechdae.forces.inverse_dynamics import LoadedPoses, Statics, absolute
+from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolute
 from mechdae.forces.unique_in_space import Orientations, SpatialDirections, still_directions
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
@@ -81,7 +81,7 @@ class Uniqueness:
         return not reaction or bool(self.whole[balance.joints.index(name)])
 
 
-def require_unique(statics: Statics, motion: LoadedPoses, paths: Iterable[str]) -> None:
+def require_unique(statics: InverseDynamics, motion: LoadedPoses, paths: Iterable[str]) -> None:
     """Raise `SolveError` for paths of reactions that are not unique."""
     unique = uniqueness(statics, motion)
     for path in paths if unique is not None else ():
@@ -94,7 +94,7 @@ def require_unique(statics: Statics, motion: LoadedPoses, paths: Iterable[str]) 
             )
 
 
-def uniqueness(statics: Statics, motion: LoadedPoses) -> Uniqueness | None:
+def uniqueness(statics: InverseDynamics, motion: LoadedPoses) -> Uniqueness | None:
     """Return what is unique, None in a scene without superfluous constraints.
 
     Raises
@@ -233,7 +233,7 @@ class ForceColumns:
             form = ca.SX(own.shape[0], len(columns))
             form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = own
             parts[key] = form
-        self.kept, self.weights = Kept(), None
+        self.cache, self.weights = StructureCache(), None
         self._parts, self._inputs = parts, [model.q[list(places)], model.p]
 
     def of(self, model: Model) -> ForceColumns:
@@ -249,7 +249,7 @@ class ForceColumns:
     def at(self, q: Any, *names: str) -> dict[str, Any]:
         """Return matrices (n, rows, columns) at poses (n, k), all of them or some by name."""
         names = names or tuple(self._parts)
-        batch: Batch = self.kept(names, lambda: self._batch(names))
+        batch: Batch = self.cache(names, lambda: self._batch(names))
         flat, found, start = batch(q, self.p)[0], {}, 0
         for name in names:
             rows, columns = self._parts[name].shape
@@ -278,7 +278,7 @@ class ForceColumns:
         return found
 
 
-def _stressed(statics: Statics, q: Any, there: Any) -> Stressed:
+def _stressed(statics: InverseDynamics, q: Any, there: Any) -> Stressed:
     """Return the self-stresses at poses."""
     columns, model = _columns(statics), statics.scene.model
     if not model.space.behind:
@@ -299,7 +299,7 @@ def _stressed(statics: Statics, q: Any, there: Any) -> Stressed:
     return columns.stressed(q, there, stresses)
 
 
-def _columns(statics: Statics) -> ForceColumns:
+def _columns(statics: InverseDynamics) -> ForceColumns:
     balance, model = statics.balance, statics.scene.model
     used = {i for share in balance.shares for i in share.rows}
     owner = {i: name for name in balance.joints for i in balance.rows_of[name]}
@@ -417,7 +417,7 @@ def _rotated(vectors: Any, angle: float) -> Any:
     return vectors @ np.array([[c, s], [-s, c]])
 
 
-def _check_friction(statics: Statics, stressed: Stressed) -> None:
+def _check_friction(statics: InverseDynamics, stressed: Stressed) -> None:
     balance, model = statics.balance, statics.scene.model
     pressed = [balance.feedbacks[k] for k in balance.active if stressed.left_open(f"size {k}")]
     guilty = [own.joint for own in pressed if not own.idle(model.p, model.p_values)]

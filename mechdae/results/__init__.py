@@ -14,7 +14,7 @@ from mechdae.results.kinds import (
     SweepResult,
     SynthesisResult,
 )
-from mechdae.results.later import Later, Summary
+from mechdae.results.lazy import LazyPart, Summary
 from mechdae.results.plain import plain
 from mechdae.results.result import Result, whole_path
 from mechdae.results.series import Named, Series
@@ -43,7 +43,7 @@ __all__ = [
     "UNITS",
     "EquilibriumResult",
     "Event",
-    "Later",
+    "LazyPart",
     "ModesResult",
     "MotionResult",
     "Named",

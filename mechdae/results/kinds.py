@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import Any
 
 from mechdae.records import dataclass
-from mechdae.results.later import Summary
+from mechdae.results.lazy import Summary
 from mechdae.results.result import Result
 from mechdae.results.series import Series
 from mechdae.types import Floats

@@ -18,7 +18,7 @@ from mechdae.errors import UnknownName
 from mechdae.records import dataclass
 from mechdae.results.columns import columns_of
 from mechdae.results.events import Event
-from mechdae.results.later import Later, Summary
+from mechdae.results.lazy import LazyPart, Summary
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
 from mechdae.results.shown import Shown
@@ -30,15 +30,15 @@ R = TypeVar("R", bound="Result")
 
 
 class Fault:
-    """What is wrong with an answer, None when nothing is; a `Later` is settled when it is read."""
+    """What is wrong with an answer, None if nothing is; a `LazyPart` is computed when it is read."""
 
     def __get__(self, result: Any, owner: type | None = None) -> str | None:
         value = None if result is None else result.__dict__["fault"]
-        if isinstance(value, Later):
+        if isinstance(value, LazyPart):
             value = result.__dict__["fault"] = value.parts()["fault"] or None
         return cast("str | None", value)
 
-    def __set__(self, result: Any, value: str | Later | None) -> None:
+    def __set__(self, result: Any, value: str | LazyPart | None) -> None:
         result.__dict__["fault"] = value
 
 
@@ -192,7 +192,7 @@ class Result(Shown):
             content["solutions"] = self.solutions
         if self.checks.names() if isinstance(self.checks, Summary) else self.checks:
             content["checks"] = self.checks
-        content["summary"] = self.summary.changed(fault=Later(self._told))
+        content["summary"] = self.summary.changed(fault=LazyPart(self._told))
         return content
 
     def _told(self) -> dict[str, str]:
@@ -203,9 +203,9 @@ class Result(Shown):
         joints = Summary({name: Summary(series.open()) for name, series in self.joints.items()})
         for name in self.unique.names():
             if name in self.joints:
-                joints[name]["unique"] = Later(partial(self._unique_of, name))
+                joints[name]["unique"] = LazyPart(partial(self._unique_of, name))
             else:
-                joints[name] = Later(partial(self._unlisted, name))
+                joints[name] = LazyPart(partial(self._unlisted, name))
         return joints
 
     def _unique_of(self, joint: str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import UnknownName
-from mechdae.results.later import Later
+from mechdae.results.lazy import LazyPart
 
 PLURALS = {
     "body": "bodies",
@@ -22,13 +22,13 @@ PLURALS = {
 class Series(Mapping[str, Any]):
     """Arrays of one body, point, joint or driver, by attribute or key; rows are poses.
 
-    An array that is given as a `Later` is computed when it is read.
+    An array that is given as a `LazyPart` is computed when it is read.
     """
 
     def __init__(self, arrays: Mapping[str, Any]) -> None:
         frozen = {}
         for name, value in arrays.items():
-            frozen[name] = value if isinstance(value, Later) else _frozen(value)
+            frozen[name] = value if isinstance(value, LazyPart) else _frozen(value)
         self.__dict__["_arrays"] = frozen
 
     def __getattr__(self, name: str) -> Any:
@@ -43,7 +43,7 @@ class Series(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         arrays = self.__dict__["_arrays"]
         value = arrays[name]
-        if isinstance(value, Later):
+        if isinstance(value, LazyPart):
             value = arrays[name] = _frozen(value.parts()[name])
         return value
 
@@ -72,7 +72,7 @@ class Series(Mapping[str, Any]):
 
 def _shape(value: Any) -> str:
     """Return the shape of an array; of one that is still to be computed nothing."""
-    return "" if isinstance(value, Later) else str(np.shape(value))
+    return "" if isinstance(value, LazyPart) else str(np.shape(value))
 
 
 def _frozen(value: Any) -> Any:

@@ -12,7 +12,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, MechdaeError
-from mechdae.motion.setup.slips import doubts
+from mechdae.motion.setup.likely_typos import doubts
 from mechdae.records import dataclass
 from mechdae.results import KINDS as SECTIONS
 from mechdae.results import Result

@@ -10,10 +10,10 @@ KINDS: Registry[TaskKind] = Registry(
     "task functions",
     {
         **OF_ONE_MECHANISM,
-        "study": TaskKind("mechdae.design.studies.study:study", spread=True),
+        "study": TaskKind("mechdae.design.studies.parameter_study:study", spread=True),
         "sensitivity": TaskKind("mechdae.design.studies.sensitivity:sensitivity"),
         "synthesis": TaskKind(
-            "mechdae.design.synthesis.front:synthesized",
+            "mechdae.design.synthesis.pareto:synthesized",
             show="mechdae.tasks.show:design_structure",
             design="mechdae.design.synthesis.job.run:synthesize",
             log="starts.jsonl",

@@ -18,7 +18,7 @@ from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.assembly import start
 from mechdae.motion.assembly.assembler import Assembler
-from mechdae.motion.assembly.idle_freedom import settled
+from mechdae.motion.assembly.idle_freedom import built_without_idle_freedom
 from mechdae.motion.setup.drivers import plan, sketched
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.numerics.null_space import dependences, dependent
@@ -104,7 +104,9 @@ def _driven(problem: Problem, task: Driven, model: Model | None) -> dict[str, An
             the_scene = scene(model, numbers.coordinates, None, coarse)
             return Assembler(Graphs(the_scene, Outputs(the_scene).expression, 0), sketch)
 
-        assembler = settled(build, lambda built: start.try_redundant(built, numbers))
+        assembler = built_without_idle_freedom(
+            build, lambda built: start.try_redundant(built, numbers)
+        )
         whole = assembler.scene
         u = start.start_values(numbers)
         found = assembler.from_sketch(u)

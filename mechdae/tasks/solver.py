@@ -17,11 +17,11 @@ from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName
 from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
 from mechdae.motion.kinematics.poses import PoseArrays, Posed
-from mechdae.motion.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from mechdae.results import Result
 from mechdae.solver.solve import as_problem, task_of
+from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve
-from mechdae.tasks.study import study
 
 
 class Solver:
@@ -70,7 +70,7 @@ class Solver:
         for own in self.vary:
             if own not in known:
                 raise UnknownName("parameter", own, known, where="vary")
-        self._held = Held(frozenset(self.vary))
+        self._held = CacheOwner(frozenset(self.vary))
         self._posed: tuple[dict[str, Number], Posed] | None = None
         self._near: tuple[tuple[str, ...], NearPoses | None] | None = None
 
@@ -98,7 +98,7 @@ class Solver:
         SolveError
             The mechanism cannot be assembled at its sketch.
         """
-        with held_by(self._held):
+        with keep_for(self._held):
             return solve(self.problem, self.name, set=_merged(values, more))
 
     def poses(self, values: Mapping[str, Number] | None, u: Any) -> PoseArrays:
@@ -127,7 +127,7 @@ class Solver:
             found = self._near_pose(task, numbers, places) if last is not None else None
             if found is not None:
                 return found
-            with held_by(self._held):
+            with keep_for(self._held):
                 last = (numbers, Posed(self.problem.with_values(numbers), task))
             self._posed = last
         return last[1].at(places)
@@ -138,7 +138,7 @@ class Solver:
             return None
         names, near = tuple(numbers), self._near
         if near is None or near[0] != names:
-            with held_by(self._held):
+            with keep_for(self._held):
                 near = self._near = (names, self._nearby(task, names))
         if near[1] is None:
             return None
@@ -175,7 +175,7 @@ class Solver:
         Result
             That of a study: ``table`` has one array (k, ...) for each path, ``status`` (k,).
         """
-        with held_by(self._held):
+        with keep_for(self._held):
             return study(
                 self.problem, Study(certify=certify), sets=sets, of=self.name, outputs=outputs,
                 workers=workers, executor=executor, out=out, progress=progress,

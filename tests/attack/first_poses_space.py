@@ -21,7 +21,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.table import Table
-from mechdae.motion.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from tests.attack.spatial_poses import driver_of
 from tests.attack.spatial_structures import WORDS, Drawn, draw, structure
 from tests.reference.dual_quaternions import TURN, point_of
@@ -141,7 +141,7 @@ def rough(modes: Modes, k: int, driver: str, rng: Any) -> dict[str, float]:
     return sketch
 
 
-def of_mechanism(drawn: Drawn, i: int, held: Held, rng: Any) -> list[str]:
+def of_mechanism(drawn: Drawn, i: int, held: CacheOwner, rng: Any) -> list[str]:
     """Return what is wrong with each sketch of one mechanism, empty texts where nothing is."""
     driver, modes = driver_of(drawn), Modes(drawn, i, rng)
     number = f"b{drawn.structure.joints[0].second or 1}.{_point(drawn, 1)}.x"
@@ -150,7 +150,7 @@ def of_mechanism(drawn: Drawn, i: int, held: Held, rng: Any) -> list[str]:
         sketch = rough(modes, k, driver, rng)
         mechanism = replace(masses(drawn.mechanisms[i], drawn, i), sketch=Table(sketch))
         further = [str(rng.choice(FURTHER))] if answers else FURTHER
-        with held_by(held):
+        with keep_for(held):
             found = First(mechanism, {driver: sketch[driver]}, number, further)
         wrong, first = found.wrong(), found.poses["sweep"]
         if not isinstance(first, str):
@@ -174,7 +174,7 @@ def examine(seed: int) -> list[list[str]]:
     found = structure(rng, wheels=seed % 4 == 3)
     drawn = draw(found, rng, SETS, near=0.0)
     numbers = [n for n, _ in drawn.mechanisms[0].numbers()]
-    held = Held(frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J")))
+    held = CacheOwner(frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J")))
     return [
         [f"{found.name} {seed} set {i} {text}" if text else "" for text in answers]
         for i in range(SETS)

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 import mechdae as md
-from mechdae.motion.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from tests.attack.spatial_honesty import Case, case
 
 FREEDOMS = {"R": 1, "P": 1, "C": 2, "U": 2, "S": 3}
@@ -208,7 +208,7 @@ def mechanism_of(found: Case) -> md.Mechanism:
 
 
 def judged(
-    found: Case, drivers: Drivers, start: Any, poses: list[dict[str, Any]], held: Held
+    found: Case, drivers: Drivers, start: Any, poses: list[dict[str, Any]], held: CacheOwner
 ) -> collections.Counter[str]:
     """Return what is said of the pose drawn and of those beside it, whose points are known."""
     words: collections.Counter[str] = collections.Counter()
@@ -218,7 +218,7 @@ def judged(
     ]
     task = md.Sweep(drivers=ways, poses=POSES, derivatives=0)
     try:
-        with held_by(held):
+        with keep_for(held):
             result = md.solve(mechanism_of(found), task)
     except md.MechdaeError as error:
         words[f"{type(error).__name__}: {error.what[:60]}"] += 1
@@ -277,7 +277,7 @@ def run(loop: str, sets: int, seed: int) -> collections.Counter[str]:
                           for k in range(count - 1) for j in (k, k + 1)})  # fmt: skip
         words["not regular"] += int((~regular).sum())
         numbers = [n for n, _ in truth.cases[0].mechanism.numbers()]
-        held = Held(frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J")))
+        held = CacheOwner(frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J")))
         for i in np.flatnonzero(regular):
             known = [{name: at[i] for name, at in own.items()} for own in poses]
             words += judged(truth.cases[i], drivers, start[i], known, held)

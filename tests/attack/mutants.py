@@ -402,7 +402,7 @@ def each_group_on_its_own_way(monkeypatch):
 
 
 def swallow(monkeypatch):
-    from mechdae.motion.continuation.front import Front
+    from mechdae.motion.continuation.path_end import Front
 
     monkeypatch.setattr(Front, "end", lambda self, limit: self.ended.update(self.path.groups))
 
@@ -424,13 +424,13 @@ def swallowed_limit_of_a_triad(monkeypatch):
     (("triads", 2959), ("triads", 29737)),
 )
 def hidden_limit(monkeypatch):
-    from mechdae.motion.continuation.into_fold import Turning
+    from mechdae.motion.continuation.fold_approach import Turning
 
     monkeypatch.setattr(Turning, "_proved", lambda *args: True)
 
 
 def shift(monkeypatch):
-    from mechdae.motion.continuation.front import Front
+    from mechdae.motion.continuation.path_end import Front
 
     right = Front.end
 

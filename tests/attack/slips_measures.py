@@ -173,7 +173,7 @@ SLIPS = [
         SUITE + "test_transmission.py::test_transmission_angle_of_slider_cranks",
     ),
     Slip(
-        "motion.measures.stops",
+        "motion.measures.stationary_places",
         "return -self.before if",
         "return self.before if",
         extremes,
@@ -187,7 +187,7 @@ SLIPS = [
         SUITE + "test_extremes.py::test_what_stands_still_has_no_extremes_and_counts_in_the_box",
     ),
     Slip(
-        "motion.measures.courses",
+        "motion.measures.along_sweep_extremes",
         "max(values) - min(values) if",
         "max(values) if",
         dwell,

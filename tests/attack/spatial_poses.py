@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.motion.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from tests.attack.spatial_structures import Drawn, draw, structure, told
 from tests.reference.dual_quaternions import EXACT, length, moved, point_of, vector_by
 from tests.reference.loop_tracks import tracked
@@ -57,7 +57,7 @@ def solved(
     """Return the results of all mechanisms (None: an error), and words of the errors."""
     numbers = [n for n, _ in drawn.mechanisms[0].numbers()]
     free = frozenset(n for n in numbers if n.count(".") == 2 and n.startswith("J"))
-    held, found, words = Held(free), [], collections.Counter[str]()
+    held, found, words = CacheOwner(free), [], collections.Counter[str]()
     name, column = driver_of(drawn), drawn.loops.driven
     for i, mechanism in enumerate(drawn.mechanisms):
         unit = float(drawn.unit[i]) if name.endswith(LENGTHS) else 1.0
@@ -65,7 +65,7 @@ def solved(
         way = reach * float(rng.uniform(0.1, 1)) * unit
         driver = md.Driver(name, from_=middle - way, to=middle + way)
         try:
-            with held_by(held):
+            with keep_for(held):
                 task = md.Sweep(driver=driver, poses=poses, derivatives=0)
                 found.append(md.solve(mechanism, task))
         except md.SolveError as error:

@@ -23,7 +23,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.table import Table
-from mechdae.motion.kinematics.shapes import Held, held_by
+from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from tests.attack.spatial_honesty import LOOPS, Case, drawn, error_of
 
 NOISE = 0.2
@@ -109,7 +109,7 @@ def main() -> None:
     off: list[float] = []
     count = len(options.loops)
     numbers = sorted(range(options.count), key=lambda k: (k % count, k))  # loop by loop
-    held: dict[str, Held] = {}
+    held: dict[str, CacheOwner] = {}
     for k in numbers:
         if time.process_time() > options.seconds:
             break
@@ -117,8 +117,8 @@ def main() -> None:
         loop = options.loops[k % count]
         case = sketched(rng, drawn(rng, loop), options.noise)
         if loop not in held:
-            held = {loop: Held(directions(case.mechanism))}
-        with held_by(held[loop]):
+            held = {loop: CacheOwner(directions(case.mechanism))}
+        with keep_for(held[loop]):
             word, gap = assembled(case)
         told[loop][word] += 1
         if word == "ok":

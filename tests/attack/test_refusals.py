@@ -16,8 +16,8 @@ from mechdae.kernels.bounds.series import (
     inverse,
     times,
 )
-from mechdae.motion.continuation.front import Front
 from mechdae.motion.continuation.path import Path as Way
+from mechdae.motion.continuation.path_end import Front
 from mechdae.motion.continuation.series_steps import Expansion
 from tests.attack.refusals import add, examine
 from tests.reference.truth.driven import Driven, draw

@@ -28,7 +28,7 @@ from tests.reference.dual_quaternions import (
     vector_by,
 )
 from tests.reference.vector_nets import WORDS as TRIPLE
-from tests.reference.vector_nets import Arrow, Held, Nets, Tie, read_triple
+from tests.reference.vector_nets import Arrow, CacheOwner, Nets, Tie, read_triple
 
 NEAR = ("parallel", "pole", "short", "folded", "folded")
 """What nearly happens, by 1e-9 to 1e-2: two vectors have one direction, a vector is upright, or has
@@ -204,7 +204,7 @@ def _closure(found: Net, pose: _Pose, turned: Any) -> tuple[Nets, tuple[Any, dic
         arrows.append(Arrow(line.tail, line.head, given))
         columns += [own[word][:, None] for word in unknown]
     held = [
-        Held(i, place.owners[-1][0], local[i])
+        CacheOwner(i, place.owners[-1][0], local[i])
         for i, place in enumerate(found.places)
         if place.owners
     ]
@@ -220,7 +220,7 @@ def _bodies(pose: _Pose, values: Any, sets: int) -> list[Any]:
         still = np.zeros((sets, 8), EXACT)
         still[:, 0] = 1
         return [still]
-    alone = Nets(pose.pairs, [], [Held(0, 0, np.zeros((sets, 3)))], [Tie(0, 0)], (0, 0), sets)
+    alone = Nets(pose.pairs, [], [CacheOwner(0, 0, np.zeros((sets, 3)))], [Tie(0, 0)], (0, 0), sets)
     return alone.placed(values.astype(EXACT), pose.spins)[0].bodies
 
 

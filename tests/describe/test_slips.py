@@ -130,7 +130,7 @@ driver = { coordinate = "crank.angle", at = [0] }
 
 
 def test_no_predefined_problem_is_doubted() -> None:
-    from mechdae.motion.setup.slips import long_length
+    from mechdae.motion.setup.likely_typos import long_length
 
     for path in (ROOT / "problems").glob("*.toml"):
         assert not long_length(md.load(path).mechanism), path.stem

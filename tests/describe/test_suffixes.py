@@ -9,7 +9,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.motion.setup.slips import driver_slips
+from mechdae.motion.setup.likely_typos import driver_slips
 
 FITS = {
     "_deg": ("rad", "rad/s"), "_rpm": ("rad/s",), "_rad_s": ("rad/s",), "_hz": ("rad/s",),

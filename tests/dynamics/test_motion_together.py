@@ -13,7 +13,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.dynamics import run
-from mechdae.dynamics.watchers import ways
+from mechdae.dynamics.watchers import from_rest as ways
 from tests.attack.symmetric_machines import KINDS, Drawn, case
 from tests.reference.complementarity import Course, Follower, Load, Machine, Slip
 from tests.reference.wedge import efforts, starts

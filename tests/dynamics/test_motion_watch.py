@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.dynamics.clock import Clock, StepLimit
+from mechdae.dynamics.time_rates import Clock, StepLimit
 from mechdae.dynamics.watchers import zeros
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo
 from mechdae.results.tables import table

@@ -8,7 +8,7 @@ import pytest
 import mechdae as md
 from mechdae.parts.exchange.robots.link_frames import quaternion
 from mechdae.parts.exchange.robots.mjcf import mjcf
-from tests.shared.exports import GRAVITY, coordinate, held_by, in_space, motion, rows
+from tests.shared.exports import GRAVITY, coordinate, in_space, keep_for, motion, rows
 from tests.shared.paths import DATA
 
 mujoco = pytest.importorskip("mujoco", reason="the extra exchange is not installed")
@@ -172,7 +172,7 @@ def off(
     size = max(float(np.abs(own.position).max()) for own in whole.result.points.values())
     worst, forces, ends = held(text, drivers, given, seconds)
     there = weights(model, mujoco.MjData(model))
-    known = held_by(whole, there, whole.first, dict(zip(drivers, ends, strict=True)))
+    known = keep_for(whole, there, whole.first, dict(zip(drivers, ends, strict=True)))
     weight = -GRAVITY[1] * float(model.body_mass.sum())
     sizes = [size if "angle" in driver else 1.0 for driver in drivers]
     return worst / size, float(np.abs((forces - known) / (weight * np.array(sizes))).max())

@@ -16,7 +16,7 @@ from mechdae.parts.exchange.robots.mimic import NotProved, mimics
 from mechdae.parts.exchange.robots.sdf import sdf
 from mechdae.parts.exchange.robots.urdf import urdf
 from mechdae.tasks.motion_of import motion_of
-from tests.shared.exports import GRAVITY, coordinate, held_by, in_space, motion, rows
+from tests.shared.exports import GRAVITY, coordinate, in_space, keep_for, motion, rows
 from tests.shared.paths import DATA
 
 CLOSURE = 1e-9
@@ -297,7 +297,7 @@ def test_weights_of_a_file_are_held_by_the_efforts_of_mechdae(name: str, form: s
             first = first or found
             energies.append(sum(-GRAVITY[1] * mass * place[1] for mass, place in found.values()))
         slope = (energies[2] - energies[1]) / (2 * step)
-        (known,) = held_by(whole, first, 0, start)[[*start].index(word)].reshape(1)
+        (known,) = keep_for(whole, first, 0, start)[[*start].index(word)].reshape(1)
         weight = -GRAVITY[1] * sum(mass for mass, _ in first.values()) * given.mechanism.scale
         assert abs(slope - known) <= 1e-6 * weight, (word, slope, known)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe import turnless
+from mechdae.describe import spinning_links as turnless
 from mechdae.equations.groups import count_mobility
 from mechdae.equations.tree import tree_model
 from tests.attack.idle_links import KINDS, run

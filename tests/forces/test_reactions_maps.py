@@ -121,7 +121,7 @@ def test_without_friction_no_friction_is_built() -> None:
     from mechdae.forces import inverse_dynamics
 
     built: list = []
-    original = inverse_dynamics.Statics.__init__
+    original = inverse_dynamics.InverseDynamics.__init__
 
     def note(self, *arguments, **keys):
         original(self, *arguments, **keys)
@@ -129,7 +129,7 @@ def test_without_friction_no_friction_is_built() -> None:
 
     driver = md.Driver("crank.angle", from_=0, to=1, speed=10)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(inverse_dynamics.Statics, "__init__", note)
+        patch.setattr(inverse_dynamics.InverseDynamics, "__init__", note)
         plain = md.solve(slider_crank(), md.Reactions(driver, poses=3, friction="none"))
         rough = md.solve(slider_crank(), md.Reactions(driver, poses=3))
     assert [len(kinetostatics.feedbacks) for kinetostatics in built] == [0, 4]

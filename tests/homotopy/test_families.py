@@ -16,7 +16,7 @@ from mechdae.numerics.double_double import WideComplex
 from mechdae.numerics.homotopy.boxes import apart, enclosed
 from mechdae.numerics.homotopy.families import arrived, round_trip, there, way
 from mechdae.numerics.homotopy.far_ends import far_ends
-from mechdae.numerics.homotopy.trace_test import trace_test
+from mechdae.numerics.homotopy.trace_check import trace_test
 
 DEGREE = 5
 POWERS = np.arange(DEGREE)

@@ -10,13 +10,13 @@ import pytest
 
 import mechdae as md
 from mechdae.numerics.homotopy import certify, platforms
-from mechdae.numerics.homotopy.study import displacement, quadrics
 from mechdae.numerics.homotopy.study_chart import (
     StudyChart,
     all_apart,
     from_first_leg,
     numbers_along,
 )
+from mechdae.numerics.homotopy.study_quadrics import displacement, quadrics
 from tests.shared.paths import DATA
 
 

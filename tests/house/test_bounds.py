@@ -41,7 +41,8 @@ ENDLESS = {
     ("motion/continuation/follower.py", "_careful"): (
         "the step is halved down to `SMALLEST`", "a limit, `pole` or `unproved`"
     ),
-    ("motion/continuation/into_fold.py", "lead"): ("`STEPS` on the curve", "no way into the fold"),
+    ("motion/continuation/fold_approach.py", "lead"): ("`STEPS` on the curve",
+        "no way into the fold"),
     ("motion/continuation/obstacles.py", "_approach"): (
         "what is left shrinks by 1e-3 of itself at least, down to `APPROACH`", "the limit, or not"
     ),
@@ -49,7 +50,8 @@ ENDLESS = {
         "so many steps as lead to `APPROACH`", "the share to go on with"
     ),
     ("describe/vectors/in_space.py", "_fixed"): ("a vector is taken away each time", "places"),
-    ("dynamics/clock.py", "stretch"): ("each look reaches further, up to the end", "a stretch"),
+    ("dynamics/time_rates.py", "stretch"): ("each look reaches further, up to the end",
+        "a stretch"),
     ("parts/exchange/robots/link_tree.py", "_chosen"): (
         "a body is reached each time", "the joints"
     ),
@@ -60,7 +62,8 @@ ENDLESS = {
     ("motion/kinematics/near_numbers.py", "_expressions"): (
         "a parameter is taken each time", "pairs"
     ),
-    ("parts/types/schemes/front.py", "front_of"): ("an entry is judged each time", "the front"),
+    ("parts/types/schemes/certified_pareto.py", "front_of"): ("an entry is judged each time",
+        "the front"),
     ("design/synthesis/exact/generic.py", "generic"): (
         "`TRIPS` trips, `WORK` paths", "basis `none`"
     ),
@@ -97,7 +100,7 @@ LOOPS = {
     ("equations/redundant_constraints.py", "_spreading"): "the neighbourhood gets larger",
     ("equations/redundant_constraints.py", "_with_alternatives"): "the set gets larger, or shorter",
     ("equations/tree/tree_model.py", "to_root"): "a body's parent in a tree",
-    ("parts/types/schemes/front.py", "_chosen"): "a point is chosen each time",
+    ("parts/types/schemes/certified_pareto.py", "_chosen"): "a point is chosen each time",
     ("design/synthesis/exact/conditions.py", "drawn"): "a place is drawn each time",
     ("tasks/vector_modules.py", "_root"): "what a vector runs along is no circle, or is refused",
     ("motion/assembly/spatial/three_points.py", "_chain"): "joints on a way, or OtherShape",
@@ -106,9 +109,10 @@ LOOPS = {
     ("motion/setup/laws.py", "_corners"): "the interval is halved down to rounding",
     ("motion/setup/laws.py", "_refuse_cuts"): "the interval is halved down to rounding",
     ("motion/setup/laws.py", "_refuse_jumps"): "halved down to `ROUNDING`: InputError",
-    ("dynamics/clock.py", "_cells"): "halved down to `NARROW`, `BUDGET` at once: a shorter stretch",
+    ("dynamics/time_rates.py",
+        "_cells"): "halved down to `NARROW`, `BUDGET` at once: a shorter stretch",
     # steps along a way: none is shorter than a share of it
-    ("motion/continuation/front.py", "walk"): "a step of 1e-3 of what is left: not reached",
+    ("motion/continuation/path_end.py", "walk"): "a step of 1e-3 of what is left: not reached",
     ("design/derivatives/function.py", "_along"): "`HALVINGS` of the step: no number",
     ("dynamics/bdf.py", "_windows"): "`LEAST` of the time, `STEPS` steps: S7",
     ("dynamics/integrate.py", "steps"): "`LEAST` of the time, `STEPS` steps: S7",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mechdae.design.synthesis import ipopt
-from mechdae.kernels.run.quiet import quiet
+from mechdae.kernels.run.casadi_warnings import quiet
 
 
 def overconstrained() -> None:

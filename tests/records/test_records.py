@@ -140,7 +140,7 @@ def test_a_repr_that_holds_itself_ends() -> None:
 
 
 @records.dataclass(frozen=True)
-class Kept:
+class StructureCache:
     value: int
     more: tuple[int, ...] = ()
 
@@ -150,7 +150,7 @@ class Kept:
 
 
 def test_copies_and_pickles() -> None:
-    item = Kept(3, (1,))
+    item = StructureCache(3, (1,))
     assert item.double == 6
     for other in (copy.copy(item), copy.deepcopy(item), pickle.loads(pickle.dumps(item))):
         assert other == item

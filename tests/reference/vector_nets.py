@@ -41,7 +41,7 @@ class Arrow:
 
 
 @dataclass(frozen=True)
-class Held:
+class CacheOwner:
     """A point of a body, at (k, 3) in its frame."""
 
     point: int
@@ -86,7 +86,7 @@ class Nets(Loops):
         self,
         pairs: list[Pair],
         arrows: list[Arrow],
-        held: list[Held],
+        held: list[CacheOwner],
         ties: list[Tie],
         driven: tuple[int, int],
         sets: int,

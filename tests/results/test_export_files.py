@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from mechdae.describe.file.whole import whole_file
+from mechdae.describe.file.atomic_write import whole_file
 from tests.shared.command import run
 
 

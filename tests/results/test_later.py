@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 import mechdae as md
-from mechdae.results import Later, Series, Summary
+from mechdae.results import LazyPart, Series, Summary
 
 OPEN = {
     "mechdae.motion.kinematics.extremes.Spans._found": ("four-bar-crank-rocker", "turn", "swing"),
     "mechdae.forces.task.critical_factor": ("slider-crank-friction", "cycle", "critical_factor"),
-    "mechdae.dynamics.determined.unique": ("four-bar-motor", "motion", "multipliers"),
+    "mechdae.dynamics.unique_reactions.unique": ("four-bar-motor", "motion", "multipliers"),
 }
 """What is computed later, a task that has it, and the entry of the summary that asks for it."""
 
@@ -53,7 +53,7 @@ def test_it_is_computed_when_it_is_read_and_once(calls: list[str], place: Any) -
 def test_reactions_of_a_motion_ask_for_what_is_unique() -> None:
     result = md.solve("four-bar-motor", "motion")
     joint = next(iter(result.joints))
-    assert isinstance(result.joints[joint].open()["reaction"], Later)
+    assert isinstance(result.joints[joint].open()["reaction"], LazyPart)
     assert result.joints[joint].reaction.shape == (len(result), 3)
     assert result.joints[joint].reaction is result.joints[joint]["reaction"]
 
@@ -62,8 +62,8 @@ def test_a_result_is_whole_before_it_is_packed() -> None:
     result = md.solve("four-bar-crank-rocker", "turn", poses=5)
     copy = pickle.loads(pickle.dumps(result))
     assert copy.to_dict() == result.to_dict()
-    assert not any(isinstance(value, Later) for value in dict.values(copy.summary))
-    assert pickle.loads(pickle.dumps(Later(lambda: {"a": 1}))).parts() == {"a": 1}
+    assert not any(isinstance(value, LazyPart) for value in dict.values(copy.summary))
+    assert pickle.loads(pickle.dumps(LazyPart(lambda: {"a": 1}))).parts() == {"a": 1}
 
 
 def test_two_threads_get_the_same() -> None:
@@ -74,7 +74,7 @@ def test_two_threads_get_the_same() -> None:
         assert go.wait(5)
         return {"a": [1.0], "c": 3}
 
-    later = Later(compute)
+    later = LazyPart(compute)
     summary, found = Summary(a=later, b=2, gone=later), []
 
     def read() -> None:
@@ -94,14 +94,14 @@ def test_two_threads_get_the_same() -> None:
 
 
 def test_a_summary_is_a_dictionary() -> None:
-    later = Later(lambda: {"swing": {"rod": 1.0}})
+    later = LazyPart(lambda: {"swing": {"rod": 1.0}})
     summary = Summary(poses=3, swing=later, stroke=later, mode="+")
     assert summary.names() == ["poses", "swing", "stroke", "mode"]
     assert "poses" in summary
     assert summary.get("mode") == "+"
-    assert isinstance(dict.get(summary, "swing"), Later)
+    assert isinstance(dict.get(summary, "swing"), LazyPart)
     part = summary.only(["swing"])
-    assert isinstance(dict.get(part, "swing"), Later)
+    assert isinstance(dict.get(part, "swing"), LazyPart)
     assert "stroke" not in summary
     assert summary.get("stroke", {}) == {}
     assert list(summary) == ["poses", "swing", "mode"]
@@ -112,8 +112,8 @@ def test_a_summary_is_a_dictionary() -> None:
 
 
 def test_an_array_is_computed_when_it_is_read() -> None:
-    series = Series({"angle": [1.0], "reaction": Later(lambda: {"reaction": [2.0]})})
+    series = Series({"angle": [1.0], "reaction": LazyPart(lambda: {"reaction": [2.0]})})
     assert list(series) == ["angle", "reaction"]
-    assert isinstance(series.open()["reaction"], Later)
+    assert isinstance(series.open()["reaction"], LazyPart)
     assert series.reaction.tolist() == [2.0]
     assert not series.reaction.flags.writeable

@@ -17,7 +17,7 @@ from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.shown_units import KNOWN, units_of
 from mechdae.describe.units import TABLE
-from mechdae.motion.setup.slips import doubts
+from mechdae.motion.setup.likely_typos import doubts
 from mechdae.results.tables import table
 from tests.shared.paths import ROOT
 

@@ -79,7 +79,7 @@ def weighed(whole: ExportedMotion, weights: Weights, row: int) -> md.Mechanism:
     )
 
 
-def held_by(whole: ExportedMotion, weights: Weights, row: int, at: dict[str, float]) -> Any:
+def keep_for(whole: ExportedMotion, weights: Weights, row: int, at: dict[str, float]) -> Any:
     """Return the efforts with which drivers hold a mechanism of the plane against gravity."""
     drivers = [md.Driver(name, at=[value]) for name, value in at.items()]
     result = md.solve(weighed(whole, weights, row), md.Reactions(drivers=drivers, friction="none"))

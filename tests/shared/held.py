@@ -24,7 +24,7 @@ HINGE = np.zeros(2)
 
 
 @dataclass
-class Held:
+class CacheOwner:
     """A mechanism, its drivers with their values, and its frames over these values."""
 
     mechanism: md.Mechanism
@@ -54,7 +54,7 @@ class Held:
         return float(np.max(np.abs(gaps))) / size
 
 
-def held(rng: np.random.Generator, family: str) -> Held:
+def held(rng: np.random.Generator, family: str) -> CacheOwner:
     """Return a random loaded mechanism of a family."""
     while True:
         bodies, joints, ground, drivers, frames, sketched = FAMILIES[family](rng)
@@ -73,7 +73,7 @@ def loaded(
     rng: np.random.Generator, bodies: dict[str, dict[str, Any]], joints: list[Any],
     ground: dict[str, Any], drivers: dict[str, float], frames: Any, sketch: dict[str, float],
     size: int,
-) -> Held:  # fmt: skip
+) -> CacheOwner:  # fmt: skip
     """Return a mechanism with masses, a push and a spring on each body that may have them."""
     burden = Burden(rng.normal(size=size) * 6)
     own, loads = [], list[Any]()
@@ -111,7 +111,7 @@ def loaded(
         ground=md.Ground(points=ground), bodies=own, joints=joints, loads=loads,
         gravity=tuple(burden.gravity), sketch=sketch, dimension=size,
     )  # fmt: skip
-    return Held(mechanism, drivers, frames, burden)
+    return CacheOwner(mechanism, drivers, frames, burden)
 
 
 # -- families --------------------------------------------------------------------------------------

@@ -11,7 +11,8 @@ import pytest
 import mechdae as md
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import Minimise
-from mechdae.design.synthesis import front, kinks
+from mechdae.design.synthesis import kinks
+from mechdae.design.synthesis import pareto as front
 from mechdae.design.synthesis.fronts.ends import census, missing
 from mechdae.design.synthesis.fronts.holes import holes
 from mechdae.design.synthesis.synthesize import solved_in_rounds

@@ -16,7 +16,7 @@ from benchmarks import fronts as benchmark
 from mechdae.cli import main
 from mechdae.describe.tasks.goals import Maximise, Minimise
 from mechdae.describe.tasks.synthesis import demand
-from mechdae.design.synthesis.front import FrontSearch, Level, Point
+from mechdae.design.synthesis.pareto import FrontSearch, Level, Point
 from mechdae.numerics.dominance import best_of, hypervolume, thinned, undominated
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared.job_cases import FOUR_BAR

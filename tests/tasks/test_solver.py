@@ -15,7 +15,7 @@ import mechdae as md
 from mechdae.errors import InputError
 from mechdae.motion.kinematics.poses import Posed
 from mechdae.motion.kinematics.prepared import SHAPES
-from mechdae.motion.kinematics.shapes import Held, Shapes, held_by
+from mechdae.motion.kinematics.shapes import CacheOwner, Shapes, keep_for
 
 KINDS = [
     ("four-bar-crank-rocker", "turn"),
@@ -246,8 +246,8 @@ def test_kept_structures_are_bounded() -> None:
 
 def test_held_structures_stay() -> None:
     kept: Shapes[Thing] = Shapes(lambda thing: thing.size, most=1, most_bytes=100)
-    held = Held()
-    with held_by(held):
+    held = CacheOwner()
+    with keep_for(held):
         kept.put("mine", Thing(1))
     kept.put("other", Thing(1))
     assert kept.get("mine") is not None

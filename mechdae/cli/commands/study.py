@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _result(options: argparse.Namespace) -> Result:
     from mechdae.design.jobs.executors import cluster
-    from mechdae.tasks.study import study
+    from mechdae.tasks.parameter_studies import study
 
     problem = problem_of(options)
     check_out(options.out, problem, options.task, "study")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.describe.file import library
-from mechdae.describe.file.misplaced import explain
+from mechdae.describe.file.misplaced_key_hints import explain
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known
 from mechdae.describe.file.repeat import expand

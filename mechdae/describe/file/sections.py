@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
-from mechdae.describe.file.beside import degrees_beside
+from mechdae.describe.file.degree_suffix_hints import degrees_beside
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.file.reading import (
     check_suffix,

@@ -124,7 +124,7 @@ def write_tables(mechanism: Mechanism, tasks: Mapping[str, Task], folder: Path) 
         import csv  # only where there are tables
         import io
 
-        from mechdae.describe.file.whole import whole_file
+        from mechdae.describe.file.atomic_write import whole_file
 
         lines = [list(columns), *map(list, zip(*columns.values(), strict=True))]
         with whole_file(path) as file:

@@ -35,7 +35,7 @@ def dump(problem: Problem, path: str | Path) -> None:
 
     CSV files of its loads are written beside it.
     """
-    from mechdae.describe.file.whole import whole_file  # only where files are written
+    from mechdae.describe.file.atomic_write import whole_file  # only where files are written
 
     target = Path(path)
     text = dumps(problem)

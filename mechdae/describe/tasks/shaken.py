@@ -13,7 +13,7 @@ from typing import Any
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import MOMENTS, Body, Mechanism
-from mechdae.describe.turnless import IdleLink, idle_links, points_of
+from mechdae.describe.spinning_links import IdleLink, idle_links, points_of
 from mechdae.describe.values import Number
 
 CENTRE = "mass_center"

@@ -17,9 +17,9 @@ import casadi as ca
 from mechdae.describe.file.problem import Problem
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import UnknownName
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import unknown_columns
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.continuation.evaluate import in_time
 from mechdae.motion.kinematics.prepared import Setting
 
@@ -72,7 +72,7 @@ class Composed:
         setting: Setting,
         paths: Sequence[str],
         names: Sequence[str],
-        statics: Statics | None = None,
+        statics: InverseDynamics | None = None,
         apart: bool = False,
         smooth: float | None = None,
         solved: bool = False,

@@ -26,7 +26,7 @@ from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
 from mechdae.describe.values import names
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import loaded_run
 from mechdae.forces.uniqueness import require_unique
 from mechdae.motion.continuation.follower import extend
@@ -283,7 +283,7 @@ class _Built:
         return pieces, signs, sizes, good
 
     @staticmethod
-    def _pieces(statics: Statics, w: Any, dw: Any, p: Any) -> Any:
+    def _pieces(statics: InverseDynamics, w: Any, dw: Any, p: Any) -> Any:
         loads = statics.loads
         timed = [MX(ca.DM(table.piece(0.0))) for table in loads.timed]
         if not loads.signals:

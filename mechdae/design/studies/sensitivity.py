@@ -276,7 +276,7 @@ class _Poses:
             return composed.spans, Batch(function, [first, first + 1, *last])
 
         key = ("derivatives", *self.paths, None, *self.names, order, dependent, forces)
-        made: tuple[list[slice], Batch] = self.setting.scene.kept(key, make)
+        made: tuple[list[slice], Batch] = self.setting.scene.cache(key, make)
         return made
 
     def found(self, order: int) -> dict[str, PathDerivatives]:
@@ -468,7 +468,9 @@ def _spread(
         samples = {name: few[:, names.index(name)].tolist() for name in tolerances}
         study = Study(samples=samples, of=base, outputs=tuple(rest))
         tables |= solve(
-            problem, study, kinds={"study": TaskKind("mechdae.design.studies.study:study")}
+            problem,
+            study,
+            kinds={"study": TaskKind("mechdae.design.studies.parameter_study:study")},
         ).table
     result = {}
     for path, own in found.items():

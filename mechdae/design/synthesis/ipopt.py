@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.run.quiet import quiet
+from mechdae.kernels.run.casadi_warnings import quiet
 from mechdae.records import dataclass
 
 SETTINGS: dict[str, Any] = {

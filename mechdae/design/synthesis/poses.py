@@ -18,7 +18,7 @@ from mechdae.equations.tree.choice import model_of
 from mechdae.errors import UnavailableError
 from mechdae.kernels.graphs.blocks import inverse
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.measures.bars import driven_by_bars
 from mechdae.motion.measures.transmission import Dyad, dyads
 

@@ -21,7 +21,7 @@ from mechdae.describe.tasks.shaking import WORDS, shaking_paths
 from mechdae.design.derivatives.composed import INPUT, Composed, is_series
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import InputError, UnavailableError, UnknownName
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import loaded_run
 from mechdae.motion.kinematics.prepared import prepare
 
@@ -97,7 +97,7 @@ class Quantity:
             base, derivatives=0 if self.transmission else max(2, base.derivatives),
             measures=measures,
         )  # fmt: skip
-        self.statics: Statics | None = None
+        self.statics: InverseDynamics | None = None
         if isinstance(wanted, Reactions):
             loaded = loaded_run(problem, wanted, free)
             self.setting, self.statics = loaded.setting, loaded.statics

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.numerics.null_space import freedoms
 
 STEPS = 150
@@ -39,7 +39,7 @@ class EquilibriumEquations:
         Inputs of dry friction: it neither rubs nor locks.
     """
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup, k = setup, setup.kernel
         r = setup.released
 

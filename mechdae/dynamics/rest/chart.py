@@ -17,7 +17,7 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.coordinates import BALL, NamedCoordinate
 from mechdae.describe.tasks.kinds import Driver, Sweep
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.equations.coordinates import QUATERNION
 from mechdae.errors import InputError, MechdaeError
@@ -51,7 +51,7 @@ class Chart:
         Their names.
     """
 
-    def __init__(self, setup: Setup, x: Any, basis: Any, names: list[str]) -> None:
+    def __init__(self, setup: MotionProblem, x: Any, basis: Any, names: list[str]) -> None:
         self.setup = setup
         self.in_space = setup.problem.mechanism.dimension == 3
         self.coordinates = self._chosen(x, basis, names)
@@ -139,7 +139,7 @@ class Chart:
         own, other = self.setup.model, self.setting.scene.model
         pair = (own, other) if there else (other, own)
         key = ("transfer", there, *(c.text for c in self.drivers))
-        made: Transfer = self.setup.kept(key, lambda: Transfer(*pair))
+        made: Transfer = self.setup.cache(key, lambda: Transfer(*pair))
         return made.at(*pair)
 
     def signs(self, x: Any) -> str:

@@ -13,9 +13,9 @@ from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.describe.tasks.motion import start_values
-from mechdae.dynamics.equations import Setup, as_motion, idle, setup
+from mechdae.dynamics.equations import MotionProblem, as_motion, idle, setup
 from mechdae.dynamics.observe import Observer, States
-from mechdae.dynamics.reported import Reported
+from mechdae.dynamics.output_values import Reported
 from mechdae.dynamics.rest.all_equilibria import Rest, Rests
 from mechdae.dynamics.rest.balance import EquilibriumEquations
 from mechdae.dynamics.rest.chart import Chart
@@ -114,7 +114,7 @@ def at_rest(problem: Problem, task: Equilibrium) -> AtRest:
     return AtRest(balance, rest, basis, along, phi, listed, notes)
 
 
-def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
+def _prepared(problem: Problem, task: Equilibrium) -> tuple[MotionProblem, Any]:
     whole = setup(problem, as_motion(task), moves=False)
     if whole.loads.uses_time:
         raise InputError("it uses t", where=f"loads.{whole.loads.uses_time[0]}")
@@ -208,7 +208,7 @@ def _report(
     problem: Problem,
     name: str,
     task: Equilibrium,
-    whole: Setup,
+    whole: MotionProblem,
     x: Any,
     lam: Any,
     summary: dict[str, Any],
@@ -263,7 +263,7 @@ def _report(
     )
 
 
-def _lifted(whole: Setup, q: Any, reactions: dict[str, Any]) -> list[str]:
+def _lifted(whole: MotionProblem, q: Any, reactions: dict[str, Any]) -> list[str]:
     """Return what is said of one-sided contacts."""
     joints = whole.model.mechanism.joints
     if not any(getattr(joint, "one_sided", None) for joint in joints.values()):

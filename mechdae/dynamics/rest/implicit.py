@@ -28,7 +28,7 @@ from mechdae.dynamics.rest.equilibrium import at_rest
 from mechdae.dynamics.rest.small_motions import SETTLED
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import MechdaeError, SolveError
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 SX = ca.SX
 CLOSES = 1e-6

@@ -23,7 +23,7 @@ from mechdae.describe.coordinates import BALL, coordinate, selection
 from mechdae.describe.loads import Force, Torque
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.motion import named_coordinate
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.equations.forces.generalised import couple, push
@@ -83,7 +83,7 @@ class LinearSystem:
 
     def __init__(
         self,
-        setup: Setup,
+        setup: MotionProblem,
         state: LinearisedState,
         basis: Any,
         names: list[str],
@@ -96,7 +96,7 @@ class LinearSystem:
         self.inputs = self._inputs(inputs, [c.text for c in drivers])
         moved = [own.driver for own in self.inputs if own.driver is not None]
         self.moved = [drivers[i] for i in moved]
-        self.r, self.since, self.d = setup.kept(
+        self.r, self.since, self.d = setup.cache(
             ("driven", *moved, *setup.held), lambda: self._driven(moved)
         )
         self._solve(outputs)
@@ -191,7 +191,7 @@ class LinearSystem:
         nu = sum(own.column is not None for own in self.inputs)
         asked = tuple(own.name for own in self.inputs)
         key = ("linear", r, asked, tuple(self.chart.names), outputs)
-        names, call = setup.kept(key, lambda: self._slopes(outputs))
+        names, call = setup.cache(key, lambda: self._slopes(outputs))
         at = [state.t, state.x, state.v, setup.loose, state.a, state.lam[:m], self.model.p_values]
         found = call(*at, state.t, np.zeros(3 * nd), np.zeros(nu))
         shapes = map(call.function.size_out, range(len(found)))

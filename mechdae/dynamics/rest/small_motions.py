@@ -13,7 +13,7 @@ import numpy as np
 
 from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.describe.tasks.motion import named_coordinate
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.rest.balance import NEUTRAL, EquilibriumEquations
 from mechdae.equations.forces.generalised import spin
 from mechdae.errors import InputError, SingularMassError
@@ -93,7 +93,7 @@ def small_motions(
     }
 
 
-def _placements(whole: Setup, x: Any) -> Any:
+def _placements(whole: MotionProblem, x: Any) -> Any:
     """Return the gradients of origin and angle of each body by the free coordinates.
 
     In space small turns about the world's axes take the place of the angle.
@@ -108,12 +108,12 @@ def _placements(whole: Setup, x: Any) -> Any:
     return _gradient(whole, x, "placements", rows)
 
 
-def _placed_bodies(whole: Setup) -> list[str]:
+def _placed_bodies(whole: MotionProblem) -> list[str]:
     """Return the bodies that have a placement: not those that spin freely between ball joints."""
     return [body for body in whole.problem.mechanism.bodies if body not in whole.model.spinning]
 
 
-def _turned(whole: Setup, x: Any) -> Any:
+def _turned(whole: MotionProblem, x: Any) -> Any:
     """Return the gradients of origin and turn of each body in space."""
     r, k, model = whole.released, whole.kernel, whole.model
 
@@ -128,7 +128,7 @@ def _turned(whole: Setup, x: Any) -> Any:
     return np.reshape(found, (-1, k.n), order="F")
 
 
-def _gradient(whole: Setup, x: Any, name: str, rows: list[Any]) -> Any:
+def _gradient(whole: MotionProblem, x: Any, name: str, rows: list[Any]) -> Any:
     """Return the gradients (rows, n) of expressions over q by the free coordinates."""
     r, k = whole.released, whole.kernel
 
@@ -139,7 +139,7 @@ def _gradient(whole: Setup, x: Any, name: str, rows: list[Any]) -> Any:
     return np.reshape(found, (-1, k.n), order="F")
 
 
-def told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:
+def told(whole: MotionProblem, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:
     """Return the names and gradients of the coordinates in which shapes are given."""
     if task.free is None:
         return [], None

@@ -55,7 +55,7 @@ class SpatialSketch:
             parts = [r.moved(ca.densify(senses)), r.moved(placements(model))]
             return Call(ca.Function("sketch", [r.x, model.p], [ca.densify(own) for own in parts]))
 
-        self._look = r.kept("sketch", made)
+        self._look = r.cache("sketch", made)
 
     def pose(self) -> tuple[Any, Any]:
         """Return the free coordinates of the assembled sketch, None and the nearest try else.

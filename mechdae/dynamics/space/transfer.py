@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.equations.coordinates import QUATERNION, Coordinates
 from mechdae.kernels.run.call import Call
-from mechdae.motion.setup.turning import quaternions
+from mechdae.motion.setup.angular_rates import quaternions
 
 SX = ca.SX
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.friction_sizes import pressing
-from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.equations.forces.feedback import ACROSS
 
@@ -24,7 +24,7 @@ SHARPEST = 1e-6
 class BallLoads:
     """Watches spins and moments of balls about the lines of their loads."""
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.kernel = setup, setup.kernel
 
     @cached_property

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.describe.tasks.kinds import Watched
 from mechdae.describe.tasks.motion import crossings
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.zeros import Looker, changes
@@ -35,7 +35,7 @@ class LocatedEvent:
 class Crossings:
     """The crossings a task asks for, located by repeating the step they lie in."""
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+    def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.wanted = crossings(setup.problem.mechanism, setup.task)
         self.found: list[LocatedEvent] = []

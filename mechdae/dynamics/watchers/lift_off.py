@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.watchers.zeros import DEGREE, Looker, fitted
@@ -24,7 +24,7 @@ PLACES = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
 class HoldingContacts:
     """The forces by which contacts that are declared one-sided hold, at states of a motion."""
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: MotionProblem) -> None:
         self.setup = setup
         self.contacts = OneSidedContacts(setup.model, setup.model.mechanism.joints)
         self.names = self.contacts.names
@@ -46,7 +46,7 @@ class HoldingContacts:
 class Lifting:
     """The arcs of time over which contacts would have to pull."""
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+    def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.integrator, self.contacts = integrator, HoldingContacts(setup)
         self.found: list[dict[str, Any]] = []
         self.open: list[str] = []

@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.dynamics.friction_sizes import Sizes
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.zeros import inside
 
 STRONG = 0.5

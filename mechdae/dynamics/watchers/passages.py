@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.kernels.graphs.ldl import Factor
 from mechdae.numerics.null_space import rank
@@ -41,7 +41,7 @@ class Passages:
         Equations more than the rank, at the poses of the first steps.
     """
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+    def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.kernel = setup.kernel
         self.found: list[tuple[float, int]] = []

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 
 SLACK = 1e-9
@@ -23,7 +23,7 @@ class Ranges:
         Load or joint -> (time, abscissa) of the first state outside.
     """
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+    def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.left: dict[str, tuple[float, float]] = {}
         self._at: list[Any] = []

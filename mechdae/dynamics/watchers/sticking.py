@@ -10,9 +10,9 @@ import numpy as np
 
 from mechdae.dynamics.integrate import Cut, Nodes
 from mechdae.dynamics.watchers.ball_loads import BallLoads
+from mechdae.dynamics.watchers.from_rest import WaysFromRest
 from mechdae.dynamics.watchers.glides import LEAST
-from mechdae.dynamics.watchers.slips import IDLE, RANK, SLACK, Turn
-from mechdae.dynamics.watchers.ways import WaysFromRest
+from mechdae.dynamics.watchers.sliding import IDLE, RANK, SLACK, Turn
 from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
 
 CLOSE = 1e-13

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.numerics.null_space import freedoms
 
@@ -31,7 +31,7 @@ class Stiffness:
         Whether another method goes on from there.
     """
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+    def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.found: tuple[float, str, float, float] | None = None
         self.turned = False

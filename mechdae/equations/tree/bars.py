@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.mechanism import MOMENTS, Mechanism
-from mechdae.describe.turnless import (
+from mechdae.describe.spinning_links import (
     ROUND,
     IdleLink,
     Line,

@@ -14,8 +14,17 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
+from mechdae.equations.tree.joint_chains import (
+    Freedom,
+    Way,
+    WayProduct,
+    WayProducts,
+    X,
+    Z,
+    back,
+    joined,
+)
 from mechdae.equations.tree.spatial_frames import placed
-from mechdae.equations.tree.ways import Freedom, Way, WayProduct, WayProducts, X, Z, back, joined
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -21,8 +21,17 @@ import casadi as ca
 
 from mechdae.describe.joints import Joint
 from mechdae.equations.tree.closures import UNIT, Closed, CutJoint, Rows
+from mechdae.equations.tree.joint_chains import (
+    Freedom,
+    Way,
+    WayProduct,
+    WayProducts,
+    X,
+    Z,
+    back,
+    joined,
+)
 from mechdae.equations.tree.spatial_frames import TreeFrame, placed
-from mechdae.equations.tree.ways import Freedom, Way, WayProduct, WayProducts, X, Z, back, joined
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -16,8 +16,8 @@ import casadi as ca
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import Mechanism
 from mechdae.equations.forces.inertia import massive
-from mechdae.equations.kept import kept_property
 from mechdae.equations.model import Row
+from mechdae.equations.structure_cache import structure_property
 from mechdae.equations.tree.invariants import Invariants
 from mechdae.equations.tree.spanning import Edge
 from mechdae.equations.tree.tree_model import TreeModel
@@ -53,7 +53,7 @@ class ReleasedTree(TreeModel):
     def _invariant(self, joint: Joint) -> Invariants | None:
         return None
 
-    @kept_property
+    @structure_property
     def mass_matrix(self) -> Any:
         """Mass matrix (nq, nq): kinetic energy of all bodies is half of v^T M v."""
         entries: dict[tuple[int, int], Any] = {}

@@ -14,10 +14,10 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
-from mechdae.describe.turnless import Spin, points_of
+from mechdae.describe.spinning_links import Spin, points_of
 from mechdae.equations.coordinates import Coordinates, of_owner
-from mechdae.equations.kept import Kept
 from mechdae.equations.model import Model, Row
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.closures import CutJoint, rows_of
 from mechdae.equations.tree.pointers import structure_rows
 from mechdae.equations.tree.sides import side
@@ -40,7 +40,7 @@ class Skeleton(Model):
     """
 
     def __init__(self, mechanism: Mechanism, spins: Iterable[Spin] = ()) -> None:
-        self.mechanism, self.kept, self._free = mechanism, Kept(), set()
+        self.mechanism, self.cache, self._free = mechanism, StructureCache(), set()
         self._make_parameters()
         self._anchors, self.contacts = {}, {}
         points = points_of(mechanism)

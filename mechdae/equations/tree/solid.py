@@ -54,12 +54,12 @@ class Solid(Space):
 
     def kinetics(self, model: Any) -> Kinetics:
         """Return screws and twists of a model's bodies."""
-        made: Kinetics = model.kept("kinetics", lambda: Kinetics(model))
+        made: Kinetics = model.cache("kinetics", lambda: Kinetics(model))
         return made
 
     def bar(self, model: Any, body: str) -> SpinningBar:
         """Return a link that spins freely between two ball joints as a bar."""
-        made: SpinningBar = model.kept(("bar", body), lambda: SpinningBar(model, model.idle[body]))
+        made: SpinningBar = model.cache(("bar", body), lambda: SpinningBar(model, model.idle[body]))
         return made
 
     # -- forces ----------------------------------------------------------------------------

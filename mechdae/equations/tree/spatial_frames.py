@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.equations.coordinates import QUATERNION
-from mechdae.equations.tree.ways import Freedom, RigidPart, Way, X, back, freedoms
+from mechdae.equations.tree.joint_chains import Freedom, RigidPart, Way, X, back, freedoms
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.turnless import Line, Spin, place_of, share_of
+from mechdae.describe.spinning_links import Line, Spin, place_of, share_of
 from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.model import Row
 from mechdae.errors import UnavailableError

@@ -17,7 +17,7 @@ from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
-from mechdae.describe.turnless import (
+from mechdae.describe.spinning_links import (
     IdleLink,
     Line,
     idle_links,
@@ -27,8 +27,8 @@ from mechdae.describe.turnless import (
 )
 from mechdae.equations.coordinates import QUATERNION, Coordinate, Coordinates, of_owner
 from mechdae.equations.groups import Group, assur_groups, body_numbers, spatial_kind
-from mechdae.equations.kept import Kept
 from mechdae.equations.model import Row
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.closures import (
     ROWS,
     UNIT,
@@ -40,6 +40,7 @@ from mechdae.equations.tree.closures import (
     turned,
 )
 from mechdae.equations.tree.invariants import Hung, Invariants, invariants
+from mechdae.equations.tree.joint_chains import Freedom, WayProduct, WayProducts, Z, apart
 from mechdae.equations.tree.meshes import meshed
 from mechdae.equations.tree.pointers import WORDS, span
 from mechdae.equations.tree.sides import literal, side
@@ -56,7 +57,6 @@ from mechdae.equations.tree.spatial_frames import (
 )
 from mechdae.equations.tree.spins import Spinning
 from mechdae.equations.tree.tree_forces import TreeForces
-from mechdae.equations.tree.ways import Freedom, WayProduct, WayProducts, Z, apart
 
 SX = ca.SX
 SLIDES = ("slide", "x", "y")
@@ -97,7 +97,7 @@ class TreeModel(Spinning, TreeForces):
         drivers: Sequence[NamedCoordinate] = (),
         free: Iterable[str] = (),
     ) -> None:
-        self.mechanism, self.kept, self._free = mechanism, Kept(), set(free)
+        self.mechanism, self.cache, self._free = mechanism, StructureCache(), set(free)
         self.drivers, self.space, self.contacts, self.ends = tuple(drivers), SPACE, {}, {}
         named = [c.part for c in drivers if c.kind == "point"]
         self.idle = idle_links(mechanism, named)

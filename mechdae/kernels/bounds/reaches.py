@@ -20,7 +20,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.equations.tree.ways import Freedom, RigidPart, Way, WayProduct, back, joined
+from mechdae.equations.tree.joint_chains import Freedom, RigidPart, Way, WayProduct, back, joined
 from mechdae.records import dataclass
 
 SX = ca.SX

@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.equations.kept import Kept
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.bounds.walk import number_rounding, replay, symbolic, with_trig
 from mechdae.records import dataclass
 
@@ -38,7 +38,7 @@ class BlockShape:
         self, x: Any, z: Any, u: Any, q: Any, F: Any, angles: list[int], shared: bool = False
     ) -> None:
         self.x, self.z, self.u, self.q, self.F = x, z, u, q, F
-        self.shared, self.kept = shared, Kept()
+        self.shared, self.cache = shared, StructureCache()
         self.vx, self.vz = SX.sym("vx", x.numel()), SX.sym("vz", z.numel())
         self.vu, self.az = SX.sym("vu", u.numel()), SX.sym("az", z.numel())
         self.au = SX.sym("au", u.numel())

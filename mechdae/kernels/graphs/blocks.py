@@ -24,8 +24,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.equations.kept import Kept
 from mechdae.equations.reduction import Block, Scene
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.graphs.block_shape import BlockShape, Equations
 from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.call import Call
@@ -50,7 +50,7 @@ class BlockGraph:
     """
 
     def __init__(self, scene: Scene, block: Block) -> None:
-        self.block, self.kept = block, Kept()
+        self.block, self.cache = block, StructureCache()
         self.own, self.uses = list(block.x), list(block.uses)
         self.size, self.rows = len(self.own), len(block.units)
         self.redundant = block.redundant
@@ -84,7 +84,7 @@ class BlockGraph:
         found = Equations(self.function, self.p)
         self.q, self.noise = column(found.numbers), column(found.noise)
         key = (self.size, kinds, self.block.units, tuple(found.steps), tuple(found.rows))
-        shape: BlockShape = scene.kept(key, lambda: found.shape(angles))
+        shape: BlockShape = scene.cache(key, lambda: found.shape(angles))
         return shape
 
     @cached_property

@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.equations.kept import kept_property
+from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.bounds.intervals import enclosure
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.bounds.walk import ROUNDOFF
@@ -54,7 +54,7 @@ class BoundGraphs(PoseGraphs):
         high = placed(+sizes[0], self.places, self.high) if self.places else +sizes[0]
         return [(low, high), (-sizes[1], sizes[1])]
 
-    @kept_property
+    @structure_property
     def enclosed(self) -> bool:
         """Whether some bounds hold in boxes of the contacts' places only, see `_ranges`."""
         return bool(self.contacts) and not all(self.plain(b) for b in range(self.nb))
@@ -188,7 +188,7 @@ class BoundGraphs(PoseGraphs):
                 return False
             return True
 
-        return bool(shape.kept("plain", bounded))
+        return bool(shape.cache("plain", bounded))
 
     @stored_property
     def check_bounds(self) -> Any:
@@ -215,7 +215,7 @@ class BoundGraphs(PoseGraphs):
         rounding = ROUNDOFF * rounding + column(also)
         return ca.Function("check_bounds", inputs, [ca.densify(shaped), rounding])
 
-    @kept_property
+    @structure_property
     def output_slopes(self) -> tuple[list[int], list[int], Call]:
         """`output_bounds` in one buffer: rows and columns of the slopes, what gives both."""
         function = self.output_bounds

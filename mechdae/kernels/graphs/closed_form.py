@@ -22,7 +22,7 @@ from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, placed
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.records import dataclass
 
 SX = ca.SX
@@ -81,7 +81,7 @@ def closed_form(graphs: Graphs, p: Any) -> ClosedForm | list[int]:
 
     `p` are numbers of a mechanism: what is derived is compared with the equations near them.
     """
-    known = graphs.kept("closed form", lambda: _derived(graphs, p))
+    known = graphs.cache("closed form", lambda: _derived(graphs, p))
     found: ClosedForm | list[int] = known
     return found
 

@@ -19,14 +19,14 @@ import casadi as ca
 import numpy as np
 
 from mechdae.equations.forces.feedback import ACROSS
-from mechdae.equations.kept import Kept, kept_property
 from mechdae.equations.motion_equations import Released
+from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.kernels.graphs.friction_sizes import first_sizes, miss_of, sizes_by_newton
 from mechdae.kernels.graphs.ldl import Factor, entries
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 SX = ca.SX
 EPSILON = 1e-8
@@ -89,7 +89,7 @@ class Kernel:
         self.places_of = dict(zip(self.given, map(slice, ends[:-1], ends[1:]), strict=True))
         self.inputs = [self.t, self.x, self.v, self.signs, self.c]
         self.definite = True
-        self.kept = self._first = Kept()
+        self.cache = self._first = StructureCache()
 
     def at(self, p: Any, length: float, widths: Any = None) -> Kernel:
         """Return the same functions with numbers; scalings are those of no pose yet.
@@ -120,7 +120,7 @@ class Kernel:
 
     def call(self, name: str, function: Callable[[], Any]) -> Callable[..., list[Any]]:
         """Return what evaluates a function at one state, its numbers put in; kept by its name."""
-        found: Call = self.kept(("call", name), lambda: Call(function()))
+        found: Call = self.cache(("call", name), lambda: Call(function()))
         return lambda *at: found(*at, self.numbers)
 
     def batch(
@@ -132,7 +132,7 @@ class Kernel:
             own = function()
             return Batch(own, [*shared, own.n_in() - 1], straight=lambda: None)
 
-        found: Batch = self.kept(("batch", name, *shared), made)
+        found: Batch = self.cache(("batch", name, *shared), made)
         return lambda *at: found(*at, self.numbers)
 
     def value(self, name: str, *at: Any) -> list[Any]:
@@ -154,13 +154,13 @@ class Kernel:
         at = [self.t, self.x, self.v, self.signs, *more, self.c]
         return without_repeats(name, at, list(results))
 
-    @kept_property
+    @structure_property
     def place(self) -> Any:
         """(t, x, v, signs, c) -> phi, J, phi_t."""
         r = self.released
         return self.function("place", [ca.densify(r.phi), r.J, ca.densify(r.phi_t)])
 
-    @kept_property
+    @structure_property
     def parts(self) -> Any:
         """(t, x, v, signs, c) -> M, f, J, gamma."""
         r = self.released
@@ -186,7 +186,7 @@ class Kernel:
             own = np.sum((C * inverse) ** 2, axis=1)
             self._put(lock_sizes=np.where(own > 0, own, 1.0))
         self.definite = bool(self.n == 0 or np.linalg.eigvalsh(scaled)[0] > DEFINITE)
-        self.kept = self._first if self.definite else self._first("indefinite", Kept)
+        self.cache = self._first if self.definite else self._first("indefinite", StructureCache)
 
     @property
     def _weights(self) -> Any:
@@ -195,7 +195,7 @@ class Kernel:
 
     # -- solutions -------------------------------------------------------------------------
 
-    @kept_property
+    @structure_property
     def locking(self) -> Any:
         """(t, x, v, signs, c) -> Jacobian of the slips' speeds, their rates at x'' = 0, speeds."""
         r = self.released
@@ -216,7 +216,7 @@ class Kernel:
         whole = ca.vertcat(J, ca.sparsify(C))
         return _Solver(M, whole, eps, self._weights), locks, rates
 
-    @kept_property
+    @structure_property
     def coupling(self) -> Any:
         """(t, x, v, signs, c) -> solutions without friction in joints and by unit of its sizes.
 
@@ -281,7 +281,7 @@ class Kernel:
             start += count
         return found
 
-    @kept_property
+    @structure_property
     def coupled(self) -> Any:
         """(t, x, v, signs, c) -> x'', (lambda, forces of locks, sizes), how far sizes miss laws."""
         at = self.inputs
@@ -299,7 +299,7 @@ class Kernel:
         a, forces = ca.vertsplit(total, [0, self.n, self.n + self.m + self.slips])
         return ca.Function("coupled", at, [a, ca.vertcat(forces, m), miss])
 
-    @kept_property
+    @structure_property
     def sticking(self) -> Any:
         """(t, x, v, signs, c) -> what decides between stick and slip, (k,) each, and a number.
 
@@ -311,7 +311,7 @@ class Kernel:
         results = [*self._decisive(a, inner), miss]
         return without_repeats("sticking", at, [ca.densify(e) for e in results])
 
-    @kept_property
+    @structure_property
     def sticking_of(self) -> Any:
         """(t, x, v, signs, sizes of friction, c) -> as `sticking`, without the number."""
         at, m = self.inputs, SX.sym("m", self.rubs)
@@ -340,7 +340,7 @@ class Kernel:
         held = -inner[self.m : self.m + self.slips]
         return [speeds, C @ a + rates, held, low, high]
 
-    @kept_property
+    @structure_property
     def rhs(self) -> Any:
         """(t, x, v, signs, c) -> x'', lambda; forces of locks and sizes of friction after it."""
         at = self.inputs
@@ -355,7 +355,7 @@ class Kernel:
         a, lam = solver.solve(f, gamma)
         return without_repeats("rhs", at, [ca.densify(a), ca.densify(lam)])
 
-    @kept_property
+    @structure_property
     def project(self) -> Any:
         """(t, x, v, signs, c) -> x and v on the constraints, what is left of them."""
         at = self.inputs

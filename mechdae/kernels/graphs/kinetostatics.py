@@ -39,7 +39,7 @@ from mechdae.kernels.graphs.friction_sizes import (
     sizes_by_newton,
 )
 from mechdae.kernels.graphs.linear import among, solution
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.records import dataclass
 
 SX = ca.SX
@@ -489,7 +489,7 @@ def motion_of(scene: Scene) -> tuple[list[Any], list[Any]]:
         a = ca.jtimes(v, ca.vertcat(w, dw), ca.vertcat(dw, ddw))
         return [w, dw, ddw], [q, v, a]
 
-    made: tuple[list[Any], list[Any]] = scene.kept("motion of coordinates", make)
+    made: tuple[list[Any], list[Any]] = scene.cache("motion of coordinates", make)
     return made
 
 

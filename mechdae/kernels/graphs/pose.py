@@ -27,8 +27,8 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.mechanism import TOLERANCE
-from mechdae.equations.kept import Kept, kept_property
 from mechdae.equations.reduction import Scene
+from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import (
@@ -41,8 +41,8 @@ from mechdae.kernels.graphs.blocks import (
 )
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
-from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import fingerprint, stored_property
 
 SX = ca.SX
@@ -85,7 +85,7 @@ class PoseGraphs:
     ) -> None:
         self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
         self.course = course
-        self.kept = Kept()
+        self.cache = StructureCache()
         self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
         self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
         self.first = [graph.own[0] for graph in self.blocks]
@@ -127,13 +127,13 @@ class PoseGraphs:
         make = without_repeats if self.nb <= FEW else ca.Function
         return make(name, inputs, results)
 
-    @kept_property
+    @structure_property
     def adjugates(self) -> list[int]:
         """The blocks of three and more unknowns that are inverted by their adjugates."""
         sizes = [0 if graph.redundant else graph.size for graph in self.blocks]
         return [b for b, size in enumerate(sizes) if 2 < size <= ADJUGATE_LIMIT]
 
-    @kept_property
+    @structure_property
     def depths(self) -> list[int]:
         """How many blocks stand one behind the other up to each block, itself included."""
         found: list[int] = []
@@ -164,7 +164,7 @@ class PoseGraphs:
         rows = ca.vertcat(*[self.scale if unit == "m" else one for unit in block.units])
         return columns, rows
 
-    @kept_property
+    @structure_property
     def _units(self) -> Call:
         """All column and all row weights of blocks as a function of scale and p."""
         weights = [self.weights(b) for b in range(self.nb)]
@@ -195,7 +195,7 @@ class PoseGraphs:
             symbols = [SX.sym(f"i{k}", part.sparsity()) for k, part in enumerate(inputs)]
             return without_repeats(name, [*symbols, self.scale, shape.q], make(*symbols))
 
-        made = self.kept((name, shape, len(inputs)), function)
+        made = self.cache((name, shape, len(inputs)), function)
         results: list[Any] = made.call([*inputs, self.scale, self.blocks[b].q])
         return results
 
@@ -324,7 +324,7 @@ class PoseGraphs:
             error += ca.fabs(inv @ Fz) @ before
         return [error, det, beta, *known]
 
-    @kept_property
+    @structure_property
     def fingerprint(self) -> str | None:
         """What names these kernels on disk: everything they are built from; None: not kept."""
         if self.contacts:
@@ -358,7 +358,7 @@ class PoseGraphs:
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
         return self.of_all_blocks("pose", inputs, results)
 
-    @kept_property
+    @structure_property
     def straight_pose(self) -> NumpyFunction | None:
         """`pose` as a straight line of NumPy operations; the last input is shared."""
         return straight(self.pose, [self.pose.n_in() - 1])

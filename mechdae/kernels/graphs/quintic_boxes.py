@@ -21,7 +21,7 @@ from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded, plus, times, total
 from mechdae.kernels.graphs.block_shape import BlockShape
 from mechdae.kernels.graphs.blocks import inverse
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 SX = ca.SX
 COUNT = 6

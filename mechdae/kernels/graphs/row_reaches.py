@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.equations.reduction import Scene
-from mechdae.equations.tree.ways import Freedom, WayProduct, WayProducts
+from mechdae.equations.tree.joint_chains import Freedom, WayProduct, WayProducts
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.reaches import bounded
 from mechdae.records import dataclass

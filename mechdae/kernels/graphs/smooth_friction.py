@@ -11,20 +11,20 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.equations.kept import kept_property
+from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.graphs.equations_of_motion import Kernel
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 
 class Smooth(Kernel):
     """As `Kernel`; the slope speeds are among the numbers."""
 
-    @kept_property
+    @structure_property
     def sides(self) -> Any:
         """(t, x, v, signs, c) -> what takes the place of the signs, (slips,)."""
         return self.function("sides", [self._smoothed[: self.slips]])
 
-    @kept_property
+    @structure_property
     def _smoothed(self) -> Any:
         """Inputs of friction over (t, x, v), locks and numbers."""
         locks = self.signs[self.slips : 2 * self.slips]

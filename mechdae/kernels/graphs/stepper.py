@@ -15,11 +15,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.equations.kept import Kept, kept_property
+from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.tableau import DENSE, FIFTH, NODES, STAGES, THIRD
 from mechdae.kernels.machine.program import program
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 SX = ca.SX
 CHUNK = 32
@@ -90,10 +90,10 @@ class Stepper:
         self.sized = kernel.rubs
         sizes = sizes if sizes is not None else SX.sym("m", self.sized)
         self.power = kernel.function("power", [ca.densify(powers)], [acceleration, sizes])
-        self.kept = Kept()
+        self.cache = StructureCache()
         self.fixed = kernel.signs.numel() + kernel.c.numel()
 
-    @kept_property
+    @structure_property
     def kind(self) -> Any:
         """Type of the symbols: graphs of large right-hand sides are called, not unrolled."""
         return ca.MX if self.kernel.rhs.n_instructions() > UNROLLED else SX
@@ -135,7 +135,7 @@ class Stepper:
         below = (high + 0.01 * low) * 2 * max(self.n, 1)
         return ca.if_else(below == 0, 0, ca.fabs(h) * high / ca.sqrt(below))
 
-    @kept_property
+    @structure_property
     def step(self) -> Any:
         """(t, x, v, a, m, w, h, signs, omega, c) -> new x, v, a, m, w, error, miss."""
         k, sym = self.kernel, self.kind.sym
@@ -158,7 +158,7 @@ class Stepper:
             return ca.DM(0)
         return ca.mmax(ca.fmax(ca.fabs(v) / sizes, ca.sqrt(ca.fabs(a) / sizes)))
 
-    @kept_property
+    @structure_property
     def trial(self) -> Any:
         """(state, [t_end, tol, longest step, signs, c]) -> state after one trial step."""
         lay = self.layout
@@ -209,7 +209,7 @@ class Stepper:
         speeds = k.function("slips", [ca.densify(k.released.slips)])(t, x, v, signs, c)
         return ca.mmin(speeds * signs[: k.slips]) < 0
 
-    @kept_property
+    @structure_property
     def advance(self) -> Any:
         """As `trial`; a state at the end stays, with ``accepted`` 0, and costs nothing.
 
@@ -226,7 +226,7 @@ class Stepper:
         after = switch(going, state, numbers)
         return ca.Function("advance", [state, numbers], [after])
 
-    @kept_property
+    @structure_property
     def dense(self) -> Any:
         """(t, x, v, a, m, h, signs, c) -> coefficients (2 n + works, 7), by rows."""
         k, sym = self.kernel, self.kind.sym

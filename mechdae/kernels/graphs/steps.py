@@ -10,13 +10,13 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.equations.kept import kept_property
+from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.bounds.intervals import lower_bounds
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.bounds import BoundGraphs
 from mechdae.kernels.graphs.row_reaches import RowReaches
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.kernels.stored.functions import stored_property
 
 SX = ca.SX
@@ -40,10 +40,10 @@ class Graphs(BoundGraphs):
         if self.course is None and not self.single:
             return self
         made = (self.scene, self.outputs, self.derivatives)
-        other: Graphs = self.kept("straight", lambda: Graphs(*made, lines=True))
+        other: Graphs = self.cache("straight", lambda: Graphs(*made, lines=True))
         return other.at(self.scene)
 
-    @kept_property
+    @structure_property
     def divisors(self) -> tuple[Any, Any]:
         """What curves divide by: its size at a pose, and at least in a whole sweep.
 

@@ -33,5 +33,5 @@ class Local:
 
 def local(scene: Scene, key: Hashable, make: Callable[[], Any]) -> Local:
     """Return the function of the expression over q that `make` gives; made once for a scene."""
-    made: Local = scene.kept(("local", key), lambda: Local(scene, scene.expression(make())))
+    made: Local = scene.cache(("local", key), lambda: Local(scene, scene.expression(make())))
     return made

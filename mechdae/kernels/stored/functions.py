@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae import __version__
-from mechdae.equations.kept import kept_property
+from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.stored.folder import Folder, place
 
 SOURCES = (
@@ -73,8 +73,8 @@ def stored(name: str, make: Callable[[], Any]) -> Any:
     return made
 
 
-class stored_property(kept_property):  # noqa: N801  (used like `property`)
-    """A `kept_property` that is a casadi function, kept on disk too.
+class stored_property(structure_property):  # noqa: N801  (used like `property`)
+    """A `structure_property` that is a casadi function, kept on disk too.
 
     Its owner's `fingerprint` names the equations that it is built from; None: it is not kept.
     """
@@ -82,7 +82,7 @@ class stored_property(kept_property):  # noqa: N801  (used like `property`)
     def __get__(self, instance: Any, owner: type | None = None) -> Any:
         if instance is None:
             return self
-        return instance.kept(self.key, lambda: self._found(instance))
+        return instance.cache(self.key, lambda: self._found(instance))
 
     def _found(self, instance: Any) -> Any:
         if not functions_are_kept() or instance.fingerprint is None:

@@ -22,13 +22,13 @@ from mechdae.equations.reduction import Scene, own_freedom
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
-from mechdae.motion.assembly.axis_senses import AxisSenses, told_angles
 from mechdae.motion.assembly.closure import Closing, Gap, NoPose
 from mechdae.motion.assembly.contacts import Contacts, ContactSolver
 from mechdae.motion.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.motion.assembly.idle_freedom import free_poses, moving
 from mechdae.motion.assembly.mode_labels import ModeLabels
 from mechdae.motion.assembly.nearest_mode import Nearest, Sketched
+from mechdae.motion.assembly.orientation_checks import OrientationChecks, angles_from_sketch
 from mechdae.motion.assembly.turns.block_turns import BlockTurns, put
 from mechdae.motion.assembly.turns.whole_turns import WholeTurns
 from mechdae.motion.setup.drivers import Sketch
@@ -81,7 +81,7 @@ class Assembler:
         self.graphs, self.scene = graphs, graphs.scene
         inside = {GROUND, *(name for group in self.scene.groups for name in group.bodies)}
         joints = self.scene.model.mechanism.joints
-        self.sketch = dict(sketch.angles) | told_angles(self.scene, sketch)
+        self.sketch = dict(sketch.angles) | angles_from_sketch(self.scene, sketch)
         self.places = {
             c: value
             for c, value in sketch.places.items()
@@ -102,7 +102,7 @@ class Assembler:
         )
         self.contacts = Contacts(self.scene, self.p)
         self.closing = Closing(graphs)
-        self.senses = AxisSenses(self.scene)
+        self.senses = OrientationChecks(self.scene)
         self.labels = ModeLabels(self)
         self.shortened = False
         """Whether the sketch was taken for a pose of its own, where other modes were not sought."""
@@ -234,7 +234,7 @@ class Assembler:
                     if exact is not None and not any(self.turns.same(b, exact, x) for x in own):
                         own, failure = [*own, exact], None
                 ahead += own
-            ahead = self.senses.so_far(group, b, ahead, u)
+            ahead = self.senses.without_wrong_sense(group, b, ahead, u)
             found, missed = self._closed(group, b, ahead, u)
             failure = missed or failure
         found = [*found, *(pose for pose in also or () if not self._among(group, pose, found))]

@@ -17,11 +17,11 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
 from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.nearest_mode import told_apart
+from mechdae.motion.setup.likely_typos import MANY
 from mechdae.motion.setup.scales import scale_of
-from mechdae.motion.setup.slips import MANY
 
 SX = ca.SX
 MOST = 16
@@ -70,7 +70,7 @@ class ClosedStart:
         ]
         self.columns = [[i for b in own for i in self.graphs.blocks[b].own] for own in self.parts]
         self.choices = [self._choices(own) for own in self.parts]
-        self._call: Call = self.graphs.kept("closed start", lambda: Call(self._function()))
+        self._call: Call = self.graphs.cache("closed start", lambda: Call(self._function()))
 
     @property
     def usable(self) -> bool:

@@ -100,7 +100,7 @@ class Closing:
 
     @property
     def _residuals(self) -> Batch:
-        batch: Batch = self.graphs.kept("closing", self._equations)
+        batch: Batch = self.graphs.cache("closing", self._equations)
         return batch
 
     def _equations(self) -> Batch:

@@ -44,7 +44,7 @@ def _along(scene: Scene, contact: Contact) -> Any:
         angle = ca.atan2(contact.tangent[1], contact.tangent[0])
         return ca.Function("t", [contact.s, scene.model.p], [angle])
 
-    return scene.kept(("along", contact.joint.name), make)
+    return scene.cache(("along", contact.joint.name), make)
 
 
 class ContactSolver(BlockSolver):
@@ -74,7 +74,7 @@ class ContactSolver(BlockSolver):
         self._closed = not self._others or (len(self._others) == 1 and self._follows())
         inputs = [graph.x, graph.z, scene.u, scene.model.p]
         results = [ca.densify(graph.F), ca.densify(graph.J)]
-        self._both = graph.kept("contact", lambda: ca.Function("FJ", inputs, results))
+        self._both = graph.cache("contact", lambda: ca.Function("FJ", inputs, results))
 
     def _follows(self) -> bool:
         """Return whether the one other unknown follows from s: it turns a vector, or is linear."""
@@ -267,7 +267,7 @@ class Contacts:
 
     def _tangent(self, contact: Contact) -> Any:
         inputs = [contact.s, self.scene.model.p]
-        return self.scene.kept(
+        return self.scene.cache(
             ("tangent", contact.joint.name), lambda: ca.Function("t", inputs, [contact.tangent])
         )
 

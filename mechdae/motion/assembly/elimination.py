@@ -65,7 +65,7 @@ def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:
         function = ca.Function("k", [scene.model.p], [entries])
         return jacobian.sparsity().get_col(), Call(function)
 
-    columns, values = scene.kept("slopes", make)
+    columns, values = scene.cache("slopes", make)
     slopes: dict[int, list[float]] = {}
     for i, value in zip(columns, values(p)[0].tolist(), strict=True):
         slopes.setdefault(i, []).append(value)
@@ -121,7 +121,7 @@ class BlockSolver:
         self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
         self.values, self.scene = p, scene
         self.angle = [scene.unknowns[i].kind is ANGLE for i in graph.own]
-        self.constant, self._F, self._batch = graph.kept("eliminate", lambda: _equations(graph))
+        self.constant, self._F, self._batch = graph.cache("eliminate", lambda: _equations(graph))
         self.linear = all(all(row) for row in self.constant)
         self.turns = [_turns(slopes.get(i, [])) for i in graph.own]
         self._scale, self._exact = 0.0, False

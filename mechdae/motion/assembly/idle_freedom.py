@@ -29,7 +29,7 @@ HOLDS = 1e-12
 """Residual of a solution, in sizes of the mechanism and radians."""
 
 
-def settled(build: Callable[[bool], T], assemble: Callable[[T], object]) -> T:
+def built_without_idle_freedom(build: Callable[[bool], T], assemble: Callable[[T], object]) -> T:
     """Return what `build` gives with groups that have no freedom of their own.
 
     Parameters

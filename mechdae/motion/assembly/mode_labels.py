@@ -12,9 +12,9 @@ from mechdae.equations.reduction import Scene
 from mechdae.equations.space import PLANE
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import local
-from mechdae.motion.assembly.axis_senses import AxisSenses
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.contacts import Contacts
+from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.motion.assembly.turns.block_turns import BlockTurns
 
 
@@ -26,7 +26,7 @@ class Listing(Protocol):
     p: Any
     turns: BlockTurns
     contacts: Contacts
-    senses: AxisSenses
+    senses: OrientationChecks
     solvers: list[Any]
 
     def blocks_of(self, group: Group) -> list[int]: ...

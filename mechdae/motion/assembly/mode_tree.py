@@ -20,9 +20,9 @@ from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import local
-from mechdae.motion.assembly.axis_senses import AxisSenses
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.mode_labels import ModeLabels
+from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.records import dataclass
 from mechdae.types import Floats
 
@@ -49,7 +49,7 @@ class Branching(Protocol):
 
     graphs: Graphs
     scene: Scene
-    senses: AxisSenses
+    senses: OrientationChecks
     labels: ModeLabels
 
     def blocks_of(self, group: Group) -> list[int]: ...

@@ -14,8 +14,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.batch import Batch
-from mechdae.motion.assembly.axis_senses import quaternions
 from mechdae.motion.assembly.elimination import BlockSolver
+from mechdae.motion.assembly.orientation_checks import quaternions
 from mechdae.motion.assembly.platform import newton_steps
 from mechdae.motion.assembly.turns.turn_lattice import Lattice
 from mechdae.motion.assembly.turns.winding import turns_at_most
@@ -78,7 +78,7 @@ class BlockSearch:
     def __init__(self, solver: BlockSolver, sizes: Any, lattice: Lattice) -> None:
         graph = solver.graph
         self.solver, self.n, self.lattice = solver, graph.size, lattice
-        self.function: Batch = graph.kept("search", self._equations)
+        self.function: Batch = graph.cache("search", self._equations)
         angle = np.array(solver.angle, bool)
         self.lengths, self.turning = np.flatnonzero(~angle), angle
         columns = ca.vec(graph.J[:, self.lengths.tolist()])

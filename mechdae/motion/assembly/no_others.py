@@ -27,8 +27,8 @@ import numpy as np
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
-from mechdae.motion.assembly.axis_senses import AxisSenses
 from mechdae.motion.assembly.multistart import BlockSearch
+from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
 
@@ -54,7 +54,11 @@ MET = 1e-9
 
 
 def no_others(
-    search: BlockSearch, found: Any, z: Any, u: Any, senses: tuple[AxisSenses, int] | None = None
+    search: BlockSearch,
+    found: Any,
+    z: Any,
+    u: Any,
+    senses: tuple[OrientationChecks, int] | None = None,
 ) -> int:
     """Return after how many boxes it is known that a block has no other solutions, 0: it is not.
 
@@ -75,13 +79,13 @@ def no_others(
         return 0
     if solver.unwinds and search.n > 1:
         return 0
-    charts: list[ProjectiveChart] | None = solver.graph.kept("charts", lambda: _charts(search))
+    charts: list[ProjectiveChart] | None = solver.graph.cache("charts", lambda: _charts(search))
     if charts is None:
         return 0
     total = 0
     positive = None
     if solver.graph.redundant and senses is not None and not len(search.lengths):
-        positive = solver.graph.kept("senses", lambda: _positive(search, *senses))
+        positive = solver.graph.cache("senses", lambda: _positive(search, *senses))
     for chart in charts:
         count = _Boxes(search, chart, positive, found, z, u).looked_at(MOST - total)
         if not count:
@@ -110,7 +114,7 @@ class PositiveSenses:
     bends: Call
 
 
-def _positive(search: BlockSearch, senses: AxisSenses, b: int) -> PositiveSenses | None:
+def _positive(search: BlockSearch, senses: OrientationChecks, b: int) -> PositiveSenses | None:
     """Return the senses that a block tells of, None where it tells of none."""
     graph, scene = search.solver.graph, search.solver.scene
     told = [scene.expression(value) for value in senses.of_block(b)]

@@ -106,7 +106,7 @@ class RedundantSolver(BlockSolver):
         reaches = tuple(block.reaches[i] for i in rows) if block.reaches else ()
         part = Block(block.group, x, others, block.residual[rows], units, owners, reaches)
         key = (tuple(columns), tuple(rows))
-        graph = self.graph.kept(key, lambda: BlockGraph(self.scene, part))
+        graph = self.graph.cache(key, lambda: BlockGraph(self.scene, part))
         return BlockSolver(self.scene, graph, self.values, self.size, self.slopes)
 
     def solve(self, z: Any, u: Any) -> Solutions | None:

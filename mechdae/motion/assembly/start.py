@@ -19,7 +19,7 @@ from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.nearest_mode import MOST_BEGUN, Nearest
 from mechdae.motion.setup.drivers import DriverPlan
-from mechdae.motion.setup.slips import MANY, long_length, odd_lengths
+from mechdae.motion.setup.likely_typos import MANY, long_length, odd_lengths
 
 if TYPE_CHECKING:
     from mechdae.motion.assembly.mode_tree import Mode

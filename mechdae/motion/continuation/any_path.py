@@ -26,7 +26,7 @@ FAR = 100.0
 
 def strides(graphs: Graphs) -> Sequence:
     """Return `STRIDE` steps of a scene in one call."""
-    made: Sequence = graphs.kept("strides", lambda: Sequence(graphs.advance, STRIDE))
+    made: Sequence = graphs.cache("strides", lambda: Sequence(graphs.advance, STRIDE))
     return made
 
 

@@ -63,7 +63,7 @@ class CurveEnds:
             scene = graphs.scene
             places = ca.vertcat(*[contact.s for contact in self.open])
             inputs = [scene.x, scene.u, scene.model.p]
-            self._places = scene.kept(
+            self._places = scene.cache(
                 "open curves", lambda: ca.Function("s", inputs, [scene.expression(places)])
             )
 

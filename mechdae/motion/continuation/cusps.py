@@ -134,7 +134,7 @@ class CuspFinder:
 
     def _solve(self, b: int, y: Any, w0: Any, z: Any, u: Any, scaling: Scaling) -> Any:
         graphs = self.crossings.graphs
-        call = graphs.kept(("cusp", b), lambda: Call(vertex(graphs.scene, graphs.blocks[b])))
+        call = graphs.cache(("cusp", b), lambda: Call(vertex(graphs.scene, graphs.blocks[b])))
         for _ in range(12):
             inputs = (y, w0, z, u, self.crossings.p, *scaling.vectors)
             system, slope = call(*inputs)

@@ -13,8 +13,8 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.motion.assembly.closure import Closing
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.front import SMALLEST
 from mechdae.motion.continuation.output_bounds import WORST, spread, widened
+from mechdae.motion.continuation.path_end import SMALLEST
 from mechdae.motion.continuation.reachable_arc import Arc, arc_of
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
 from mechdae.motion.setup.scales import Constants
@@ -93,7 +93,7 @@ class Evaluator:
 
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
-        self.pose: Batch = graphs.kept("poses", lambda: _poses_of(graphs)).counting()
+        self.pose: Batch = graphs.cache("poses", lambda: _poses_of(graphs)).counting()
         self.groups = [group.index for group in graphs.scene.groups]
         self.place = {index: j for j, index in enumerate(self.groups)}
         self.column_group = np.zeros(graphs.nx, int)
@@ -280,7 +280,7 @@ class Evaluator:
     @property
     def recovered(self) -> tuple[Any, list[list[int]], list[int]]:
         """Values of the coordinates, the unknowns each depends on, places of groups."""
-        found: tuple[Any, list[list[int]], list[int]] = self.graphs.kept(
+        found: tuple[Any, list[list[int]], list[int]] = self.graphs.cache(
             "recovered", self._recovered
         )
         return found
@@ -448,7 +448,7 @@ class Evaluator:
     def _value(self) -> Any:
         scene, y = self.graphs.scene, self.outputs.expression
         inputs = [scene.x, scene.u, scene.model.p]
-        return self.graphs.kept("outputs", lambda: ca.Function("y", inputs, [y]))
+        return self.graphs.cache("outputs", lambda: ca.Function("y", inputs, [y]))
 
     def _poses(
         self,

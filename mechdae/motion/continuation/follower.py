@@ -12,8 +12,8 @@ import numpy as np
 
 from mechdae.errors import InputError, SolveError
 from mechdae.motion.continuation.any_path import STRIDE, strides
-from mechdae.motion.continuation.front import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.path import APPROACH, Path, Tries
+from mechdae.motion.continuation.path_end import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.step_sizes import ZONE
 
 NEARLY = 1 + 1e-9
@@ -134,12 +134,14 @@ def _careful(front: Front, step: float, goal: float) -> float:
             return min(1.5 * step, path.largest)
         path.counts.rejected += 1
         step /= 2
-        following = _past(front, int(bad[0]), step, rest, goal)
+        following = _resolve_stuck_step(front, int(bad[0]), step, rest, goal)
         if following is not None:
             return following
 
 
-def _past(front: Front, b: int, step: float, rest: float, goal: float) -> float | None:
+def _resolve_stuck_step(
+    front: Front, b: int, step: float, rest: float, goal: float
+) -> float | None:
     """Go past what makes the steps of block `b` shrink; return the step to try next, or None."""
     from mechdae.motion.continuation.obstacles import across, end_of, over_corner, to_fold
 

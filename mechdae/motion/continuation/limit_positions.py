@@ -122,14 +122,14 @@ class LimitFinder:
 
     def evaluate(self, b: int, y: Any) -> list[Any]:
         """Return what `Graphs.fold` gives of a block at y."""
-        call = self.graphs.kept(("fold", b), lambda: Call(self.graphs.fold(b)))
+        call = self.graphs.cache(("fold", b), lambda: Call(self.graphs.fold(b)))
         system, slope, J, F_y, bend = call(y, self.whole)
         return [system, slope, J.reshape(-1, self.graphs.blocks[b].size), F_y, bend]
 
     def find(self, b: int, s: float, x: Any, sense: float, largest: float) -> Limit | None:
         """Return the fold of block `b` just ahead of a solved pose, None while there is none.
 
-        Unknowns of blocks that it does not depend on stay those of the pose (see `Turning`).
+        Unknowns of blocks that it does not depend on stay those of the pose (see `FoldApproach`).
         """
         chain, own = self.chain(b)
         count, w = len(chain), self.weights[b]
@@ -199,7 +199,7 @@ class LimitFinder:
             symbols = function.sx_in()
             return ca.Function("system", symbols, [function(*symbols)[0]])
 
-        return self.graphs.kept(("fold system", b), make)
+        return self.graphs.cache(("fold system", b), make)
 
     def _solve(self, b: int, y: Any, s: float, count: int, reach: float) -> bool:
         """Solve the system of a fold by Newton's method in place; return whether it held."""

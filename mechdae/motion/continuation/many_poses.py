@@ -25,9 +25,9 @@ from mechdae.motion.continuation.evaluate import (
     Rates,
     in_time,
 )
-from mechdae.motion.continuation.front import SMALLEST
 from mechdae.motion.continuation.output_bounds import ILL, OutputBounds, plain_up_to, spread_of
 from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.path_end import SMALLEST
 from mechdae.motion.setup.outputs import Outputs
 
 X, ERROR, DET, BETA, ETA, Y = range(6)
@@ -78,7 +78,7 @@ def lean_line(graphs: Graphs, outputs: Outputs) -> Line | None:
     unshown = {(Y + k, i) for k in orders for i in outputs.without_rates}
     shared = [graphs.pose.n_in() - 1]
     made = graphs.pose, shared, unshown
-    line: Line | None = graphs.kept("lean", lambda: CompiledLine.of(*made) or straight(*made))
+    line: Line | None = graphs.cache("lean", lambda: CompiledLine.of(*made) or straight(*made))
     return line
 
 
@@ -103,7 +103,7 @@ class ManyPoses:
         self.graphs, self.constants = evaluator.graphs, path.constants
         self.rates, self.speed = rates, 1.0 if speed is None else speed
         timed = speed is not None
-        self.layout: StoreLayout = self.graphs.kept(("layout", timed), lambda: self._layout(timed))
+        self.layout: StoreLayout = self.graphs.cache(("layout", timed), lambda: self._layout(timed))
         g = self.graphs
         consts = self.constants.vector()
         if g.single:

@@ -16,9 +16,9 @@ from mechdae.motion.continuation.any_path import STRIDE, strides
 from mechdae.motion.continuation.crossings.across_change_point import Bridge
 from mechdae.motion.continuation.crossings.change_points import Crossing
 from mechdae.motion.continuation.cusps import CuspFinder, Touch
-from mechdae.motion.continuation.front import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.path import APPROACH
+from mechdae.motion.continuation.path_end import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.step_sizes import PASS, ZONE
 
 HAIR, MOVED = 1e-7, 1e3
@@ -206,7 +206,7 @@ def across(front: Front, b: int, rest: float) -> bool:
 def go_back(front: Front, place: float) -> list[tuple[float, Any]]:
     """Take away, and return in order, nodes beyond a place: too near to a change point.
 
-    Kept are nodes where this motion began, of other change points, and before the ends of
+    StructureCache are nodes where this motion began, of other change points, and before the ends of
     groups: those interpolate.
     """
     path, sense = front.path, front.sense

@@ -22,8 +22,8 @@ TURN = 21**0.5
 """What an error of all entries of a matrix makes of the angle of the quaternion q told for it.
 
 With the largest component q_k the four numbers 4 q_k q, at least 2 in length, are one sum of four
-entries and three of two (`mechdae.motion.setup.turning`). Twice the error of their direction is
-an angle.
+entries and three of two (`mechdae.motion.setup.angular_rates`). Twice the error of their direction
+is an angle.
 """
 TURNED = 3 / 2**0.5
 """The same for the difference of two rotations, whose norm is sqrt(2) times the angle between."""

@@ -23,7 +23,7 @@ from mechdae.records import dataclass
 if TYPE_CHECKING:
     from mechdae.motion.continuation.crossings.across_change_point import Builder
     from mechdae.motion.continuation.crossings.change_points import CrossingFinder
-    from mechdae.motion.continuation.into_fold import Turning
+    from mechdae.motion.continuation.fold_approach import FoldApproach
     from mechdae.motion.continuation.limit_positions import LimitFinder
     from mechdae.motion.continuation.quintic_steps import QuinticSteps
 
@@ -104,7 +104,7 @@ class Path(AnyPath):
         whole = np.concatenate([constants.vector(), u0, d])
         super().__init__(graphs, constants, whole, largest, counts or Counts())
         self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
-        self._one, self._place = graphs.kept("step", lambda: Call(graphs.advance)), np.zeros(2)
+        self._one, self._place = graphs.cache("step", lambda: Call(graphs.advance)), np.zeros(2)
         self.tries = Tries()
         self._arrays: tuple[Any, Any, Any, Any] | None = None
         self.s: list[float] = []
@@ -135,11 +135,11 @@ class Path(AnyPath):
         return LimitFinder(self.graphs, self.whole, self.constants, self.drivers, self.unit)
 
     @cached_property
-    def turning(self) -> Turning:
+    def turning(self) -> FoldApproach:
         """What leads into a limit position."""
-        from mechdae.motion.continuation.into_fold import Turning
+        from mechdae.motion.continuation.fold_approach import FoldApproach
 
-        return Turning(self.graphs, self.constants, self.finder, self.motion)
+        return FoldApproach(self.graphs, self.constants, self.finder, self.motion)
 
     @cached_property
     def bridges(self) -> Builder:

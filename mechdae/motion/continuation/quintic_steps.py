@@ -59,7 +59,7 @@ class QuinticSteps:
 
     def __init__(self, graphs: Graphs, constants: Constants) -> None:
         self.graphs, self.constants = graphs, constants
-        self.kinds: tuple[Kind, ...] | None = graphs.kept("quintic kinds", lambda: _kinds(graphs))
+        self.kinds: tuple[Kind, ...] | None = graphs.cache("quintic kinds", lambda: _kinds(graphs))
         self._numbers: Any = None
 
     @property
@@ -67,7 +67,7 @@ class QuinticSteps:
         """Numbers q of each block, noise of its equations, half widths of its box."""
         if self._numbers is None:
             graphs, own = self.graphs, self.constants
-            values: Call = graphs.kept("quintic numbers", lambda: _numbers(graphs))
+            values: Call = graphs.cache("quintic numbers", lambda: _numbers(graphs))
             ends = np.cumsum([graph.q.numel() for graph in graphs.blocks])[:-1]
             q = np.split(values(own.p)[0], ends)
             rows = graphs.units(own.scale, own.p)[1]
@@ -113,7 +113,7 @@ class QuinticSteps:
             places = [bisect_right(graphs.first, i) - 1 for i in range(graphs.nx)]
             return [sorted({places[i] for i in graph.uses}) for graph in graphs.blocks]
 
-        found: list[list[int]] = graphs.kept("blocks before", find)
+        found: list[list[int]] = graphs.cache("blocks before", find)
         return found
 
     @np.errstate(all="ignore")
@@ -212,7 +212,7 @@ def _kinds(graphs: Graphs) -> tuple[Kind, ...] | None:
     for blocks in by_shape.values():
         shape = graphs.blocks[blocks[0]].shape
         try:
-            along, box = shape.kept("quintic", partial(_functions, shape))
+            along, box = shape.cache("quintic", partial(_functions, shape))
         except (NoSeries, NoMajorant):
             return None
         kinds.append(Kind(tuple(blocks), along, box))

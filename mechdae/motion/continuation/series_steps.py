@@ -28,7 +28,7 @@ from mechdae.kernels.bounds.series import (
 )
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
 
@@ -94,7 +94,7 @@ class Expansion:
             except NoSeries:
                 return None
 
-        found: SeriesFunction | None = self.graphs.kept(("series", b), make)
+        found: SeriesFunction | None = self.graphs.cache(("series", b), make)
         return found
 
     def _bound(self, b: int) -> tuple[Any, Any, Any, Any]:
@@ -104,7 +104,7 @@ class Expansion:
         """
         if b not in self._bounds:
             n, numbers = self.graphs.blocks[b].size, self.constants
-            call = self.graphs.kept(("bends", b), lambda: Call(self.graphs.bends(b)))
+            call = self.graphs.cache(("bends", b), lambda: Call(self.graphs.bends(b)))
             parts = call(numbers.size_x, numbers.size_u, numbers.p)
             jx, jz, fz = (np.asarray(part).ravel() for part in parts)
             units = self.graphs.units(numbers.scale, numbers.p)[1][b]

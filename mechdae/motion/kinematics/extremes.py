@@ -15,7 +15,7 @@ from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.reachable_arc import arc_of, before_limits
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
-from mechdae.results import Later, Summary
+from mechdae.results import LazyPart, Summary
 from mechdae.types import Floats, Integers
 
 ITERATIONS = 6
@@ -47,14 +47,14 @@ class Spans:
     ) -> None:
         self.entries = _spanned(outputs)
         self.evaluations = self.refined = 0  # beside those that the evaluator counts
-        self.later = Later(lambda: {})
+        self.later = LazyPart(lambda: {})
         if not self.entries or len(poses.y) < 3:
             return
         nodes = np.array([*path.s, *between, *before_limits(path)])
         nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
         inner = nodes[(nodes > low) & (nodes < high)]
         places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
-        self.later = Later(lambda: self._found(evaluator, path, places, poses))
+        self.later = LazyPart(lambda: self._found(evaluator, path, places, poses))
 
     def summary(self) -> Summary:
         """Return ``swing`` and ``stroke``, to be computed when they are read."""

@@ -114,7 +114,7 @@ def _found(problem: Problem, task: Modes) -> _Modes:
     certain = certified(graphs, np.array([m.x for m in found]).reshape(len(found), graphs.nx), u)
     found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]
     inputs = [the_scene.x, the_scene.u, the_scene.model.p]
-    function = graphs.kept("outputs", lambda: ca.Function("y", inputs, [outputs.expression]))
+    function = graphs.cache("outputs", lambda: ca.Function("y", inputs, [outputs.expression]))
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
     y = np.array(rows).reshape(len(found), graphs.ny)
     fault = None if tree.failure is None else str(start.not_assembled(the_scene, tree.failure, u))

@@ -47,7 +47,7 @@ MOST_NODES = 16 * NODES_PER_TURN
 
 
 @dataclass(frozen=True)
-class Begun:
+class StartState:
     """A set of numbers at its start: where steps begin, and what bounds are proved for.
 
     ``whole`` are the numbers of a step, ``consts`` those of a pose, ``reach`` the largest value
@@ -72,7 +72,7 @@ class Begun:
 
 
 @dataclass(frozen=True)
-class Found:
+class CertifiedNearPoses:
     """Certified poses: unknowns' bounds (n, nx), conditions (n,), outputs and rates (n, ny)."""
 
     error: Any
@@ -96,15 +96,15 @@ class NearPoses:
         evaluator = Evaluator(graphs, setting.outputs)
         self._tells, self._turning = evaluator.sign_tells, evaluator.turning
         self._blocks, self._angles = evaluator.lengths, evaluator.angles
-        self._one: Call = graphs.kept("step", lambda: Call(graphs.advance))
-        self._pose: Call = graphs.kept("pose", lambda: Call(graphs.pose))
+        self._one: Call = graphs.cache("step", lambda: Call(graphs.advance))
+        self._pose: Call = graphs.cache("pose", lambda: Call(graphs.pose))
         self._poses = evaluator.pose
-        self._bounds: Call = graphs.kept("constants", lambda: Call(graphs.constants))
+        self._bounds: Call = graphs.cache("constants", lambda: Call(graphs.constants))
         plan, self._s = setting.plan, np.array([setting.plan.sketch[0]])
         self._is_angle = plan.coordinates[0].is_angle
         self._lengths = np.where(graphs.scene.unknowns.turns, 0.0, 1.0)
         self._rates = [float(rate[0, 0]) for rate in (plan.speed, plan.acceleration, plan.jerk)]
-        self._begun: Begun | None = None
+        self._begun: StartState | None = None
 
     def at(self, numbers: Mapping[str, Number], places: Any) -> PoseArrays | None:
         """Return the poses at driver's values `places` (n,), None where one is not proved so.
@@ -130,7 +130,7 @@ class NearPoses:
         fine = np.ones(len(places), bool)
         return PoseArrays(places, fine, found.error, found.condition, self.setting, found.y)
 
-    def _begin(self, numbers: dict[str, Number], u: float) -> Begun | None:
+    def _begin(self, numbers: dict[str, Number], u: float) -> StartState | None:
         """Return the assembled sketch with other numbers."""
         p = self._numbers(numbers)
         found = None if p is None else self._start(self._s, p)
@@ -156,11 +156,11 @@ class NearPoses:
             return None
         if (signs != sign)[branches].any() or (np.abs(x) > size_x).any():
             return None
-        return Begun(
+        return StartState(
             numbers, s, state, signs, whole, consts, kappa, rho, mu, size_x, reach, size, scale, p
         )
 
-    def _stepped(self, begun: Begun, u: float) -> Any:
+    def _stepped(self, begun: StartState, u: float) -> Any:
         """Return unknowns (nx,) at a value of the driver after proved steps, or None."""
         n, way = self.graphs.nx, u - begun.s
         if not way:
@@ -172,11 +172,11 @@ class NearPoses:
         return None if nodes is None else nodes[1][-1][-1, :n]
 
     @staticmethod
-    def _largest(begun: Begun) -> float:
+    def _largest(begun: StartState) -> float:
         """Return the largest step, in the driver's unit."""
         return 2 * np.pi / NODES_PER_TURN * begun.unit
 
-    def _nodes(self, begun: Begun, to: float, most: int) -> tuple[list[Any], list[Any]] | None:
+    def _nodes(self, begun: StartState, to: float, most: int) -> tuple[list[Any], list[Any]] | None:
         """Return places and states (., k) of proved steps from the start; None: not proved.
 
         Steps that are not proved are halved.
@@ -210,7 +210,7 @@ class NearPoses:
                 return None
         return places, found
 
-    def _several(self, begun: Begun, places: Any) -> Found | None:
+    def _several(self, begun: StartState, places: Any) -> CertifiedNearPoses | None:
         """Return poses at several places, None where one is not proved."""
         nodes = self._all_nodes(begun, places)
         if nodes is None:
@@ -219,7 +219,7 @@ class NearPoses:
         guess = np.repeat(nodes[1], len(places), axis=0) if alone else quintic(*nodes, places)
         return self._all_solved(begun, guess, places)
 
-    def _all_nodes(self, begun: Begun, places: Any) -> tuple[Any, Any, Any, Any] | None:
+    def _all_nodes(self, begun: StartState, places: Any) -> tuple[Any, Any, Any, Any] | None:
         """Return s (m,), x, x', x'' (m, nx) of proved steps over all places, or None."""
         low = self._nodes(begun, min(float(places.min()), begun.s), MOST_NODES)
         high = low and self._nodes(begun, max(float(places.max()), begun.s), MOST_NODES)
@@ -232,7 +232,7 @@ class NearPoses:
         X, V, A = (whole[:, k * n : (k + 1) * n] for k in range(3))
         return np.concatenate(S), X, V, A
 
-    def _all_proved(self, begun: Begun, x: Any, test: Any, det: Any, miss: Any) -> bool:
+    def _all_proved(self, begun: StartState, x: Any, test: Any, det: Any, miss: Any) -> bool:
         """Return whether all steps are plainly proved, told by the largest of all alone."""
         largest = np.maximum.reduce
         if not (largest(test, axis=None) <= 1 and largest(miss, axis=None) <= 1):
@@ -240,13 +240,13 @@ class NearPoses:
         ahead = np.minimum.reduce(det * begun.sign, axis=None) > 0
         return bool(ahead and largest(np.abs(x) - begun.size_x, axis=None) <= 0)
 
-    def _proved(self, begun: Begun, x: Any, test: Any, det: Any, miss: Any) -> Any:
+    def _proved(self, begun: StartState, x: Any, test: Any, det: Any, miss: Any) -> Any:
         """Return which steps (k,) are proved for all blocks; what is not a number is not."""
         blocks = (test <= 1) & (miss <= 1) & (det * begun.sign > 0)
         return np.atleast_2d(blocks).all(axis=1) & (np.abs(x) <= begun.size_x).all(axis=1)
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _solved(self, begun: Begun, guess: Any, u: float) -> Found | None:
+    def _solved(self, begun: StartState, guess: Any, u: float) -> CertifiedNearPoses | None:
         """Return the pose near unknowns that lie on the path, None where it is not certified."""
         kappa, place = begun.kappa, np.array([u])
         x, error, det, beta, eta, *y = self._pose(guess, place, begun.consts)
@@ -261,10 +261,10 @@ class NearPoses:
             return None
         y = in_time([part[None, :] for part in y], *self._rates)
         condition = np.array([max(1.0, *(begun.mu * beta).tolist())])
-        return Found(error[None, :], condition, y)
+        return CertifiedNearPoses(error[None, :], condition, y)
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _all_solved(self, begun: Begun, guess: Any, places: Any) -> Found | None:
+    def _all_solved(self, begun: StartState, guess: Any, places: Any) -> CertifiedNearPoses | None:
         """Return the poses near unknowns (n, nx) on the path, None where one is not certified."""
         kappa, u = begun.kappa, places[:, None]
         results = self._poses(guess, u, begun.consts)
@@ -281,15 +281,15 @@ class NearPoses:
         if not self._certified(begun, guess, x, det, beta, eta, first):
             return None
         condition = (begun.mu * beta).max(axis=1, initial=1.0)
-        return Found(error, condition, in_time(y, *self._rates))
+        return CertifiedNearPoses(error, condition, in_time(y, *self._rates))
 
-    def _again(self, begun: Begun, left: Any, eta: Any) -> Any:
+    def _again(self, begun: StartState, left: Any, eta: Any) -> Any:
         """Return for which blocks another step of Newton's method brings something."""
         tiny = TINY * np.where(self._blocks, begun.scale, 1.0)
         return (left > tiny) | (self._turning & (eta > CARRIED))
 
     def _certified(
-        self, begun: Begun, guess: Any, x: Any, det: Any, beta: Any, eta: Any, first: Any
+        self, begun: StartState, guess: Any, x: Any, det: Any, beta: Any, eta: Any, first: Any
     ) -> bool:
         """Return whether all blocks of all poses are certified to be on the path's branch."""
         slope = begun.kappa * beta

@@ -19,7 +19,7 @@ from mechdae.errors import FreedomError, SolveError, UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.assembly import start
 from mechdae.motion.assembly.assembler import Assembler
-from mechdae.motion.assembly.idle_freedom import settled
+from mechdae.motion.assembly.idle_freedom import built_without_idle_freedom
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.kinematics.extremes import Spans
@@ -27,10 +27,10 @@ from mechdae.motion.kinematics.shapes import Shapes, Sized, free_numbers, size_o
 from mechdae.motion.measures import measure
 from mechdae.motion.measures.measured import Measured
 from mechdae.motion.setup.drivers import DriverPlan, plan, sketched
+from mechdae.motion.setup.likely_typos import driver_slips
 from mechdae.motion.setup.named_outputs import NamedOutputs, requests, time_of
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.motion.setup.scales import Constants, divisors
-from mechdae.motion.setup.slips import driver_slips
 from mechdae.records import dataclass
 from mechdae.results import Summary
 
@@ -55,7 +55,7 @@ class Shape:
     @property
     def size(self) -> int:
         """Estimated bytes of its kernels."""
-        return size_of(self.scene.model.kept, self.scene.kept, self.graphs.kept)
+        return size_of(self.scene.model.cache, self.scene.cache, self.graphs.cache)
 
     def at(self, mechanism: Mechanism, plan: DriverPlan, on_change_point: str) -> Setting:
         """Return the setting of a mechanism of this structure."""
@@ -142,7 +142,9 @@ def prepare(
         shape = _shape(model, numbers, task, more, kept, coarse)
         return shape.of(model, numbers, task.on_change_point)
 
-    built = settled(build, lambda setting: start.try_redundant(setting.assembler, numbers))
+    built = built_without_idle_freedom(
+        build, lambda setting: start.try_redundant(setting.assembler, numbers)
+    )
     SHAPES.put(key, built.shape)
     return built
 

@@ -26,7 +26,7 @@ from mechdae.results import (
     FINE,
     LOST,
     Event,
-    Later,
+    LazyPart,
     Named,
     Series,
     Status,
@@ -194,9 +194,9 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         assumed = about_speeds(problem.mechanism, task) if task.derivatives else []
         summary["assumptions"] = assumed + (about_closure(problem.mechanism) if opened else [])
     events, rollers = _undercut(setting, run)
-    fault: str | Later | None
+    fault: str | LazyPart | None
     if len(status) and status[0] == CODES[Status.UNASSEMBLED]:  # its modes are looked for
-        fault = Later(lambda: {"fault": _fault(setting, run, status, failed, rollers)})
+        fault = LazyPart(lambda: {"fault": _fault(setting, run, status, failed, rollers)})
     else:
         fault = _fault(setting, run, status, failed, rollers)
     if rollers:
@@ -221,7 +221,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     )
 
 
-def _work(setting: Setting, run: Run) -> Later:
+def _work(setting: Setting, run: Run) -> LazyPart:
     """Return what the poses cost, with what is still to be computed when it is read."""
     counts, evaluator, spans = run.path.counts, run.evaluator, run.spans
     work = {
@@ -241,7 +241,7 @@ def _work(setting: Setting, run: Run) -> Later:
         refined = work["refined_poses"] + spans.refined
         return {"work": work | {"pose_evaluations": evaluations, "refined_poses": refined}}
 
-    return Later(whole)
+    return LazyPart(whole)
 
 
 def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
@@ -369,10 +369,10 @@ def _drivers(plan: DriverPlan, values: Any, task: Sweep) -> Named:
     return Named("driver", table)
 
 
-def _mode(setting: Setting, run: Run) -> Later:
+def _mode(setting: Setting, run: Run) -> LazyPart:
     """Return the label of the assembly mode the path starts on, which may need a search."""
     labels, begin = setting.assembler.labels, _start(run)
-    return Later(lambda: {"mode": labels.of_pose(*begin)})
+    return LazyPart(lambda: {"mode": labels.of_pose(*begin)})
 
 
 def _start(run: Run) -> tuple[Any, Any]:

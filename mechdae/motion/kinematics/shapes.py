@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, Generic, Protocol, TypeVar
 
-from mechdae.equations.kept import Kept
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.run.numpy_backend import CACHE_BYTES, NumpyFunction
 
 MOST = 16
@@ -34,7 +34,7 @@ class Sized(Protocol):
         """Estimated bytes."""
 
 
-class Held:
+class CacheOwner:
     """The structures that someone used last, who thereby keeps them.
 
     ``free`` are numbers that stay symbols in them even where they are zero.
@@ -56,7 +56,7 @@ class Held:
             self._last.popitem(last=False)
 
 
-_HOLDER: ContextVar[Held | None] = ContextVar("holder", default=None)
+_HOLDER: ContextVar[CacheOwner | None] = ContextVar("holder", default=None)
 
 
 class Shapes(Generic[T]):
@@ -125,7 +125,7 @@ class Shapes(Generic[T]):
 
 
 @contextmanager
-def held_by(holder: Held) -> Iterator[None]:
+def keep_for(holder: CacheOwner) -> Iterator[None]:
     """Let `holder` keep the structures that are used meanwhile."""
     token = _HOLDER.set(holder)
     try:
@@ -140,7 +140,7 @@ def free_numbers() -> frozenset[str]:
     return holder.free if holder is not None else frozenset()
 
 
-def size_of(*kept: Kept) -> int:
+def size_of(*kept: StructureCache) -> int:
     """Return the estimated bytes of kernels."""
     every = [own for one in kept for own in _within(one)]
     known = kept[0]("size", lambda: [0, 0])  # how many things were counted, and their size
@@ -154,10 +154,10 @@ def size_of(*kept: Kept) -> int:
     return int(known[1])
 
 
-def _within(kept: Kept) -> Iterator[Kept]:
+def _within(kept: StructureCache) -> Iterator[StructureCache]:
     """Yield what is kept, and what that keeps itself."""
     yield kept
     for made in kept.values():
-        inner = made if isinstance(made, Kept) else getattr(made, "kept", None)
-        if isinstance(inner, Kept):
+        inner = made if isinstance(made, StructureCache) else getattr(made, "kept", None)
+        if isinstance(inner, StructureCache):
             yield from _within(inner)

@@ -14,7 +14,7 @@ from mechdae.errors import InputError, UnavailableError
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.measures import bars, centres, curve, screws, transmission
-from mechdae.motion.measures.courses import courses, quantities
+from mechdae.motion.measures.along_sweep_extremes import courses, quantities
 from mechdae.motion.measures.dwell import dwells
 from mechdae.motion.measures.extremes import envelope, extremes, stationary_events
 from mechdae.motion.measures.measured import OF_POSES, Measured

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.motion.measures.courses import travel
-from mechdae.motion.measures.stops import AT_REST
+from mechdae.motion.measures.along_sweep_extremes import travel
+from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.track import KNOWN, SAME, Family, Piece, Sample, Track
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
 from mechdae.numerics.quadrature import KRONROD, PLACES, Substitution, integrate

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.motion.measures.courses import Course
-from mechdae.motion.measures.stops import stops
+from mechdae.motion.measures.along_sweep_extremes import Course
+from mechdae.motion.measures.stationary_places import stops
 from mechdae.motion.measures.track import SAME, TURN, Piece, Sample, Track
 
 ROUNDS = 60

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechdae.motion.measures.courses import Course
-from mechdae.motion.measures.stops import AT_REST
+from mechdae.motion.measures.along_sweep_extremes import Course
+from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.track import Track
 
 

@@ -18,7 +18,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.errors import InputError
 from mechdae.motion.measures.centres import FAR, MOST, bodies_of
-from mechdae.motion.measures.stops import AT_REST
+from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.records import dataclass
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.motion.measures.courses import ReportedScalar, travel
-from mechdae.motion.measures.stops import AT_REST, stops
+from mechdae.motion.measures.along_sweep_extremes import ReportedScalar, travel
+from mechdae.motion.measures.stationary_places import AT_REST, stops
 from mechdae.motion.measures.track import SAME, TURN, Piece, Track
 
 CLOSED = 1e-9

@@ -17,11 +17,11 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import RATES, TIME, coordinates_of, names_of, reactions_of
-from mechdae.equations.kept import Kept
 from mechdae.equations.model import FUNCTIONS, Model
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.setup.drivers import DriverPlan
 from mechdae.motion.setup.outputs import Request
 from mechdae.results import OUTPUT_RATES, Named, Series
@@ -69,7 +69,7 @@ class NamedOutputs:
     def __init__(
         self, model: Model, names: Sequence[str], derivatives: int, listed: bool, time: bool
     ) -> None:
-        self.model, self.derivatives, self.kept = model, derivatives, Kept()
+        self.model, self.derivatives, self.cache = model, derivatives, StructureCache()
         self.notes: list[str] = []
         self.rates: dict[str, int] = {}
         self.orders = {name: coordinates_of(model.mechanism, name) for name in names}
@@ -117,7 +117,7 @@ class NamedOutputs:
 
     def _batch(self) -> Batch:
         """Return the function [coordinates and rates, t, p] -> values and rates."""
-        made: Batch = self.kept("named outputs", self._made)
+        made: Batch = self.cache("named outputs", self._made)
         return made
 
     def _made(self) -> Batch:

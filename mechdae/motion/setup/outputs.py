@@ -15,9 +15,9 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.choice import is_tree
 from mechdae.errors import UnknownName
-from mechdae.motion.setup.turning import turning
+from mechdae.motion.setup.angular_rates import turning
 from mechdae.records import dataclass
-from mechdae.results import Later, Named, Series
+from mechdae.results import LazyPart, Named, Series
 from mechdae.types import Floats, Points, Sym
 
 RATES = {
@@ -255,7 +255,7 @@ class Outputs:
         if len(values) >= 3:
             for entry in self.entries:
                 if entry.name == "slide" and not is_tree(self.scene.model):
-                    later = Later(partial(self._coriolis, entry, values))
+                    later = LazyPart(partial(self._coriolis, entry, values))
                     tables["joints"][entry.part]["coriolis"] = later
         for kind, parts in (extra or {}).items():
             for part, arrays in parts.items():

@@ -71,7 +71,7 @@ class Constants:
             values = graphs.constants(*sizes, self.scale, self.floors, *self.boxes)
             self.kappa, self.rho, self.mu = (np.array(value).max(axis=1) for value in values)
         else:
-            call: Call = graphs.kept("constants", lambda: Call(graphs.constants))
+            call: Call = graphs.cache("constants", lambda: Call(graphs.constants))
             boxes = (part.ravel() for part in self.boxes)
             self.kappa, self.rho, self.mu = call(*sizes, self.scale, self.floors, *boxes)
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from mechdae.errors import InputError
 from mechdae.numerics.homotopy.certify import CertifiedSolutions, apart, certify
-from mechdae.numerics.homotopy.study import MOST, conjugate, displacement, product, quadrics
 from mechdae.numerics.homotopy.study_chart import (
     ChartedSolutions,
     StudyChart,
@@ -21,6 +20,13 @@ from mechdae.numerics.homotopy.study_chart import (
     points,
     same,
     study,
+)
+from mechdae.numerics.homotopy.study_quadrics import (
+    MOST,
+    conjugate,
+    displacement,
+    product,
+    quadrics,
 )
 from mechdae.numerics.homotopy.tracker import distinct, track
 from mechdae.records import dataclass

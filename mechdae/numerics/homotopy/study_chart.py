@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.numerics.homotopy.certify import CertifiedSolutions
-from mechdae.numerics.homotopy.study import quadrics
+from mechdae.numerics.homotopy.study_quadrics import quadrics
 from mechdae.numerics.homotopy.tracker import System
 from mechdae.records import dataclass
 

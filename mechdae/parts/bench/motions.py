@@ -13,7 +13,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Motion
 from mechdae.dynamics.task import motion, prepared
-from mechdae.parts.bench.works import OURS, MotionWork, RubbingWork, Way
+from mechdae.parts.bench.motion_cases import OURS, MotionWork, RubbingWork, Way
 from mechdae.parts.bench.yardstick import yardstick
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

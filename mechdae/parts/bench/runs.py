@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mechdae import __version__
-from mechdae.describe.file.whole import whole_file
+from mechdae.describe.file.atomic_write import whole_file
 from mechdae.kernels.machine.library import backend
 
 STAMP = ("run", "date", "version", "back_end", "load")

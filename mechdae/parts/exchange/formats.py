@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.additions import Added, Registry
+from mechdae.describe.file.atomic_write import whole_file
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.whole import whole_file
 from mechdae.errors import InputError, UnknownName
 from mechdae.tasks.motion_of import motion_of
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.file.atomic_write import whole_file
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.whole import whole_file
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.table import Table
@@ -28,7 +28,8 @@ from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run as followed
-from mechdae.parts.page import efforts, link, live, scenes, ways
+from mechdae.parts.page import efforts, link, live, scenes
+from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
 from mechdae.parts.page.reasons import said
 from mechdae.parts.page.space_scenes import space_of

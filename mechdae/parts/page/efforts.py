@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import LoadedRun, unknown_columns
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
@@ -18,7 +18,7 @@ PARAMETERS = 6
 """Place of the parameters among the inputs of the balance."""
 
 
-def why_without(statics: Statics) -> str:
+def why_without(statics: InverseDynamics) -> str:
     """Return the key of the reason why forces cannot be live, "" where they can."""
     if statics.scene.model.space.behind:
         return "space"
@@ -29,7 +29,7 @@ def why_without(statics: Statics) -> str:
     return ""
 
 
-def functions(statics: Statics) -> Mapping[str, Any]:
+def functions(statics: InverseDynamics) -> Mapping[str, Any]:
     """Return the functions that the page calls, by the names that they have there."""
     balance = statics.balance
     found = {"report": balance.report(statics.coupled), "slipping": balance.slipping}
@@ -45,7 +45,7 @@ def functions(statics: Statics) -> Mapping[str, Any]:
     return found
 
 
-def used(statics: Statics) -> set[int]:
+def used(statics: InverseDynamics) -> set[int]:
     """Return the places of the parameters on which forces depend."""
     report = statics.balance.report(statics.coupled)
     found: set[int] = set()

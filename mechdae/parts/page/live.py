@@ -22,7 +22,7 @@ from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.reachable_arc import TURNING
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.setup.outputs import RATES, Outputs, ReportedQuantity
-from mechdae.parts.page import ways
+from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import HELPERS, Printed, printed
 from mechdae.records import dataclass
 

@@ -92,7 +92,7 @@ def _arrays(result: Result) -> dict[str, Any]:
 
 def write_files(result: Result, place: Path) -> list[Path]:
     """Write JSON, CSV, NPZ and the problem files of designs into a folder that is there."""
-    from mechdae.describe.file.whole import whole_file  # only where files are written
+    from mechdae.describe.file.atomic_write import whole_file  # only where files are written
 
     texts: dict[str, Iterable[str]] = {".json": _json_pieces(result), ".csv": _csv_pieces(result)}
     for rank, design in enumerate(result.data.get("designs", ()), 1):

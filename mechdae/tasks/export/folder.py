@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe.file.whole import whole_file
+from mechdae.describe.file.atomic_write import whole_file
 from mechdae.errors import InputError, MechdaeError, ProblemFileError, UnknownName
 from mechdae.results import Result
 from mechdae.tasks.export.files import write_files

@@ -11,7 +11,8 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.design.studies.batches.march import Followed, March
+from mechdae.design.studies.batches.lane_extremes import Ways
+from mechdae.design.studies.batches.march import Followed, LaneFollower
 from mechdae.design.studies.batches.modes import StartingModes, Starts
 from mechdae.design.studies.batches.numbers import Numbers, bounds_of, numbers_of
 from mechdae.design.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
@@ -22,7 +23,6 @@ from mechdae.design.studies.batches.readings import (
     WayReading,
     reading_of,
 )
-from mechdae.design.studies.batches.ways import Ways
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
 from mechdae.motion.continuation.evaluate import TURN, in_time
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
@@ -221,7 +221,7 @@ class SeriesBatch:
         size_u = np.array([max(np.abs(values).max(), np.abs(s).max()) + margin])
         consts, mu, size_x = bounds_of(g, numbers, lanes, size_u)
         largest = 2 * np.pi / NODES_PER_TURN * size
-        march = March(g, self.modes.form, consts, size_x, scale, largest)
+        march = LaneFollower(g, self.modes.form, consts, size_x, scale, largest)
         trace, ends = march.begin(starts.x[lanes], s)
         other = march.sign != starts.sign[lanes].T
         trace.left |= other[self.modes.form.branches].any(axis=0)
@@ -278,7 +278,7 @@ class SeriesBatch:
             part[run.lanes[rows]] = values
 
     def _the_other_way(
-        self, march: March, trace: Followed, ends: Any, values: Any, grid: Any
+        self, march: LaneFollower, trace: Followed, ends: Any, values: Any, grid: Any
     ) -> None:
         """Follow lanes that ended on one side to their other end: poses may be there too."""
         low, high = trace.whole

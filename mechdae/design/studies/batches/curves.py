@@ -13,7 +13,7 @@ import numpy as np
 
 from mechdae.design.studies.batches.track import LaneTrack
 from mechdae.motion.measures.curve import CLOSED, CUSP, STEPS
-from mechdae.motion.measures.stops import AT_REST
+from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.numerics.quadrature import GAUSS, KRONROD, NOISE, PLACES, SHRINKS, TOLERANCE
 
 HALVINGS = 12

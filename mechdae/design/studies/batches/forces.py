@@ -19,9 +19,9 @@ from mechdae.design.studies.batches.poses import AT_ONCE
 from mechdae.design.studies.batches.readings import ForceReading, Reading
 from mechdae.errors import UnknownName
 from mechdae.forces.checks import powers_of
-from mechdae.forces.faults import TOLERANCE, about_friction
+from mechdae.forces.force_messages import TOLERANCE, about_friction
 from mechdae.forces.friction_branches import FrictionSolutions, some
-from mechdae.forces.inverse_dynamics import FACTOR, LoadedPoses, Statics
+from mechdae.forces.inverse_dynamics import FACTOR, InverseDynamics, LoadedPoses
 from mechdae.forces.meshes import meshed
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import loaded_bodies, requests, unknown_columns
@@ -35,7 +35,7 @@ from mechdae.results import Status
 WIDTHS = {"reaction": 3, "reaction_uncoupled": 3}
 
 
-class LaneStatics(Statics):
+class LaneStatics(InverseDynamics):
     """The balance of forces of a scene over poses of many mechanisms."""
 
     single = frozenset((FACTOR,))
@@ -101,7 +101,7 @@ class ForcesBatch(SeriesBatch):
         motion = LoadedPoses(none, none, none, None, np.zeros(0), g.nx, p, np.zeros(0))
         return solved(self.statics, motion, np.zeros(0, bool))
 
-    def _tables(self, statics: Statics, answer: PoseForces) -> dict[str, dict[str, Any]]:
+    def _tables(self, statics: InverseDynamics, answer: PoseForces) -> dict[str, dict[str, Any]]:
         """Return the series of joints by name; under '' those of drivers, by their paths."""
         found = series_of(statics, answer, self.task, None)
         efforts, parts = efforts_of(self.setting, statics, answer, self.task)
@@ -163,7 +163,7 @@ class ForcesBatch(SeriesBatch):
         return motion, there & motion.there
 
     @staticmethod
-    def _checked(statics: Statics, answer: PoseForces, k: int) -> Any:
+    def _checked(statics: InverseDynamics, answer: PoseForces, k: int) -> Any:
         """Return the lanes (k,) in which powers and bodies are balanced."""
         driven, loads, lost, rate, _, sizes = powers_of(statics, answer)
         left = statics.imbalance(answer.inputs, answer.sizes, answer.whole, answer.coupled)

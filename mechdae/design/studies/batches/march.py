@@ -20,7 +20,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.motion.assembly.closed_start import MARGIN
 from mechdae.motion.continuation.any_path import FAR, STRIDE, strides
 from mechdae.motion.continuation.follower import NEARLY
-from mechdae.motion.continuation.front import SHRUNK, SMALLEST
+from mechdae.motion.continuation.path_end import SHRUNK, SMALLEST
 from mechdae.records import dataclass
 
 GROWTH = 1.5
@@ -81,7 +81,7 @@ class FrontStates:
         return self.up if sense > 0 else self.down
 
 
-class March:
+class LaneFollower:
     """Follows lanes of one scene with a single driver.
 
     Parameters
@@ -104,7 +104,7 @@ class March:
         largest: Any,
     ) -> None:
         self.graphs, self.form, self.largest = graphs, form, largest
-        self.advance: Batch = graphs.kept("lanes", lambda: Batch(graphs.advance, many=MANY))
+        self.advance: Batch = graphs.cache("lanes", lambda: Batch(graphs.advance, many=MANY))
         tail = np.broadcast_to([0.0, 1.0], (len(consts), 2))  # u0 and d: the driver itself
         self.numbers = np.ascontiguousarray(np.hstack([consts, tail]).T)
         far = np.where(graphs.scene.unknowns.lengths, FAR * scale[:, None], np.inf)
@@ -158,14 +158,15 @@ class March:
         for sense, extent in ((1.0, trace.last), (-1.0, trace.first)):
             rows = np.flatnonzero((goal - extent[lanes]) * sense > 0)
             if rows.size:
-                _Going(self, trace, ends, lanes[rows], goal[rows], grid, sense, first).run()
+                _OneWay(self, trace, ends, lanes[rows], goal[rows], grid, sense, first).run()
 
 
-class _Going:
+class _OneWay:
     """Lanes on their way in one sense."""
 
     def __init__(
-        self, march: March, trace: Followed, ends: FrontStates, lanes: Any, goal: Any, grid: Any,
+        self, march: LaneFollower, trace: Followed, ends: FrontStates, lanes: Any, goal: Any,
+        grid: Any,
         sense: float, first: bool,
     ) -> None:  # fmt: skip
         self.march, self.trace, self.sense, self.first = march, trace, sense, first

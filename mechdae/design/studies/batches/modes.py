@@ -138,7 +138,7 @@ class StartingModes:
         return total
 
     def _gaps(self, n: int, entry: SketchNumber, x: Any, u: Any, numbers: Numbers) -> Any:
-        value: Batch = self.graphs.kept(
+        value: Batch = self.graphs.cache(
             ("sketched", entry.coordinate), lambda: Batch(entry.value.function)
         )
         own_x, own_u, own_p = entry.value.held

@@ -266,7 +266,7 @@ def bounds_of(graphs: Graphs, numbers: Numbers, rows: Any, size_u: Any) -> tuple
     largest = float(np.max(np.abs(size_u) * turned, initial=0.0))
     unit = np.where(scene.unknowns.turns, 4 * np.pi + 2 * largest, 0.0)
     size_x = unit + np.where(scene.unknowns.turns, 0.0, 10 * scale[:, None])
-    batch: Batch = graphs.kept("constants of lanes", lambda: Batch(graphs.constants))
+    batch: Batch = graphs.cache("constants of lanes", lambda: Batch(graphs.constants))
     count = len(p)
     none = np.zeros((count, 0))
     u = np.broadcast_to(size_u, (count, graphs.nu))
@@ -278,7 +278,7 @@ def bounds_of(graphs: Graphs, numbers: Numbers, rows: Any, size_u: Any) -> tuple
 def _scale(setting: Setting) -> Batch:
     """Return the function of the parameters that gives the size of the mechanism."""
     model = setting.scene.model
-    scale: Batch = setting.graphs.kept("scale of lanes", lambda: Batch(_scale_of(model)))
+    scale: Batch = setting.graphs.cache("scale of lanes", lambda: Batch(_scale_of(model)))
     return scale
 
 

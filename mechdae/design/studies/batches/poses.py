@@ -12,7 +12,7 @@ from mechdae.design.studies.batches.march import Followed
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.continuation.evaluate import (
     CARRIED,
     H_LIMIT,
@@ -159,7 +159,7 @@ class LanePoses:
     def __init__(self, graphs: Graphs, outputs: Outputs, form: ClosedForm, asked: Asked) -> None:
         self.graphs, self.form, self.asked = graphs, form, asked
         key = ("poses of lanes", asked.order, tuple(asked.columns))
-        self.pose: Batch = graphs.kept(key, lambda: Batch(_only(graphs, asked)))
+        self.pose: Batch = graphs.cache(key, lambda: Batch(_only(graphs, asked)))
         unknowns = graphs.scene.unknowns
         self.angles = unknowns.turns[:, None]
         turning = [unknowns.turns[g.own].any() for g in graphs.blocks]

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import UnknownName
 from mechdae.motion.measures import transmission
-from mechdae.motion.measures.courses import quantities
+from mechdae.motion.measures.along_sweep_extremes import quantities
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
 

@@ -18,7 +18,7 @@ from mechdae.design.studies.batches.poses import AT_ONCE, Asked
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.continuation.evaluate import TURN, in_time
 
 SX = ca.SX
@@ -39,7 +39,7 @@ class Screening(SeriesBatch):
         """Write series of lanes into the table; return which are left, which poses are there."""
         graphs, form = self.setting.graphs, self.modes.form
         key = ("screened", self.asked.order, tuple(self.asked.columns))
-        kernel, unwound = graphs.kept(key, lambda: _kernel(graphs, form, self.asked))
+        kernel, unwound = graphs.cache(key, lambda: _kernel(graphs, form, self.asked))
         columns, n = len(self.asked.columns), len(values)
         place = {column: k for k, column in enumerate(self.asked.columns)}
         there = np.zeros((len(lanes), n), bool)

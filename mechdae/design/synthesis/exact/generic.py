@@ -11,7 +11,7 @@ from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.design.synthesis.exact.conditions import PathConditions
 from mechdae.design.synthesis.exact.dyad_conditions import COUNT, DyadConditions
 from mechdae.numerics.homotopy.families import round_trip
-from mechdae.numerics.homotopy.trace_test import TraceTest, trace_test
+from mechdae.numerics.homotopy.trace_check import TraceTest, trace_test
 from mechdae.records import dataclass
 
 TRIPS = 60

@@ -17,7 +17,7 @@ from mechdae.design.synthesis.exact.dyad_conditions import DyadConditions
 from mechdae.design.synthesis.exact.generic import GenericSolutions, generic, generic_dyads
 from mechdae.errors import InputError
 from mechdae.numerics.homotopy.boxes import apart, enclosed
-from mechdae.numerics.homotopy.trace_test import LINEAR
+from mechdae.numerics.homotopy.trace_check import LINEAR
 
 STORE = Path(__file__).resolve().parent / "four_bars.npz"
 TRIPLES = 1442

@@ -32,7 +32,7 @@ from mechdae.design.synthesis.verification.quantities import reduced
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import InputError
 from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 SX = ca.SX
 SAMPLES = 4_000

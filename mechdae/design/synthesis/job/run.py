@@ -20,11 +20,11 @@ from mechdae.design.jobs.executors import Borrowed, Processes, Supply
 from mechdae.design.synthesis.designs import FEASIBLE
 from mechdae.design.synthesis.exact.complete import PathWork
 from mechdae.design.synthesis.exact.complete import here as followed_here
-from mechdae.design.synthesis.front import synthesized as designs_of
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.job.log import Log, fingerprint
 from mechdae.design.synthesis.job.worker import Work, followed, solved, text_of
 from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.pareto import synthesized as designs_of
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.synthesize import Job as Start
 from mechdae.errors import InputError, MechdaeError

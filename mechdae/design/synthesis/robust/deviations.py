@@ -17,7 +17,7 @@ import numpy as np
 from mechdae.design.synthesis.poses import FreePoses
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.equations.parameters import parameters_of
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 
 SX = ca.SX
 PROBES = 9

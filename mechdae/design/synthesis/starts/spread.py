@@ -15,8 +15,8 @@ import numpy as np
 
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.kernels.run.numpy_backend import straight
-from mechdae.kernels.run.without_repeats import without_repeats
 
 SX = ca.SX
 FIRST, NEXT = 14, 4

@@ -165,7 +165,7 @@ class GroupParts:
         def function() -> Call:
             return Call(ca.Function("n", [self.model.p], [ca.densify(ca.SX(make()))]))
 
-        return self.model.kept(("number", name), function)(self.p)[0]
+        return self.model.cache(("number", name), function)(self.p)[0]
 
     def turn(self, joint: Joint, u: Any) -> float:
         """Return the angle of a joint's second body less that of its first."""

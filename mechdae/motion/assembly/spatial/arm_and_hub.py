@@ -16,7 +16,7 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses, OtherShape
 from mechdae.motion.assembly.spatial.known_sides import KnownSides
-from mechdae.motion.setup.turning import quaternions
+from mechdae.motion.setup.angular_rates import quaternions
 
 MOST = 4
 BASIS = f"closed form: a circle and a sphere, twice, so at most {MOST} poses"

@@ -11,7 +11,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses, OtherShape
 from mechdae.motion.assembly.spatial.known_sides import KnownSides
 from mechdae.numerics.homotopy.platforms import platform_poses
-from mechdae.numerics.homotopy.study import MOST
+from mechdae.numerics.homotopy.study_quadrics import MOST
 
 LEGS = 6
 BASIS = f"homotopy: {MOST} complex poses are certified, as many as there can be"

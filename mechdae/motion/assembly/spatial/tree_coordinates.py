@@ -11,7 +11,7 @@ from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.motion.assembly.linkage.rigid_parts import OtherShape
-from mechdae.motion.setup.turning import quaternions
+from mechdae.motion.setup.angular_rates import quaternions
 
 READ = {"angle", "slide", "x", "y", *QUATERNION}
 

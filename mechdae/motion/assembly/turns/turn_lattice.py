@@ -120,7 +120,7 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
     inside = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
     if not any(joints[name].meshes for name in inside):
         key = ("single turns", *map(tuple, blocks))
-        known: list[Lattice] = scene.kept(
+        known: list[Lattice] = scene.cache(
             key, lambda: [Lattice(_units(scene, own), len(own)) for own in blocks]
         )
         return known

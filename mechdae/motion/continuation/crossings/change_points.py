@@ -202,13 +202,13 @@ class CrossingFinder:
     def jet(self, b: int, s: float, x: Any, rates: Any, z: Any) -> tuple[Any, ...]:
         """Return F, J, f', f'', f''' of a block for x, (x', x'') and (z, z', z'', z''')."""
         g = self.graphs
-        call = g.kept(("jets", b), lambda: Call(jets(g.scene, g.blocks[b])))
+        call = g.cache(("jets", b), lambda: Call(jets(g.scene, g.blocks[b])))
         F, J, *rest = call(x, *rates, *z, *self.drivers(s), self.p)
         return (F, J.reshape(len(F), -1), *rest)
 
     def _system(self, b: int) -> Call:
         g = self.graphs
-        call: Call = g.kept(("crossing", b), lambda: Call(crossing(g.scene, g.blocks[b])))
+        call: Call = g.cache(("crossing", b), lambda: Call(crossing(g.scene, g.blocks[b])))
         return call
 
     # -- unknowns of earlier blocks ----------------------------------------------------------

@@ -121,7 +121,7 @@ class ExactPoses:
             inputs = [graph.x, graph.z, self.graphs.scene.u, graph.p]
             return ca.Function("FJ", inputs, [ca.densify(ca.vertcat(graph.F, ca.vec(graph.J)))])
 
-        function = self.graphs.kept(("F and J", b), make)
+        function = self.graphs.cache(("F and J", b), make)
         parts = [[x[i] for i in graph.own], [x[i] for i in graph.uses]]
         return decimals(function, [*parts, u, self.constants.p[graph.params]])
 
@@ -144,7 +144,7 @@ class ExactPoses:
             found = function(*symbols)
             return ca.Function("rates", symbols, [ca.vertcat(found[2], found[3])])
 
-        function, n, nothing = g.kept(("rates", b), make), graph.size, [Decimal(0)] * graph.size
+        function, n, nothing = g.cache(("rates", b), make), graph.size, [Decimal(0)] * graph.size
         z = [[x[i] for i in graph.uses], *(part[graph.uses] for part in whole[1:])]
         at = [*z, *driven, self.constants.p]
         own, v = [x[i] for i in graph.own], nothing
@@ -169,7 +169,7 @@ class ExactPoses:
             slope = ca.densify(ca.jacobian(graph.F, g.scene.u))
             return ca.Function("by_u", [graph.x, graph.z, g.scene.u, graph.p], [slope])
 
-        function = g.kept(("by drivers", b), make)
+        function = g.cache(("by drivers", b), make)
         parts = [[float(x[i]) for i in places] for places in (graph.own, graph.uses)]
         values = [float(value) for value in u]
         slope = np.array(function(*parts, values, self.constants.p[graph.params]))

@@ -49,7 +49,7 @@ class ZonePoses:
             function = self.graphs.held(blocks)
             return Batch(function, [function.n_in() - 4])
 
-        batch: Batch = self.graphs.kept(("held", blocks), make)
+        batch: Batch = self.graphs.cache(("held", blocks), make)
         return batch
 
     def held(self, path: AnyPath, s: Any) -> Any:

@@ -183,7 +183,7 @@ class Residuals:
             parts = [ca.densify(ca.jacobian(value, symbols[k])) for k in (3, 2)]
             return ca.Function("by_numbers", symbols, parts)
 
-        function = g.kept(("by numbers", b), make)
+        function = g.cache(("by numbers", b), make)
         first, second = function(x[graph.own], x[graph.uses], u, self.p[graph.params])
         return np.array(first), np.array(second)
 

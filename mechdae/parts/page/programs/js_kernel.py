@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.errors import UnavailableError
-from mechdae.parts.page import link, live, ways
+from mechdae.parts.page import link, live
+from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
 from mechdae.parts.page.programs.kernel_functions import KernelSource, kernel_source, told
 from mechdae.tasks.motion_of import ExportedMotion

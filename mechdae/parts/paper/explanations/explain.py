@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from mechdae.describe.file.atomic_write import whole_file
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.whole import whole_file
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.formulas import Document, Facts, Section

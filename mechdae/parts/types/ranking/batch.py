@@ -17,8 +17,8 @@ from mechdae.errors import MechdaeError
 from mechdae.parts.types.chains.variants.scheme import Variant
 from mechdae.parts.types.ranking.criteria import Criteria, measured
 from mechdae.records import dataclass
+from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve
-from mechdae.tasks.study import study
 
 GOOD = ("ok", "limit")
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from mechdae.numerics.dominance import undominated
 from mechdae.parts.types.schemes.aims import Aim
-from mechdae.parts.types.schemes.pieces import FoundSets
 from mechdae.parts.types.schemes.scheme import Scheme, read
+from mechdae.parts.types.schemes.work_items import FoundSets
 from mechdae.records import dataclass
 
 MOST = 24

@@ -18,8 +18,8 @@ from mechdae.errors import MechdaeError
 from mechdae.parts.types.chains.mechanisms import letters
 from mechdae.parts.types.schemes.aims import ANGLE, CURVE, Aim
 from mechdae.parts.types.schemes.aims import PATH as PATH_AIM
-from mechdae.parts.types.schemes.laid import Laid, output_link
 from mechdae.parts.types.schemes.losses import LossAsked
+from mechdae.parts.types.schemes.placed_design import Laid, output_link
 from mechdae.parts.types.schemes.scheme import SLIDER, Scheme
 from mechdae.records import dataclass
 from mechdae.results import FINE

@@ -23,9 +23,9 @@ from mechdae.design.jobs.log import JobLog
 from mechdae.errors import InputError, MechdaeError
 from mechdae.parts.types.described.composition import CompositionDemand, asked_of, bare_crank
 from mechdae.parts.types.described.task import Composition
-from mechdae.parts.types.schemes.front import SchemeFront, front_of
-from mechdae.parts.types.schemes.pieces import FoundSets, SchemePiece, computed
+from mechdae.parts.types.schemes.certified_pareto import SchemeFront, front_of
 from mechdae.parts.types.schemes.search import Run, SchemeSearch
+from mechdae.parts.types.schemes.work_items import FoundSets, SchemePiece, computed
 from mechdae.results import Summary, SynthesisResult
 
 FORMAT = 1

@@ -18,9 +18,9 @@ from mechdae.parts.types.schemes.aims import aim_of
 from mechdae.parts.types.schemes.archive import Archive, SizedScheme
 from mechdae.parts.types.schemes.growth import Change, grown, merged
 from mechdae.parts.types.schemes.losses import rubbing_of
-from mechdae.parts.types.schemes.pieces import REFINE, SCREEN, FoundSets, SchemePiece
 from mechdae.parts.types.schemes.scheme import Scheme, read
 from mechdae.parts.types.schemes.types import chain_names, named, schemes_of
+from mechdae.parts.types.schemes.work_items import REFINE, SCREEN, FoundSets, SchemePiece
 
 Run = Callable[[Sequence[SchemePiece]], list[FoundSets]]
 CHUNK = 1000

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.watchers.glides import FIRST, LEAST, Glides, weights_of
 from mechdae.numerics.null_space import freedoms
@@ -63,7 +63,7 @@ class Slips:
         joints and loads to which it happens in one instant, in the order of the mechanism.
     """
 
-    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+    def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.kernel = setup.kernel
         self.slips = setup.released.rubbing.slips
@@ -72,7 +72,7 @@ class Slips:
         self.found: list[tuple[float, dict[str, float], str]] = []
         self._fastest = self._strongest = 0.0
         self._last = setup.loose
-        weights = weights_of(self.slips, setup.model.p, setup.model.p_values, self.kernel.kept)
+        weights = weights_of(self.slips, setup.model.p, setup.model.p_values, self.kernel.cache)
         self.glides = Glides(self.slips, weights)
         self._rough = np.full(self.k, RESTS)
         for own in self.glides.groups:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
 from mechdae.numerics.changes import Guide, arcs_of, changes
@@ -28,7 +28,7 @@ FLAGS = ("jammed", "ambiguous", "locking")
 class State:
     """What decides which formula holds at a place of the path: signs, pieces, solutions."""
 
-    def __init__(self, statics: Statics, moving: Moving) -> None:
+    def __init__(self, statics: InverseDynamics, moving: Moving) -> None:
         self.statics, self.moving = statics, moving
 
     def at(self, s: Any, coupled: bool = True) -> PoseForces:

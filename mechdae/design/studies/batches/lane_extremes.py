@@ -16,8 +16,8 @@ from mechdae.design.studies.batches.curves import curve_facts
 from mechdae.design.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
 from mechdae.design.studies.batches.readings import WayReading
 from mechdae.design.studies.batches.track import LaneTrack
-from mechdae.motion.measures.courses import TIE
-from mechdae.motion.measures.stops import AT_REST
+from mechdae.motion.measures.along_sweep_extremes import TIE
+from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.strokes import CLOSED
 from mechdae.motion.measures.track import SAME, TURN
 

@@ -25,8 +25,8 @@ from mechdae.parts.types.schemes.designs import (
     text_of_design,
     tracer,
 )
-from mechdae.parts.types.schemes.laid import Laid, laid, ways_of
 from mechdae.parts.types.schemes.losses import rubbing_of
+from mechdae.parts.types.schemes.placed_design import Laid, laid, ways_of
 from mechdae.parts.types.schemes.scheme import Scheme
 from mechdae.parts.types.schemes.shape import Wanted, distances
 from mechdae.parts.types.schemes.targets.visits import errors_of

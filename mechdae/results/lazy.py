@@ -7,7 +7,7 @@ from threading import RLock
 from typing import Any
 
 
-class Later:
+class LazyPart:
     """Named parts of a result that one computation gives, when one of them is first read.
 
     What the computation holds (a path, kernels) is let go of once it is done.
@@ -30,18 +30,18 @@ class Later:
         return _known, (dict(self.parts()),)
 
 
-def _known(parts: Mapping[str, Any]) -> Later:
-    return Later(lambda: parts)
+def _known(parts: Mapping[str, Any]) -> LazyPart:
+    return LazyPart(lambda: parts)
 
 
 class Summary(dict[str, Any]):
-    """Entries by name; one that is a `Later` is computed when it is read.
+    """Entries by name; one that is a `LazyPart` is computed when it is read.
 
     It is left out where the computation does not give it. Whoever reads all entries gets all
     computed; `copy` and `only` leave open what is open.
     """
 
-    def _settled(self, later: Later) -> None:
+    def _settled(self, later: LazyPart) -> None:
         parts = later.parts()
         for name, value in list(super().items()):
             if value is later:
@@ -52,19 +52,19 @@ class Summary(dict[str, Any]):
 
     def _all(self) -> None:
         for value in list(super().values()):
-            if isinstance(value, Later):
+            if isinstance(value, LazyPart):
                 self._settled(value)
 
     def __getitem__(self, name: str) -> Any:
         value = super().__getitem__(name)
-        if isinstance(value, Later):
+        if isinstance(value, LazyPart):
             self._settled(value)
             value = super().__getitem__(name)
         return value
 
     def __contains__(self, name: object) -> bool:
         value = super().get(name)  # type: ignore[call-overload]
-        if isinstance(value, Later):
+        if isinstance(value, LazyPart):
             self._settled(value)
         return super().__contains__(name)
 
@@ -100,7 +100,7 @@ class Summary(dict[str, Any]):
         return super().__len__()
 
     def __bool__(self) -> bool:
-        return any(not isinstance(value, Later) for value in super().values()) or len(self) > 0
+        return any(not isinstance(value, LazyPart) for value in super().values()) or len(self) > 0
 
     def keys(self) -> KeysView[str]:  # type: ignore[override]
         self._all()

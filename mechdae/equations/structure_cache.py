@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 
-class Kept:
+class StructureCache:
     """Things made when they are first asked for, by key; made once, whichever thread asks."""
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class Kept:
             return list(self._made.values())
 
 
-class kept_property:  # noqa: N801  (used like `property`)
+class structure_property:  # noqa: N801  (used like `property`)
     """A property that is made once for an object and all copies of it with other numbers."""
 
     def __init__(self, make: Callable[[Any], Any]) -> None:
@@ -45,4 +45,4 @@ class kept_property:  # noqa: N801  (used like `property`)
     def __get__(self, instance: Any, owner: type | None = None) -> Any:
         if instance is None:
             return self
-        return instance.kept(self.key, lambda: self.make(instance))
+        return instance.cache(self.key, lambda: self.make(instance))

@@ -81,7 +81,7 @@ class _Place:
     sign: dict[int, float] = field(default_factory=dict)
 
 
-class Turning:
+class FoldApproach:
     """Follows later blocks into the folds of earlier ones.
 
     Parameters
@@ -236,12 +236,12 @@ class Turning:
         return bool(h <= LAST and left <= OPEN + open_by)
 
     def _step(self, b: int, x: Any, u: Any, rate: Any, du: Any) -> tuple[Any, ...]:
-        call = self.graphs.kept(("along", b), lambda: Call(self.graphs.along(b)))
+        call = self.graphs.cache(("along", b), lambda: Call(self.graphs.along(b)))
         step, first, det, beta, left = call(x, u, rate, du, self.consts)
         return step, first, float(det[0]), float(beta[0]), float(left[0])
 
     def _tube(self, k: int) -> Call:
-        call: Call = self.graphs.kept(("tube", k), lambda: Call(self.graphs.tube(k)))
+        call: Call = self.graphs.cache(("tube", k), lambda: Call(self.graphs.tube(k)))
         return call
 
     def _proved(
@@ -281,7 +281,7 @@ class Turning:
             length = step * np.max(np.abs(here.tangent) / curve.columns)
             off = np.maximum(turned, 4 * np.abs(missed))
             return off * curve.columns if np.max(off) <= BENT * length else None
-        turn = self.graphs.kept(("turn", b), lambda: Call(self.graphs.turn(b)))
+        turn = self.graphs.cache(("turn", b), lambda: Call(self.graphs.turn(b)))
         u, d, *_ = self.motion(float(here.y[-1]))
         driven = (here.x, here.rate, u, d * here.tangent[-1], numbers.size_x, numbers.size_u, d)
         found = turn(*driven, step, numbers.p, curve.columns, curve.rows)

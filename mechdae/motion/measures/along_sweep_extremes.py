@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS
-from mechdae.motion.measures.stops import AT_REST, stops
+from mechdae.motion.measures.stationary_places import AT_REST, stops
 from mechdae.motion.measures.track import SAME, Sample, Track
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass

@@ -12,7 +12,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import split_rate
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.errors import MechdaeError
@@ -132,7 +132,7 @@ class RubbingWork(MotionWork):
         return MotionEnd(run.last[self.integrator.layout["x"]].copy(), self.integrator.rhs - before)
 
 
-def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any, float]:
+def _expected(setup: MotionProblem, problem: Problem, name: str) -> tuple[Any, Any, Any, float]:
     """Return the function (t, x) -> named outputs that the problem has values of.
 
     With them, the values, natural sizes, and the largest deviation that the file allows.
@@ -166,7 +166,7 @@ def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any,
     return at_end, np.array(wanted), np.array(units), allowed
 
 
-def _size(setup: Setup, text: str) -> float:
+def _size(setup: MotionProblem, text: str) -> float:
     """Return the natural size of an output: 1 rad if it is made of angles, else a length."""
     mechanism = setup.model.mechanism
     for used in names_in(text):

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.unique import Unique, dependence_note, unique
-from mechdae.results import Later, Series, Summary
+from mechdae.results import LazyPart, Series, Summary
 from mechdae.types import Floats, Reactions
 
 
@@ -25,7 +25,7 @@ class Determined:
     def __init__(self, observer: Observer, states: States, q: Floats) -> None:
         self.setup = observer.setup
         self.joints = list(self.setup.model.mechanism.joints)
-        self._later = Later(lambda: self._found(observer, states, q))
+        self._later = LazyPart(lambda: self._found(observer, states, q))
 
     @staticmethod
     def _found(observer: Observer, states: States, q: Floats) -> dict[str, Any]:
@@ -48,16 +48,16 @@ class Determined:
         found: dict[str, Reactions] = self._later.parts()["reactions"]
         return found
 
-    def series(self) -> dict[str, Later]:
+    def series(self) -> dict[str, LazyPart]:
         """Return the reaction of each joint as an array to be read later."""
         return {joint: self._reaction(joint) for joint in self.joints}
 
-    def _reaction(self, joint: str) -> Later:
-        return Later(lambda: {"reaction": self.reactions[joint]})
+    def _reaction(self, joint: str) -> LazyPart:
+        return LazyPart(lambda: {"reaction": self.reactions[joint]})
 
     def unique(self) -> Summary:
         """Return what is unique of the other reactions by joint, to be read later."""
-        return Summary(dict.fromkeys(self.joints, Later(lambda: self.sole.joints)))
+        return Summary(dict.fromkeys(self.joints, LazyPart(lambda: self.sole.joints)))
 
     def efforts(self) -> Series:
         """Return the efforts of the laws of coordinates, nan where they are not unique."""
@@ -71,7 +71,7 @@ class Determined:
 
         rows = self.setup.released.rows
         names = [row.owner for row in rows if row.driver and row.part == "law"]
-        return Series(dict.fromkeys(names, Later(found)))
+        return Series(dict.fromkeys(names, LazyPart(found)))
 
     def _rows(self) -> Any:
         """Return rows with their multipliers (n,) and whether those are unique at the end."""
@@ -80,7 +80,7 @@ class Determined:
 
     def summary(
         self, forced: Mapping[str, float], superfluous: int, before: list[str], after: list[str]
-    ) -> Later:
+    ) -> LazyPart:
         """Return multipliers at the end, what is not unique, and the notes.
 
         Parameters
@@ -111,4 +111,4 @@ class Determined:
                 summary["notes"] = told
             return summary
 
-        return Later(found)
+        return LazyPart(found)

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.describe.assumed import about_blocks, about_bodies, about_inertia, about_springs
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.friction_branches import FrictionSolutions
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.motion.assembly.start import shown
@@ -72,7 +72,7 @@ def about_friction(
     return faults
 
 
-def slack(statics: Statics, answer: PoseForces) -> list[str]:
+def slack(statics: InverseDynamics, answer: PoseForces) -> list[str]:
     """Return belts whose slack strand would have to push."""
 
     def moment(name: str) -> Any:
@@ -92,7 +92,7 @@ def failed_checks(found: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def assumptions_of(statics: Statics, task: Reactions) -> list[str]:
+def assumptions_of(statics: InverseDynamics, task: Reactions) -> list[str]:
     mechanism = statics.scene.model.mechanism
     balance = statics.balance
     found = about_inertia(mechanism, task)

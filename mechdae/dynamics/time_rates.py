@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo, signals
 from mechdae.numerics.roots import halved
 from mechdae.records import dataclass
@@ -76,7 +76,7 @@ class Clock:
         Further expressions over (t, q, velocity) that are looked at along the motion.
     """
 
-    def __init__(self, setup: Setup, x: Any, v: Any, more: list[Any] | None = None) -> None:
+    def __init__(self, setup: MotionProblem, x: Any, v: Any, more: list[Any] | None = None) -> None:
         self.setup, self.end = setup, setup.end
         self.tables = setup.loads.timed
         self._tempo, self._gaps = self._expressions(x, v, more or [])

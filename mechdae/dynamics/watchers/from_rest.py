@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.dynamics.friction_sizes import Sizes
-from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.dynamics.watchers.onset import Onset
-from mechdae.dynamics.watchers.slips import IDLE, RANK, RESTS, SLACK, STRAIGHT, Slips, Turn
+from mechdae.dynamics.watchers.sliding import IDLE, RANK, RESTS, SLACK, STRAIGHT, Slips, Turn
 from mechdae.records import dataclass
 
 MOST = 6

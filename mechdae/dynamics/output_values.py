@@ -9,11 +9,11 @@ import casadi as ca
 
 from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.named import reactions_of
-from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import WithReactions
 from mechdae.equations.model import Model
 from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.setup.named_outputs import NamedOutputs, requests
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
@@ -56,7 +56,7 @@ class Reported:
         What there is to say of the others.
     """
 
-    def __init__(self, setup: Setup, asked: tuple[str, ...] | None, moves: bool) -> None:
+    def __init__(self, setup: MotionProblem, asked: tuple[str, ...] | None, moves: bool) -> None:
         self.setup, self.moves, self._key = setup, moves, (asked, moves)
         mechanism = setup.problem.mechanism
         chosen = selection(mechanism, asked, forces=True)
@@ -70,7 +70,7 @@ class Reported:
             expressions = NamedOutputs(setup.model, plain, 2, asked is not None, moves)
             return Outputs(whole, requests(setup.model, list(expressions.rates))), expressions
 
-        outputs, expressions = setup.kept(("reported", *self._key), made)
+        outputs, expressions = setup.cache(("reported", *self._key), made)
         self._outputs: Outputs = outputs.at(whole)
         self._expressions: NamedOutputs = expressions.at(setup.model)
         self.notes: list[str] = []
@@ -88,7 +88,7 @@ class Reported:
         there : (n,) array of bool
             States that have coordinates at all.
         """
-        y = self.setup.kept(("rates", *self._key), self._rates)(
+        y = self.setup.cache(("rates", *self._key), self._rates)(
             *coordinates, self.setup.model.p_values
         )
         columns = self._outputs.columns(self._expressions.coordinates)
@@ -104,7 +104,7 @@ class Reported:
         if not self.forced:
             return {}
         setup = self.setup
-        function: WithReactions = setup.kept(
+        function: WithReactions = setup.cache(
             ("forced", *self._key), lambda: WithReactions(setup.model, setup.loads, self.forced)
         )
         values = function(*coordinates, t, reactions, setup.model.p_values)

@@ -20,14 +20,14 @@ from mechdae.equations.tree.choice import is_tree
 from mechdae.kernels.run.local import local
 from mechdae.motion.setup.drivers import Sketch
 
-FOUR = 4
+QUATERNION = 4
 FEW = 8
 """Poses of a block up to which none is dropped before the group is solved."""
 SAME = 1e-7
 """Largest difference of one and the same pose, in its unknowns."""
 
 
-class AxisSenses:
+class OrientationChecks:
     """What must be positive at the poses of a scene, by group."""
 
     def __init__(self, scene: Scene) -> None:
@@ -50,7 +50,7 @@ class AxisSenses:
             return poses
         return self._positive(("senses", group.index), values, poses, u)
 
-    def so_far(self, group: Group, b: int, poses: list[Any], u: Any) -> list[Any]:
+    def without_wrong_sense(self, group: Group, b: int, poses: list[Any], u: Any) -> list[Any]:
         """Return the poses whose axes have the right sense as far as block `b` tells of them.
 
         Legs of a platform double the poses each: those that will be dropped must not be doubled.
@@ -117,10 +117,10 @@ def quaternions(coordinates: Iterable[Coordinate]) -> list[list[int]]:
     for i, c in enumerate(coordinates):
         if c.kind is UNIT:
             places.setdefault(c.owner, []).append(i)
-    return [own for own in places.values() if len(own) == FOUR]
+    return [own for own in places.values() if len(own) == QUATERNION]
 
 
-def told_angles(scene: Scene, sketch: Sketch) -> dict[str, float]:
+def angles_from_sketch(scene: Scene, sketch: Sketch) -> dict[str, float]:
     """Return the sketched angles of spatial joints that are coordinates, by joint."""
     if not is_tree(scene.model):
         return {}
