@@ -30,7 +30,7 @@ R = TypeVar("R", bound="Result")
 
 
 class Fault:
-    """What is wrong with an answer, None if there is nothing; a `LazyPart` is computed when read."""
+    """What is wrong with an answer, None for nothing; a `LazyPart` is computed when it is read."""
 
     def __get__(self, result: Any, owner: type | None = None) -> str | None:
         value = None if result is None else result.__dict__["fault"]
