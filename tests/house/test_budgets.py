@@ -1,0 +1,68 @@
+"""Lines of every room: one that grows past its budget needs another one to shrink, or a reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.shared.paths import ROOT
+
+PACKAGE = ROOT / "mechdae"
+BUDGETS = {
+    "describe": 10_600,
+    "numerics": 4_000,
+    "equations": 7_800,
+    "results": 3_150,
+    "draw": 18_800,
+    "kernels": 7_450,
+    "motion": 21_200,
+    "forces": 3_750,
+    "dynamics": 8_800,
+    "solver": 300,
+    "design": 17_150,
+    "tasks": 1_900,
+    "cli": 1_450,
+    "parts": 26_000,
+}
+"""Room -> most lines of its modules."""
+ALONE = 650
+"""Lines of the modules that stand alone: errors, records, types, additions."""
+TOTAL = 132_500
+LONGEST = 500
+LONGER = {
+    "describe/joints.py": 640,
+    "describe/mechanism.py": 640,
+    "draw/diagram/diagram.py": 610,
+    "equations/tree/tree_model.py": 560,
+    "forces/inverse_dynamics.py": 540,
+    "kernels/graphs/kinetostatics.py": 510,
+    "motion/assembly/assembler.py": 560,
+    "motion/kinematics/report.py": 620,
+}
+"""Modules above `LONGEST` lines, and how long they may be; each has one purpose."""
+
+
+def lines(path: Path) -> int:
+    return len(path.read_text(encoding="utf-8").splitlines())
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0]
+
+
+def test_rooms_keep_their_budgets() -> None:
+    files = sorted(PACKAGE.rglob("*.py"))
+    sums: dict[str, int] = {}
+    for path in files:
+        sums[room_of(path)] = sums.get(room_of(path), 0) + lines(path)
+    alone = sum(sums.pop(name) for name in [*sums] if name.endswith(".py"))
+    over = {room: count for room, count in sums.items() if count > BUDGETS.get(room, 0)}
+    assert not over
+    assert alone <= ALONE
+    assert sum(BUDGETS.values()) + ALONE <= TOTAL + 1_000
+    assert sum(sums.values()) + alone <= TOTAL
+
+
+def test_modules_are_short() -> None:
+    for path in PACKAGE.rglob("*.py"):
+        name = path.relative_to(PACKAGE).as_posix()
+        assert lines(path) <= LONGER.get(name, LONGEST), name
