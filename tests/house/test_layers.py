@@ -214,7 +214,7 @@ def test_words_of_the_glossary_have_one_meaning() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     table = text.split("## Words")[1].split("\n## ")[0]
     words = re.findall(r"^\| ([a-z][a-z ,]*) \| \S", table, re.M)
-    single = [word for entry in words for word in entry.split(", ")]
+    single = [word for entry in words[1:] for word in entry.split(", ")]
     assert len(single) > 30
     assert single == sorted(single)
     assert len(set(single)) == len(single)
