@@ -17,6 +17,7 @@ GROUPS = {
     "Show": ["page", "explain", "assignments", "pictures", "symbols", "gallery", "exchange"],
     "Know": [
         "theory",
+        "life-of-a-four-bar",
         "homotopy",
         "honesty",
         "certificates",

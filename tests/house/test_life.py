@@ -7,7 +7,7 @@ from typing import Any
 
 from tests.shared.walk import four_bar
 
-FILES, ROOMS, CHANGES, SHARE = 112, 12, 4100, 0.37
+FILES, ROOMS, CHANGES, SHARE = 111, 12, 4050, 0.38
 """At most so many files, rooms and changes of file, at least that share of what stands there.
 
 They may only get better: a change that raises one of them lowers it elsewhere.
@@ -25,6 +25,12 @@ def test_a_four_bar_enters_few_files() -> None:
     assert len(way()["files"]) <= FILES
     assert len(way()["rooms"]) <= ROOMS
     assert way()["changes"] <= CHANGES
+
+
+def test_the_page_lists_the_files_in_their_order() -> None:
+    import make_life
+
+    assert make_life.main(["--check"]) == 0
 
 
 def test_what_stands_in_them_is_mostly_for_it() -> None:
