@@ -261,6 +261,11 @@ def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
     return told | {"angles": angles}
 
 
+def _without(modes: list[dict[str, Any]], *keys: str) -> list[dict[str, Any]]:
+    """Return modes without some of their keys, in the order that they have."""
+    return [{key: value for key, value in mode.items() if key not in keys} for mode in modes]
+
+
 def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
     """Return the scene of all bodies at the pose of a task of modes, and its driver value (1,)."""
     numbers = plan(problem.mechanism, task)
@@ -321,8 +326,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         "groups": groups,
     }
     if curved:  # their real poses are counted; no determinant is looked at
-        found = [{key: mode[key] for key in mode.keys() - {"signs"}} for mode in found]
-        return content | {"modes": found}
+        return content | {"modes": _without(found, "signs")}
     solved = [group for runs in setting.assembler.counted.values() for group in runs]
     try:
         every_pose = [] if proof else complex_poses(content, found, solved)
@@ -333,5 +337,5 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     if proof:
         return content | {"proof": proof, "modes": found}
     if wide:  # where the motion is, and what no determinant has
-        found = [{key: mode[key] for key in mode.keys() - {"bodies", "signs"}} for mode in found]
+        found = _without(found, "bodies", "signs")
     return content | {"modes": found, "complex": every_pose}

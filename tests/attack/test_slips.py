@@ -12,6 +12,7 @@ import pytest
 
 from tests.attack import (
     slips_assembly,
+    slips_certificates,
     slips_exchange,
     slips_measures,
     slips_motion,
@@ -25,6 +26,7 @@ from tests.shared.planting import Slip, plant
 SLIPS = {
     "exchange": slips_exchange.SLIPS,
     "assembly": slips_assembly.SLIPS,
+    "certificates": slips_certificates.SLIPS,
     "measures": slips_measures.SLIPS,
     "motion": slips_motion.SLIPS,
     "space": slips_space.SLIPS,

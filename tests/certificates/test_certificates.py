@@ -41,14 +41,15 @@ PATHS = {
 }
 """Poses of tasks, all of them on the path."""
 ALTERED = {
-    "limits": KINDS,
-    "laws": (*KINDS, "number"),
-    "geared": (*KINDS, "number"),
+    "limits": ("limit", "pose", "step", "bound"),
+    "slides": ("number", "order", "joint", "body", "law"),
+    "laws": ("number", "law", "bound"),
+    "geared": ("number", "label", "mode", "complex", "joint", "body", "bound", "law"),
     "spatial modes": ("mode", "complex", "number"),
     "spatial vectors": ("mode", "complex", "number"),
     "space": ("step", "body", "bound", "law"),
-    "legs": ("number",),
 }
+"""Each kind once at least; `tests.scripts.certificates` plants hundreds."""
 
 
 @pytest.mark.parametrize("word", PATHS)
@@ -69,12 +70,13 @@ def test_superfluous_equations_are_left_out_for_a_whole_turn(tmp_path: Path) -> 
         problem.with_task("turn", replace(problem.tasks["turn"], poses=5)), "turn"
     )
     path = content["path"]
-    worst = max(condition(content["mechanism"], place) for place in [path, *path["steps"]])
+    places = [path, *path["steps"]][::2]
+    worst = max(condition(content["mechanism"], place) for place in places)
     middle = path["steps"][len(path["steps"]) // 2]
     alone = left_out(content["mechanism"], [(middle["bodies"], middle["to"])])
     assert alone != content["mechanism"]["superfluous"]
     other = content["mechanism"] | {"superfluous": alone}
-    assert max(condition(other, place) for place in [path, *path["steps"]]) > 10 * worst
+    assert max(condition(other, place) for place in places) > 10 * worst
     path["steps"], content["poses"] = path["steps"][:1], content["poses"][:1]
     proved = checked(content, tmp_path)
     assert " 1 poses, of others nothing is claimed, 1 superfluous equations off by" in proved

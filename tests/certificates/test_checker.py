@@ -23,10 +23,9 @@ TREES = {
     path.stem: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(FOLDER.glob("*.py"))
 }
 ONE_OF_EACH = (
-    *("limits", "folding", "rods", "rod", "modes", "contacts", "cam"),
-    *("space", "spatial modes", "turns", "legs"),
+    *("slides", "folding", "rods", "rod", "modes", "contacts", "space", "spatial modes", "turns"),
 )
-"""Certificates of all kinds: with limit positions, change points, superfluous equations, curves."""
+"""Certificates of all kinds: with change points, superfluous equations, curves, boxes."""
 BLIND = "import sys; sys.modules['mechdae'] = None; sys.argv[1:] = {}; import runpy; {}"
 """A process in which the package cannot be imported."""
 

@@ -31,9 +31,9 @@ PROVED = {
     "beam": "3 change points, 4 superfluous equations that hold identically, from",
     "rod": "0 change points, 1 superfluous equations that hold identically",
     "rods": "1 mode, and no others: 3 of 4 complex poses, 2 by circles and lines times 2",
-    **dict.fromkeys(("folding", "kite", "anti"), "1 change points, from"),
-    **{"cam": "0 limit positions, from 0 to 0.1", "lobes": "0 limit positions, from"},
-    **{"contacts": "2 modes, and", "pin": "2 modes, and", "seals": "8 modes, and no others"},
+    **dict.fromkeys(("folding", "anti"), "1 change points, from"),
+    **{"cam": "0 limit positions, from 0 to 0.1"},
+    **{"contacts": "2 modes, and", "seals": "8 modes, and no others"},
 }
 """Two circles meet in two points, two cranks more follow from a circle and a line each: of these 4
 poses only the parallelogram closes with the third crank. A line through the middle of a curve that
@@ -49,13 +49,14 @@ def test_altered_certificates_are_refused(tmp_path: Path) -> None:
     rng, count = random.Random(3), 0
     cases = [*itertools.product(("rod", "rods"), (*KINDS, "number", "number"))]
     cases += itertools.product(("contacts", "seals"), ("number", "number", *KINDS[1:9]))
-    cases += [("folding", kind) for kind in KINDS] + [("cam", kind) for kind in KINDS[:9]]
-    for word, kind in [*cases, ("beam", "number"), ("kite", "number"), ("anti", "bound")]:
+    cases += [("folding", kind) for kind in ("number", "step", "order", "pose", "joint", "body")]
+    cases += [("cam", kind) for kind in ("number", "step", "order", "pose", "law")]
+    for word, kind in [*cases, ("beam", "number"), ("anti", "bound")]:
         other, what = alter(certificate(word), kind, rng)
         if what:
             refusal(other, tmp_path)
             count += 1
-    assert count > 40
+    assert count > 30
 
 
 @pytest.fixture
@@ -149,15 +150,15 @@ def test_change_points_that_are_not_exact_or_left_are_refused() -> None:
 
 def test_tangents_of_rollers_have_the_sense_of_the_curve(tmp_path: Path) -> None:
     """The roller on the other side with the tangent turned round: all equations still hold."""
-    for word, part, roller in (("contacts", "modes", "profile"), ("pin", "modes", "lobes")):
-        own = certificate(word)
-        joint = own["mechanism"]["joints"][roller]
-        joint["roller"] = str(-Fraction(joint["roller"]))
-        for mode in own[part]:
-            place = mode["bodies"][roller]
-            place[1] = str(Fraction(place[1]) + HALF_TURN)
-        assert "modes/0" in (why := refusal(own, tmp_path))
-        assert "against its curve" in why
+    content = certificate("contacts")
+    joint = content["mechanism"]["joints"]["profile"]
+    joint["roller"] = str(-Fraction(joint["roller"]))
+    for mode in content["modes"]:
+        place = mode["bodies"]["profile"]
+        place[1] = str(Fraction(place[1]) + HALF_TURN)
+    why = refusal(content, tmp_path)
+    assert "modes/0" in why
+    assert "against its curve" in why
 
 
 def test_curves_that_are_none_are_refused(altered: Callable[..., str]) -> None:

@@ -2,8 +2,9 @@
 
     python -m tests.scripts.certificates --alterations 200 --out docs/data/certificates.json
 
-Times are those of the processor. What was done is kept in OUT.part after each problem, and a run
-that was stopped goes on from there. With names of problems only their rows in OUT are made anew.
+Times are those of the processor. Rows are kept in OUT.part after each problem, and a run that was
+stopped goes on from there. With names of problems only their rows in OUT are made anew, with --only
+some of the parts.
 The exit code is 1 where a certificate that was written is refused, or an altered one is not.
 """
 
@@ -25,6 +26,8 @@ from mechdae.certificates.write import certificate_of
 from mechdae.describe.file import library
 from mechdae.errors import MechdaeError, SolveError
 from tests.shared.altered import KINDS, alter
+from tests.shared.altered_lists import alterations_of_lists, is_fault
+from tests.shared.certified import CASES, certificate, checked
 
 ALTERED = (
     ("gorshkov-seven-link", "window"),
@@ -50,8 +53,8 @@ MODES = tuple(
         *("stewart-gough", "bennett", "bricard", "sarrus", "flyball-governor", "delta-robot"),
     )
 )
-"""Modes in space, of which `OF_MODES` alterations are planted."""
-OF_MODES = 66
+OF_MODES, IN_PLANE, OF_LISTS = 66, 80, 2
+"""Alterations that are planted; lists of each kind in each certificate."""
 PLANE = (
     ("parallelogram-three-cranks", "turn"),
     ("five-crank-parallelogram", "modes"),
@@ -69,67 +72,84 @@ LONGEST = 150
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--alterations", type=int, default=200)
-    parser.add_argument("--out")
-    parser.add_argument("--plane", type=int, help="only so many alterations in the plane")
+    parser.add_argument("--out", required=True)
+    parser.add_argument("--only", nargs="*", choices=PARTS, default=PARTS)
     parser.add_argument("names", nargs="*")
     options = parser.parse_args()
     signal.signal(signal.SIGVTALRM, _late)
-    kept = Path(f"{options.out}.part") if options.out else None
-    known = json.loads(kept.read_text()) if kept and kept.exists() else {}
-    if options.names or options.plane:
-        return anew(options.names, options.plane or 0, Path(options.out))
+    out, only = Path(options.out), ("rows",) if options.names else options.only
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "certificate.json"
-        for name in library.names():
-            known[name] = known.get(name) or rows(name, path)
-            if kept:
-                kept.write_text(json.dumps(known))
-        tasks = [row for name in library.names() for row in known[name]]
-        passed = [what for what in alterations(options.alterations, path, ALTERED) if what]
-        spatial = [what for what in alterations(options.alterations, path, SPATIAL) if what]
-        of_modes = [what for what in alterations(OF_MODES, path, MODES) if what]
-        plane = in_the_plane(options.alterations, path)
-    found = sums(tasks) | {
-        "alterations": {"count": options.alterations, "passed": passed},
-        "alterations_in_space": {"count": options.alterations, "passed": spatial},
-        "alterations_of_modes": {"count": OF_MODES, "passed": of_modes},
-        "alterations_in_the_plane": plane,
-        "rows": tasks,
-    }
-    if options.out and kept:
-        kept.unlink()
-        Path(options.out).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    print({key: value for key, value in found.items() if key != "rows"})
-    failed = found["refused"] or passed or spatial or of_modes or plane["passed"]
-    return 1 if failed else 0
-
-
-def anew(names: list[str], plane: int, out: Path) -> int:
-    """Make the rows of some problems anew, and what follows from all rows; alterations."""
-    found = json.loads(out.read_text(encoding="utf-8"))
-    by_name = {
-        name: [row for row in found["rows"] if row["problem"] == name] for name in library.names()
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        for name in names:
-            by_name[name] = rows(name, Path(folder) / "certificate.json")
-        planted = in_the_plane(plane, Path(folder) / "certificate.json")
-    tasks = [row for name in library.names() for row in by_name[name]]
-    if plane:
-        found["alterations_in_the_plane"] = planted
-    found |= sums(tasks) | {"rows": tasks}
+        path, done = Path(folder) / "certificate.json", dict[str, Any]()
+        for part in only:
+            done |= part_of(part, path, options.alterations, out, options.names)
+    found = json.loads(out.read_text(encoding="utf-8")) if out.exists() else {}
+    found |= done
     out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    return 1 if found["refused"] or planted["passed"] else 0
+    print({key: value for key, value in done.items() if key != "rows"})
+    faults = [done.get(part, {}).get("passed") for part in PARTS if part != "rows"]
+    return 1 if done.get("refused") or any(faults) else 0
 
 
-def in_the_plane(count: int, path: Path) -> dict[str, Any]:
-    """Return what became of alterations; some are seen only where the problem is at hand.
+PARTS = (
+    *("rows", "alterations", "alterations_in_space", "alterations_of_modes"),
+    *("alterations_in_the_plane", "alterations_of_lists"),
+)
 
-    They change a number that is multiplied by zero at the poses of a certificate.
-    """
-    unseen = list[str]()
-    passed = [what for what in alterations(count, path, PLANE, unseen) if what]
-    return {"count": count, "passed": passed, "seen_beside_the_problem": unseen}
+
+def part_of(part: str, path: Path, count: int, out: Path, names: list[str]) -> dict[str, Any]:
+    """Return what is written of one of `PARTS`."""
+    if part == "rows":
+        tasks = every_row(path, out, names)
+        return sums(tasks) | {"rows": tasks}
+    if part == "alterations_of_lists":
+        return {part: of_lists(path)}
+    unseen: list[str] | None = [] if part == "alterations_in_the_plane" else None
+    planted = {
+        "alterations": (count, ALTERED),
+        "alterations_in_space": (count, SPATIAL),
+        "alterations_of_modes": (OF_MODES, MODES),
+        "alterations_in_the_plane": (IN_PLANE, PLANE),
+    }
+    number, which = planted[part]
+    passed = [what for what in alterations(number, path, which, unseen) if what]
+    seen = {} if unseen is None else {"seen_beside_the_problem": unseen}
+    return {part: {"count": number, "passed": passed} | seen}
+
+
+def every_row(path: Path, out: Path, names: list[str]) -> list[dict[str, Any]]:
+    """Return the rows of all problems, or those in the file with some problems anew."""
+    if names:
+        known: dict[str, Any] = {name: [] for name in library.names()}
+        for row in json.loads(out.read_text(encoding="utf-8"))["rows"]:
+            known[row["problem"]] += [] if row["problem"] in names else [row]
+    else:
+        part = Path(f"{out}.part")
+        known = json.loads(part.read_text()) if part.exists() else {}
+    for name in names or library.names():
+        known[name] = known.get(name) or rows(name, path)
+        if not names:
+            part.write_text(json.dumps(known))
+    if not names:
+        part.unlink()
+    return [row for name in library.names() for row in known[name]]
+
+
+def of_lists(path: Path) -> dict[str, Any]:
+    """Return what became of lists with an entry less, twice or elsewhere, in all kinds."""
+    count, weaker, passed = 0, 0, list[str]()
+    for word in CASES:
+        content = certificate(word)
+        unaltered, rng = checked(content, path.parent), random.Random(7)
+        for place, how, other in alterations_of_lists(content, rng, OF_LISTS):
+            count += 1
+            try:
+                sentence = checked(other, path.parent)
+            except SolveError:
+                continue
+            weaker += sentence != unaltered
+            if is_fault(sentence, unaltered, place, how):
+                passed.append(f"{word}: {how} {place}: {sentence}")
+    return {"count": count, "weaker_claims": weaker, "passed": passed}
 
 
 def sums(tasks: list[dict[str, Any]]) -> dict[str, Any]:
