@@ -17,7 +17,7 @@ import mechdae as md
 from mechdae.errors import SolveError
 from tests.shared.altered_lists import NOT_ALL, OPEN, alterations_of_lists, is_fault
 from tests.shared.certified import certificate, checked, refusal
-from tests.shared.paths import DATA
+from tests.shared.paths import DATA, ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
 from mechdae.certificates.checker import IN_PLANE, boxes, theorems_in_plane
@@ -52,6 +52,17 @@ def test_lists_that_are_altered_are_refused_or_said(
     assert count > 3
     assert refused
     assert all(refused)  # with their places
+
+
+def test_page_tells_what_became_of_lists() -> None:
+    data = json.loads((ROOT / "docs" / "data" / "certificates.json").read_text(encoding="utf-8"))
+    found = data["alterations_of_lists"]
+    count, weaker = found["count"], found["weaker_claims"]
+    (passed,) = found["passed"]
+    assert passed.startswith("seals: moved ('groups',): 8 modes, and no others")
+    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    assert f"Of {count} alterations of lists, in certificates of all kinds" in page
+    assert f"{count - weaker - 1} are refused; {weaker} leave a weaker claim" in page
 
 
 # -- modes that theorems do not count --------------------------------------------------------------
