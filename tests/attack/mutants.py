@@ -418,15 +418,15 @@ def swallowed_limit_of_a_triad(monkeypatch):
 
 
 @mutant(
-    "Turning._proved",
+    "FoldApproach._proved",
     "every step into a limit position counts as proved",
     "limit",
     (("triads", 2959), ("triads", 29737)),
 )
 def hidden_limit(monkeypatch):
-    from mechdae.motion.continuation.fold_approach import Turning
+    from mechdae.motion.continuation.fold_approach import FoldApproach
 
-    monkeypatch.setattr(Turning, "_proved", lambda *args: True)
+    monkeypatch.setattr(FoldApproach, "_proved", lambda *args: True)
 
 
 def shift(monkeypatch):
