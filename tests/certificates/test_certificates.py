@@ -31,10 +31,14 @@ from mechdae.certificates.write import certificate_of
 
 MODES = {
     **{"modes": (4, 8), "platform": (6, 6), "geared": (4, 4), "tip": (4, 4)},
-    **{"spatial modes": (2, 2), "spatial vectors": (4, 4)},
+    **{"spatial modes": (2, 2), "spatial vectors": (4, 4), "planetary-gear-train": (1, 1)},
+    **{"rack-and-pinion": (2, 2), "bevel-differential": (1, 1), "rssp": (2, 2)},
+    **{"spatial-slider-crank-loops": (2, 2)},
 }
 """Real and complex poses: dyads 2 each; platforms 6; a dyad with a gear of a + 1 and a = 1 turns 4;
-a pin that is driven and a dyad 2 x 2; a turn that a cross holds 2; two circles and a line 4."""
+a pin that is driven and a dyad 2 x 2; a turn that a cross holds 2; two circles and a line 4; wheels
+on pins 1; a slider-crank 2, wheel and rack follow; bevel wheels 1; a sphere and a line 2; a circle
+and a line 2."""
 PATHS = {
     **{"limits": 7, "branches": 1, "gears": 5, "slides": 5, "laws": 3, "linear": 3, "rest": 5},
     **{"space": 2, "legs": 3},
@@ -308,7 +312,7 @@ def test_theorems_ask_for_what_they_say() -> None:
     def counted(joints: dict[str, Any], driver: str, group: list[str], **places: Any) -> int:
         names = {end.split(".")[0] for joint in joints.values() for end in joint["ends"]}
         m = object.__new__(PlanarMechanism)
-        m.bodies, m.drivers = sorted(names - {"ground", *group}), {driver: "s"}
+        m.bodies, m.drivers = sorted(names - {"ground", *group}), dict.fromkeys(driver.split(), "s")
         made = {}
         for name, own in joints.items():
             ends = [tuple(end.split(".")) for end in own["ends"]]
@@ -352,3 +356,20 @@ def test_theorems_ask_for_what_they_say() -> None:
         (crank, "a.P.x", ["a"]),
     ):
         assert counted(joints, driver, group) == 0
+
+    links = {key: joint for key, joint in geared.items() if key != "mesh"}
+    dyad = {key: links[key] for key in "AB"}
+    slide = links | {"B": {"kind": "prismatic", "ends": ["a.B", "b.B"]}}
+    rod = crank | {"L": {"kind": "distance", "ends": ["ground.L", "a.L"]}}
+    guides = {"A": {"kind": "prismatic", "ends": ["ground.A", "a.A"]}}
+    cross = guides | {"B": pin("a.B", "b.B"), "C": guides["A"] | {"ends": ["ground.C", "b.C"]}}
+    for joints, driver, group, count in (
+        (links, "b.P.y", ["a", "b", "c"], 6),  # a coupler curve and a line (Roberts 1875)
+        (slide, "B.slide", ["a", "b", "c"], 2),  # a dyad with one link of a given length
+        (dyad, "b.P.x b.P.y", ["a", "b"], 2),  # two circles
+        (rod, "", ["a"], 2),  # two circles
+        (cross, "", ["a", "b"], 1),  # two lines
+        (cross | {"C": pin("ground.C", "b.C")}, "", ["a", "b"], 2),  # a line and a circle
+        (links, "", ["a", "b", "c"], 0),  # it moves
+    ):
+        assert counted(joints, driver, group) == count, (driver, count)

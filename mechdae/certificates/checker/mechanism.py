@@ -30,7 +30,8 @@ class ClaimedMechanism:
     size: float
     unit: float
     """Size of the parameter."""
-    left_out: set[int] = frozenset()  # type: ignore[assignment]
+    left_out: set[int] | frozenset[int] = frozenset()
+    """Numbers of superfluous equations."""
 
     def __init__(self, data: Any, at: str) -> None:
         self.points: dict[str, dict[str, list[arb]]] = {}
