@@ -12,7 +12,7 @@ __version__ = "0.17.0"
 
 PARTS = (
     "mechdae.parts.page", "mechdae.parts.paper", "mechdae.parts.exchange", "mechdae.parts.types",
-    "mechdae.certificates", "mechdae.parts.bench",
+    "mechdae.parts.proof", "mechdae.parts.bench",
 )  # fmt: skip
 """Packages that add commands, kinds of tasks and pictures, see `mechdae.additions`."""
 
@@ -47,7 +47,7 @@ _HOMES = {
     "mechdae.tasks.export.folder": "read save StoredResults",
     "mechdae.draw": "plot",
     "mechdae.parts.page": "Page page",
-    "mechdae.certificates": "certify check_certificate",
+    "mechdae.parts.proof": "certify check_certificate",
     "mechdae.parts.paper.explanations": "Explanation explain",
     "mechdae.parts.paper.reports": "Report report",
     "mechdae.parts.paper.assignments": "Assignment Assignments assign",

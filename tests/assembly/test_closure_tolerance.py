@@ -195,7 +195,7 @@ def test_a_set_value_has_a_unit_of_length() -> None:
 
 
 def test_motions_and_certificates_say_that_they_close_exactly(tmp_path) -> None:
-    from mechdae.certificates.write import certificate_of
+    from mechdae.parts.proof.write import certificate_of
 
     loose = parallelogram(0.0).with_values({"closure_tolerance": 1e-6, "c3.B.x": 1 + 1e-7})
     heavy = [md.Body(b.name, b.points, mass=1.0, inertia=0.1) for b in loose.bodies.values()]

@@ -6,7 +6,7 @@ from tests.shared import false_claims as claims
 from tests.shared.planting import Slip
 
 SEEN = "certificates/test_false_claims.py::test_false_claims_are_refused"
-CHECKER = "certificates.checker"
+CHECKER = "parts.proof.checker"
 
 
 def slip(module: str, right: str, wrong: str, check: object) -> Slip:

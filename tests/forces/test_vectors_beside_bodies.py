@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.certificates import as_json
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.table import Table
+from mechdae.parts.proof import as_json
 from mechdae.tasks.show import structure
 from tests.shared.space import numbers, off, reference
 from tests.shared.vectors_beside_bodies import gaps, hanging, linkage

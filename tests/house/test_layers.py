@@ -64,7 +64,7 @@ ROOMS = {
     "parts.exchange": "cli describe draw equations errors kernels motion.continuation "
     "motion.kinematics results tasks tasks.export",
     "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export",
-    "certificates": "cli describe equations errors kernels motion.assembly motion.continuation "
+    "parts.proof": "cli describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.setup results",
     "parts.bench": "cli describe design.synthesis draw dynamics errors kernels "
     "motion.kinematics motion.setup tasks",

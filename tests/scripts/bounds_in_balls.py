@@ -24,12 +24,12 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.certificates import as_json, check_certificate
-from mechdae.certificates.write import certificate_of
 from mechdae.errors import MechdaeError, SolveError, UnavailableError
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
+from mechdae.parts.proof import as_json, check_certificate
+from mechdae.parts.proof.write import certificate_of
 from tests.reference.truth.drawing import draw
 from tests.shared.in_balls import bounds
 

@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any
 
 import mechdae as md
-from mechdae.certificates import as_json, check_certificate
-from mechdae.certificates.write import certificate_of
 from mechdae.describe.file import library
 from mechdae.errors import MechdaeError, SolveError
+from mechdae.parts.proof import as_json, check_certificate
+from mechdae.parts.proof.write import certificate_of
 from tests.shared.altered import KINDS, alter
 from tests.shared.altered_lists import alterations_of_lists, is_fault
 from tests.shared.certified import CASES, certificate, checked

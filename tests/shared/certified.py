@@ -50,8 +50,8 @@ CASES: dict[str, tuple[str, str, int | tuple[float, ...] | None]] = {
 
 @functools.cache
 def _text(word: str) -> str:
-    from mechdae.certificates import as_json
-    from mechdae.certificates.write import certificate_of
+    from mechdae.parts.proof import as_json
+    from mechdae.parts.proof.write import certificate_of
 
     if word not in CASES:
         return as_json(certificate_of(md.load(word), "modes"))

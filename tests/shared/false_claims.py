@@ -118,9 +118,9 @@ def tubes_without_inverse() -> float:
     """With nothing near the inverse of the Jacobian a tube proves nothing (Krawczyk 1969)."""
     from flint import arb, arb_mat
 
-    from mechdae.certificates.checker import mechanism_of
-    from mechdae.certificates.checker.arithmetic import ZERO, exact
-    from mechdae.certificates.checker.tubes import Tube
+    from mechdae.parts.proof.checker import mechanism_of
+    from mechdae.parts.proof.checker.arithmetic import ZERO, exact
+    from mechdae.parts.proof.checker.tubes import Tube
 
     content = certificate("geared")
     m, missed = mechanism_of(content["mechanism"]), 0.0

@@ -7,7 +7,7 @@ from mechdae.additions import Added, Adds
 ADDS: Adds = {
     "commands": {
         "certify": Added(
-            "mechdae.certificates.commands.certify",
+            "mechdae.parts.proof.commands.certify",
             after="rank",
             about="a certificate of a sweep or of modes, or the check of one",
         ),

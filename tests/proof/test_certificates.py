@@ -23,11 +23,11 @@ from tests.shared.command import run
 from tests.shared.paths import ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
-from mechdae.certificates.checker import PlanarMechanism, mechanism_of
-from mechdae.certificates.checker.arithmetic import exact
-from mechdae.certificates.checker.theorems_in_plane import most_in_plane
-from mechdae.certificates.in_balls import left_out
-from mechdae.certificates.write import certificate_of
+from mechdae.parts.proof.checker import PlanarMechanism, mechanism_of
+from mechdae.parts.proof.checker.arithmetic import exact
+from mechdae.parts.proof.checker.theorems_in_plane import most_in_plane
+from mechdae.parts.proof.in_balls import left_out
+from mechdae.parts.proof.write import certificate_of
 
 MODES = {
     **{"modes": (4, 8), "platform": (6, 6), "geared": (4, 4), "tip": (4, 4)},
@@ -137,7 +137,7 @@ def test_numbers_that_are_none_are_refused_with_their_place(tmp_path: Path) -> N
 
 
 def test_long_files_are_not_read(tmp_path: Path, monkeypatch: Any) -> None:
-    from mechdae.certificates.checker import arithmetic
+    from mechdae.parts.proof.checker import arithmetic
 
     monkeypatch.setattr(arithmetic, "MOST_BYTES", 1000)
     assert "longer than 1000 bytes" in refusal(certificate("branches"), tmp_path)

@@ -18,7 +18,7 @@ from tests.shared.command import run
 from tests.shared.paths import ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
-FOLDER = ROOT / "mechdae" / "certificates" / "checker"
+FOLDER = ROOT / "mechdae" / "parts" / "proof" / "checker"
 TREES = {
     path.stem: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(FOLDER.glob("*.py"))
 }
@@ -86,7 +86,7 @@ def verdicts(files: list[Path], code: str, folder: Path) -> tuple[int, list[str]
 
 def test_alone_it_says_the_same(files: list[Path], tmp_path: Path, capsys: Any) -> None:
     """The folder, copied elsewhere, and the text of the command, without the package."""
-    from mechdae.certificates import check_certificate
+    from mechdae.parts.proof import check_certificate
 
     expected = [check_certificate(file) for file in files[:-1]]
     shutil.copytree(FOLDER, tmp_path / "elsewhere" / "checker")

@@ -8,7 +8,7 @@ from pathlib import Path
 FOLDER = Path(__file__).parent / "checker"
 HEAD = '''"""Checks certificates of mechdae in ball arithmetic: python FILE CERTIFICATE...
 
-Joined from the modules of mechdae.certificates.checker; needs python-flint alone.
+Joined from the modules of mechdae.parts.proof.checker; needs python-flint alone.
 """
 '''
 

@@ -6,11 +6,11 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from mechdae.certificates.checker import mechanism_of
-from mechdae.certificates.checker.arithmetic import FalseClaim, exact, exacts
-from mechdae.certificates.checker.crossings import ExactChangePoint
-from mechdae.certificates.superfluous import origins
 from mechdae.errors import UnavailableError
+from mechdae.parts.proof.checker import mechanism_of
+from mechdae.parts.proof.checker.arithmetic import FalseClaim, exact, exacts
+from mechdae.parts.proof.checker.crossings import ExactChangePoint
+from mechdae.parts.proof.superfluous import origins
 
 NEAR = 1e-6
 """How far an angle may be off right angles to be taken for them, as near as rounding lets it be."""

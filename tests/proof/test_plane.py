@@ -22,9 +22,9 @@ from tests.shared.certified import certificate, checked, refusal
 from tests.shared.paths import ROOT
 
 flint = pytest.importorskip("flint", reason="python-flint is not installed")
-from mechdae.certificates.checker.arithmetic import ONE, Dual  # noqa: E402
-from mechdae.certificates.checker.formulas import evaluate, parsed, repeats, slope  # noqa: E402
-from mechdae.certificates.write import certificate_of  # noqa: E402
+from mechdae.parts.proof.checker.arithmetic import ONE, Dual  # noqa: E402
+from mechdae.parts.proof.checker.formulas import evaluate, parsed, repeats, slope  # noqa: E402
+from mechdae.parts.proof.write import certificate_of  # noqa: E402
 
 HALF_TURN = Fraction("3.14159265358979323846264338327950288419716939937510")
 PROVED = {

@@ -20,8 +20,8 @@ from tests.shared.certified import certificate, checked, refusal
 from tests.shared.paths import DATA, ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
-from mechdae.certificates.checker import IN_PLANE, boxes, theorems_in_plane
-from mechdae.certificates.write import certificate_of
+from mechdae.parts.proof.checker import IN_PLANE, boxes, theorems_in_plane
+from mechdae.parts.proof.write import certificate_of
 
 LONG = ("slides", "space")
 """Certificates whose check takes longer: of these lists of numbers are left out."""
@@ -101,7 +101,7 @@ def test_modes_of_an_eccentric_wheel_are_not_said_to_be_all(
     assert "stands there twice" in refusal(twice, tmp_path)
 
     slip = IN_PLANE._replace(most=lambda *given: (IN_PLANE.most(*given)[0] or 1, "a slip"))
-    monkeypatch.setattr("mechdae.certificates.checker.IN_PLANE", slip)
+    monkeypatch.setattr("mechdae.parts.proof.checker.IN_PLANE", slip)
     told = checked(content | {"modes": content["modes"][:1]}, tmp_path)
     assert "and no others" in told  # so it would be without what is asked of the rack
 

@@ -9,26 +9,6 @@ import casadi as ca
 import numpy as np
 
 import mechdae
-from mechdae.certificates.checker import has_curves
-from mechdae.certificates.in_balls import (
-    check_count,
-    complex_poses,
-    left_out,
-    looked_at,
-    names_of,
-    refined_mode,
-    refined_path,
-)
-from mechdae.certificates.mechanism import (
-    Formula,
-    Frames,
-    as_text,
-    formulas,
-    planar_mechanism_of,
-)
-from mechdae.certificates.paths import corners_of, path_of
-from mechdae.certificates.space import SpatialFrames, spatial_mechanism_of
-from mechdae.certificates.superfluous import steps_of, with_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
@@ -42,6 +22,26 @@ from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
 from mechdae.motion.setup.drivers import plan
+from mechdae.parts.proof.checker import has_curves
+from mechdae.parts.proof.in_balls import (
+    check_count,
+    complex_poses,
+    left_out,
+    looked_at,
+    names_of,
+    refined_mode,
+    refined_path,
+)
+from mechdae.parts.proof.mechanism import (
+    Formula,
+    Frames,
+    as_text,
+    formulas,
+    planar_mechanism_of,
+)
+from mechdae.parts.proof.paths import corners_of, path_of
+from mechdae.parts.proof.space import SpatialFrames, spatial_mechanism_of
+from mechdae.parts.proof.superfluous import steps_of, with_motion
 from mechdae.results import ModesResult, Result, Status
 
 LOOKED_AT = 64

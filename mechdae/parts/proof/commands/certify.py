@@ -35,8 +35,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.certificates import as_json, certify, check_certificate
-    from mechdae.certificates.single_text import checker_text
+    from mechdae.parts.proof import as_json, certify, check_certificate
+    from mechdae.parts.proof.single_text import checker_text
 
     if options.checker:
         if options.problem or options.check or options.out or options.task:

@@ -15,9 +15,9 @@ from tests.shared.certified import certificate, checked, refusal
 from tests.shared.paths import ROOT
 
 pytest.importorskip("flint", reason="python-flint is not installed")
-from mechdae.certificates.checker import IN_SPACE, mechanism_of
-from mechdae.certificates.checker.counts import Count
-from mechdae.certificates.write import certificate_of
+from mechdae.parts.proof.checker import IN_SPACE, mechanism_of
+from mechdae.parts.proof.checker.counts import Count
+from mechdae.parts.proof.write import certificate_of
 
 COUNTED = {
     "double-wishbone": (4, 4),

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.certificates.checker import mechanism_of
-from mechdae.certificates.checker.arithmetic import ZERO, FalseClaim, exact
-from mechdae.certificates.checker.superfluous import EQUATIONS
 from mechdae.errors import UnavailableError
+from mechdae.parts.proof.checker import mechanism_of
+from mechdae.parts.proof.checker.arithmetic import ZERO, FalseClaim, exact
+from mechdae.parts.proof.checker.superfluous import EQUATIONS
 
 NEAR = 2.0**-20
 """Distance from a change point up to which ranks are proved."""

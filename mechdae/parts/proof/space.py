@@ -8,7 +8,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.certificates.mechanism import as_text
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
@@ -17,6 +16,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.pointers import WORDS
 from mechdae.errors import UnavailableError
 from mechdae.motion.setup.angular_rates import quaternions
+from mechdae.parts.proof.mechanism import as_text
 
 SIDES = (("axis", "zero"), ("axis2", "zero2"))
 

@@ -41,7 +41,7 @@ def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
     if task is None and not tasks:
         raise UnavailableError("no task of kind sweep or modes, which certificates are written of")
     _checker()
-    from mechdae.certificates.write import certificate_of  # needs what the checker needs
+    from mechdae.parts.proof.write import certificate_of  # needs what the checker needs
 
     content = certificate_of(loaded, task or tasks[0])
     with tempfile.TemporaryDirectory() as folder:
@@ -90,7 +90,7 @@ def _loaded(problem: Problem | str) -> Problem:
 
 def _checker() -> ModuleType:
     try:
-        return importlib.import_module("mechdae.certificates.checker")
+        return importlib.import_module("mechdae.parts.proof.checker")
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
@@ -102,7 +102,7 @@ def _checker() -> ModuleType:
 
 def _compare(content: dict[str, Any], problem: Problem) -> None:
     """Raise where a certificate is not of this problem: name, task, mechanism."""
-    from mechdae.certificates.write import mechanism_of_task
+    from mechdae.parts.proof.write import mechanism_of_task
 
     name = content.get("task")
     if content.get("problem") != problem.name or name not in problem.tasks:

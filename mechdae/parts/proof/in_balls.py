@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from flint import acb
 
-from mechdae.certificates.checker import mechanism_of
-from mechdae.certificates.checker.arithmetic import ONE, ZERO, Dual, FalseClaim, exact
-from mechdae.certificates.checker.counts import Count
-from mechdae.certificates.checker.theorems_in_plane import IN_PLANE
-from mechdae.certificates.checker.theorems_in_space import IN_SPACE
-from mechdae.certificates.checker.tubes import follow, solution, turning
-from mechdae.certificates.complex_starts import poses_of_group
-from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
 from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses
+from mechdae.parts.proof.checker import mechanism_of
+from mechdae.parts.proof.checker.arithmetic import ONE, ZERO, Dual, FalseClaim, exact
+from mechdae.parts.proof.checker.counts import Count
+from mechdae.parts.proof.checker.theorems_in_plane import IN_PLANE
+from mechdae.parts.proof.checker.theorems_in_space import IN_SPACE
+from mechdae.parts.proof.checker.tubes import follow, solution, turning
+from mechdae.parts.proof.complex_starts import poses_of_group
+from mechdae.parts.proof.mechanism import as_text
 
 LAST_KEPT = 1e-3
 """Weight of the equations of crosses and screws: theorems count poses of those that keep others."""

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.certificates.crossings import meeting
-from mechdae.certificates.mechanism import Frames, as_text
-from mechdae.certificates.space import SpatialFrames
 from mechdae.errors import UnavailableError
 from mechdae.motion.continuation.legs import Legs
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.reachable_arc import Arc
+from mechdae.parts.proof.crossings import meeting
+from mechdae.parts.proof.mechanism import Frames, as_text
+from mechdae.parts.proof.space import SpatialFrames
 
 BEFORE = 1e-3
 """Share of the largest step before a limit position from which on the way into it begins."""
