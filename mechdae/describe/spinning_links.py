@@ -80,13 +80,20 @@ class Spin:
 
 
 def spins(mechanism: Mechanism, drivers: Sequence[NamedCoordinate] = ()) -> list[Spin]:
-    """Return the bodies that spin freely beside the idle links, where `drivers` let them."""
+    """Return the bodies that spin freely beside the idle links, where `drivers` let them.
+
+    Rollers on them that nothing drives hold nothing.
+    """
     driven = [c for c in drivers if c.kind != "point"]
     named = [f"{c.part}.{c.point}" for c in drivers if c.kind == "point"]
     links = idle_links(mechanism, (point.split(".")[0] for point in named))
+    parts = {c.part for c in drivers}
     joints = list(without(mechanism, links).joints.values())
+    loose = {*rollers(mechanism)} - parts
+    loose -= {body for joint in joints if joint.name in parts for body in joint.bodies}
+    joints = [joint for joint in joints if not loose & {*joint.bodies}]
     fixed = points_of(mechanism)
-    part = {name: name for name in (GROUND, *mechanism.bodies) if name not in links}
+    part = {name: name for name in (GROUND, *mechanism.bodies) if name not in {*links, *loose}}
 
     def root(name: str) -> str:
         while part[name] != name:
@@ -242,7 +249,7 @@ def without(mechanism: Mechanism, links: dict[str, IdleLink]) -> Mechanism:
 
 
 def rollers(mechanism: Mechanism) -> list[str]:
-    """Return the bodies that hang on one pin and on nothing else, and that no load names."""
+    """Return the bodies on one pin or ball and on nothing else, and that no load names."""
     joints = list(mechanism.joints.values())
     named = {
         str(getattr(load, key, "")).split(".")[0]

@@ -121,7 +121,7 @@ def assur_groups(
         move.
     """
     if out:
-        return _without(model, rows, out)
+        return _without(model, rows, coarse, out)
     phi = ca.vertcat(*[row.expression for row in rows])
     pattern = ca.jacobian(phi, model.q).sparsity()
     _, rowperm, colperm, _, _, coarse_rows, coarse_cols = pattern.btf()
@@ -152,9 +152,11 @@ def assur_groups(
     return _ordered(model, rows, block_of_row, block_of_column, component, members, after)
 
 
-def _without(model: Model, rows: Sequence[Row], out: Collection[str]) -> list[Group]:
+def _without(model: Model, rows: Sequence[Row], coarse: bool, out: Collection[str]) -> list[Group]:
     """Return the groups of a mechanism without some bodies: numbers are those of the whole."""
     mechanism = model.mechanism
+    if {*mechanism.bodies} <= {*out}:
+        return []
     gone = {name for name, joint in mechanism.joints.items() if set(out) & set(joint.bodies)}
     rest = replace(
         mechanism,
@@ -166,7 +168,7 @@ def _without(model: Model, rows: Sequence[Row], out: Collection[str]) -> list[Gr
     )
     kept = [i for i, row in enumerate(rows) if row.owner not in gone]
     drivers = [coordinate(rest, rows[i].owner) for i in kept if rows[i].driver]
-    part = Model(rest, free=model._free)
+    part = model.part(rest)
     own_rows, _ = part.driven(drivers)
     numbers, columns = body_numbers(mechanism), [model.places[key] for key in part.q_names]
     return [
@@ -176,7 +178,7 @@ def _without(model: Model, rows: Sequence[Row], out: Collection[str]) -> list[Gr
             columns=tuple(columns[j] for j in group.columns),
             numbers=tuple(numbers[name] for name in group.bodies),
         )
-        for group in assur_groups(part, own_rows)
+        for group in assur_groups(part, own_rows, coarse)
     ]
 
 

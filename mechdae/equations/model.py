@@ -153,6 +153,10 @@ class Model:
         other.contacts = {name: c.at(mechanism.joints[name]) for name, c in self.contacts.items()}
         return other
 
+    def part(self, mechanism: Mechanism) -> Model:
+        """Return the model of some of the bodies and of the joints among them."""
+        return Model(mechanism, free=self._free)
+
     @property
     def spinning(self) -> Iterable[str]:
         """Bodies that spin freely: their frames are not known."""

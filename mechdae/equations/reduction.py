@@ -17,14 +17,15 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.named import bodies_of
 from mechdae.describe.spinning_links import rollers
 from mechdae.equations.coordinates import Coordinates
-from mechdae.equations.groups import Group, loose_bodies
+from mechdae.equations.forces.inertia import massive
+from mechdae.equations.groups import Group
 from mechdae.equations.model import Model, Row
 from mechdae.equations.structure_cache import StructureCache, structure_property
-from mechdae.equations.tree.choice import groups_of
+from mechdae.equations.tree.choice import groups_of, loose_of
 from mechdae.errors import FreedomError, MechanismError
 from mechdae.records import dataclass
 
@@ -73,6 +74,8 @@ class Scene:
     ----------
     u : SX (nd,)
         Driver values.
+    out
+        Bodies that constraints are missing for and that nothing asks for: they are in no group.
     x, unknowns : SX (nx,), Coordinates
         Unknowns left after elimination, in solve order.
     blocks : list of Block
@@ -93,6 +96,7 @@ class Scene:
     all_groups: list[Group]
     groups: list[Group]
     selection: Selection
+    out: frozenset[str] = frozenset()
     x: Any = None
     unknowns: Coordinates = field(default_factory=Coordinates)
     blocks: list[Block] = field(default_factory=list)
@@ -160,24 +164,35 @@ class Scene:
         return after
 
     @property
+    def bodies(self) -> list[str]:
+        """The bodies of the groups, in solve order."""
+        return [name for group in self.groups for name in group.bodies]
+
+    @property
     def idle(self) -> list[str]:
-        """Bodies on one pin that constraints are missing for: they are in no group."""
+        """Bodies on one pin or ball that constraints are missing for: they are in no group."""
         held = {name for group in self.all_groups for name in group.bodies}
         mechanism = self.model.mechanism
-        if len(held) == len(mechanism.bodies) or mechanism.dimension == 3:
+        if len(held) == len(mechanism.bodies):
             return []
         return [name for name in rollers(mechanism) if name not in held]
 
     @property
     def left_out(self) -> list[str]:
         """What is to be told of bodies that turn or spin freely."""
-        idle = [f"{name} turns freely on its pin: it is left out" for name in self.idle]
+        joints = self.model.mechanism.joints.values()
+        held = {name: next(j for j in joints if name in j.bodies) for name in self.idle}
+        idle = (
+            f"{name} turns freely on its {f'{j.kind} joint' if j.freedoms > 1 else 'pin'}: "
+            "it is left out"
+            for name, j in held.items()
+        )
         return [*self.model.left_out, *idle]
 
     @property
     def not_in_scene(self) -> list[str]:
         """Bodies of groups that no requested output depends on."""
-        solved = {name for group in self.groups for name in group.bodies}
+        solved = set(self.bodies)
         return [name for name in self.model.mechanism.bodies if name not in solved]
 
     def turn_of(self, body: str) -> Any:
@@ -204,20 +219,24 @@ def scene(
     """Return the scene: only groups that the outputs or the drivers depend on are in it.
 
     With `coarse` all bodies with superfluous equations are one group. For a task of forces
-    `loaded` are the bodies that forces act on: those of their groups are kept too.
+    `loaded` are the bodies that forces act on: those of their groups are kept too, and those of
+    bodies with a mass.
     """
     rows, u = model.driven(drivers)
     chosen = selection(model.mechanism, outputs, forces=loaded is not None)
     chosen = model.reported(chosen, outputs is not None)
+    held = _bodies_held(model.mechanism, drivers) | set(loaded or ())
+    heavy = set() if loaded is None else set(massive(model))
+    out = set[str]()
     try:
         groups = groups_of(model, rows, coarse)
     except MechanismError:
-        chosen, out = _left_out(model, rows, chosen, outputs is not None, loaded or ())
+        chosen, out = _left_out(model, rows, chosen, outputs is not None, held, heavy)
         if not out:
             raise
         groups = groups_of(model, rows, coarse, out)
-    kept = groups if outputs is None else _needed(model, groups, chosen, loaded or ())
-    result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen)
+    kept = groups if outputs is None else _needed(model, groups, chosen, held | heavy)
+    result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen, frozenset(out))
     reduce(result)
     return result
 
@@ -230,17 +249,41 @@ def _asked(model: Model, chosen: Selection, loaded: Iterable[str]) -> set[str]:
     return (bodies | bodies_of(model.mechanism, chosen.named)) - {GROUND}
 
 
+def _bodies_held(mechanism: Mechanism, coordinates: Iterable[NamedCoordinate]) -> set[str]:
+    """Return the bodies that coordinates belong to."""
+    joints = mechanism.joints
+    parts = [joints[c.part].bodies if c.part in joints else (c.part,) for c in coordinates]
+    return {body for part in parts for body in part}
+
+
+def _joined(mechanism: Mechanism, out: set[str]) -> set[str]:
+    """Return those of the bodies left `out` that joints join to one that is not, over others."""
+    joined = {name for name in mechanism.bodies if name not in out}
+    links = [set(joint.bodies) - {GROUND} for joint in mechanism.joints.values()]
+    front = list(joined)
+    while front:
+        body = front.pop()
+        new = {other for link in links if body in link for other in link} - joined
+        joined |= new
+        front += new
+    return joined & out
+
+
 def _left_out(
-    model: Model, rows: Sequence[Row], chosen: Selection, listed: bool, loaded: Iterable[str]
+    model: Model,
+    rows: Sequence[Row],
+    chosen: Selection,
+    listed: bool,
+    held: set[str],
+    heavy: set[str],
 ) -> tuple[Selection, set[str]]:
     """Return the selection, and the bodies left out that constraints are missing for.
 
-    These are bodies that nothing asks for. Where all are asked for, a body that hangs on one pin
-    alone, an idle roller, is none of them: what hangs on its turn is taken out of the selection.
+    These are bodies that nothing asks for, drives or loads. Where all are asked for, a body that
+    hangs on one pin alone, an idle roller, is none of them: what hangs on its turn is taken out of
+    the selection. Weight and inertia of `heavy` bodies act on what joints join them to.
     """
-    out, mechanism = set(loose_bodies(model, rows)), model.mechanism
-    if mechanism.dimension == 3:
-        return chosen, set()
+    out, mechanism = set(loose_of(model, rows)), model.mechanism
     if not listed:
         idle = out & set(rollers(mechanism))
         chosen = replace(
@@ -249,7 +292,8 @@ def _left_out(
             points=tuple(name for name in chosen.points if name.split(".")[0] not in idle),
             joints=tuple(n for n in chosen.joints if not idle & set(mechanism.joints[n].bodies)),
         )
-    return chosen, set() if out & _asked(model, chosen, loaded) else out
+    needed = _asked(model, chosen, held) | (heavy & _joined(mechanism, out))
+    return chosen, set() if out & needed else out
 
 
 def _needed(

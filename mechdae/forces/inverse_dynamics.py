@@ -192,7 +192,7 @@ class InverseDynamics:
         def make() -> Kernels:
             meshes = meshes_of(model, real)
             laws = Laws(model, meshes, task.friction_radius, friction)
-            loads = Loads(model, turned, slow=slow)
+            loads = Loads(model, turned, slow=slow, heavy=scene.bodies)
             return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
 
         self._kernels: Kernels = scene.cache(self.key, make)

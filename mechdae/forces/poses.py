@@ -10,7 +10,6 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.equations.forces.inertia import massive
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
@@ -27,8 +26,8 @@ PREFIX = "unknown "
 
 
 def loaded_bodies(model: Model) -> Iterable[str]:
-    """Return the bodies that forces act on or come from."""
-    found = {*Loads(model).bodies, *massive(model)}
+    """Return the bodies that forces act on or come from, beside weights and inertia."""
+    found = set(Loads(model).bodies)
     for joint in model.mechanism.joints.values():
         if joint.loaded:
             found |= set(joint.bodies)

@@ -45,16 +45,15 @@ def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:
     joints = model.mechanism.joints
     solved = {name for group in scene.groups for name in group.joints}
     names = [name for name in joints if name in solved]
-    bodies = [name for group in scene.groups for name in group.bodies]
-    masses = [name for name in massive(model) if name in bodies]
-    loads = Loads(model, task.direction == "load")
+    masses = massive(model, scene.bodies)
+    loads = Loads(model, task.direction == "load", heavy=scene.bodies)
     kinds = {name: load.kind for name, load in model.mechanism.loads.items()}
     result: dict[str, Any] = {
         "efforts": [c.text for c in scene.drivers],
         "reactions": names,
         "loads": {name: kinds.get(name, name) for name in loads.wrenches},
         "masses": masses,
-        "massless": [name for name in bodies if name not in masses],
+        "massless": [name for name in scene.bodies if name not in masses],
         "direction": task.direction,
         "quasi_static": task.quasi_static,
     }

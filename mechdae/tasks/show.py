@@ -63,7 +63,8 @@ def structure(problem: Problem) -> dict[str, Any]:
             seen[key] = _driven(problem, task, model)
             result["formulas"].append(seen[key])
             if idle := seen[key].pop("idle", None):
-                result["mobility"]["idle"] = idle
+                counted = result["mobility"].get("idle", [])
+                result["mobility"]["idle"] = list(dict.fromkeys([*counted, *idle]))
             if result["mobility"]["rank"] is None:
                 result["mobility"]["rank"] = seen[key].pop("rank", None)
             seen[key].pop("rank", None)

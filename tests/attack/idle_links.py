@@ -4,36 +4,45 @@ python -m tests.attack.idle_links --count 200
 
 A lever on a hinge is moved by a cylinder between two balls, or a crank moves a lever by a rod that
 has a third joint on its line, or by two rods whose common ball two bars hold. Weights lie on the
-lines of what spins. The truth is of its own: places of points that keep the lengths, and the
-equilibrium of all bodies with the forces that each joint can pass, found by least squares.
+lines of what spins. To some of them come free rollers on hinges and balls, or a second machine with
+weights that nothing drives: neither may change anything. The truth is of its own: places of points
+that keep the lengths, and the equilibrium of all bodies with the forces that each joint can pass,
+found by least squares.
 """
 
 from __future__ import annotations
 
 import argparse
 import collections
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 import mechdae as md
 from mechdae.equations.groups import count_mobility
+from tests.shared.paths import ROOT
 
-KINDS = ("cylinder", "sleeve", "bent", "third joint", "knee")
+LINKS = ("cylinder", "sleeve", "third joint", "knee", "bent")
+KINDS = (*LINKS, "rollers", "second machine")
 G = np.array([0, 0, -9.81])
 CLOSED, BALANCED, REGULAR, REACH = 1e-10, 1e-8, 0.2, 0.02
 
 
 @dataclass
 class Case:
-    """A mechanism, its driver, and what its links weigh: shares of two points, and mass."""
+    """A mechanism, its driver, and what its links weigh: shares of two points, and mass.
+
+    ``whole`` is the mechanism with the bodies that are `loose`.
+    """
 
     mechanism: md.Mechanism
     driver: str
     weights: dict[str, tuple[str, str, float, float]]
     spinning: tuple[str, ...]
     bars: dict[str, tuple[str, str, float]] = field(default_factory=dict)
+    whole: md.Mechanism | None = None
+    loose: tuple[str, ...] = ()
 
 
 def near(rng: Any, *place: float) -> Any:
@@ -56,6 +65,11 @@ def moved(axis: Any, pin: Any, tip: Any, by: Any) -> float:
 
 def drawn(rng: Any, kind: str) -> Case:
     """Return a random mechanism of a kind, in a pose that is regular."""
+    if kind == "rollers":
+        return with_rollers(rng, drawn(rng, str(rng.choice(LINKS))))
+    if kind == "second machine":
+        found, other = drawn(rng, str(rng.choice(LINKS[:4]))), drawn(rng, str(rng.choice(LINKS)))
+        return with_machine(found, other.mechanism)
     while True:
         found, regular = _drawn(rng, kind)
         if min(regular) > REGULAR:
@@ -160,6 +174,63 @@ def built(ground: Any, bodies: Any, joints: Any) -> md.Mechanism:
         bodies=bodies,
         joints=joints,
     )
+
+
+def with_rollers(rng: Any, found: Case) -> Case:
+    """Return a case with bodies that hang on one hinge or ball each, somewhere."""
+    own = found.mechanism
+    places = {f"ground.{name}": at for name, at in own.ground.points.items()}
+    places |= {f"{n}.{p}": at for n, body in own.bodies.items() for p, at in body.points.items()}
+    bodies, joints = list(own.bodies.values()), list(own.joints.values())
+    names = tuple(f"roller{k}" for k in range(int(rng.integers(1, 4))))
+    for name in names:
+        pin = str(rng.choice(list(places)))
+        at = np.array(places[pin], float)
+        bodies.append(md.Body(name, {"O": at, "R": at + rng.normal(size=3)}))
+        ends = f"pin_{name}", pin, f"{name}.O"
+        hinge = rng.uniform() < 0.7
+        joints.append(
+            md.SpatialRevolute(*ends, axis=axis_of(rng)) if hinge else md.Spherical(*ends)
+        )
+    order = rng.permutation(len(bodies)), rng.permutation(len(joints))
+    whole = built(own.ground.points, [bodies[k] for k in order[0]], [joints[k] for k in order[1]])
+    return replace(found, whole=whole, loose=names)
+
+
+def with_machine(found: Case, other: md.Mechanism) -> Case:
+    """Return a case with another one beside it, which shares nothing but the ground."""
+    own = found.mechanism
+
+    def second(name: str) -> str:
+        body, _, point = name.partition(".")
+        return f"ground.other_{point}" if body == "ground" else f"other_{name}"
+
+    ground = dict(own.ground.points) | {f"other_{n}": at for n, at in other.ground.points.items()}
+    bodies = [replace(body, name=second(body.name)) for body in other.bodies.values()]
+    joints = [
+        replace(j, name=second(j.name), first=second(j.first), second=second(j.second))
+        for j in other.joints.values()
+    ]
+    whole = built(ground, [*bodies, *own.bodies.values()], [*joints, *own.joints.values()])
+    return replace(found, whole=whole, loose=tuple(body.name for body in bodies))
+
+
+def tube_with_ball(hand: str) -> float:
+    """Return the effort of a cylinder between two balls, with a body on a ball beside its line."""
+    problem = md.load(ROOT / "tests/data/spatial/cylinder-between-two-balls.toml")
+    mechanism = problem.mechanism
+    bodies, joints = dict(mechanism.bodies), list(mechanism.joints.values())
+    if hand:
+        tube = bodies["tube"]
+        bodies["tube"] = replace(tube, points={**tube.points, "X": (0, 0, 0.1)})
+        bodies[hand] = md.Body(hand, {"O": [0, 0, 0.1], "R": [0.2, 0, 0]})
+        joints.append(md.Spherical("wrist", "tube.X", f"{hand}.O"))
+    mechanism = replace(mechanism, bodies=bodies, joints=joints)
+    task = md.Reactions(driver=md.Driver("cyl.slide", at=[0.0], speed=0.0))
+    try:
+        return float(md.solve(mechanism, task).efforts["cyl.slide"][0])
+    except md.MechdaeError:
+        return np.inf
 
 
 class Seen:
@@ -278,14 +349,20 @@ def judged(rng: Any, kind: str) -> collections.Counter[str]:
     """Return how the poses of a random mechanism fare."""
     found, words = drawn(rng, kind), collections.Counter[str]()
     task = md.Reactions(driver=md.Driver(found.driver, from_=-REACH, to=REACH, speed=0.0), poses=3)
+    if kind == "second machine":
+        own = found.mechanism
+        points = (f"{name}.{p}" for name, body in own.bodies.items() for p in body.points)
+        task = replace(task, outputs=(*points, *own.joints))
     try:
-        result = md.solve(found.mechanism, task)
+        result = md.solve(found.whole or found.mechanism, task)
     except md.MechdaeError as error:
         words[f"{type(error).__name__}: {error.what[:70]}"] += 1
         return words
     named = " ".join(count_mobility(found.mechanism)["idle"])
     words["not named"] += not all(name in named for name in found.spinning)
-    words["not left out"] += any(name in result.bodies for name in found.spinning)
+    named = " ".join([*result.summary["not_in_scene"], *result.summary.get("notes", ())])
+    words["not named"] += not all(name in named for name in found.loose)
+    words["not left out"] += any(name in result.bodies for name in (*found.spinning, *found.loose))
     for k, status in enumerate(result.status):
         words[str(status)] += 1
         if status != "ok":

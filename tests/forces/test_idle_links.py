@@ -12,7 +12,7 @@ import mechdae as md
 from mechdae.describe import spinning_links as turnless
 from mechdae.equations.groups import count_mobility
 from mechdae.equations.tree import tree_model
-from tests.attack.idle_links import KINDS, run
+from tests.attack.idle_links import KINDS, run, tube_with_ball
 from tests.shared.paths import ROOT
 
 DATA = ROOT / "tests/data/spatial"
@@ -143,6 +143,10 @@ def test_a_point_beside_the_line_has_no_place() -> None:
             replace(mechanism, bodies={**bodies, "tube": heavy}),
             md.Reactions(driver=md.Driver("cyl.slide", at=[0.0])),
         )
+
+
+def test_a_roller_beside_the_line_of_a_tube_holds_no_spin() -> None:
+    assert tube_with_ball("hand") == pytest.approx(tube_with_ball(""), rel=1e-12)
 
 
 @pytest.mark.parametrize("kind", KINDS)

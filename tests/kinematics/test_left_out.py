@@ -1,4 +1,4 @@
-"""Bodies in the plane that constraints are missing for, and that nothing asks for: left out."""
+"""Bodies that constraints are missing for, and that nothing asks for: left out."""
 
 from __future__ import annotations
 
@@ -63,6 +63,96 @@ def test_a_second_machine_does_not_stop_the_first() -> None:
         md.solve(problem.mechanism, replace(task, outputs=None))
     with pytest.raises(md.MechdaeError, match="constraint missing: EF, FG, GH"):
         md.solve(problem.mechanism, replace(task, outputs=("BC", "GH")))
+
+
+def weighed(mechanism: md.Mechanism) -> md.Mechanism:
+    """Return a mechanism whose bodies weigh in the middle of their points."""
+    bodies = [
+        replace(body, mass=1.0 + k, center=tuple(np.mean(list(body.points.values()), axis=0)))
+        for k, body in enumerate(mechanism.bodies.values())
+    ]
+    return replace(mechanism, bodies=bodies, gravity=(0.0, -9.81))
+
+
+def test_weights_of_a_second_machine_are_its_own() -> None:
+    mechanism = weighed(md.load(DATA / "one-of-two-machines.toml").mechanism)
+    at = np.array([0.3, 1.2, 4.0])
+    driver = md.Driver("AB.angle", at=list(at), speed=0.0)
+    result = md.solve(mechanism, md.Reactions(driver=driver, outputs=("BC", "CD")))
+    assert list(result.status) == ["ok"] * 3
+
+    def height(t: Any) -> Any:  # masses 1, 2, 3 in the middle of crank, coupler, rocker
+        B, C = np.cos(t), rocker(t)[:, 1]
+        return B / 2 + 2 * (B + C) / 2 + 3 * C / 2
+
+    h = 1e-4
+    told = 9.81 * (height(at + h) - height(at - h)) / (2 * h)
+    assert result.efforts["AB.angle"] == pytest.approx(told, rel=1e-6)
+
+
+def test_a_weight_on_the_way_is_not_left_out() -> None:
+    mechanism = weighed(md.load(DATA / "idle-roller.toml").mechanism)
+    with pytest.raises(md.MechdaeError, match="constraint missing: roller"):
+        md.solve(mechanism, md.Reactions(driver=md.Driver("crank.angle", at=[0.5])))
+
+
+def in_space() -> md.Mechanism:
+    """Return a crank, a rod between balls and a rocker in space, a roller and a hand on them."""
+    problem = md.load("rssr")
+    own = problem.mechanism
+    bodies = [*own.bodies.values(), md.Body("roller", {"O": [0, 0, 0], "R": [0, 0.1, 0]})]
+    bodies.append(md.Body("hand", {"H": [0.1, 0, 0]}))
+    joints = [
+        *own.joints.values(),
+        md.SpatialRevolute("pin", "crank.B", "roller.O", axis=[1, 0, 0]),
+        md.Spherical("wrist", "rocker.C", "hand.H"),
+    ]
+    return replace(own, bodies=bodies, joints=joints)
+
+
+def test_rollers_in_space_change_no_number() -> None:
+    problem = md.load("rssr")
+    task = md.Sweep(driver=md.Driver("A.angle", at=[0.1, 0.5]))
+    plain, result = md.solve(problem.mechanism, task), md.solve(in_space(), task)
+    assert list(result.status) == ["ok"] * 2
+    assert set(result.points) == set(plain.points)
+    for point in plain.points:
+        assert (result.points[point].position == plain.points[point].position).all()
+    assert result.summary["notes"] == [
+        "roller turns freely on its pin: it is left out",
+        "hand turns freely on its spherical joint: it is left out",
+    ]
+    shown = structure(md.Problem(in_space(), tasks={"turn": task}))["mobility"]
+    assert shown["idle"] == [*structure(problem)["mobility"]["idle"], "roller", "hand"]
+    with pytest.raises(md.MechdaeError, match="4 constraints missing: roller, hand"):
+        md.solve(in_space(), replace(task, outputs=("roller",)))
+    driven = md.Driver("pin.angle", at=[0.1, 0.2])
+    both = md.solve(in_space(), md.Sweep(drivers=(md.Driver("A.angle", at=[0.1, 0.5]), driven)))
+    assert list(both.status) == ["ok"] * 2
+    assert "roller" in both.bodies
+
+
+def test_other_numbers_of_a_redundant_machine_leave_out_the_same() -> None:
+    def solved(length: float) -> md.Result:
+        names, ground = ("a", "b", "c"), {n: [k, 0.0] for k, n in enumerate("ABC")}
+        bodies = [md.Body(n, {"O": [0, 0], "T": [0, "length"]}) for n in names]
+        bodies.append(md.Body("bar", {n: [k, 0.0] for k, n in enumerate("ABC")}))
+        bodies.append(md.Body("roller", {"O": [0, 0]}))
+        joints = [md.Revolute(f"g{n}", f"ground.{n}", f"{n.lower()}.O") for n in "ABC"]
+        joints += [md.Revolute(f"t{n}", f"{n.lower()}.T", f"bar.{n}") for n in "ABC"]
+        joints.append(md.Revolute("pin", "a.T", "roller.O"))
+        mechanism = md.Mechanism(
+            parameters={"length": length}, ground=md.Ground(ground), bodies=bodies, joints=joints
+        )
+        return md.solve(mechanism, md.Sweep(driver=md.Driver("a.angle", at=[0.3, 0.4])))
+
+    for length in (1.0, 1.25):
+        result = solved(length)
+        assert list(result.status) == ["ok"] * 2
+        assert result.points["a.T"].position[0] == pytest.approx(
+            [-length * np.sin(0.3), length * np.cos(0.3)], abs=1e-12
+        )
+        assert "roller" not in result.bodies
 
 
 def drawn(seed: int) -> tuple[md.Mechanism, tuple[str, ...]]:

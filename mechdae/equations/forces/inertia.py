@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import casadi as ca
@@ -12,21 +13,21 @@ from mechdae.equations.model import Model
 SX = ca.SX
 
 
-def massive(model: Model) -> list[str]:
-    """Return the bodies with a mass or a moment of inertia."""
+def massive(model: Model, among: Collection[str] | None = None) -> list[str]:
+    """Return the bodies with a mass or a moment of inertia, of all or `among` some."""
     return [
         name
         for name, body in model.mechanism.bodies.items()
-        if body.mass is not None or body.inertia is not None
+        if (body.mass is not None or body.inertia is not None) and (among is None or name in among)
     ]
 
 
-def inertia(model: Model) -> Wrench:
+def inertia(model: Model, among: Collection[str] | None = None) -> Wrench:
     """Return M qdd + h: mass times acceleration of each body's centre, at its anchor."""
-    return add(*[model.space.inertia_force(model, name) for name in massive(model)])
+    return add(*[model.space.inertia_force(model, name) for name in massive(model, among)])
 
 
-def kinetic_energy(model: Model) -> tuple[Any, Any]:
+def kinetic_energy(model: Model, among: Collection[str] | None = None) -> tuple[Any, Any]:
     """Return the kinetic energy and its rate in time."""
-    energy = sum((model.space.kinetic_energy(model, name) for name in massive(model)), SX(0))
-    return energy, sum(power(model, inertia(model)), SX(0))
+    each = (model.space.kinetic_energy(model, name) for name in massive(model, among))
+    return sum(each, SX(0)), sum(power(model, inertia(model, among)), SX(0))

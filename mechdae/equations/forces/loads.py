@@ -6,7 +6,7 @@ the piece it is on: (abscissa, value, slope).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from copy import copy
 from typing import Any
 
@@ -63,6 +63,8 @@ class Loads:
         have their full size on either side.
     slow
         Whether the motion is as slow as one likes: loads see speeds that vanish.
+    heavy
+        The bodies that have a weight where they have a mass; None: all.
 
     Attributes
     ----------
@@ -81,7 +83,12 @@ class Loads:
     """
 
     def __init__(
-        self, model: Model, turned: bool = False, gradual: bool = False, slow: bool = False
+        self,
+        model: Model,
+        turned: bool = False,
+        gradual: bool = False,
+        slow: bool = False,
+        heavy: Collection[str] | None = None,
     ) -> None:
         self.model, self.turned, self.gradual, self.slow = model, turned, gradual, slow
         self._seen = SLOW * model.velocity if slow else model.velocity
@@ -105,7 +112,7 @@ class Loads:
                 self.wrenches[name] = KINDS[type(load)](self, load)
             except MechdaeError as problem:
                 raise problem.inside(f"loads.{name}") from None
-        gravity = self._gravity()
+        gravity = self._gravity(model.mechanism.bodies if heavy is None else heavy)
         if gravity:
             self.wrenches["gravity"] = gravity
 
@@ -261,18 +268,17 @@ class Loads:
         assert load.along is not None
         return self._on_coordinate(load.along, value)
 
-    def _gravity(self) -> Wrench:
-        """Return the weights of all bodies that have a mass."""
+    def _gravity(self, bodies: Collection[str]) -> Wrench:
+        """Return the weights of those of some bodies that have a mass."""
         if self.model.mechanism.gravity is None:
             return {}
         g = ca.vertcat(*[self.model.numbers[f"gravity.{axis}"] for axis in self.model.space.axes])
         parts = []
-        for body in self.model.mechanism.bodies:
+        for body in bodies:
             if f"{body}.mass" in self.model.numbers:
                 place = self.model.mass_center(body)
                 weight = self.model.numbers[f"{body}.mass"] * g
                 parts.append(push(self.model, body, place, weight))
-                self.bodies.add(body)
         return add(*parts)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import Mechanism
-from mechdae.equations.groups import Group, assur_groups
+from mechdae.equations.groups import Group, assur_groups, loose_bodies
 from mechdae.equations.model import Model, Row
 
 if TYPE_CHECKING:
@@ -41,10 +41,15 @@ def released_model(
     return Model(mechanism, free=free)
 
 
+def loose_of(model: Model, rows: Sequence[Row]) -> Sequence[str]:
+    """Return the bodies that constraints are missing for."""
+    return model.loose if is_tree(model) else loose_bodies(model, rows)
+
+
 def groups_of(
     model: Model, rows: Sequence[Row], coarse: bool = False, out: Collection[str] = ()
 ) -> list[Group]:
     """Return the Assur groups of a model's rows in solve order; see `assur_groups`."""
     if is_tree(model):
-        return model.groups(rows, coarse)
+        return model.groups(rows, coarse, out)
     return assur_groups(model, rows, coarse, out)

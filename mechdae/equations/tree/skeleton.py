@@ -41,6 +41,7 @@ class Skeleton(Model):
 
     def __init__(self, mechanism: Mechanism, spins: Iterable[Spin] = ()) -> None:
         self.mechanism, self.cache, self._free = mechanism, StructureCache(), set()
+        self._spins = tuple(spins)
         self._make_parameters()
         self._anchors, self.contacts = {}, {}
         points = points_of(mechanism)
@@ -70,10 +71,13 @@ class Skeleton(Model):
                 continue
             self.rows += [Row(name, *row[:3]) for row in rows_of(joint.kind, self._cut(name))]
 
-        for spin in spins:
+        for spin in self._spins:
             self.rows.append(self._unspun(spin))
             if spin.sleeve:
                 self.rows.append(Row(spin.sleeve, "spin", self._moved(spin.sleeve, "angle"), "1"))
+
+    def part(self, mechanism: Mechanism) -> Skeleton:
+        return Skeleton(mechanism, (s for s in self._spins if {*s.joints} <= {*mechanism.joints}))
 
     def _unspun(self, spin: Spin) -> Row:
         """Return a stand-in for what holds a spin: it is of the bodies on both sides of a joint."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import casadi as ca
@@ -24,6 +24,7 @@ class Spinning:
     mechanism: Any
     idle: Any
     edges: Any
+    loose: Sequence[str]
     numbers: Any
     spins: list[Spin]
     spinning: Any
@@ -59,7 +60,8 @@ class Spinning:
 
     def _spun_about(self, body: str) -> list[Any]:
         """Return about which direction a body spins, nearly: from one of its joints to another."""
-        joints = [j for j in self.mechanism.joints.values() if body in j.bodies[:2]]
+        every = self.mechanism.joints.values()
+        joints = [j for j in every if body in j.bodies[:2] and not {*j.bodies} & {*self.loose}]
         own = [j.first if j.first_body == body else j.second for j in joints]
         places = [place_of(self.mechanism, point) for point in own]
         other = next((i for i, place in enumerate(places) if place != places[0]), None)

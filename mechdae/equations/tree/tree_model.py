@@ -7,7 +7,7 @@ coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -26,7 +26,7 @@ from mechdae.describe.spinning_links import (
     without,
 )
 from mechdae.equations.coordinates import QUATERNION, Coordinate, Coordinates, of_owner
-from mechdae.equations.groups import Group, assur_groups, body_numbers, spatial_kind
+from mechdae.equations.groups import Group, assur_groups, body_numbers, loose_bodies, spatial_kind
 from mechdae.equations.model import Row
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.closures import (
@@ -83,6 +83,8 @@ class TreeModel(Spinning, TreeForces):
         Links that spin freely between two ball joints, by name.
     spins : list of Spin
         Bodies that spin freely together; their frames are those of one spin.
+    loose : list of str
+        Bodies that constraints are missing for: they are placed last.
     tree : set of str
         Joints that are edges.
     points : set of str
@@ -109,9 +111,11 @@ class TreeModel(Spinning, TreeForces):
         self._make_parameters()
         self._values = mechanism.values()
         skeleton = self._skeleton()
-        self._groups = assur_groups(skeleton, skeleton.driven(self.drivers)[0]) if drivers else []
-        every = [name for name in mechanism.bodies if name not in self.idle]
-        parts = [list(group.bodies) for group in self._groups] or [every]
+        self.loose = self._loose(skeleton)
+        kept = self._skeletal_groups(skeleton, False, self.loose) if drivers else []
+        every = [name for name in mechanism.bodies if name not in {*self.idle, *self.loose}]
+        parts = [list(group.bodies) for group in kept] or [every]
+        parts.append([name for name in self.loose if name not in self.idle])
         joints = [j for name, j in mechanism.joints.items() if name not in self._spun]
         self.points = points_of(mechanism)
         self.edges = edges(joints, parts, self._first(), self._then(), self.points)
@@ -143,6 +147,17 @@ class TreeModel(Spinning, TreeForces):
 
     def _skeleton(self) -> Skeleton:
         return Skeleton(without(self.mechanism, self.idle), self.spins)
+
+    def _loose(self, skeleton: Skeleton) -> list[str]:
+        """Return the bodies that constraints are missing for, and the idle links on them."""
+        found = loose_bodies(skeleton, skeleton.driven(self.drivers)[0])
+        return found + [n for n in self.idle if {*self.bodies_of(n)} & {*found}]
+
+    def _skeletal_groups(
+        self, skeleton: Skeleton, coarse: bool, out: Collection[str]
+    ) -> list[Group]:
+        out = [name for name in out if name not in self.idle]
+        return assur_groups(skeleton, skeleton.driven(self.drivers)[0], coarse, out)
 
     def _first(self) -> set[str]:
         """Return the joints that must be edges: driven ones, bearings of wheels, screws."""
@@ -507,10 +522,14 @@ class TreeModel(Spinning, TreeForces):
         declared = [name for name in self.mechanism.joints if name in names]
         return declared + [owner for owner in owners if owner not in declared]
 
-    def groups(self, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
-        """Return the Assur groups with their shares of this model's rows and coordinates."""
-        skeleton = self._skeleton()
-        found = assur_groups(skeleton, skeleton.driven(self.drivers)[0], coarse)
+    def groups(
+        self, rows: Sequence[Row], coarse: bool = False, out: Collection[str] = ()
+    ) -> list[Group]:
+        """Return the Assur groups with their shares of this model's rows and coordinates.
+
+        Bodies that are `out` are in no group, nor is what holds or places them.
+        """
+        found = self._skeletal_groups(self._skeleton(), coarse, out)
         stage = {body: k for k, group in enumerate(found) for body in group.bodies}
         numbers = body_numbers(self.mechanism)
 
@@ -523,13 +542,19 @@ class TreeModel(Spinning, TreeForces):
         for i, row in enumerate(rows):
             owner = part_of.get(row.owner, row.owner)
             stays = self._placed.get(owner) if row.part in ("norm", "spin") else None
-            own_rows[latest(stays or owner)].append(i)
+            if not {*self.bodies_of(stays or owner)} & {*out}:
+                own_rows[latest(stays or owner)].append(i)
         for j, c in enumerate(self.coordinates):
             part = c.owner if c.owner in self._cut_joints else self._placed[c.owner]
-            columns[latest(part)].append(j)
+            if not {*self.bodies_of(part)} & {*out}:
+                columns[latest(part)].append(j)
         result = []
         for k, group in enumerate(found):
-            links = [link for link in self.idle.values() if latest(link.name) == k]
+            links = [
+                link
+                for link in self.idle.values()
+                if link.name not in out and latest(link.name) == k
+            ]
             bodies = sorted(
                 [*group.bodies, *(link.name for link in links)], key=numbers.__getitem__
             )

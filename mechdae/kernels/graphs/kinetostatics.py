@@ -102,7 +102,7 @@ class Balance:
         self.columns = columns_of(scene)
         owners = {name for group in scene.groups for name in group.joints}
         self.joints = [name for name in self.model.mechanism.joints if name in owners]
-        self.bodies = [name for group in scene.groups for name in group.bodies]
+        self.bodies = scene.bodies
         self.rows_of: dict[str, list[int]] = {name: [] for name in self.joints}
         for group in scene.groups:
             for i in group.rows:
@@ -126,7 +126,7 @@ class Balance:
         self.inputs = [
             *motion_of(scene)[0], loads.time, self.pieces, self.signs, self.model.p, laws.factor
         ]  # fmt: skip
-        self.inertia = {} if loads.slow else inertia(self.model)
+        self.inertia = {} if loads.slow else inertia(self.model, self.bodies)
         self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
 
     @cached_property
@@ -385,7 +385,7 @@ class Balance:
         """
         loads = power(self.model, self.loads.total)
         slow = self.loads.slow
-        energy, rate = (SX(0), SX(0)) if slow else kinetic_energy(self.model)
+        energy, rate = (SX(0), SX(0)) if slow else kinetic_energy(self.model, self.bodies)
         single = [*loads, *power(self.model, self.inertia)]
         sizes = sum((ca.fabs(power) for power in single), SX(0))
         return self.function("powers", [column([sum(loads, SX(0)), rate, energy, sizes])])

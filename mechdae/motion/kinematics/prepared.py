@@ -192,7 +192,8 @@ def _again(
     setting = shape.of(model, numbers, task.on_change_point)
     if not any(group.superfluous for group in shape.scene.all_groups):
         return setting
-    if shape.coarse or groups_of(model, shape.scene.rows) != shape.scene.all_groups:
+    known = shape.scene
+    if shape.coarse or groups_of(model, known.rows, out=known.out) != known.all_groups:
         return None
     try:
         start.try_redundant(setting.assembler, numbers)
