@@ -30,7 +30,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark slow tests; leave them out where neither a mark nor a file was asked for."""
     for item in items:
-        why = reason(item.path, getattr(item, "originalname", item.name), TESTS)
+        why = reason(item.path, TESTS)
         if why:
             item.add_marker(pytest.mark.slow(reason=why))
     if os.environ["MECHDAE_TESTS"] == "default":

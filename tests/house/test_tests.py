@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.shared.paths import ROOT
+from tests.shared.slow import SLOW
 
 TESTS = ROOT / "tests"
 FOLDERS = ("attack", "data", "house", "reference", "scripts", "shared")
@@ -81,3 +82,10 @@ def test_tests_need_no_package_beyond_those_of_the_second_command() -> None:
                 names = [node.module or ""]
             if isinstance(node, ast.Import | ast.ImportFrom):
                 assert not beyond & {name.split(".")[0] for name in names}, path
+
+
+def test_slow_files_are_there() -> None:
+    for folder, (why, names) in SLOW.items():
+        assert len(why) > 10
+        for name in names.split():
+            assert name == "*" or (TESTS / folder / f"test_{name}.py").exists(), (folder, name)

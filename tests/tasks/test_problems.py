@@ -16,8 +16,18 @@ from mechdae.tasks.check import check
 from tests.shared.paths import DOCS
 from tests.shared.predefined import predefined
 
+QUICK = (
+    "belt-drive", "delta-robot", "double-cardan", "four-bar-crank-rocker", "geared-five-bar-97-13",
+    "gorshkov-seven-link", "incline-block", "peaucellier", "rack-and-pinion", "rssr",
+    "scotch-yoke", "screw-press", "slider-crank", "slider-crank-friction", "stewart-gough",
+)  # fmt: skip
+"""Problems whose values are compared whenever the suite runs: one or two of each kind of pair."""
+SLOW = pytest.mark.slow(reason="solves all tasks of a problem")
 
-@pytest.mark.parametrize("name", library.names())
+
+@pytest.mark.parametrize(
+    "name", [own if own in QUICK else pytest.param(own, marks=SLOW) for own in library.names()]
+)
 def test_expected_values(name: str) -> None:
     problem = predefined(name)
     verdicts = check(problem)
