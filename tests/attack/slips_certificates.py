@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.shared import false_claims as claims
 from tests.shared.planting import Slip
 
-SEEN = "certificates/test_false_claims.py::test_false_claims_are_refused"
+SEEN = "proof/test_false_claims.py::test_false_claims_are_refused"
 CHECKER = "parts.proof.checker"
 
 
@@ -37,6 +37,7 @@ SLIPS = (
         "for p, product in ()",
         claims.axes_turned_round,
     ),
+    slip("space", " and len(held) <= 2", "", claims.spins_of_what_is_held),
     slip(
         "crossings",
         "all(row.v == 0 for row in rows)",

@@ -41,7 +41,7 @@ on pins 1; a slider-crank 2, wheel and rack follow; bevel wheels 1; a sphere and
 and a line 2."""
 PATHS = {
     **{"limits": 7, "branches": 1, "gears": 5, "slides": 5, "laws": 3, "linear": 3, "rest": 5},
-    **{"space": 2, "legs": 3},
+    **{"space": 2, "legs": 3, "spinning": 3},
 }
 """Poses of tasks, all of them on the path."""
 ALTERED = {
@@ -182,6 +182,20 @@ def test_what_has_no_certificate_is_refused_by_name(name: str, task: str, says: 
     with pytest.raises(UnavailableError, match=says):
         md.certify(name, task)
     assert issubclass(UnavailableError, InputError)
+
+
+def test_what_spins_freely_is_refused_by_name() -> None:
+    problem = md.load(ROOT / "tests/data/spatial/cylinder-between-two-balls.toml")
+    modes = md.Modes(driver=md.Driver("cyl.slide", at=[0.1]))
+    with pytest.raises(UnavailableError, match="modes is written where bodies spin freely"):
+        certificate_of(problem.with_task("modes", modes), "modes")
+    cyl = md.Cylindrical("cyl", "tube.M", "rod.M", axis=[0.7, -0.1, 0.7])
+    joints = [cyl if j.name == "cyl" else j for j in problem.mechanism.joints.values()]
+    sleeve = replace(problem, mechanism=replace(problem.mechanism, joints=joints))
+    with pytest.raises(
+        UnavailableError, match="freely about the line of their ball joints, which cyl"
+    ):
+        certificate_of(sleeve, "move")
 
 
 def test_poses_next_to_a_limit_position_make_no_certificate_fail() -> None:

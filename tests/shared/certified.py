@@ -13,6 +13,7 @@ import pytest
 
 import mechdae as md
 from mechdae.errors import SolveError
+from tests.shared.paths import ROOT
 
 CASES: dict[str, tuple[str, str, int | tuple[float, ...] | None]] = {
     "limits": ("four-bar-double-rocker", "window", 7),
@@ -39,6 +40,7 @@ CASES: dict[str, tuple[str, str, int | tuple[float, ...] | None]] = {
     "pin": ("hypocycloid-drive", "modes", None),
     "seals": ("wankel-rotor", "modes", None),
     "space": ("rssr", "turn", (0.3, 0.5)),
+    "spinning": (str(ROOT / "tests/data/spatial/cylinder-between-two-balls.toml"), "move", 3),
     "superfluous": ("cardan-joint", "turn", (0.3, 0.5)),
     "legs": ("delta-robot", "path", None),
     "spatial modes": ("cardan-joint", "modes", None),

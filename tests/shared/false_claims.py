@@ -136,8 +136,38 @@ def tubes_without_inverse() -> float:
     return missed
 
 
+def spins_of_what_is_held() -> float:
+    """A tube between two balls does not spin where a bar or a vector holds it elsewhere."""
+
+    def held(kind: str, **more: Any) -> Change:
+        def change(content: Any) -> None:
+            own = content["mechanism"]
+            own["bodies"]["tube"]["H"] = ["1", "0", "0"]
+            ends = {"kind": kind, "first": "ground.A", "second": "tube.H"}
+            own["joints"]["holds"] = {**ends, **more}
+
+        return change
+
+    return passes(
+        "spinning",
+        held("distance", square="1"),
+        held("vector", azimuth="0"),
+        lambda content: content["mechanism"]["spins"][0].update(body="boom"),
+        lambda content: content["mechanism"]["spins"][0].update(on="rod"),
+        refused="does not spin",
+    )
+
+
+def other_spins() -> float:
+    def change(content: Any) -> None:
+        content["mechanism"]["spins"][0]["across"][0] = "0"
+
+    return passes("spinning", change, lambda content: content["mechanism"].pop("spins"))
+
+
 CLAIMS = (
     *(zero_bounds, modes_left_out, complex_poses_twice, steps_left_out, poses_twice),
     *(joints_with_other_numbers, axes_turned_round, change_points_nearly_met),
     *(motions_nearly_met, modes_beside_boxes, contacts_left_out, tubes_without_inverse),
+    *(spins_of_what_is_held, other_spins),
 )

@@ -11,6 +11,7 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.spinning_links import Line, Spin, place_of, share_of
 from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.model import Row
+from mechdae.equations.tree.spanning import Edge
 from mechdae.errors import UnavailableError
 
 SX = ca.SX
@@ -43,20 +44,22 @@ class Spinning:
         """
         rows = []
         for spin in self.spins:
-            edge = next(
-                own
-                for own in self.edges
-                if own.child in spin.bodies and own.parent not in spin.bodies
-            )
+            edge, k = self.unspun(spin)
             owner = edge.joint or edge.child
-            x, y, z = self._spun_about(edge.child)
-            a, b = TILTS
-            k = ca.vertcat(x + a * y + b * z, y + a * z + b * x, z + a * x + b * y)
             e = ca.vertcat(*[self._of[owner, name].symbol for name in QUATERNION[1:]])
             rows.append(Row(owner, "spin", ca.dot(e, k), "1"))
             if spin.sleeve:
                 rows.append(Row(spin.sleeve, "spin", self._of[spin.sleeve, "angle"].symbol, "rad"))
         return rows
+
+    def unspun(self, spin: Spin) -> tuple[Edge, Any]:
+        """Return by which edge bodies that spin hang on others, and the direction k (3,)."""
+        edge = next(
+            own for own in self.edges if own.child in spin.bodies and own.parent not in spin.bodies
+        )
+        x, y, z = self._spun_about(edge.child)
+        a, b = TILTS
+        return edge, ca.vertcat(x + a * y + b * z, y + a * z + b * x, z + a * x + b * y)
 
     def _spun_about(self, body: str) -> list[Any]:
         """Return about which direction a body spins, nearly: from one of its joints to another."""

@@ -12,6 +12,7 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
 from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
+from mechdae.describe.spinning_links import Spin
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.pointers import WORDS
 from mechdae.errors import UnavailableError
@@ -25,18 +26,14 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
     """Return bodies, joints and drivers of a scene; of each driver its law.
 
     A link that turns freely between two balls is the distance of its neighbours' points, wheels
-    and racks are sums of coordinates of the joints that they turn or slide in.
+    and racks are sums of coordinates of the joints that they turn or slide in. Of others that spin
+    freely between two points a further equation chooses the spin.
     """
     model: Any = scene.model
     mechanism, numbers = model.mechanism, model.mechanism.values()
     idle = model.idle
-    for spin in model.spins:
-        raise UnavailableError(
-            f"no certificate of {', '.join(spin.bodies)}: they spin freely about the line of their "
-            "ball joints",
-            hint=f"a universal joint in place of one of {', '.join(spin.joints)}",
-        )
-    bodies = [body for group in scene.groups for body in group.bodies if body not in idle]
+    bodies = [body for body in scene.bodies if body not in idle]
+    spins = [_spin(model, spin) for spin in model.spins if {*spin.bodies} & {*bodies}]
     names = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
     points: dict[str, dict[str, list[str]]] = {body: {} for body in (GROUND, *bodies)}
 
@@ -54,7 +51,7 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
             sums[name] = _sum(mechanism, joint, numbers)
             counted += sums[name]
     for link in idle.values():
-        if link.name in {body for group in scene.groups for body in group.bodies}:
+        if link.name in scene.bodies:
             first, second = ([Fraction(numbers[f"{own}.{a}"]) for a in AXES] for own in link.own)
             square = sum((x - y) ** 2 for x, y in zip(first, second, strict=True))
             first_end, second_end = link.ends
@@ -72,7 +69,27 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
         if driver.text.count(".") == 2:
             add(driver.text.rpartition(".")[0])
     told = {"bodies": points, "joints": joints, "drivers": laws}
-    return {"dimension": 3} | told | ({"sums": sums} if sums else {})
+    more = {"sums": sums, "spins": spins}
+    return {"dimension": 3} | told | {key: own for key, own in more.items() if own}
+
+
+def _spin(model: Any, spin: Spin) -> dict[str, Any]:
+    """Return which body hangs on which by the quaternion that has no part along a direction."""
+    ends = {
+        side
+        for name in spin.joints
+        for side in (model.mechanism.joints[name].first, model.mechanism.joints[name].second)
+        if side.split(".")[0] in spin.bodies
+    }
+    if spin.sleeve or len(ends) > 2:
+        raise UnavailableError(
+            f"no certificate of {', '.join(spin.bodies)}: they spin freely about the line of their "
+            f"ball joints, which {spin.sleeve or 'more than two points'} must lie on",
+            hint=f"a universal joint in place of one of {', '.join(spin.joints)}",
+        )
+    edge, k = model.unspun(spin)
+    across = np.array(ca.Function("k", [model.p], [k])(model.p_values)).ravel()
+    return {"body": edge.child, "on": edge.parent, "across": [as_text(v) for v in across]}
 
 
 def _sum(mechanism: Mechanism, mesh: Joint, numbers: Any) -> dict[str, str]:

@@ -283,6 +283,8 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     """Return all modes at one pose, and all complex poses, which prove that there are no others."""
     setting, u = _at_pose(problem, task)
     mechanism = mechanism_of(setting.scene, _values(setting, u))
+    if "spins" in mechanism:
+        raise UnavailableError("no certificate of modes is written where bodies spin freely")
     groups = _groups(setting.scene.groups, mechanism["bodies"])
     wide = bool(setting.scene.redundant) and "dimension" not in mechanism
     curved = has_curves(mechanism)

@@ -102,6 +102,7 @@ def real_poses(
 
 def check_modes(m: ClaimedMechanism, data: Any, theorems: Theorems) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
+    need(not m.spins, "mechanism/spins", "modes are those of one spin each")
     s, groups = exact(field(data, "at", str, "modes"), "at"), field(data, "groups", list, "modes")
     counted, signs, seen = Count(m, groups, theorems), dict[int, arb](), list[Any]()
     real, found = real_poses(m, data, s, groups, theorems)

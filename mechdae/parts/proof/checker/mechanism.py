@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from flint import arb
@@ -32,6 +33,9 @@ class ClaimedMechanism:
     """Size of the parameter."""
     left_out: set[int] | frozenset[int] = frozenset()
     """Numbers of superfluous equations."""
+    spins: Sequence[tuple[str, str, list[arb]]] = ()
+    """Of bodies that spin freely the one that hangs on another by a quaternion without a part
+    along a direction."""
 
     def __init__(self, data: Any, at: str) -> None:
         self.points: dict[str, dict[str, list[arb]]] = {}

@@ -131,6 +131,8 @@ def check_sweep(m: ClaimedMechanism, data: Any) -> str:
     corners = {len(law) for law in m.drivers.values() if m.dimension == 3 and isinstance(law, list)}
     need(len(corners) <= 1, "mechanism/drivers", "lists of values are not of one length")
     proved += [f"drivers with {corners.pop()} values each"] if corners else []
+    if m.spins:
+        proved.append(f"{len(m.spins)} spins chosen of what turns freely between two points")
     if m.left_out:
         proved.append(f"{len(m.left_out)} superfluous equations off by {m.off:.1e}")
     return ", ".join(proved)

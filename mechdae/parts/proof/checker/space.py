@@ -9,7 +9,7 @@ from typing import Any
 
 from flint import arb, arb_series
 
-from .arithmetic import ONE, ZERO, Dual, FalseClaim, exact, exacts, need
+from .arithmetic import ONE, ZERO, Dual, FalseClaim, exact, exacts, field, need
 from .formulas import at_corners, number_of
 from .mechanism import ClaimedMechanism
 
@@ -35,6 +35,8 @@ SENSES = (("aA", "nA"), ("nN", "nM"))
 SLIDES = {"slide": "ag", "x": "ng", "y": "mg"}
 TURNS = {"angle": "nmN", "angle2": "AMa"}
 """Coordinates of joints: products; of turns from where in which sense to where they count."""
+FREE = ("spherical", "distance")
+"""Joints that hold a point of a body alone."""
 PLACE, QUATERNION = "xyz", "0123"
 MOST_UNKNOWNS = 450
 UNTURNED = [[ONE if i == k else ZERO for k in range(3)] for i in range(3)]
@@ -107,6 +109,9 @@ class SpatialMechanism(ClaimedMechanism):
             name: {term: exact(v, f"{at}/sums/{name}") for term, v in terms.items()}
             for name, terms in data.get("sums", {}).items()
         }
+        self.spins = [self._spin(own, f"{at}/spins") for own in data.get("spins", [])]
+        every = [body for own, *_ in self.spins for body in self._spun(own)]
+        need(len(every) == len(set(every)), f"{at}/spins", "a body spins twice")
         lengths = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if next(iter(self.drivers), "").endswith(lengths) else 1.0
         self.kinds = ["norm" for _, word in names if word == "0"]
@@ -150,6 +155,32 @@ class SpatialMechanism(ClaimedMechanism):
         need(len(made["unknown"]) == len(unknown), at, "unknown twice")
         return made
 
+    def _spun(self, body: str) -> list[str]:
+        """Return the bodies that move with one but for balls and bars."""
+        found = [body]
+        for one in found:
+            for joint in self.joints.values():
+                rigid = joint["kind"] not in FREE and one in joint["bodies"]
+                found += [other for other in joint["bodies"] if rigid and other not in found]
+        return found
+
+    def _spin(self, told: Any, at: str) -> tuple[str, str, list[arb]]:
+        """Return what chooses a spin: bodies that two points alone hold turn about their line."""
+        body, on = (field(told, key, str, at) for key in ("body", "on"))
+        need(
+            (body, "0") in self.at and (on == "ground" or (on, "0") in self.at), at, "no such body"
+        )
+        spun = self._spun(body)
+        ends = [end for j in self.joints.values() if j["kind"] in FREE for end in j["ends"]]
+        driven = [tuple(name.split(".")[:2]) for name in self.drivers if name.count(".") == 2]
+        held = {end for end in [*ends, *driven] if end[0] in spun}
+        free = not {"ground", on} & {*spun} and len(held) <= 2
+        fixed = [
+            j for j in self.joints.values() if j["kind"] == "vector" and {*j["bodies"]} & {*spun}
+        ]
+        need(free and not fixed, at, f"{body[:40]} does not spin: more than two points hold it")
+        return body, on, exacts(told.get("across"), 3, at)
+
     def rows(self, z: Any) -> list[Any]:
         return [row for k, row in enumerate(self.equations(z)[0]) if k not in self.left_out]
 
@@ -168,6 +199,13 @@ class SpatialMechanism(ClaimedMechanism):
         for terms in self.sums.values():
             parts = (self.coordinate(c, z, frames) * v for c, v in terms.items() if c)
             rows.append(sum(parts, terms.get("", ZERO)))
+        for body, on, across in self.spins:
+            (p, *v), (q, *w) = (
+                z[self.at[own, "0"] :][:4] if own != "ground" else [ONE, ZERO, ZERO, ZERO]
+                for own in (on, body)
+            )
+            turned = [p * b - q * a - c for a, b, c in zip(v, w, cross(v, w), strict=True)]
+            rows.append(dot(turned, across))
         return rows + self.driven(z, frames), positive
 
     def _joint_rows(
