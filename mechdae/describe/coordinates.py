@@ -46,6 +46,11 @@ class NamedCoordinate:
         """Whether the unit is the radian."""
         return self.kind in ANGLES
 
+    def bodies(self, mechanism: Mechanism) -> tuple[str, ...]:
+        """Return the bodies that it belongs to."""
+        joint = mechanism.joints.get(self.part)
+        return (self.part,) if joint is None else joint.bodies
+
     @property
     def word(self) -> str:
         """The last word of its name."""

@@ -68,15 +68,20 @@ def idle_links(mechanism: Mechanism, named: Iterable[str] = ()) -> dict[str, Idl
 class Spin:
     """Bodies that spin together about a line: all that leads out of them acts on its points.
 
-    ``joints`` lead out, ball joints and bars; ``lines`` tell the line in each body that keeps it,
-    whatever the bodies do among themselves: two of its points, or a joint on whose axis it is.
+    ``ends`` are its points by the joints that lead out, ball joints and bars; ``lines`` tell the
+    line in each body that keeps it, whatever the bodies do among themselves: two of its points, or
+    a joint on whose axis it is.
     In a ``sleeve`` on that axis the two bodies spin one by one.
     """
 
     bodies: tuple[str, ...]
-    joints: tuple[str, ...]
+    ends: Mapping[str, str]
     lines: Mapping[str, Line]
     sleeve: str = ""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        return tuple(self.ends)
 
 
 def spins(mechanism: Mechanism, drivers: Sequence[NamedCoordinate] = ()) -> list[Spin]:
@@ -87,11 +92,9 @@ def spins(mechanism: Mechanism, drivers: Sequence[NamedCoordinate] = ()) -> list
     driven = [c for c in drivers if c.kind != "point"]
     named = [f"{c.part}.{c.point}" for c in drivers if c.kind == "point"]
     links = idle_links(mechanism, (point.split(".")[0] for point in named))
-    parts = {c.part for c in drivers}
-    joints = list(without(mechanism, links).joints.values())
-    loose = {*rollers(mechanism)} - parts
-    loose -= {body for joint in joints if joint.name in parts for body in joint.bodies}
-    joints = [joint for joint in joints if not loose & {*joint.bodies}]
+    loose = {*rollers(mechanism)} - {body for c in drivers for body in c.bodies(mechanism)}
+    every = without(mechanism, links).joints.values()
+    joints = [joint for joint in every if not loose & {*joint.bodies}]
     fixed = points_of(mechanism)
     part = {name: name for name in (GROUND, *mechanism.bodies) if name not in {*links, *loose}}
 
@@ -157,9 +160,9 @@ def _spin(
         slid = next((line[0] for line in lines.values() if len(line) == 1), "")
         apart = slid and mechanism.joints[slid].freedoms > 1 and f"{slid}.angle" not in driven
         sleeve = slid if apart else ""
-        return Spin(bodies, tuple(ends), lines, sleeve)
+        return Spin(bodies, ends, lines, sleeve)
     bent = len(by) == len(points) == 2 and set(held) == set(points) and not lines
-    return Spin(bodies, tuple(ends), {}) if bent else None
+    return Spin(bodies, ends, {}) if bent else None
 
 
 def _between(mechanism: Mechanism, points: list[str]) -> dict[str, Line]:

@@ -22,10 +22,10 @@ from mechdae.describe.named import bodies_of
 from mechdae.describe.spinning_links import rollers
 from mechdae.equations.coordinates import Coordinates
 from mechdae.equations.forces.inertia import massive
-from mechdae.equations.groups import Group
+from mechdae.equations.groups import Group, loose_bodies
 from mechdae.equations.model import Model, Row
 from mechdae.equations.structure_cache import StructureCache, structure_property
-from mechdae.equations.tree.choice import groups_of, loose_of
+from mechdae.equations.tree.choice import groups_of, is_tree
 from mechdae.errors import FreedomError, MechanismError
 from mechdae.records import dataclass
 
@@ -225,7 +225,7 @@ def scene(
     rows, u = model.driven(drivers)
     chosen = selection(model.mechanism, outputs, forces=loaded is not None)
     chosen = model.reported(chosen, outputs is not None)
-    held = _bodies_held(model.mechanism, drivers) | set(loaded or ())
+    held = {body for c in drivers for body in c.bodies(model.mechanism)}.union(loaded or ())
     heavy = set() if loaded is None else set(massive(model))
     out = set[str]()
     try:
@@ -247,13 +247,6 @@ def _asked(model: Model, chosen: Selection, loaded: Iterable[str]) -> set[str]:
     for name in chosen.joints:
         bodies |= set(model.mechanism.joints[name].bodies)
     return (bodies | bodies_of(model.mechanism, chosen.named)) - {GROUND}
-
-
-def _bodies_held(mechanism: Mechanism, coordinates: Iterable[NamedCoordinate]) -> set[str]:
-    """Return the bodies that coordinates belong to."""
-    joints = mechanism.joints
-    parts = [joints[c.part].bodies if c.part in joints else (c.part,) for c in coordinates]
-    return {body for part in parts for body in part}
 
 
 def _joined(mechanism: Mechanism, out: set[str]) -> set[str]:
@@ -283,7 +276,8 @@ def _left_out(
     hangs on one pin alone, an idle roller, is none of them: what hangs on its turn is taken out of
     the selection. Weight and inertia of `heavy` bodies act on what joints join them to.
     """
-    out, mechanism = set(loose_of(model, rows)), model.mechanism
+    out = set(model.loose if is_tree(model) else loose_bodies(model, rows))
+    mechanism = model.mechanism
     if not listed:
         idle = out & set(rollers(mechanism))
         chosen = replace(

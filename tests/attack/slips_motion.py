@@ -377,8 +377,8 @@ SLIPS = [
     ),
     Slip(
         "kernels.graphs.kinetostatics",
-        "{} if loads.slow else inertia(self.model)",
-        "inertia(self.model)",
+        "{} if loads.slow else inertia(self.model, self.bodies)",
+        "inertia(self.model, self.bodies)",
         slowly,
         HOLDS,
     ),

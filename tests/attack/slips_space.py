@@ -229,9 +229,10 @@ LOOSE = "forces/test_idle_links.py::test_random_mechanisms_close_and_balance"
 
 
 SLIPS = [
-    Slip("describe.spinning_links", "{*rollers(mechanism)} - parts", "set[str]()", beside_the_line,
+    Slip("describe.spinning_links", "loose = {*rollers(mechanism)} -", "loose = set[str]() -",
+         beside_the_line,
          "forces/test_idle_links.py::test_a_roller_beside_the_line_of_a_tube_holds_no_spin"),
-    Slip("equations.tree.choice", "return model.loose if", "return [] if", loose, LOOSE),
+    Slip("equations.reduction", "set(model.loose if", "set([] if", loose, LOOSE),
     Slip("equations.reduction", "links = [set(joint.bodies) - {GROUND}",
          "links = [set(joint.bodies)", loose, LOOSE),
     Slip("equations.tree.closures", "(ca.sumsqr(cut.gap) / cut.length - cut.length) / 2",

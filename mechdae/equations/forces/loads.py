@@ -157,8 +157,7 @@ class Loads:
         return built
 
     def _note(self, c: NamedCoordinate) -> None:
-        joints = self.model.mechanism.joints
-        self.bodies |= set(joints[c.part].bodies if c.part in joints else (c.part,))
+        self.bodies |= {*c.bodies(self.model.mechanism)}
 
     def _speed(self, c: NamedCoordinate, velocity: Any) -> Any:
         return ca.jtimes(self.model.coordinate(c), self.model.q, velocity)

@@ -164,8 +164,7 @@ def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
 def _check_points(mechanism: Mechanism, held: list[Spin]) -> None:
     """Raise for loads on points that turn with bodies that spin together."""
     lines = {body: line for spin in held for body, line in spin.lines.items()}
-    joints = [mechanism.joints[name] for spin in held for name in spin.joints]
-    ends = {side for joint in joints for side in (joint.first, joint.second)}
+    ends = {point for spin in held for point in spin.ends.values()}
     spun = {body for spin in held for body in spin.bodies}
     sleeves = {spin.sleeve for spin in held}
     for load in mechanism.loads.values():

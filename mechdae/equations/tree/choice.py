@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import Mechanism
-from mechdae.equations.groups import Group, assur_groups, loose_bodies
+from mechdae.equations.groups import Group, assur_groups
 from mechdae.equations.model import Model, Row
 
 if TYPE_CHECKING:
@@ -39,11 +39,6 @@ def released_model(
 
         return ReleasedTree(mechanism, named, free)
     return Model(mechanism, free=free)
-
-
-def loose_of(model: Model, rows: Sequence[Row]) -> Sequence[str]:
-    """Return the bodies that constraints are missing for."""
-    return model.loose if is_tree(model) else loose_bodies(model, rows)
 
 
 def groups_of(

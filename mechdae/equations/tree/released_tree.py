@@ -19,7 +19,6 @@ from mechdae.equations.forces.inertia import massive
 from mechdae.equations.model import Row
 from mechdae.equations.structure_cache import structure_property
 from mechdae.equations.tree.invariants import Invariants
-from mechdae.equations.tree.skeleton import Skeleton
 from mechdae.equations.tree.spanning import Edge
 from mechdae.equations.tree.tree_model import TreeModel
 
@@ -47,9 +46,6 @@ class ReleasedTree(TreeModel):
 
     def _then(self) -> set[str]:
         return self._named
-
-    def _loose(self, skeleton: Skeleton) -> list[str]:
-        return []  # nothing is driven: all may move
 
     def _norms(self, edge: Edge) -> list[Row]:
         return [replace(row, unit="rad") for row in super()._norms(edge)]

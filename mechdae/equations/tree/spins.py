@@ -103,13 +103,8 @@ class Spinning:
         body = reference.split(".")[0]
         if body not in self.spinning or any(reference in link.own for link in self.idle.values()):
             return True
-        ends = {
-            side
-            for spin in self.spins
-            for name in spin.joints
-            for side in (self.mechanism.joints[name].first, self.mechanism.joints[name].second)
-        }
-        return reference in ends or share_of(self.mechanism, self._lines, reference) is not None
+        held = any(reference in spin.ends.values() for spin in self.spins)
+        return held or share_of(self.mechanism, self._lines, reference) is not None
 
     def knows(self, coordinate: NamedCoordinate) -> bool:
         if coordinate.kind == "point":

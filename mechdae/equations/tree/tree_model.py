@@ -111,11 +111,12 @@ class TreeModel(Spinning, TreeForces):
         self._make_parameters()
         self._values = mechanism.values()
         skeleton = self._skeleton()
-        self.loose = self._loose(skeleton)
-        kept = self._skeletal_groups(skeleton, False, self.loose) if drivers else []
+        rows = skeleton.driven(self.drivers)[0]
+        self.loose = loose_bodies(skeleton, rows) if drivers else []
+        groups = assur_groups(skeleton, rows, out=self.loose) if drivers else []
         every = [name for name in mechanism.bodies if name not in {*self.idle, *self.loose}]
-        parts = [list(group.bodies) for group in kept] or [every]
-        parts.append([name for name in self.loose if name not in self.idle])
+        parts = [*([list(group.bodies) for group in groups] or [every]), self.loose]
+        self.loose = self.loose + [n for n in self.idle if {*self.bodies_of(n)} & {*self.loose}]
         joints = [j for name, j in mechanism.joints.items() if name not in self._spun]
         self.points = points_of(mechanism)
         self.edges = edges(joints, parts, self._first(), self._then(), self.points)
@@ -147,17 +148,6 @@ class TreeModel(Spinning, TreeForces):
 
     def _skeleton(self) -> Skeleton:
         return Skeleton(without(self.mechanism, self.idle), self.spins)
-
-    def _loose(self, skeleton: Skeleton) -> list[str]:
-        """Return the bodies that constraints are missing for, and the idle links on them."""
-        found = loose_bodies(skeleton, skeleton.driven(self.drivers)[0])
-        return found + [n for n in self.idle if {*self.bodies_of(n)} & {*found}]
-
-    def _skeletal_groups(
-        self, skeleton: Skeleton, coarse: bool, out: Collection[str]
-    ) -> list[Group]:
-        out = [name for name in out if name not in self.idle]
-        return assur_groups(skeleton, skeleton.driven(self.drivers)[0], coarse, out)
 
     def _first(self) -> set[str]:
         """Return the joints that must be edges: driven ones, bearings of wheels, screws."""
@@ -525,36 +515,31 @@ class TreeModel(Spinning, TreeForces):
     def groups(
         self, rows: Sequence[Row], coarse: bool = False, out: Collection[str] = ()
     ) -> list[Group]:
-        """Return the Assur groups with their shares of this model's rows and coordinates.
-
-        Bodies that are `out` are in no group, nor is what holds or places them.
-        """
-        found = self._skeletal_groups(self._skeleton(), coarse, out)
+        """Return the Assur groups with this model's rows and coordinates, but of bodies `out`."""
+        skeleton = self._skeleton()
+        found = assur_groups(skeleton, skeleton.driven(self.drivers)[0], coarse, out)
         stage = {body: k for k, group in enumerate(found) for body in group.bodies}
         numbers = body_numbers(self.mechanism)
 
         def latest(part: str) -> int:
-            return max((stage[b] for b in self.bodies_of(part) if b in stage), default=0)
+            bodies = self.bodies_of(part)
+            if {*bodies} & {*out}:
+                return -1  # a list of its own
+            return max((stage[b] for b in bodies if b in stage), default=0)
 
         part_of = {c.text: c.part for c in self.drivers}
-        own_rows: list[list[int]] = [[] for _ in found]
-        columns: list[list[int]] = [[] for _ in found]
+        own_rows: list[list[int]] = [[] for _ in (*found, out)]
+        columns: list[list[int]] = [[] for _ in (*found, out)]
         for i, row in enumerate(rows):
             owner = part_of.get(row.owner, row.owner)
             stays = self._placed.get(owner) if row.part in ("norm", "spin") else None
-            if not {*self.bodies_of(stays or owner)} & {*out}:
-                own_rows[latest(stays or owner)].append(i)
+            own_rows[latest(stays or owner)].append(i)
         for j, c in enumerate(self.coordinates):
             part = c.owner if c.owner in self._cut_joints else self._placed[c.owner]
-            if not {*self.bodies_of(part)} & {*out}:
-                columns[latest(part)].append(j)
+            columns[latest(part)].append(j)
         result = []
         for k, group in enumerate(found):
-            links = [
-                link
-                for link in self.idle.values()
-                if link.name not in out and latest(link.name) == k
-            ]
+            links = [link for link in self.idle.values() if latest(link.name) == k]
             bodies = sorted(
                 [*group.bodies, *(link.name for link in links)], key=numbers.__getitem__
             )

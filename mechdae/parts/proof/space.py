@@ -75,13 +75,7 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
 
 def _spin(model: Any, spin: Spin) -> dict[str, Any]:
     """Return which body hangs on which by the quaternion that has no part along a direction."""
-    ends = {
-        side
-        for name in spin.joints
-        for side in (model.mechanism.joints[name].first, model.mechanism.joints[name].second)
-        if side.split(".")[0] in spin.bodies
-    }
-    if spin.sleeve or len(ends) > 2:
+    if spin.sleeve or len({*spin.ends.values()}) > 2:
         raise UnavailableError(
             f"no certificate of {', '.join(spin.bodies)}: they spin freely about the line of their "
             f"ball joints, which {spin.sleeve or 'more than two points'} must lie on",
