@@ -177,3 +177,8 @@ def test_tasks_of_random_mechanisms_begin_at_one_pose(
     monkeypatch.setattr(first_poses, "SETS", 1)
     monkeypatch.setattr(first_poses, "MOST", 1)
     assert not any(itertools.chain(*first_poses.examine(seed, family)))
+
+
+def test_a_driven_turn_of_a_slot_is_sketched_beside_its_slide() -> None:
+    """The file of a design tells both: with the slide alone it assembled on another mode."""
+    assert not any(text for sketches in first_poses.examine(420, "dyads")[:2] for text in sketches)

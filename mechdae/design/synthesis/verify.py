@@ -132,8 +132,10 @@ class Design:
         found = np.array(values(self.x, self.u, p)).ravel()
         sketch = dict(zip(told, found.tolist(), strict=True))
         driver = scene.drivers[0]
-        if driver.part not in sketch and driver.text not in sketch:
-            sketch[driver.part if driver.kind != "point" else driver.text] = float(self.u)
+        turns = driver.part in mechanism.joints and driver.text == f"{driver.part}.angle"
+        if driver.text not in sketch and (turns or driver.part not in sketch):
+            alone = driver.kind != "point" and driver.part not in sketch  # else its slide is there
+            sketch[driver.part if alone else driver.text] = float(self.u)
         return sketch
 
     def _slides(self) -> dict[str, Any]:
