@@ -129,9 +129,9 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def __iter__(self) -> Iterator[str]:
         names = list(self._plain)
-        waiting = {name: own for name, own in self.added().items() if name not in names}
+        waiting = {name: added for name, added in self.added().items() if name not in names}
         while waiting:  # each round lists one at least
-            ready = [name for name, own in waiting.items() if own.after in names]
+            ready = [name for name, added in waiting.items() if added.after in names]
             for name in ready or list(waiting)[:1]:
                 after = waiting.pop(name).after
                 names.insert(names.index(after) + 1 if after in names else len(names), name)

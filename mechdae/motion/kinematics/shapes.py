@@ -140,24 +140,24 @@ def free_numbers() -> frozenset[str]:
     return holder.free if holder is not None else frozenset()
 
 
-def size_of(*kept: StructureCache) -> int:
+def size_of(*caches: StructureCache) -> int:
     """Return the estimated bytes of kernels."""
-    every = [own for one in kept for own in _within(one)]
-    known = kept[0]("size", lambda: [0, 0])  # how many things were counted, and their size
+    every = [inner for cache in caches for inner in _within(cache)]
+    known = caches[0]("size", lambda: [0, 0])  # how many things were counted, and their size
     count = sum(map(len, every))
     if known[0] != count:
-        functions = [getattr(made, "function", made) for own in every for made in own.values()]
+        functions = [getattr(made, "function", made) for cache in every for made in cache.values()]
         sizes: list[int] = [f.n_instructions() for f in functions if hasattr(f, "n_instructions")]
-        lines = sum(isinstance(f, NumpyFunction) for own in every for f in own.values())
-        lines += sum(bool(getattr(f, "lines", ())) for own in every for f in own.values())
+        lines = sum(isinstance(f, NumpyFunction) for cache in every for f in cache.values())
+        lines += sum(bool(getattr(f, "lines", ())) for cache in every for f in cache.values())
         known[:] = count, PER_INSTRUCTION * sum(sizes) + CACHE_BYTES * lines
     return int(known[1])
 
 
-def _within(kept: StructureCache) -> Iterator[StructureCache]:
-    """Yield what is kept, and what that keeps itself."""
-    yield kept
-    for made in kept.values():
-        inner = made if isinstance(made, StructureCache) else getattr(made, "kept", None)
+def _within(cache: StructureCache) -> Iterator[StructureCache]:
+    """Yield a cache, and those of what it holds."""
+    yield cache
+    for made in cache.values():
+        inner = made if isinstance(made, StructureCache) else getattr(made, "cache", None)
         if isinstance(inner, StructureCache):
             yield from _within(inner)
