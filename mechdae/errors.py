@@ -20,9 +20,13 @@ error: the result has them with their status, and says what is wrong in ``fault`
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
+
+CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+"""Letters that terminals obey, line ends and tabs aside."""
 
 
 class MechdaeError(Exception):
@@ -35,8 +39,7 @@ class MechdaeError(Exception):
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
         advice = f"\n  try: {self.hint}" if self.hint else ""
-        text = f"{place}{self.what}{advice}"
-        return "".join("\ufffd" if is_control(c) else c for c in text)
+        return CONTROL.sub("\ufffd", f"{place}{self.what}{advice}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what another process makes the same error from, whatever its class takes."""
@@ -138,11 +141,6 @@ def close_matches(word: str, known: Iterable[str], count: int, cutoff: float = 0
     from difflib import get_close_matches  # only where something is wrong
 
     return get_close_matches(word, list(known), n=count, cutoff=cutoff)
-
-
-def is_control(letter: str) -> bool:
-    """Return whether a letter is one that terminals obey, line ends and tabs aside."""
-    return letter not in "\n\t" and (ord(letter) < 32 or 127 <= ord(letter) < 160)
 
 
 def shorten(text: str, width: int = 60) -> str:

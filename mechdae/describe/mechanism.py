@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, fields, replace
+from dataclasses import field, fields
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.curve import check_curve, extent
-from mechdae.describe.drawn import check_drawn, drawn_joints, drawn_sketch
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints import JOINTS, Joint, follows_curve
 from mechdae.describe.loads import Load
@@ -40,13 +39,15 @@ TOLERANCE = "closure_tolerance"
 RESERVED = (*CONSTANTS, "t", TOLERANCE)
 WHOLE_UNITS = {"gravity": "m/s2", TOLERANCE: "m"}
 """Units of the numbers of the whole mechanism."""
+BY_NAMES = ("_numbers", "_pins")
+"""What mechanisms share that differ in values of parameters alone."""
 MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Moments and products of inertia, in the order they are given in."""
 
 
-UNITS = "mechdae.describe.file.units"
+SETTINGS = "mechdae.describe.file.settings"
 SCREEN = "mechdae.describe.file.screen"
-"""These know mechanisms: what reads units, what writes screens."""
+"""These know mechanisms: what sets their numbers, what writes screens."""
 
 
 @dataclass(frozen=True)
@@ -155,8 +156,8 @@ class Mechanism:
         put("outputs", Table(self.outputs))
         if self.dimension not in (2, 3):
             raise MechanismError(f"2 or 3, not {self.dimension!r}", where="dimension")
-        sketch = values.numbers_by_coordinate if self.dimension == 2 else values.numbers_by_place
-        for name, coerce in (("parameters", values.numbers_by_name), ("sketch", sketch)):
+        places = values.numbers_by_coordinate if self.dimension == 2 else values.numbers_by_place
+        for name, coerce in (("parameters", values.numbers_by_name), ("sketch", places)):
             try:
                 put(name, coerce(getattr(self, name)))
             except MechdaeError as problem:
@@ -179,14 +180,14 @@ class Mechanism:
                 raise MechanismError(
                     f"'drawn' in space or nothing, not {self.frames!r}", where="frames"
                 )
-            put("joints", Table(drawn_joints(self.joints)))
-            put(
-                "sketch",
-                Table({**drawn_sketch(self.joints, self.bodies, self.sketch), **self.sketch}),
-            )
+            from mechdae.describe import drawn
+
+            sketch = drawn.drawn_sketch(self.joints, self.bodies, self.sketch)
+            put("joints", Table(drawn.drawn_joints(self.joints)))
+            put("sketch", Table({**sketch, **self.sketch}))
         _check(self)
         if self.frames is not None:
-            check_drawn(self.joints, self.values(), self.scale)
+            drawn.check_drawn(self.joints, self.values(), self.scale)
 
     def _repr_html_(self) -> str:
         """Return the screen of its parts for notebooks; ``md.plot`` draws it."""
@@ -278,31 +279,6 @@ class Mechanism:
         """By how much superfluous equations may stay open [m], 0: by rounding."""
         return self._values.get(TOLERANCE, 0.0)
 
-    def _renumbered(self, parameters: Table[Number]) -> Mechanism:
-        """Return the mechanism with other values of its parameters: only values are checked."""
-        from mechdae.describe import values
-
-        other: Mechanism = object.__new__(type(self))
-        vars(other).update({own.name: getattr(self, own.name) for own in fields(self)})
-        try:
-            vars(other)["parameters"] = values.numbers_by_name(parameters)
-        except MechdaeError as problem:
-            raise problem.inside("parameters") from None
-        for shared in ("_numbers", "_pins"):
-            vars(other)[shared] = getattr(self, shared)
-        if self._by_values_alone(parameters):
-            vars(other)["structures"] = self.structures
-        _check_values(other)
-        return other
-
-    def _by_values_alone(self, parameters: Table[Number]) -> bool:
-        """Return whether other parameters cannot make another structure."""
-        told = self.dimension == 3 or any(follows_curve(joint) for joint in self.joints.values())
-        return not told and all(
-            own == other or not (isinstance(own, str) or isinstance(other, str))
-            for own, other in zip(self.parameters.values(), parameters.values(), strict=True)
-        )
-
     @cached_property
     def structures(self) -> dict[Any, Any]:
         """What `structure_of` found, shared with mechanisms that differ in values alone."""
@@ -333,21 +309,10 @@ class Mechanism:
         UnknownName
             Neither a parameter nor an automatic name.
         """
-        result, parameters = self, self.parameters
-        if not all(name in parameters for name in changes):
-            known = self.settable
-            if not changes.keys() <= known.keys():
-                in_si = import_module(UNITS).in_si
-                changes = dict(in_si(self, {}, known, *own) for own in changes.items())
-        for name, number in changes.items():
-            if name in parameters:
-                parameters = parameters.with_(name, number)
-        if parameters is not self.parameters:
-            result = self._renumbered(parameters)
-        for name, number in changes.items():
-            if name not in parameters:
-                result = _with_number(result, name, number)
-        return result
+        if not changes:
+            return self
+        changed: Mechanism = import_module(SETTINGS).renumbered(self, changes)
+        return changed
 
 
 def evaluate_all(parameters: Mapping[str, Number]) -> dict[str, float]:
@@ -394,38 +359,6 @@ def by_name(items: Any) -> Table[Any]:
     return Table(named)
 
 
-def _with_number(mechanism: Mechanism, name: str, number: Number) -> Mechanism:
-    if name == TOLERANCE:
-        return replace(mechanism, closure_tolerance=number)
-    if name not in dict(mechanism.numbers()):
-        automatic = [entry for entry, _ in mechanism.numbers()]
-        raise UnknownName("parameter", name, [*mechanism.parameters, *automatic])
-    part, *rest = name.split(".")
-    if part == "loads":
-        load = mechanism.loads[rest[0]].with_number(".".join(rest[1:]), number)
-        return replace(mechanism, loads=mechanism.loads.with_(rest[0], load))
-    if part == "gravity":
-        axis = Mechanism.AXES.index(rest[0])
-        return replace(mechanism, gravity=_put(mechanism.gravity or (), axis, number))
-    if part in mechanism.joints:
-        joint = mechanism.joints[part].with_number(".".join(rest), number)
-        return replace(mechanism, joints=mechanism.joints.with_(part, joint))
-    body = mechanism.body(part)
-    axes = MOMENTS if rest[0] == "inertia" else tuple(Mechanism.AXES)
-    place = axes.index(rest[1]) if len(rest) == 2 else None
-    changes: dict[str, Any]
-    if place is None:
-        changes = {rest[0]: number}
-    elif rest[0] in body.points:
-        changes = {"points": body.points.with_(rest[0], _put(body.points[rest[0]], place, number))}
-    else:
-        assert isinstance(body, Body)
-        changes = {rest[0]: _put(getattr(body, rest[0]) or (), place, number)}
-    if isinstance(body, Ground):
-        return replace(mechanism, ground=replace(body, **changes))
-    return replace(mechanism, bodies=mechanism.bodies.with_(part, replace(body, **changes)))
-
-
 def _inertia(
     name: str, inertia: Number | tuple[Number, ...] | None
 ) -> Iterator[tuple[str, Number]]:
@@ -435,10 +368,6 @@ def _inertia(
             yield f"{name}.inertia.{word}", number
     elif inertia is not None:
         yield f"{name}.inertia", inertia
-
-
-def _put(items: tuple[Number, ...], position: int, number: Number) -> tuple[Number, ...]:
-    return (*items[:position], number, *items[position + 1 :])
 
 
 def _check(mechanism: Mechanism) -> None:
@@ -495,7 +424,7 @@ def _check(mechanism: Mechanism) -> None:
         seen[ends] = joint.name
     _check_connected(mechanism)
     _check_sketch(mechanism)
-    _check_values(mechanism)
+    check_values(mechanism)
 
 
 def _check_size(mechanism: Mechanism, items: tuple[Number, ...] | None, place: str) -> None:
@@ -590,7 +519,7 @@ def _check_connected(mechanism: Mechanism) -> None:
         )
 
 
-def _check_values(mechanism: Mechanism) -> None:
+def check_values(mechanism: Mechanism) -> None:
     values = mechanism.values()
     for joint in mechanism.joints.values():
         joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})

@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 V = TypeVar("V")
 
 
-class Table(Mapping[str, V]):
+class Table(dict[str, V]):
     """A frozen dict with string keys; the order of entry is kept."""
 
-    __slots__ = ("_items",)
+    __slots__ = ()
 
-    def __init__(self, items: Any = ()) -> None:
-        self._items: dict[str, V] = dict(items)
-
-    def __getitem__(self, key: str) -> V:
-        return self._items[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._items)
-
-    def __len__(self) -> int:
-        return len(self._items)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self._items.items()))
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
 
     def __repr__(self) -> str:
-        return f"Table({self._items!r})"
+        return f"Table({super().__repr__()})"
+
+    def __reduce__(self) -> tuple[type[Table[V]], tuple[dict[str, V]]]:
+        return type(self), (dict(self),)
 
     def with_(self, key: str, value: V) -> Table[V]:
         """Return a copy in which `key` has `value`."""
-        return Table({**self._items, key: value})
+        return Table({**self, key: value})
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a Table does not change; `with_` returns a changed copy")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse

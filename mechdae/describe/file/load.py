@@ -13,17 +13,15 @@ from mechdae.describe.file import library
 from mechdae.describe.file.misplaced_key_hints import explain
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known
-from mechdae.describe.file.repeat import expand
 from mechdae.describe.file.sections import read_problem
-from mechdae.describe.file.tabulated import with_tables, with_time_tables
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.errors import (
+    CONTROL,
     InputError,
     MechdaeError,
     ProblemFileError,
     UnavailableError,
     UnknownName,
-    is_control,
 )
 
 SCHEMA = 1
@@ -52,11 +50,7 @@ def load(name_or_path: str | Path) -> Problem:
     path = library.find(name_or_path)
     try:
         problem = from_dict(_parse(path), path.stem)
-        tabled = with_tables(problem.mechanism, path.parent)
-        tasks = with_time_tables(problem.tasks, path.parent)
-        if tabled is problem.mechanism and tasks is problem.tasks:
-            return problem
-        return replace(problem, mechanism=tabled, tasks=tasks)
+        return _with_tables(problem, path.parent) if _names_files(problem) else problem
     except RecursionError:
         raise ProblemFileError("nested too deeply", where=str(path)) from None
     except MechdaeError as problem:
@@ -65,6 +59,21 @@ def load(name_or_path: str | Path) -> Problem:
         place = f"{path}: {problem.where}" if problem.where else str(path)
         kind = type(problem) if isinstance(problem, UnavailableError) else ProblemFileError
         raise kind(problem.what, where=place, hint=problem.hint) from None
+
+
+def _names_files(problem: Problem) -> bool:
+    """Return whether a load or a driver has a table that is in a file of its own."""
+    tasks = problem.tasks.values()
+    drivers = [driver for task in tasks for driver in getattr(task, "drivers", None) or ()]
+    tables = [*problem.mechanism.loads.values(), *(driver.table for driver in drivers)]
+    return any(getattr(table, "file", None) for table in tables)
+
+
+def _with_tables(problem: Problem, folder: Path) -> Problem:
+    from mechdae.describe.file.tabulated import with_tables, with_time_tables
+
+    mechanism = with_tables(problem.mechanism, folder)
+    return replace(problem, mechanism=mechanism, tasks=with_time_tables(problem.tasks, folder))
 
 
 def _parse(path: Path) -> dict[str, Any]:
@@ -116,7 +125,7 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
 
 
 def _from_dict(data: Mapping[str, Any], name: str) -> Problem:
-    _check_depth(data)
+    repeated = _repeats(data)
     for entry in data:
         if split_known(entry, (TOLERANCE,))[0] not in TOP:
             raise UnknownName("key", entry, TOP)
@@ -126,25 +135,40 @@ def _from_dict(data: Mapping[str, Any], name: str) -> Problem:
         text = data.get(entry, "")
         if not isinstance(text, str):
             raise InputError("a text is needed", where=entry)
-        if any(map(is_control, text)):
+        if CONTROL.search(text):
             raise InputError("a text without control characters is needed", where=entry)
     if isinstance(data.get("dimension", 2), bool) or data.get("dimension", 2) not in (2, 3):
         raise InputError(
             "2 (of the plane, also where it is absent) or 3 is needed", where="dimension"
         )
+    if not repeated:
+        return read_problem(data, name)
+    from mechdae.describe.file.repeat import expand, pattern_of
+
     expanded = expand(data)
     try:
-        return read_problem(expanded.tables, name, data, from_dict)
+        return read_problem(expanded.tables, name, lambda: pattern_of(data, from_dict))
     except MechdaeError as problem:
         expanded.blame(problem)
         raise
 
 
-def _check_depth(data: Any) -> None:
-    front = [(data, 0)]
+def _repeats(data: Mapping[str, Any]) -> bool:
+    """Return whether a file has cells that are repeated, sizes, or braces for them.
+
+    Raises
+    ------
+    InputError
+        It is nested too deeply.
+    """
+    found = "repeat" in data or "sizes" in data
+    front: list[tuple[Any, int]] = [(data, 0)]
     while front:
         item, depth = front.pop()
         if depth > MAX_DEPTH:
             raise InputError(f"tables nested deeper than {MAX_DEPTH}")
-        children = item.values() if isinstance(item, Mapping) else item
+        children = [*item, *item.values()] if isinstance(item, Mapping) else item
         front += [(child, depth + 1) for child in children if isinstance(child, dict | list)]
+        texts = (child for child in children if isinstance(child, str))
+        found = found or any("{" in text or "}" in text for text in texts)
+    return found

@@ -66,6 +66,10 @@ class Pattern:
         """Return the problem as the pattern alone describes it."""
         return self.read(self.data(), name).with_values(self.settings)
 
+    def blame(self, error: MechdaeError) -> None:
+        """Let an error about a copy name the cell it was typed in, and k."""
+        expand(self.data()).blame(error)
+
     def with_size(self, name: str, value: Any) -> Pattern:
         """Return the pattern with a size set to a whole number, or an expression over sizes."""
         sizes = self.sizes.with_(name, _whole(value, self.sizes))

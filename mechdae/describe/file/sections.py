@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.degree_suffix_hints import degrees_beside
 from mechdae.describe.file.problem import Expected, Problem
@@ -17,7 +17,6 @@ from mechdae.describe.file.reading import (
     split_known,
     split_unit,
 )
-from mechdae.describe.file.repeat import Read, pattern_of
 from mechdae.describe.file.units import check_units
 from mechdae.describe.joints import JOINTS, Joint
 from mechdae.describe.loads import LOADS
@@ -28,18 +27,18 @@ from mechdae.describe.tasks.kinds import TASKS, Task
 from mechdae.describe.units import UNITS
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
+if TYPE_CHECKING:
+    from mechdae.describe.file.repeat import Pattern
+
 TEXTS = ("title", "source")
 """Keys of texts for people."""
 WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def read_problem(
-    data: Mapping[str, Any], name: str, typed: Mapping[str, Any], again: Read
+    data: Mapping[str, Any], name: str, pattern: Callable[[], Pattern | None] = lambda: None
 ) -> Problem:
-    """Return the problem of tables without repetition.
-
-    `typed` are those with it, which `again` reads when a size is set.
-    """
+    """Return the problem of tables without repetition; `pattern` gives those with it."""
     dimension = data.get("dimension", 2)
     parts: dict[str, Any] = {
         "ground": read(Ground, _with_points(_table(data, "ground"), "ground"), "ground"),
@@ -80,7 +79,7 @@ def read_problem(
         name,
         data.get("title", ""),
         data.get("source", ""),
-        pattern_of(typed, again),
+        pattern(),
     )
     check_units(problem.mechanism, problem.tasks, data)
     notes = degrees_beside(problem.mechanism, problem.tasks, data)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
 from mechdae.describe.coordinates import unit_of
 from mechdae.describe.dimensions import misfit
-from mechdae.describe.file.reading import check_suffix, split_known, split_unit, to_si
+from mechdae.describe.file.reading import check_suffix, split_known, split_unit
 from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Study, Task
-from mechdae.describe.values import Number, number
 from mechdae.errors import MechdaeError
 
 RATES = {
@@ -42,30 +41,6 @@ def check_parameter(
 ) -> None:
     """Raise for a parameter given in a unit that none of its uses has, where these tell."""
     check_parameters(mechanism, tasks, {name: suffix})
-
-
-def in_si(
-    mechanism: Mechanism,
-    tasks: Mapping[str, Task],
-    known: Collection[str],
-    name: str,
-    value: Number,
-) -> tuple[str, Number]:
-    """Return the name and the value in SI of a number that is set: ``a_mm`` = 41.
-
-    `known` are the names of parameters and the automatic ones.
-
-    Raises
-    ------
-    InputError
-        A unit that the number does not have.
-    """
-    base, suffix = split_known(name, known)
-    if base in known:
-        check_number(mechanism, base, suffix)
-    if suffix and base in mechanism.parameters:
-        check_parameter(mechanism, tasks, base, suffix)
-    return base, number(to_si(number(value), suffix))
 
 
 def check_parameters(

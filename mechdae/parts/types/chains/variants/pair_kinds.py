@@ -71,7 +71,7 @@ def with_kinds(problem: Problem, pose: Pose, word: str) -> Variant:
     ground = parts.pop(GROUND)
     mechanism = Mechanism(
         ground=ground,  # type: ignore[arg-type]
-        bodies=Table(parts),
+        bodies=Table(parts),  # type: ignore[arg-type]
         joints=Table(joints),
         parameters=base.parameters,
         sketch=Table({**pose.angles, **slides}),
