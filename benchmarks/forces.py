@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks import absolute
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Revolute
+from mechdae.describe.joints.pairs import Revolute
 from mechdae.describe.loads import Torque
 from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.table import Table

@@ -21,11 +21,12 @@ _HOMES = {
     "UnavailableError SolveError AssemblyError IndeterminateFrictionError "
     "InconsistentStartError InfeasibleMotionError SingularMassError",
     "mechdae.describe.mechanism": "Mechanism Ground Body",
-    "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt FrictionWheel "
-    "Distance Curve",
+    "mechdae.describe.joints.pairs": "Revolute Prismatic PinInSlot Weld Distance",
+    "mechdae.describe.joints.wheels": "Gear Rack Belt FrictionWheel",
+    "mechdae.describe.joints.curve": "Curve",
     "mechdae.describe.vectors.values": "Vector Node",
     "mechdae.describe.vectors.expand": "from_loops",
-    "mechdae.describe.spatial_joints": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
+    "mechdae.describe.joints.spatial": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
     "Universal PlanarPair Screw SpatialWeld SpatialGear SpatialRack",
     "mechdae.numerics.homotopy.platforms": "platform_poses",
     "mechdae.numerics.homotopy.six_axes": "arm_poses",

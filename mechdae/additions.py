@@ -81,7 +81,39 @@ def _of_others() -> tuple[Adds, ...]:
     return tuple(entry.load() for entry in entry_points(group=GROUP))
 
 
-class Registry(Mapping[str, T], Generic[T]):
+class Kinds(Mapping[str, T], Generic[T]):
+    """Kinds of something by name; what is `Added` is imported when it is first asked for.
+
+    Parameters
+    ----------
+    plain
+        The kinds in the order of lists.
+    made
+        What becomes of an `Added`; without it what it leads to is loaded.
+    """
+
+    def __init__(
+        self, plain: Mapping[str, T | Added], made: Callable[[Added], T] = Added.load
+    ) -> None:
+        self._plain, self._made = dict(plain), made
+
+    def __getitem__(self, name: str) -> T:
+        kind = self._plain[name]
+        if isinstance(kind, Added):
+            kind = self._plain[name] = self._made(kind)
+        return kind
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._plain
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._plain)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+class Registry(Kinds[T]):
     """The kinds of something by name: those of its room, and those that are added.
 
     What other packages add is looked for where a name is unknown, and where `whole` asks for it.
@@ -90,17 +122,15 @@ class Registry(Mapping[str, T], Generic[T]):
     ----------
     slot
         Its name in ``ADDS``.
-    plain
-        The room's own, in the order of lists.
-    made
-        What becomes of an `Added`; without it what it leads to is loaded.
+    plain, made
+        Of the room, as of `Kinds`.
     """
 
     def __init__(
-        self, slot: str, plain: Mapping[str, T], made: Callable[[Added], T] = Added.load
+        self, slot: str, plain: Mapping[str, T | Added], made: Callable[[Added], T] = Added.load
     ) -> None:
-        self.slot, self._plain, self._made = slot, dict(plain), made
-        self._others = False
+        super().__init__(plain, made)
+        self.slot, self._others = slot, False
 
     def added(self) -> dict[str, Added]:
         """Return what is added, by name."""
@@ -114,7 +144,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def __getitem__(self, name: str) -> T:
         if name in self._plain:
-            return self._plain[name]
+            return super().__getitem__(name)
         added = self.added().get(name) or self.whole().added()[name]
         return self._made(added)
 
@@ -136,6 +166,3 @@ class Registry(Mapping[str, T], Generic[T]):
                 after = waiting.pop(name).after
                 names.insert(names.index(after) + 1 if after in names else len(names), name)
         return iter(names)
-
-    def __len__(self) -> int:
-        return len(list(iter(self)))

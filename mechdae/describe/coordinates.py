@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE, kind_of
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
 from mechdae.records import dataclass

@@ -203,8 +203,3 @@ def _check_rows(table: TableLoad | TimeTable) -> None:
                 f"row {k} does not lie after the one before it ({after[0]:g} after {before[0]:g})",
                 where="rows" if table.file is None else "file",
             )
-
-
-LOADS: dict[str, type[Load]] = {
-    load.kind: load for load in (Force, Torque, Resistance, Spring, TableLoad)
-}

@@ -13,11 +13,10 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.describe.curve import check_curve, extent
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
-from mechdae.describe.joints import JOINTS, Joint, follows_curve
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.kinds import KINDS_OF_JOINTS
 from mechdae.describe.loads import Load
-from mechdae.describe.spatial_joints import KINDS_OF_JOINTS
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
 from mechdae.errors import (
@@ -98,7 +97,7 @@ class Mechanism:
         (gx, gy[, gz]) [m/s2] or None.
     dimension
         2: points, centres, gravity are of the plane; 3: of space, joints are those of
-        `mechdae.describe.spatial_joints`, and a sketch may give rough places of points.
+        `mechdae.describe.joints.spatial`, and a sketch may give rough places of points.
     closure
         The vector loops it was made from, see `from_loops`.
     frames
@@ -267,11 +266,8 @@ class Mechanism:
                 for axis in self.axes:
                     places = [values[f"{name}.{point}.{axis}"] for point in points]
                     spans.append(max(places) - min(places))
-        for name, joint in self.joints.items():
-            if joint.bar or (joint.pointer and f"{name}.length" in values):
-                spans.append(values[f"{name}.length"])
-            if follows_curve(joint):
-                spans.append(extent(joint, values))
+        for joint in self.joints.values():
+            spans += joint.lengths(values)
         return max(spans, default=0.0) or 1.0
 
     @property
@@ -523,8 +519,7 @@ def check_values(mechanism: Mechanism) -> None:
     values = mechanism.values()
     for joint in mechanism.joints.values():
         joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})
-        if follows_curve(joint):
-            check_curve(joint, mechanism.parameters, values)
+        joint.check_shape(mechanism.parameters, values)
     if values.get(TOLERANCE, 0.0) < 0:
         raise MechanismError("is negative", where=TOLERANCE)
     pins = mechanism._pins
@@ -554,4 +549,4 @@ def _check_link(
         )
 
 
-__all__ = ["GROUND", "JOINTS", "Body", "Ground", "Mechanism", "evaluate_all", "fields"]
+__all__ = ["GROUND", "Body", "Ground", "Mechanism", "evaluate_all", "fields"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass

@@ -13,7 +13,8 @@ from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.joints import Distance, Joint
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.pairs import Distance
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.table import Table
 from mechdae.records import dataclass

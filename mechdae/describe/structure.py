@@ -11,8 +11,7 @@ from collections.abc import Hashable
 from dataclasses import fields
 from typing import Any
 
-from mechdae.describe.curve import repeats, span
-from mechdae.describe.joints import Joint, follows_curve
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import VECTORS, Load
 from mechdae.describe.mechanism import Mechanism
 
@@ -84,9 +83,7 @@ def _joint(joint: Joint, mechanism: Mechanism, free: frozenset[str]) -> Hashable
     }
     rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in {*numbers, "range"})
     values = mechanism.values()
-    if not follows_curve(joint):
-        return (joint.kind, rest, *joint.settled(values))
-    return (joint.kind, rest, span(joint, values), joint.closed and repeats(joint, values))
+    return (joint.kind, rest, *joint.settled(values))
 
 
 def _load(load: Load) -> Hashable:

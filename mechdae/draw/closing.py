@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint, follows_curve
+from mechdae.describe.joints.curve import follows_curve
+from mechdae.describe.joints.joint import Joint
 from mechdae.draw import style
 from mechdae.draw.diagram.curves import curve_points
 from mechdae.draw.diagram.scene import Array, DrawnScene

@@ -16,9 +16,8 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.curve import PARAMETER, repeats, span
 from mechdae.describe.expression import build
-from mechdae.describe.joints import Curve, follows_curve
+from mechdae.describe.joints.curve import PARAMETER, Curve, follows_curve, repeats, span
 from mechdae.equations.coordinates import Coordinate, of_owner
 
 SX = ca.SX

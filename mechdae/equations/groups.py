@@ -20,7 +20,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.spinning_links import idle_links
 from mechdae.describe.table import Table

@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.equations.curve_contacts import Contact
 from mechdae.equations.frames import Frame
 from mechdae.errors import UnavailableError

@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.joints import PRESSURE_ANGLE
+from mechdae.describe.joints.joint import PRESSURE_ANGLE
 from mechdae.describe.mechanism import Mechanism
 from mechdae.equations.forces.meshes import Mesh
 from mechdae.equations.forces.spatial_meshes import SpatialMesh

@@ -473,7 +473,7 @@ def moved_pose_at_a_limit(monkeypatch):
 
 @mutant("Belt.sense", "crossed belts taken for open ones", "off by", (("gears", 0), ("gears", 11)))
 def belt_not_crossed(monkeypatch):
-    from mechdae.describe.joints import Belt
+    from mechdae.describe.joints.wheels import Belt
 
     monkeypatch.setattr(Belt, "sense", property(lambda self: 1))
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.draw.space.spatial_wheels import PitchPlane, sides, surfaces

@@ -14,8 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.joints import JOINTS
-from mechdae.describe.spatial_joints import SPATIAL_JOINTS
+from mechdae.describe.kinds import JOINTS, SPATIAL_JOINTS
 from mechdae.draw.formulas import Equation, Formula
 from mechdae.draw.formulas.plain import plain
 from mechdae.errors import InputError, UnknownName

@@ -103,8 +103,7 @@ def test_table_of_a_load_shown_is_read(tmp_path: Path) -> None:
 
 
 def test_every_joint_load_and_task_kind_is_documented() -> None:
-    from mechdae.describe.joints import JOINTS
-    from mechdae.describe.loads import LOADS
+    from mechdae.describe.kinds import JOINTS, LOADS
     from mechdae.describe.tasks.kinds import TASKS
 
     reference = (ROOT / "docs/problem-file.md").read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from mechdae.describe.coordinate_kinds import KINDS
-from mechdae.describe.joints import JOINTS
+from mechdae.describe.kinds import JOINTS
 from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"

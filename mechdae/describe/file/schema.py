@@ -9,10 +9,8 @@ from mechdae.describe.file.load import SCHEMA, TOP
 from mechdae.describe.file.problem import Expected
 from mechdae.describe.file.reading import NESTED, suffixes
 from mechdae.describe.file.repeat import KEYS
-from mechdae.describe.joints import JOINTS
-from mechdae.describe.loads import LOADS
+from mechdae.describe.kinds import JOINTS, LOADS, SPATIAL_JOINTS
 from mechdae.describe.mechanism import TOLERANCE, Body, Ground
-from mechdae.describe.spatial_joints import SPATIAL_JOINTS
 from mechdae.describe.tasks.constraints import Choices, Region
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.describe.units import EVERY

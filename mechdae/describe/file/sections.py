@@ -18,10 +18,9 @@ from mechdae.describe.file.reading import (
     split_unit,
 )
 from mechdae.describe.file.units import check_units
-from mechdae.describe.joints import JOINTS, Joint
-from mechdae.describe.loads import LOADS
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.kinds import JOINTS, KINDS_OF_JOINTS, LOADS, SPATIAL_JOINTS
 from mechdae.describe.mechanism import TOLERANCE, Body, Ground, Mechanism
-from mechdae.describe.spatial_joints import KINDS_OF_JOINTS, SPATIAL_JOINTS
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import TASKS, Task
 from mechdae.describe.units import UNITS

@@ -13,7 +13,6 @@ from mechdae.describe.file.repeat import Pattern
 from mechdae.describe.file.tabulated import with_tables_of
 from mechdae.describe.file.task_checks import check_task
 from mechdae.describe.file.units import check_number, check_parameter
-from mechdae.describe.joints import follows_curve
 from mechdae.describe.mechanism import (
     BY_NAMES,
     MOMENTS,
@@ -178,7 +177,7 @@ def _with_parameters(mechanism: Mechanism, parameters: Table[Number]) -> Mechani
 
 def _by_values_alone(mechanism: Mechanism, parameters: Table[Number]) -> bool:
     """Return whether other parameters cannot make another structure."""
-    bound = mechanism.dimension == 3 or any(map(follows_curve, mechanism.joints.values()))
+    bound = mechanism.dimension == 3 or any(joint.on_curve for joint in mechanism.joints.values())
     return not bound and all(
         old == new or not (isinstance(old, str) or isinstance(new, str))
         for old, new in zip(mechanism.parameters.values(), parameters.values(), strict=True)

@@ -16,7 +16,7 @@ from mechdae.describe.file.load import SCHEMA
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known
 from mechdae.describe.file.tabulated import write_tables
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import TOLERANCE, Mechanism
 from mechdae.describe.table import Table

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Any
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.values import Node, Vector

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.expression import evaluate
-from mechdae.describe.joints import Joint, PinInSlot, Prismatic, Revolute
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.pairs import PinInSlot, Prismatic, Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism, by_name, evaluate_all
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number, numbers_by_coordinate, numbers_by_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mechdae.describe.expression import evaluate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number

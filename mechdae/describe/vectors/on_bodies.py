@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import Spherical
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.spatial_joints import Spherical
 from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged
 from mechdae.errors import InputError, UnknownName

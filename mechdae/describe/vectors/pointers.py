@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from mechdae.describe.spatial_joints import SpatialJoint
+from mechdae.describe.joints.spatial import SpatialJoint
 from mechdae.describe.values import Number, key
 from mechdae.records import dataclass
 

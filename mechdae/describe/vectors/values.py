@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechdae.describe.joints import SIDES
+from mechdae.describe.joints.joint import SIDES
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 from mechdae.records import dataclass

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mechdae.describe.curve import place, span
-from mechdae.describe.joints import Curve
+from mechdae.describe.joints.curve import Curve, place, span
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
-from mechdae.describe.joints import follows_curve
+from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.shown_units import SI
 from mechdae.draw import style

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import InputError, UnavailableError
 from mechdae.records import dataclass

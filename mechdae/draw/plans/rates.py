@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import normal

@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.viewpoint import Array

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram.places import Place, free_points, letters_of, places_of

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass

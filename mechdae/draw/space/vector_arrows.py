@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.labels import layout

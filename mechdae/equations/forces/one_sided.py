@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.meshes import bearings
 from mechdae.equations.forces.friction import tangent_of
 from mechdae.equations.joints import Ends

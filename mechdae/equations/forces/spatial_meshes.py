@@ -22,7 +22,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.meshes import bearings
 from mechdae.equations.forces.generalised import Wrench, add, couples, pair, times

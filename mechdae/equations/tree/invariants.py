@@ -19,7 +19,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.equations.tree.closures import UNIT, Closed, CutJoint, Rows
 from mechdae.equations.tree.joint_chains import (
     Freedom,

@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 
 WORDS = ("length", "elevation", "azimuth")
 

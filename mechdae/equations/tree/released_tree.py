@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import Mechanism
 from mechdae.equations.forces.inertia import massive
 from mechdae.equations.model import Row

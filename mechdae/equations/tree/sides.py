@@ -8,8 +8,8 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.joints import Joint
-from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 
 SX = ca.SX
 DIGITS = 50

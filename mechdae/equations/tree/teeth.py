@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import Bearing, bearings
 from mechdae.errors import MechanismError, UnavailableError

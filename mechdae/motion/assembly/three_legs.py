@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.curve import PARAMETER
+from mechdae.describe.joints.curve import PARAMETER
 from mechdae.equations.curve_contacts import Contact, place
 from mechdae.equations.model import FUNCTIONS
 from mechdae.equations.reduction import Scene

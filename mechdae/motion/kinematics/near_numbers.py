@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.expression import evaluate, names_in
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.values import Number

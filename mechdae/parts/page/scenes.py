@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechdae.describe.curve import place, span
-from mechdae.describe.joints import follows_curve
+from mechdae.describe.joints.curve import follows_curve, place, span
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.parts.page.space_scenes import joint_in_space
 

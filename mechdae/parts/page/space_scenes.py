@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import AXES, SpatialJoint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
-from mechdae.describe.spatial_joints import AXES, SpatialJoint
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.results import Result
 

@@ -8,10 +8,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
-from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
 from mechdae.describe.spinning_links import Spin
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.pointers import WORDS

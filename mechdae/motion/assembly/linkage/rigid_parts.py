@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses, OtherShape

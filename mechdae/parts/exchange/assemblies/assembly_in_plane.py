@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Gear, Joint, Prismatic, Rack, Revolute, Weld
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.pairs import Prismatic, Revolute, Weld
+from mechdae.describe.joints.wheels import Gear, Rack
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.errors import UnavailableError

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.spatial_joints import (
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import (
     Cylindrical,
     PlanarPair,
     Screw,
@@ -19,6 +18,7 @@ from mechdae.describe.spatial_joints import (
     Spherical,
     Universal,
 )
+from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtFrame, AsmtJoint

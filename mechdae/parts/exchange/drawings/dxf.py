@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe.joints import Joint, follows_curve
+from mechdae.describe.joints.curve import follows_curve
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.curves import curve_points
 from mechdae.draw.diagram.places import Place, letters_of, numbers_of, places_of

@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Joint, PinInSlot, Prismatic, Revolute
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.pairs import PinInSlot, Prismatic, Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep, Task

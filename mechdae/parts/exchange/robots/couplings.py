@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, Described, Z, turned

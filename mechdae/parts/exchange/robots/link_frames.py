@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, MOMENTS, Body, Mechanism
-from mechdae.describe.spatial_joints import SpatialJoint, largest
 from mechdae.errors import UnavailableError
 from mechdae.tasks.motion_of import ExportedMotion, reported
 

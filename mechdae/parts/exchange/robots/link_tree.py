@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import SpatialJoint
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.spatial_joints import SpatialJoint
 from mechdae.errors import MechdaeError, UnavailableError
 from mechdae.parts.exchange.robots.couplings import couplings_of
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, Described, MassOf, Z, frames_of

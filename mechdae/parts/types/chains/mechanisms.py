@@ -8,7 +8,8 @@ from itertools import count
 from math import atan2
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Joint, Prismatic, Revolute
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.pairs import Prismatic, Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Sweep

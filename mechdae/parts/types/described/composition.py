@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import Nested, nest
-from mechdae.describe.joints import Revolute
+from mechdae.describe.joints.pairs import Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import FunctionTargets, PathGoal, Visits

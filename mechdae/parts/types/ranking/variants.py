@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Modes, Sweep

@@ -9,7 +9,8 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
-from mechdae.describe.joints import Joint, Prismatic, Revolute
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.pairs import Prismatic, Revolute
 from mechdae.describe.loads import Force, Load, Resistance
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table

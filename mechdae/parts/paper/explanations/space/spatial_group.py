@@ -8,7 +8,7 @@ from math import degrees
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.formulas import (
     Column,

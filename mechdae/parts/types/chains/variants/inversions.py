@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver

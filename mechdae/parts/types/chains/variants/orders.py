@@ -15,7 +15,7 @@ from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import Load
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table

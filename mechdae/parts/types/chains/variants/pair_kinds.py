@@ -9,7 +9,8 @@ from math import atan2, cos, sin
 from typing import Any
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints import Joint, Prismatic, Revolute
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.pairs import Prismatic, Revolute
 from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver

@@ -10,7 +10,7 @@ from typing import Any
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import Load, TableLoad
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.table import Table

@@ -9,19 +9,12 @@ follows the largest component of the axis (z -> x, as in the plane), made normal
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import fields, replace
 from typing import Any, ClassVar
 
-from mechdae.describe.joints import (
-    JOINTS,
-    PRESSURE_ANGLE,
-    SENSES,
-    TURNS,
-    Distance,
-    Gear,
-    Joint,
-)
+from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
+from mechdae.describe.joints.wheels import Gear
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
@@ -80,7 +73,7 @@ class SpatialJoint(Joint):
             return "axis", zero if zero in given else None
         return "axis2", "zero2" if "zero2" in given else None
 
-    def settled(self, values: Mapping[str, float]) -> tuple[int, ...]:
+    def settled(self, values: Mapping[str, float]) -> tuple[Hashable, ...]:
         """Return what of its values is part of the structure: where absent zeros point."""
         found = []
         for second in (False, True):
@@ -453,23 +446,3 @@ class SpatialRack(Joint):
         if values["radius"] == 0:
             raise MechanismError("radius is zero", where=f"joints.{self.name}.radius")
         _check_teeth(self, values)
-
-
-SPATIAL_JOINTS: dict[str, type[Joint]] = {
-    joint.kind: joint
-    for joint in (
-        SpatialRevolute,
-        SpatialPrismatic,
-        Cylindrical,
-        Spherical,
-        Universal,
-        PlanarPair,
-        Screw,
-        SpatialWeld,
-        Distance,
-        SpatialGear,
-        SpatialRack,
-    )
-}
-KINDS_OF_JOINTS: dict[int, dict[str, type[Joint]]] = {2: JOINTS, 3: SPATIAL_JOINTS}
-"""The kinds of joints of a file by its dimension."""

@@ -1,13 +1,20 @@
-"""The curve of a curve joint as numbers: places, extent, and what makes it no curve."""
+"""A follower on a curve: the joint, and its curve as numbers.
+
+Places, extent, and what makes it no curve.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import ClassVar, TypeGuard
 
 from mechdae.describe.expression import evaluate, names_in
-from mechdae.describe.joints import Curve
+from mechdae.describe.joints.joint import LIES, SIDES, TURN, Joint
+from mechdae.describe.values import Number, key
 from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
+from mechdae.records import dataclass
 
 PARAMETER = "s"
 SAMPLES = 48
@@ -15,6 +22,87 @@ CLOSES = 1e-11
 """Share of its extent by which a closed curve may miss its beginning: rounding."""
 REPEATS = 1e-9
 PROBES = (0.0, 0.13, 0.37, 0.61, 0.83)
+
+
+@dataclass(frozen=True)
+class Curve(Joint):
+    """Follower point of the second body on a curve (x(s), y(s)) of the first.
+
+    The curve lies in the first body, its origin is the first point, the axes are those of
+    the body. With ``roller_radius`` the second point is the centre of a roller on the
+    ``side`` of growing s: right is outside of a closed curve that runs counter-clockwise.
+    Relative coordinate: s, the place of the contact on the curve.
+    """
+
+    x: Number = key("expression", doc="expression of s and parameters, m", unit="m")
+    y: Number = key("expression", doc="expression of s and parameters, m", unit="m")
+    range: tuple[Number, ...] | None = key("pair", None, doc="first and last s; closed: [0, 2 pi]")
+    closed: bool = key("flag", False, doc="the curve ends where it begins")
+    roller_radius: Number | None = key("number", None, doc="m; absent: a point follower", unit="m")
+    side: str = key("text", "right", choices=("right", "left"), doc="of the roller")
+    friction: Number | None = key("number", None, unit="1")
+    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
+
+    kind: ClassVar[str] = "curve"
+    lower: ClassVar[bool] = False
+    dyad: ClassVar[str] = "cam"
+    coordinates: ClassVar[tuple[str, ...]] = ("s",)
+    on_curve: ClassVar[bool] = True
+    smoothed: ClassVar[bool] = True
+    opening: ClassVar[int] = 3
+
+    def friction_law(self, article: bool) -> str:
+        return "f |N| along the tangent"
+
+    @property
+    def ends(self) -> tuple[Number, Number]:
+        """First and last value of s."""
+        first, last = self.range or (0.0, TURN)
+        return first, last
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        yield from super().numbers()
+        yield from zip(("start", "end"), self.ends, strict=True)
+
+    def with_number(self, entry: str, number: Number) -> Joint:
+        first, last = self.ends
+        if entry in ("start", "end"):
+            return replace(self, range=(number, last) if entry == "start" else (first, number))
+        return super().with_number(entry, number)
+
+    def settled(self, values: Mapping[str, float]) -> tuple[Hashable, ...]:
+        return span(self, values), self.closed and repeats(self, values)
+
+    def lengths(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        return (extent(self, values),)
+
+    def check_shape(self, parameters: Iterable[str], values: Mapping[str, float]) -> None:
+        check_curve(self, parameters, values)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if self.range is None and not self.closed:
+            raise MechanismError(
+                "the key 'range' is missing",
+                where=f"joints.{self.name}.range",
+                hint="range = [first s, last s], or closed = true for one turn",
+            )
+        if self.one_sided is not None and self.roller_radius and self.one_sided != self.side:
+            raise MechanismError(
+                f"the roller lies on the {self.side} of the curve, which pushes it there",
+                where=f"joints.{self.name}.one_sided",
+                hint=f'one_sided = "{self.side}", or another side',
+            )
+        if values["end"] <= values["start"]:
+            raise MechanismError(
+                f"range ends at {values['end']:g}, not after its start {values['start']:g}",
+                where=f"joints.{self.name}.range",
+            )
+
+
+def follows_curve(joint: Joint) -> TypeGuard[Curve]:
+    """Return whether a joint has a curve, and so the keys of one."""
+    return joint.on_curve
 
 
 def span(joint: Curve, values: Mapping[str, float]) -> tuple[float, float]:

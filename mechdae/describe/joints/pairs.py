@@ -1,0 +1,140 @@
+"""The pairs of most planar mechanisms: pins, slides, slots, bars, and what is rigid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from mechdae.describe.joints.joint import LIES, SIDES, Joint
+from mechdae.describe.values import Number, key
+from mechdae.errors import MechanismError
+from mechdae.records import dataclass
+
+
+@dataclass(frozen=True)
+class Revolute(Joint):
+    """Turning pair: the two points coincide. Relative coordinate: angle."""
+
+    friction: Number | None = key("number", None, doc="Coulomb coefficient", unit="1")
+    friction_static: Number | None = key("number", None, unit="1")
+    pin_radius: Number | None = key("number", None, doc="m", unit="m")
+
+    kind: ClassVar[str] = "revolute"
+    letter: ClassVar[str] = "R"
+    coordinates: ClassVar[tuple[str, ...]] = ("angle",)
+    coincide: ClassVar[bool] = True
+    smoothed: ClassVar[bool] = True
+    opening: ClassVar[int] = 0
+
+    def friction_law(self, article: bool) -> str:
+        return "r f |R|" if article else "r sin(atan f) |R|"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values.get("friction", 0.0) and "pin_radius" not in values:
+            raise MechanismError(
+                "friction in a pin needs the radius of the pin",
+                where=f"joints.{self.name}.pin_radius",
+                hint="pin_radius = ... [m]",
+            )
+
+
+@dataclass(frozen=True)
+class Prismatic(Joint):
+    """Sliding pair: the block's point on the guide's line, the angle between them fixed.
+
+    ``axis`` is the guide's direction in the first body, ``turn`` the second body's angle
+    less the first's. Relative coordinate: slide, along the axis.
+    """
+
+    axis: Number = key(
+        "number", 0.0, doc="direction of the guide in the first body, rad", unit="rad"
+    )
+    turn: Number = key(
+        "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
+    )
+    friction: Number | None = key("number", None, unit="1")
+    friction_static: Number | None = key("number", None, unit="1")
+    contact_length: Number | None = key("number", None, doc="2b, m; absent: long guide", unit="m")
+    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
+
+    kind: ClassVar[str] = "prismatic"
+    letter: ClassVar[str] = "P"
+    coordinates: ClassVar[tuple[str, ...]] = ("slide",)
+    straight: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = True
+    smoothed: ClassVar[bool] = True
+    opening: ClassVar[int] = 2
+
+    def friction_law(self, article: bool) -> str:
+        return "f |N|" if self.contact_length is None else "f max(|N|, |M|/b)"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values.get("contact_length", 1.0) == 0:
+            raise MechanismError(
+                "contact_length is zero",
+                where=f"joints.{self.name}.contact_length",
+                hint="leave it out for a long guide, whose moment causes no friction",
+            )
+
+
+@dataclass(frozen=True)
+class PinInSlot(Joint):
+    """Pin of the second body in a straight slot of the first. Coordinates: slide, angle."""
+
+    axis: Number = key(
+        "number", 0.0, doc="direction of the slot in the first body, rad", unit="rad"
+    )
+    friction: Number | None = key("number", None, unit="1")
+    pin_radius: Number | None = key("number", None, doc="m", unit="m")
+    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
+
+    kind: ClassVar[str] = "pin-in-slot"
+    lower: ClassVar[bool] = False
+    replaced: ClassVar[str] = "PR"
+    coordinates: ClassVar[tuple[str, ...]] = ("slide", "angle")
+    straight: ClassVar[bool] = True
+    opening: ClassVar[int] = 1
+
+    def friction_law(self, article: bool) -> str:
+        return "f |N| on the pin"
+
+
+@dataclass(frozen=True)
+class Weld(Joint):
+    """Rigid connection: points coincide, angle between the bodies fixed."""
+
+    turn: Number = key(
+        "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
+    )
+
+    kind: ClassVar[str] = "weld"
+    letter: ClassVar[str] = "W"
+    coincide: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Distance(Joint):
+    """Massless bar: the two points keep their distance ``length`` [m]."""
+
+    length: Number = key("number", doc="m", unit="m")
+    one_sided: str | None = key(
+        "text", None, choices=("pull", "push"), doc="what it can do: a rope, a prop"
+    )
+
+    kind: ClassVar[str] = "distance"
+    lower: ClassVar[bool] = False
+    replaced: ClassVar[str] = "RR"
+    bar: ClassVar[bool] = True
+    opening: ClassVar[int] = 4
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["length"] <= 0:
+            raise MechanismError(
+                f"length must be above 0, not {values['length']:g}",
+                where=f"joints.{self.name}.length",
+                hint="two points that coincide are a revolute joint",
+            )

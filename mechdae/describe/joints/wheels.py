@@ -1,0 +1,190 @@
+"""Wheels that drive each other, a rack, or a belt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
+from mechdae.describe.values import Number, key
+from mechdae.errors import MechanismError
+from mechdae.records import dataclass
+
+
+@dataclass(frozen=True)
+class Gear(Joint):
+    """Gear pair between two wheel centres, on a carrier (absent: the ground).
+
+    (angle of the first - carrier) = ratio * (angle of the second - carrier) + phase, with
+    unwrapped angles. Either ``ratio`` or ``teeth = [z1, z2]`` with ``mesh``.
+    """
+
+    carrier: str | None = key("name", None)
+    ratio: Number | None = key(
+        "number", None, doc="(w1 - wc) / (w2 - wc); external mesh: < 0", unit="1"
+    )
+    teeth: tuple[Number, ...] | None = key("pair", None, doc="[z1, z2]", unit="1")
+    mesh: str | None = key("text", None, choices=("external", "internal"))
+    phase: Number = key("number", 0.0, doc="rad", unit="rad")
+    pressure_angle: Number = key("number", PRESSURE_ANGLE, doc="rad", unit="rad")
+    mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
+    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
+
+    kind: ClassVar[str] = "gear"
+    lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 2
+    pivots: ClassVar[tuple[str, ...]] = ("ratio",)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.ratio is None) == (self.teeth is None):
+            raise MechanismError("a gear needs either 'ratio' or 'teeth' with 'mesh'")
+        if self.teeth is not None and self.mesh is None:
+            raise MechanismError('\'teeth\' needs mesh = "external" or "internal"', where="mesh")
+        for count in self.teeth or ():
+            if not isinstance(count, str) and (count <= 0 or count != int(count)):
+                raise MechanismError(
+                    f"numbers of teeth are whole and above 0, not {count:g}", where="teeth"
+                )
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        yield from super().numbers()
+        if self.teeth is not None:
+            first, second = self.teeth
+            sign = "-" if self.mesh == "external" else ""
+            yield "ratio", f"{sign}({second})/({first})"
+
+    def with_number(self, entry: str, number: Number) -> Joint:
+        if entry == "ratio":
+            return replace(self, ratio=number, teeth=None, mesh=None)
+        return super().with_number(entry, number)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["ratio"] == 0:
+            raise MechanismError("ratio is zero", where=f"joints.{self.name}.ratio")
+        if self.teeth is not None and (values["ratio"] < 0) != (self.mesh == "external"):
+            raise MechanismError("numbers of teeth are above 0", where=f"joints.{self.name}.teeth")
+
+
+@dataclass(frozen=True)
+class Rack(Joint):
+    """Wheel on a rack: travel along ``axis`` of the second body = radius * angle + phase."""
+
+    radius: Number = key("number", doc="signed, m", unit="m")
+    carrier: str | None = key("name", None)
+    axis: Number = key("number", 0.0, doc="in the second body, rad", unit="rad")
+    phase: Number = key("number", 0.0, doc="m", unit="m")
+    pressure_angle: Number = key("number", PRESSURE_ANGLE, unit="rad")
+    mesh_loss: Number | None = key("number", None, unit="1")
+    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
+
+    kind: ClassVar[str] = "rack"
+    lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 1
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["radius"] == 0:
+            raise MechanismError("radius is zero", where=f"joints.{self.name}.radius")
+
+
+@dataclass(frozen=True)
+class Belt(Joint):
+    """Belt or chain between two wheels; ``crossed`` reverses the sense."""
+
+    ratio: Number = key("number", unit="1")
+    carrier: str | None = key("name", None)
+    crossed: bool = key("flag", False)
+    pretension: Number | None = key("number", None, doc="of each strand, N", unit="N")
+    radius: Number | None = key(
+        "number", None, doc="of the first wheel, m; only forces use it", unit="m"
+    )
+    phase: Number = key("number", 0.0, doc="rad", unit="rad")
+    mesh_loss: Number | None = key("number", None, unit="1")
+
+    kind: ClassVar[str] = "belt"
+    lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 2
+    pivots: ClassVar[tuple[str, ...]] = ("ratio",)
+    keep_for: ClassVar[str] = "pretension"
+    strands: ClassVar[bool] = True
+    rim: ClassVar[bool] = True
+
+    @property
+    def sense(self) -> int:
+        return -1 if self.crossed else 1
+
+    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+        return abs(moment) / (2 * (values[f"{self.name}.radius"] * values[f"{self.name}.ratio"]))
+
+    def gives_way(self, where: str, force: float) -> str:
+        return f"belt {self.name} goes slack{where}: pretension of {force:.6g} N at least is needed"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["ratio"] <= 0:
+            raise MechanismError(
+                "ratio must be above 0", where=f"joints.{self.name}.ratio", hint="use 'crossed'"
+            )
+        if values.get("radius", 1.0) <= 0:
+            raise MechanismError("radius must be above 0", where=f"joints.{self.name}.radius")
+
+
+@dataclass(frozen=True)
+class FrictionWheel(Joint):
+    """Two round wheels pressed together that roll on each other, from outside or inside.
+
+    radius (angle of the first - carrier - phase) = -+ second_radius (angle of the second -
+    carrier), plus for ``contact = "internal"``. It can transmit ``adhesion`` times ``press``.
+    """
+
+    radius: Number = key("number", doc="of the first wheel, m", unit="m")
+    second_radius: Number = key("number", doc="of the second wheel, m", unit="m")
+    carrier: str | None = key("name", None)
+    contact: str = key("text", "external", choices=("external", "internal"))
+    phase: Number = key("number", 0.0, doc="rad", unit="rad")
+    press: Number | None = key("number", None, doc="force that presses them together, N", unit="N")
+    adhesion: Number | None = key("number", None, doc="coefficient of adhesion", unit="1")
+
+    kind: ClassVar[str] = "friction-wheel"
+    lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 2
+    pivots: ClassVar[tuple[str, ...]] = ("radius", "second_radius")
+    keep_for: ClassVar[str] = "press"
+    rim: ClassVar[bool] = True
+
+    @property
+    def sense(self) -> int:
+        return 1 if self.contact == "internal" else -1
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        for entry in self.pivots:
+            if values[entry] <= 0:
+                raise MechanismError(f"{entry} is not above 0", where=f"joints.{self.name}.{entry}")
+        if self.contact == "internal" and values["radius"] == values["second_radius"]:
+            raise MechanismError(
+                "a wheel inside another one is smaller", where=f"joints.{self.name}.second_radius"
+            )
+        if "adhesion" in values and not values.get("press"):
+            raise MechanismError(
+                "adhesion needs the force that presses the wheels together",
+                where=f"joints.{self.name}.press",
+                hint="press = ... [N]",
+            )
+
+    def turn_ratio(self, values: Mapping[str, float]) -> float:
+        return self.sense * values[f"{self.name}.second_radius"] / values[f"{self.name}.radius"]
+
+    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+        most = values.get(f"{self.name}.adhesion", math.inf) * values[f"{self.name}.second_radius"]
+        return abs(moment) / most if most else abs(moment) * math.inf
+
+    def gives_way(self, where: str, force: float) -> str:
+        return (
+            f"friction wheels {self.name} slip{where}: they must be pressed together with "
+            f"{force:.6g} N at least"
+        )
