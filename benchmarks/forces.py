@@ -20,7 +20,8 @@ from mechdae.describe.joints.pairs import Revolute
 from mechdae.describe.loads import Torque
 from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Reactions
+from mechdae.describe.tasks.kinds import Driver
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.forces.checks import checks
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving, loaded_run

@@ -139,7 +139,7 @@ def measure(names: list[str], seeds: int | None, again: bool) -> None:
 
 def _run(name: str, task: str, seed: int) -> dict[str, Any]:
     import mechdae as md
-    from mechdae.describe.tasks.kinds import Synthesis
+    from mechdae.describe.tasks.synthesis import Synthesis
     from mechdae.design.synthesis.synthesize import synthesize
     from tests.reference import synthesis_verdicts
 

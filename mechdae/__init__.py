@@ -31,8 +31,11 @@ _HOMES = {
     "mechdae.numerics.homotopy.platforms": "platform_poses",
     "mechdae.numerics.homotopy.six_axes": "arm_poses",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
-    "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
-    "Study Sensitivity",
+    "mechdae.describe.tasks.kinds": "Driver Sweep Modes",
+    "mechdae.describe.tasks.reactions": "Reactions",
+    "mechdae.describe.tasks.motion": "Motion Equilibrium",
+    "mechdae.describe.tasks.synthesis": "Synthesis",
+    "mechdae.describe.tasks.studies": "Study Sensitivity",
     "mechdae.parts.types.described.task": "Composition CurveGoal",
     "mechdae.describe.file.problem": "Problem Expected",
     "mechdae.describe.file.load": "load",
@@ -71,12 +74,11 @@ def __getattr__(name: str) -> Any:
 
 def _shown(how: str, result: Any) -> str:
     """Return a result as "text" or "html": what rooms make of it that results do not know."""
-    tables = importlib.import_module("mechdae.results.tables")
     if how == "text":
-        text: str = tables.table(result)
+        text: str = importlib.import_module("mechdae.results.tables").table(result)
         return text
-    picture: str = importlib.import_module("mechdae.draw").data_url(result)
-    html: str = tables.html(result, picture)
+    picture = importlib.import_module("mechdae.draw").data_url(result)
+    html: str = importlib.import_module("mechdae.results.tables.notebook").html(result, picture)
     return html
 
 

@@ -9,7 +9,7 @@ from mechdae.errors import InputError
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
-    from mechdae.describe.shown_units import Units
+    from mechdae.describe.units import Units
 
 
 def process_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,10 +39,12 @@ def units_argument(parser: argparse.ArgumentParser) -> None:
 
 def units_asked(options: argparse.Namespace) -> Units:
     """Return the units of ``--units``; SI without it."""
-    from mechdae.describe.shown_units import SI, units_of
+    from mechdae.describe.units import SI
 
     if options.units is None:
         return SI
+    from mechdae.describe.shown_units import units_of
+
     try:
         return units_of(options.units)
     except InputError as error:

@@ -24,6 +24,8 @@ RELATIVE = {
 """Kinds of the relative coordinates of joints by their names."""
 BALL = "component of a unit quaternion"
 """Kind of what tells the turn of a ball joint; no file names it."""
+RATES = (".speed", ".acceleration")
+"""Ends of the names of rates."""
 ANGLES = ("body angle", *(RELATIVE[word] for word in ("angle", "angle2", "elevation", "azimuth")))
 
 
@@ -112,6 +114,14 @@ def _instead(joint: Joint) -> str:
         return f"it has {' and '.join(f'{joint.name}.{word}' for word in joint.coordinates)}"
     point = joint.first if joint.second_body == GROUND else joint.second
     return f"name the place of a point, like {point}"
+
+
+def split_rate(name: str) -> tuple[str, int]:
+    """Return a coordinate's name and the order of its rate: 0, 1 speed, 2 acceleration."""
+    for order, rate in enumerate(RATES, start=1):
+        if name.endswith(rate):
+            return name.removesuffix(rate), order
+    return name, 0
 
 
 def unit_of(mechanism: Mechanism, text: str) -> str | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache, reduce
 from typing import Any
 
@@ -183,3 +183,13 @@ def evaluate(number: float | str, names: Mapping[str, float]) -> float:
     if not math.isfinite(result):
         raise InputError(f"'{shorten(number)}' is not a finite real number")
     return result
+
+
+def unknown_name(
+    numbers: Iterable[Any], known: Iterable[str], kind: str = "parameter", place: str = ""
+) -> None:
+    """Raise for a name in an expression among `numbers` that is not known."""
+    for number in numbers:
+        for used in sorted(names_in(number)) if isinstance(number, str) else ():
+            if used not in known:
+                raise UnknownName(kind, used, known, where=place)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import field, fields, replace
 from typing import Any, ClassVar
 
@@ -15,6 +15,14 @@ TIME = "t"
 """Abscissa of a table over the time."""
 NUMBERS, VECTORS = ("number", "moment"), ("components", "moment", "direction")
 """Kinds of values of a load that are a number, that are components."""
+
+SPRINGS = (
+    {"stiffness": "N/m", "damping": "N s/m", "free_length": "m", "preload": "N"},
+    {"stiffness": "N m/rad", "damping": "N m s/rad", "free_length": "rad", "preload": "N m"},
+)
+"""Units of the numbers of springs between points, and on angles."""
+Turns = Callable[[str], bool]
+"""Whether a coordinate is an angle."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +42,24 @@ class Load(Value):
                 for axis, number in zip("xyz", value, strict=False):
                     if isinstance(number, float):
                         yield f"{entry.name}.{axis}", number
+
+    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
+        """Yield the load's numbers with their units and their keys."""
+        yield from ()
+
+    def settled(self) -> tuple[Hashable, ...]:
+        """Return what it is but for its numbers; those of expressions and tables are part of it."""
+        numbers = {name.partition(".")[0] for name, _ in self.numbers()}
+        rest: list[Any] = [getattr(self, e.name) for e in fields(self) if e.name not in numbers]
+        texts = [
+            number
+            for entry in fields(self)
+            if isinstance(getattr(self, entry.name), tuple)
+            and entry.metadata.get("kind") in VECTORS
+            for number in getattr(self, entry.name)
+            if isinstance(number, str)
+        ]
+        return (self.kind, tuple(rest), tuple(texts), getattr(self, "points", None))
 
     @property
     def expressions(self) -> bool:
@@ -66,6 +92,9 @@ class Force(Load):
     frame: str = key("text", "world")
     kind: ClassVar[str] = "force"
 
+    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
+        yield from ((number, "N", "value") for number in self.value)
+
 
 @dataclass(frozen=True)
 class Torque(Load):
@@ -76,6 +105,10 @@ class Torque(Load):
     frame: str = key("text", "world")
     kind: ClassVar[str] = "torque"
 
+    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
+        values = self.value if isinstance(self.value, tuple) else (self.value,)
+        yield from ((number, "N m", "value") for number in values)
+
 
 @dataclass(frozen=True)
 class Resistance(Load):
@@ -85,6 +118,10 @@ class Resistance(Load):
     negative: Number = key("number", 0.0, unit="N or N m")
     positive: Number = key("number", 0.0, unit="N or N m")
     kind: ClassVar[str] = "resistance"
+
+    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
+        unit = "N m" if turns(self.coordinate) else "N"
+        yield from ((self.negative, unit, "negative"), (self.positive, unit, "positive"))
 
 
 @dataclass(frozen=True)
@@ -98,6 +135,10 @@ class Spring(Load):
     preload: Number = key("number", 0.0, unit="N or N m")
     damping: Number = key("number", 0.0, unit="N s/m or N m s/rad")
     kind: ClassVar[str] = "spring"
+
+    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
+        units = SPRINGS[self.coordinate is not None and turns(self.coordinate)]
+        yield from ((getattr(self, word), unit, word) for word, unit in units.items())
 
 
 @dataclass(frozen=True)
@@ -131,6 +172,9 @@ class TableLoad(Load):
         default=None, compare=False, repr=False
     )
     kind: ClassVar[str] = "table"
+
+    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
+        yield from ((self.shift, "s", "shift"), (self.period, "s", "period"))
 
     def __post_init__(self) -> None:
         super().__post_init__()

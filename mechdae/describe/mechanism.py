@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.kinds import KINDS_OF_JOINTS
-from mechdae.describe.loads import Load
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
 from mechdae.errors import (
@@ -29,6 +28,7 @@ from mechdae.errors import (
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
+    from mechdae.describe.loads import Load
     from mechdae.describe.vectors.closure import Closure
 
 GROUND = "ground"
@@ -128,7 +128,7 @@ class Mechanism:
 
     AXES: ClassVar[str] = "xyz"
 
-    @property
+    @cached_property
     def axes(self) -> str:
         """The axes of its space."""
         return self.AXES[: self.dimension]
@@ -138,7 +138,7 @@ class Mechanism:
         """A power of two near its size, by which products of lengths are divided in space."""
         return float(2.0 ** round(math.log2(self.scale))) if self.scale > 0 else 1.0
 
-    @property
+    @cached_property
     def aliases(self) -> Mapping[str, str]:
         """Coordinates of vectors by the names they have here."""
         return self.closure.aliases if self.closure else {}
@@ -202,8 +202,8 @@ class Mechanism:
         return self.bodies[name]
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
-        """Yield every number with its automatic name; of loads, those that are no expressions."""
-        yield from self._numbers
+        """Return every number with its automatic name; of loads, those that are no expressions."""
+        return iter(self._numbers)
 
     @cached_property
     def _numbers(self) -> tuple[tuple[str, Number], ...]:

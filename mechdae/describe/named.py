@@ -7,15 +7,13 @@ another one.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
-from mechdae.describe.coordinates import coordinate_names
+from mechdae.describe.coordinates import RATES, coordinate_names, split_rate
 from mechdae.describe.expression import names_in
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import NAME, NAME_RULE
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
-RATES = (".speed", ".acceleration")
 TIME = "t"
 COMPONENTS = {
     2: ("x", "y", "moment"),
@@ -24,14 +22,6 @@ COMPONENTS = {
 """Of ``JOINT.reaction`` by dimension: force [N] in world axes, moment about the second body's point
 [N m].
 """
-
-
-def split_rate(name: str) -> tuple[str, int]:
-    """Return a coordinate's name and the order of its rate: 0, 1 speed, 2 acceleration."""
-    for order, rate in enumerate(RATES, start=1):
-        if name.endswith(rate):
-            return name.removesuffix(rate), order
-    return name, 0
 
 
 def is_reaction(mechanism: Mechanism, name: str) -> bool:
@@ -156,13 +146,3 @@ def _check_circle(mechanism: Mechanism, name: str) -> None:
 def _references(mechanism: Mechanism, name: str) -> list[str]:
     """Return the other named outputs that one refers to."""
     return sorted(used for used in names_in(mechanism.outputs[name]) if used in mechanism.outputs)
-
-
-def unknown_name(
-    numbers: Iterable[Any], known: Iterable[str], kind: str = "parameter", place: str = ""
-) -> None:
-    """Raise for a name in an expression among `numbers` that is not known."""
-    for number in numbers:
-        for used in sorted(names_in(number)) if isinstance(number, str) else ():
-            if used not in known:
-                raise UnknownName(kind, used, known, where=place)

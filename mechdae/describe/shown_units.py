@@ -1,16 +1,14 @@
-"""Units that numbers are shown in: those of tables, CSV, pictures and pages; JSON stays SI."""
+"""Units by the names that people ask for: those of tables, CSV, pictures, pages; JSON stays SI."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from fractions import Fraction
 from types import MappingProxyType
 
-from mechdae.describe.units import TABLE, nearest_suffixes
+from mechdae.describe.units import TABLE, ShownUnit, Units, nearest_suffixes
 from mechdae.errors import InputError, UnknownName
-from mechdae.records import dataclass
 
 POWERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "m": {"m": (1, "{}"), "m/s": (1, "{}/s"), "m/s2": (1, "{}/s2"), "m/s3": (1, "{}/s3"),
@@ -28,46 +26,6 @@ QUANTITIES = {
     "m": "lengths", "rad": "angles", "rad/s": "angular speeds", "N": "forces", "N m": "moments",
     "kg": "masses", "kg m2": "moments of inertia",
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class ShownUnit:
-    """A unit that is shown, and the factor from SI to it."""
-
-    name: str
-    factor: float = 1.0
-
-
-@dataclass(frozen=True)
-class Units:
-    """Units that were asked for.
-
-    Parameters
-    ----------
-    asked
-        Their names, as they were given: ``("mm", "deg")``.
-    by_si
-        Unit in SI -> what it is shown in; what is not in it is nobody's wish.
-    """
-
-    asked: tuple[str, ...] = ()
-    by_si: Mapping[str, ShownUnit] = field(default_factory=lambda: MappingProxyType({}))
-
-    def of(self, si: str) -> ShownUnit:
-        """Return what a unit in SI is shown in: itself where nothing else is wished."""
-        return self.by_si.get(si) or ShownUnit(si)
-
-    def read(self, si: str) -> ShownUnit:
-        """Return what a unit in SI is shown in to readers: angles in degrees without a wish."""
-        return DEGREES if si == "rad" and "rad" not in self.by_si else self.of(si)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return units_of, (self.asked,)
-
-
-DEGREES = ShownUnit("deg", 180.0 / math.pi)
-SI = Units()
-"""No wish."""
 
 
 def _known() -> dict[str, tuple[str, str, Fraction, bool]]:

@@ -12,7 +12,6 @@ from dataclasses import fields
 from typing import Any
 
 from mechdae.describe.joints.joint import Joint
-from mechdae.describe.loads import VECTORS, Load
 from mechdae.describe.mechanism import Mechanism
 
 
@@ -62,7 +61,7 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
     )
     bodies = tuple((name, body.number, body.outline) for name, body in mechanism.bodies.items())
     joints = tuple(_joint(joint, mechanism, free) for joint in mechanism.joints.values())
-    loads = tuple(_load(load) for load in mechanism.loads.values())
+    loads = tuple(load.settled() for load in mechanism.loads.values())
     outputs = tuple(mechanism.outputs.items())
     aliases = tuple(mechanism.aliases.items())
     space = (mechanism.dimension, _in_space(mechanism) if mechanism.dimension == 3 else None)
@@ -84,20 +83,6 @@ def _joint(joint: Joint, mechanism: Mechanism, free: frozenset[str]) -> Hashable
     rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in {*numbers, "range"})
     values = mechanism.values()
     return (joint.kind, rest, *joint.settled(values))
-
-
-def _load(load: Load) -> Hashable:
-    """Return what a load is but for its numbers; those of expressions and tables are part of it."""
-    numbers = {name.partition(".")[0] for name, _ in load.numbers()}
-    rest: list[Any] = [getattr(load, e.name) for e in fields(load) if e.name not in numbers]
-    texts = [
-        number
-        for entry in fields(load)
-        if isinstance(getattr(load, entry.name), tuple) and entry.metadata.get("kind") in VECTORS
-        for number in getattr(load, entry.name)
-        if isinstance(number, str)
-    ]
-    return (load.kind, tuple(rest), tuple(texts), getattr(load, "points", None))
 
 
 def cylinders(mechanism: Mechanism) -> list[str]:

@@ -1,13 +1,36 @@
-"""The units of problem files and of what is written out, in one table: SI inside, these outside."""
+"""Units in one table, those of problem files and of what is written out; what units are made of.
+
+SI inside, these outside.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import field
 from fractions import Fraction
+from functools import cache
+from importlib import import_module
+from types import MappingProxyType
 
 from mechdae.errors import nearest
 from mechdae.records import dataclass
 
+Powers = tuple[Fraction, ...]
+"""Exponents of metre, radian, second and kilogram."""
+BASES = ("m", "rad", "s", "kg")
+NAMED = {
+    "N": (1, 0, -2, 1),
+    "N m": (2, 0, -2, 1),
+    "N/m": (0, 0, -2, 1),
+    "N m/rad": (2, -1, -2, 1),
+    "N s/m": (0, 0, -1, 1),
+    "N m s/rad": (2, -1, -1, 1),
+    "W": (2, 0, -3, 1),
+    "kg m2": (2, 0, 0, 1),
+}
+"""Units that have a name of their own."""
+NONE: Powers = (Fraction(0),) * len(BASES)
 LENGTHS = ("m", "m/s", "m/s2", "m/s3")
 FORCES = ("N", "N or N m")
 MOMENTS = ("N m", "N or N m")
@@ -148,3 +171,94 @@ WORDS = {
     **dict.fromkeys(("radps", "rps"), "_rad_s"),
 }
 """What people write in place of suffixes."""
+
+
+@cache
+def powers_of(unit: str) -> Powers | None:
+    """Return the exponents of a unit, None where the text names several or none."""
+    if unit in NAMED:
+        return tuple(Fraction(power) for power in NAMED[unit])
+    if unit == "1":
+        return NONE
+    above, _, below = unit.partition("/")
+    powers = dict.fromkeys(BASES, Fraction(0))
+    for part, sign in ((above, 1), (below.replace("/", " "), -1)):
+        for word in part.split():
+            if word == "1":
+                continue
+            name = word.rstrip("0123456789")
+            if name not in powers:
+                return None
+            powers[name] += sign * int(word[len(name) :] or 1)
+    return tuple(powers.values()) if unit else None
+
+
+def text_of(powers: Powers) -> str:
+    """Return a unit as it is written."""
+    for name in NAMED:
+        if powers == powers_of(name):
+            return name
+
+    def word(name: str, power: Fraction) -> str:
+        return name if power == 1 else f"{name}{power}"
+
+    pairs = list(zip(BASES, powers, strict=True))
+    above = [word(name, power) for name, power in pairs[-1:] + pairs[:-1] if power > 0]
+    below = [word(name, -power) for name, power in pairs if power < 0]
+    return "/".join([" ".join(above) or "1", *below])
+
+
+def fits(suffix: str, powers: Powers, angles: bool = True) -> bool:
+    """Return whether a suffix may stand for a unit, whatever its `angles` where these are left out.
+
+    An angle may be a plain number: an arc is a radius times an angle.
+    """
+    units = [powers_of(si) for si in EVERY[suffix].si]
+    if not angles:
+        rad = BASES.index("rad")
+        units = [own and (*own[:rad], powers[rad], *own[rad + 1 :]) for own in units]
+    return powers in units
+
+
+NAMED_UNITS = "mechdae.describe.shown_units"
+"""It knows units by name."""
+
+
+@dataclass(frozen=True)
+class ShownUnit:
+    """A unit that is shown, and the factor from SI to it."""
+
+    name: str
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units that were asked for.
+
+    Parameters
+    ----------
+    asked
+        Their names, as they were given: ``("mm", "deg")``.
+    by_si
+        Unit in SI -> what it is shown in; what is not in it is nobody's wish.
+    """
+
+    asked: tuple[str, ...] = ()
+    by_si: Mapping[str, ShownUnit] = field(default_factory=lambda: MappingProxyType({}))
+
+    def of(self, si: str) -> ShownUnit:
+        """Return what a unit in SI is shown in: itself where nothing else is wished."""
+        return self.by_si.get(si) or ShownUnit(si)
+
+    def read(self, si: str) -> ShownUnit:
+        """Return what a unit in SI is shown in to readers: angles in degrees without a wish."""
+        return DEGREES if si == "rad" and "rad" not in self.by_si else self.of(si)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return import_module(NAMED_UNITS).units_of, (self.asked,)
+
+
+DEGREES = ShownUnit("deg", 180.0 / math.pi)
+SI = Units()
+"""No wish."""

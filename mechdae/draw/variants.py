@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from mechdae.describe.dimensions import parameter_units
-from mechdae.describe.shown_units import Units
+from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.catalogue import PICTURES
 from mechdae.draw.diagram.diagram import View, draw_pose, extent, has_paths

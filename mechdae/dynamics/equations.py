@@ -16,7 +16,8 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
-from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion
+from mechdae.describe.tasks.kinds import Driver
+from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.equations.forces.dry_friction import Rubbing
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.forces.meshes import Mesh

@@ -8,9 +8,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import RATES, coordinate, split_rate
 from mechdae.describe.expression import build, names_in
-from mechdae.describe.named import COMPONENTS, RATES, TIME, split_rate
+from mechdae.describe.named import COMPONENTS, TIME
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.errors import InputError, MechdaeError

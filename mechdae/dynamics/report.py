@@ -8,8 +8,7 @@ import numpy as np
 
 from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Motion
-from mechdae.describe.tasks.motion import start_values
+from mechdae.describe.tasks.motion import Motion, start_values
 from mechdae.dynamics.observe import Observer
 from mechdae.dynamics.output_values import Reported
 from mechdae.dynamics.rest.chart import Chart

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Equilibrium, Motion
+from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.dynamics.equations import as_motion, setup
 from mechdae.dynamics.task import motion_start
 from mechdae.equations.model import Model

@@ -10,8 +10,7 @@ import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Motion
-from mechdae.describe.tasks.motion import start_values
+from mechdae.describe.tasks.motion import Motion, start_values
 from mechdae.dynamics.bdf import Bdf, Radau
 from mechdae.dynamics.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.dynamics.creep import Creep

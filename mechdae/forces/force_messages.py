@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.assumed import about_blocks, about_bodies, about_inertia, about_springs
-from mechdae.describe.tasks.kinds import Reactions
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.meshes import slack_belts

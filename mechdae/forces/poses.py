@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Reactions
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene

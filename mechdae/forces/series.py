@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks.kinds import Reactions
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.model import Model
 from mechdae.forces.friction_branches import some
 from mechdae.forces.inverse_dynamics import InverseDynamics, absolute

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Reactions
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.inertia import massive
 from mechdae.equations.forces.loads import Loads

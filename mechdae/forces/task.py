@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Reactions
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.tree.bars import check_in_space
 from mechdae.errors import InputError
 from mechdae.forces.checks import CHECKS, checks

@@ -2,7 +2,7 @@
 
 from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.describe.dimensions import parameter_units
-from mechdae.describe.shown_units import DEGREES, KNOWN, SI, ShownUnit, Units
+from mechdae.describe.units import DEGREES, SI, ShownUnit, Units
 from mechdae.results.events import Event, events_of
 from mechdae.results.kinds import (
     EquilibriumResult,
@@ -18,7 +18,7 @@ from mechdae.results.lazy import LazyPart, Summary
 from mechdae.results.plain import plain
 from mechdae.results.result import Result, whole_path
 from mechdae.results.series import Named, Series
-from mechdae.results.shown import heads, shown_columns
+from mechdae.results.shown import heads, mixed_units, shown_columns
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
 from mechdae.results.units import (
     KINDS,
@@ -35,7 +35,6 @@ __all__ = [
     "DEGREES",
     "FINE",
     "KINDS",
-    "KNOWN",
     "LOST",
     "OUTPUT_RATES",
     "SI",
@@ -65,6 +64,7 @@ __all__ = [
     "events_of",
     "heads",
     "kind_of",
+    "mixed_units",
     "parameter_units",
     "plain",
     "reaction_parts",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any
+from typing import Any, ClassVar
 
 from mechdae.records import dataclass
 from mechdae.results.lazy import Summary
@@ -71,6 +71,7 @@ class ReactionsResult(SweepResult):
     solutions: tuple[dict[str, Any], ...] = ()
     checks: Mapping[str, Any] = field(default_factory=dict)
     loads: Mapping[str, Series] = field(default_factory=dict)
+    forces: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,6 +99,7 @@ class MotionResult(Result):
     unique: Summary = field(default_factory=Summary)
     checks: Mapping[str, Any] = field(default_factory=dict)
     data: Mapping[str, Any] = field(default_factory=dict)
+    forces: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, repr=False)
@@ -112,6 +114,7 @@ class EquilibriumResult(Result):
 
     unique: Summary = field(default_factory=Summary)
     data: Mapping[str, Any] = field(default_factory=dict)
+    forces: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, repr=False)

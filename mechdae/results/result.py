@@ -7,13 +7,13 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any, Self, TypeVar, cast
+from typing import Any, ClassVar, Self, TypeVar, cast
 
 import numpy as np
 
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.units import SI, Units
 from mechdae.errors import UnknownName
 from mechdae.records import dataclass
 from mechdae.results.columns import columns_of
@@ -106,6 +106,8 @@ class Result(Shown):
     parts = parameters = table = data = checks = NOTHING
     labels = cast("tuple[tuple[str, ...], ...]", ())
     solutions = cast("tuple[dict[str, Any], ...]", ())
+    forces: ClassVar[bool] = False
+    """Whether such results may have forces."""
     unique = Summary()
 
     def __post_init__(self) -> None:
@@ -127,8 +129,11 @@ class Result(Shown):
         InputError
             No units, or two of one quantity.
         """
-        own = units if isinstance(units, Units) else units_of(units)
-        return self if own == self.units else replace(self, units=own)
+        if not isinstance(units, Units):
+            from mechdae.describe.shown_units import units_of
+
+            units = units_of(units)
+        return self if units == self.units else replace(self, units=units)
 
     def finer(self, parts: int) -> Result:
         """Return the same task with `parts` steps from each pose to the next, solved again.

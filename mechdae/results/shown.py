@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,21 @@ def shown_columns(result: Any) -> list[tuple[str, str, Any]]:
 def heads(columns: Iterable[tuple[str, str, Any]]) -> list[str]:
     """Return the heads of columns: names with units, as in the CSV."""
     return [f"{name} [{unit}]" if unit else name for name, unit, _ in columns]
+
+
+def mixed_units(titles: Sequence[str]) -> str:
+    """Return which units of one quantity stand side by side, in heads of columns."""
+    from mechdae.describe.shown_units import KNOWN  # only where units were asked for
+
+    seen = dict.fromkeys(title[:-1].rpartition("[")[2] for title in titles if title[-1:] == "]")
+    kinds: dict[str, list[str]] = {}
+    for name in seen:
+        base = name.split("/")[0]
+        if base in KNOWN:
+            quantity, own, _, _ = KNOWN[base]
+            kinds.setdefault({"rad/s": "rad"}.get(quantity, quantity), []).append(own)
+    several = [dict.fromkeys(names) for names in kinds.values() if len(set(names)) > 1]
+    return "; ".join(" and ".join(names) for names in several)
 
 
 class Shown:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from mechdae.describe.coordinate_kinds import KINDS as COORDINATES
 from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.describe.coordinates import coordinate_unit
-from mechdae.describe.dimensions import output_unit
 from mechdae.describe.mechanism import Mechanism
 
 UNITS = {
@@ -114,6 +113,8 @@ def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:
     That of a named output is empty where it does not follow from its expression.
     """
     if kind == "outputs":
+        from mechdae.describe.expression_units import output_unit
+
         return output_unit(mechanism, part, OUTPUT_RATES.index(name))
     if kind != "drivers":
         return UNITS.get(name, "1")

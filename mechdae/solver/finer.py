@@ -9,7 +9,8 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Motion, Sweep
+from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe.tasks.motion import Motion
 from mechdae.errors import SolveError
 from mechdae.results import Result
 from mechdae.solver.solve import solve

@@ -10,7 +10,8 @@ from typing import Any
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Synthesis, Task
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.errors import InputError
 from mechdae.results import Result
 from mechdae.solver.kinds import function

@@ -9,7 +9,8 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Reactions, Sweep
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import InputError, SolveError
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.report import report

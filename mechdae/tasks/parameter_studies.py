@@ -10,7 +10,7 @@ from typing import Any
 
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Study
+from mechdae.describe.tasks.studies import Study
 from mechdae.describe.values import Number
 from mechdae.errors import InputError
 from mechdae.results import Result

@@ -8,7 +8,8 @@ from itertools import chain, combinations, islice
 from typing import Any
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Driven, Driver, Equilibrium, Sweep
+from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
+from mechdae.describe.tasks.motion import Equilibrium
 from mechdae.equations.groups import count_mobility
 from mechdae.errors import InputError, MechdaeError
 from mechdae.motion.kinematics.driverless import likely_drivers

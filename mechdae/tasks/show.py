@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Driven, Synthesis, Task
-from mechdae.describe.tasks.synthesis import demand, listed_goals
+from mechdae.describe.tasks.kinds import Driven, Task
+from mechdae.describe.tasks.synthesis import Synthesis, demand, listed_goals
 from mechdae.equations.groups import ROMAN, Group, count_mobility, formula
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene, scene

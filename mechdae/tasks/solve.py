@@ -5,17 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import (
-    Driven,
-    Equilibrium,
-    Modes,
-    Motion,
-    Sweep,
-    Task,
-)
+from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
@@ -99,12 +93,13 @@ def _check_workers(workers: int, task: Task) -> None:
 
 
 def _changed(task: Task, mode: str | None, poses: int | None) -> Task:
+    changes: dict[str, Any] = {}
     if mode is not None:
-        if not isinstance(task, Driven | Equilibrium) or isinstance(task, Modes):
+        if not task.on_mode:
             raise InputError(f"a task of kind '{task.kind}' does not start on a mode")
-        task = replace(task, mode=mode)
+        changes["mode"] = mode
     if poses is not None:
-        if not isinstance(task, Sweep | Motion):
+        if not hasattr(task, "poses"):
             raise InputError(f"a task of kind '{task.kind}' has no number of poses")
-        task = replace(task, poses=poses)
-    return task
+        changes["poses"] = poses
+    return replace(task, **changes)

@@ -11,7 +11,8 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Study, Sweep, Task
+from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.describe.tasks.studies import Study
 from mechdae.describe.values import Number, names
 from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName

@@ -383,9 +383,9 @@ SLIPS = [
         HOLDS,
     ),
     Slip(
-        "describe.dimensions",
-        "if powers not in units:",
-        "if powers is units:",
+        "describe.units",
+        "return powers in units",
+        "return powers is not units",
         told,
         "describe/test_suffixes.py::test_a_suffix_has_the_unit_of_the_place_it_is_used_in",
     ),

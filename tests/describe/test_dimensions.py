@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.dimensions import parameter_units, powers_of, text_of
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file import library
+from mechdae.describe.units import powers_of, text_of
 from mechdae.draw.graphs.series import lines_of
 from tests.shared.paths import PROBLEMS
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.dimensions import output_unit
+from mechdae.describe.expression_units import output_unit
 from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
 from mechdae.results.tables import table

@@ -27,7 +27,7 @@ import numpy as np
 
 import mechdae as md
 from benchmarks.forces import problem as four_bar
-from mechdae.describe.tasks.kinds import Sensitivity
+from mechdae.describe.tasks.studies import Sensitivity
 from mechdae.motion.kinematics.prepared import SHAPES
 from mechdae.parts.bench.yardstick import COUPLER, yardstick
 

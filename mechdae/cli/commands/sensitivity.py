@@ -38,7 +38,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.describe.tasks.kinds import Sensitivity
+    from mechdae.describe.tasks.studies import Sensitivity
     from mechdae.results.tables import table
     from mechdae.tasks.export import json_text, save
     from mechdae.tasks.solve import solve

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import coordinate, split_rate
+from mechdae.describe.expression import unknown_name
 from mechdae.describe.loads import (
     TIME,
     VECTORS,
@@ -17,7 +18,7 @@ from mechdae.describe.loads import (
     Torque,
 )
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.named import check_expression, split_rate, unknown_name
+from mechdae.describe.named import check_expression
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 

@@ -8,7 +8,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe import values
-from mechdae.describe.file.task_checks import check_task
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
@@ -141,6 +140,14 @@ def check_parts(mechanism: Mechanism) -> None:
         from mechdae.describe.named import check_outputs
 
         check_outputs(mechanism)
+
+
+def check_task(mechanism: Mechanism, name: str, task: Task) -> None:
+    """Raise for names and keys of a task that do not fit the mechanism."""
+    try:
+        task.check(mechanism)
+    except MechdaeError as problem:
+        raise problem.inside(f"tasks.{name}") from None
 
 
 def _check_kind(value: Any, kind: type, place: str) -> None:

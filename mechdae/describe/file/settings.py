@@ -7,11 +7,10 @@ from dataclasses import fields, replace
 from typing import Any
 
 from mechdae.describe import values
-from mechdae.describe.file.problem import Problem, check_parts
+from mechdae.describe.file.problem import Problem, check_parts, check_task
 from mechdae.describe.file.reading import split_known, to_si, unit_meant
 from mechdae.describe.file.repeat import Pattern
 from mechdae.describe.file.tabulated import with_tables_of
-from mechdae.describe.file.task_checks import check_task
 from mechdae.describe.file.units import check_number, check_parameter
 from mechdae.describe.mechanism import (
     BY_NAMES,

@@ -10,7 +10,7 @@ from mechdae.describe.coordinates import unit_of
 from mechdae.describe.dimensions import misfit
 from mechdae.describe.file.reading import check_suffix, split_known, split_unit
 from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
-from mechdae.describe.tasks.kinds import Driven, Study, Task
+from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import MechdaeError
 
 RATES = {
@@ -20,6 +20,8 @@ RATES = {
 """Keys of a driver whose values have the unit of its coordinate, over powers of the second."""
 
 
+VARIED = ("vary", "samples")
+"""Keys of a study whose tables are numbers by name."""
 QUANTITIES = {
     **{"position": "m", "velocity": "m/s", "acceleration": "m/s2", "length": "m"},
     **{"slide": "m", "slide_velocity": "m/s", "slide_acceleration": "m/s2"},
@@ -116,7 +118,7 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
         except MechdaeError as error:
             raise error.inside("sketch") from None
     for name, task in data.get("tasks", {}).items():
-        for word in ("vary", "samples") if isinstance(tasks[name], Study) else ():
+        for word in VARIED if tasks[name].kind == "study" else ():
             for entry in task.get(word, ()):
                 base, suffix = split_known(entry, mechanism.parameters)
                 try:

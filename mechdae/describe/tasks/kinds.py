@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.additions import Registry
-from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
-from mechdae.describe.loads import TimeTable
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.constraints import Constraint, Turned
-from mechdae.describe.tasks.goals import GoalDescription
+from mechdae.additions import Added, Kinds, Registry
+from mechdae.describe.coordinates import coordinate, selection
+from mechdae.describe.expression import unknown_name
+from mechdae.describe.file.reading import Nested, nest, split_unit
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import Number, Value, key
-from mechdae.errors import InputError
+from mechdae.errors import InputError, MechanismError
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.describe.loads import TimeTable
 
 DEFAULT_POSES = 361
 MANY = 8
@@ -106,24 +108,60 @@ class Driver(Value):
 
 nest("driver", Nested("driver", {"": Driver}, HINT, tables=False))
 nest("drivers", Nested("driver", {"": Driver}, "'driver' is for one", True, False, one=HINT))
-nest("timetable", Nested("table", {"": TimeTable}, '{ file = "law.csv" }'))
+TIME_TABLE: Kinds[type[Value]] = Kinds({"": Added("mechdae.describe.loads:TimeTable")})
+nest("timetable", Nested("table", TIME_TABLE, '{ file = "law.csv" }'))
 
 
-@dataclass(frozen=True)
-class Watched(Value):
-    """An expression of coordinates, speeds and ``t`` crosses a value, in a motion.
+def _check_way(driver: Driver) -> None:
+    """Raise unless a driver is given in one of the ways there are."""
+    if driver.table is not None:
+        raise InputError(
+            "tables over the time drive motions", where="driver.table", hint='law = "..." of t'
+        )
+    by_time = driver.law is not None
+    span = driver.from_ is not None or driver.to is not None
+    ways = {
+        "at": driver.at is not None,
+        "from and to": span and not by_time,
+        "range": driver.range is not None,
+        "law": by_time,
+        "times": driver.times is not None and not by_time,
+    }
+    given = [way for way, there in ways.items() if there]
+    if len(given) != 1 or given == ["times"]:
+        raise InputError(
+            "a driver needs one of 'at', 'from' and 'to', 'range', "
+            f"'law' with 'times' or 'from' and 'to'; not {' and '.join(given) or 'none of them'}",
+            where="driver",
+        )
+    if span and (driver.from_ is None or driver.to is None):
+        raise InputError("'from' and 'to' are needed together", where="driver")
+    if driver.at is not None and not driver.at:
+        raise InputError("the list of values is empty", where="driver.at")
 
-    With ``stop`` the motion ends there. ``name`` is that of the expression where it has no other.
-    """
 
-    coordinate: str = key("text", doc="a coordinate, a speed, a named output")
-    crosses: Number = key("number", 0.0)
-    name: str | None = key("text", None)
-    direction: str = key("text", "both", choices=("both", "up", "down"))
-    stop: bool = key("flag", False, doc="the motion ends there")
+def _check_times(driver: Driver, timed: bool) -> None:
+    """Raise for a law without times; `timed`: a law of the task names them."""
+    if driver.law is None:
+        return
+    if driver.from_ is not None and driver.times is not None:
+        raise InputError("a law has 'times' or 'from' and 'to', not both", where="driver")
+    if driver.times is not None and not driver.times:
+        raise InputError("the list of times is empty", where="driver.times")
+    if not timed:
+        raise InputError(
+            "'times' is missing: the law is evaluated there",
+            where="driver",
+            hint="times = [0, 0.5, 1], or from = 0, to = 1 with poses in the task",
+        )
 
 
-nest("events", Nested("event", {"": Watched}, "events = [{...}]", several=True))
+def _check_names(driver: Driver, known: Mapping[str, float]) -> None:
+    """Raise for names in the numbers of a driver that are no parameters."""
+    if driver.law is not None:
+        unknown_name([driver.law], {*known, "t"}, "name", "driver.law")
+    numbers = (driver.from_, driver.to, driver.speed, driver.acceleration, driver.jerk)
+    unknown_name([*(driver.at or ()), *numbers, *(driver.times or ())], known, place="driver")
 
 
 @dataclass(frozen=True)
@@ -137,11 +175,18 @@ class Task(Value):
     kind: ClassVar[str] = ""
     available: ClassVar[bool] = False
     holds: ClassVar[tuple[str, ...]] = ()
+    on_mode: ClassVar[bool] = False
+    """It can start on an assembly mode."""
+    forces: ClassVar[bool] = False
+    """It reports joints without a coordinate too, for their reactions."""
 
     @property
     def way(self) -> int:
         """How much of a way its poses are: 0 one pose, 1 few, 2 many by name, 3 an interval."""
         return 0
+
+    def check(self, mechanism: Mechanism) -> None:
+        """Raise for names and keys that do not fit the mechanism."""
 
     @classmethod
     def bare_mechanism(cls) -> Any:
@@ -157,6 +202,22 @@ class Driven(Task):
     drivers: tuple[Driver, ...] | None = key("drivers", None)
     outputs: tuple[str, ...] | None = key("names", None)
     mode: str | None = key("text", None, doc="start on this assembly mode")
+
+    on_mode: ClassVar[bool] = True
+
+    def check(self, mechanism: Mechanism) -> None:
+        drivers = self.all_drivers
+        coordinates = [coordinate(mechanism, driver.coordinate).text for driver in drivers]
+        if len(set(coordinates)) < len(coordinates):
+            raise MechanismError("two drivers impose the same coordinate", where="drivers")
+        if self.available:
+            selection(mechanism, self.outputs, self.forces)
+        known = mechanism.parameter_values
+        timed = any(d.times or d.from_ is not None for d in drivers if d.law is not None)
+        for driver in drivers:
+            _check_way(driver)
+            _check_times(driver, timed)
+            _check_names(driver, known)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -215,195 +276,19 @@ class Modes(Driven):
     limit: int | None = key("whole", None)
 
     kind: ClassVar[str] = "modes"
+    on_mode: ClassVar[bool] = False
     available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses",)
 
 
-@dataclass(frozen=True)
-class Reactions(Sweep):
-    """Joint reactions, friction losses and efforts along a sweep.
-
-    ``friction`` "coupled" lets friction act on the reactions it comes from, "article" leaves
-    them as they are without it, "none" leaves it out. ``direction`` "load" turns resistances
-    round, so that they push along the motion and the driver takes the power out.
-    """
-
-    friction: str = key("text", "coupled", choices=("none", "article", "coupled"))
-    friction_radius: str = key(
-        "text", "exact", choices=("exact", "article"), doc="r sin(atan f), or r f"
-    )
-    cycle: bool = key("flag", False, doc="mean powers and efficiency over the sweep")
-    direction: str = key("text", "driver", choices=("driver", "load", "both"))
-    parts: tuple[str, ...] | None = key("names", None, choices=("static", "inertial"))
-    axes: tuple[str, ...] | None = key("names", None, choices=("body", "radial"))
-
-    kind: ClassVar[str] = "reactions"
-    available: ClassVar[bool] = True
-    holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.untimed and not self.quasi_static:
-            names = ", ".join(driver.coordinate for driver in self.untimed)
-            raise InputError(
-                f"no speed of {names} is given, and forces depend on it",
-                where="driver" if self.drivers is None else "drivers",
-                hint="speed = 0 for a driver that rests; without any speed forces are quasi-static",
-            )
-        if self.quasi_static and "inertial" in (self.parts or ()):
-            raise InputError(
-                "inertial parts are asked for and no driver has a speed",
-                where="parts",
-                hint='driver.speed = ..., or parts = ["static"]',
-            )
-
-    @property
-    def quasi_static(self) -> bool:
-        """Whether no driver is told how fast it moves: forces are the limit of slow motion."""
-        return bool(self.untimed) and not any(
-            driver.timed and not driver.rests for driver in self.all_drivers
-        )
-
-
-@dataclass(frozen=True)
-class Motion(Task):
-    """Motion under forces, from t = 0.
-
-    ``start`` and ``start_speed`` hold values of coordinates, what they leave open is taken from
-    the sketch and moves as little as it can; ``drivers`` follow laws of time or are held. The
-    motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
-    ``friction`` "event" (the default) slides and sticks, "smooth" creeps: friction grows like
-    tanh(speed / v_s), omega_s for turning pairs; "none" leaves friction in joints out. ``method``
-    "bdf" and "radau" are for stiff forces, "auto" turns to "bdf" where they are.
-    """
-
-    start: Table[Number] | None = key("start", None, doc="coordinate -> value")
-    start_speed: Table[Number] | None = key("start", None, doc="coordinate -> speed")
-    drivers: tuple[Driver, ...] | None = key("drivers", None)
-    until: Number | None = key("number", None, doc="end [s]")
-    at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
-    poses: int | None = key("whole", None, doc="outputs at equal intervals")
-    tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
-    max_step: Number | None = key("number", None, doc="longest step [s]")
-    method: str | None = key("text", None, choices=("explicit", "bdf", "radau", "auto"))
-    friction: str | None = key("text", None, choices=("event", "smooth", "none"))
-    v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
-    omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
-    events: tuple[Watched, ...] | None = key("events", None)
-    outputs: tuple[str, ...] | None = key("names", None)
-    linearise: Number | None = key("number", None, doc="time of the linear system A, B, C, D [s]")
-    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
-
-    kind: ClassVar[str] = "motion"
-    available: ClassVar[bool] = True
-    holds: ClassVar[tuple[str, ...]] = ("poses", "path")
-
-    @property
-    def way(self) -> int:
-        return 3
-
-
-@dataclass(frozen=True)
-class Equilibrium(Task):
-    """Static pose under loads, and small motions around it.
-
-    It lies on the assembly mode of the sketch, with the coordinates of ``start`` put to their
-    values first, or on the ``mode`` asked for there. ``drivers`` hold coordinates; ``free`` names
-    as many independent coordinates as there are freedoms, in which modes and small motions
-    are told.
-    """
-
-    free: tuple[str, ...] | None = key("names", None)
-    start: Table[Number] | None = key("start", None, doc="coordinate -> value near the pose")
-    drivers: tuple[Driver, ...] | None = key("drivers", None)
-    friction: str | None = key("text", None, choices=("none",))
-    mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
-    linearise: bool = key("flag", False, doc="frequencies, damping, shapes; A, B, C, D")
-    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
-    outputs: tuple[str, ...] | None = key("names", None)
-
-    kind: ClassVar[str] = "equilibrium"
-    available: ClassVar[bool] = True
-    holds: ClassVar[tuple[str, ...]] = ("poses", "small motions")
-
-
-@dataclass(frozen=True)
-class Synthesis(Task):
-    """Dimensions that do what is asked for."""
-
-    driver: Turned | None = key("turned", None)
-    goal: GoalDescription | None = key("goal", None)
-    goals: tuple[GoalDescription, ...] | None = key("goals", None)
-    objectives: tuple[GoalDescription, ...] | None = key(
-        "objectives", None, doc="two or three goals whose best compromises are sought, a front"
-    )
-    reference: tuple[Number, ...] | None = key(
-        "numbers", None, doc="worst value of each objective that a front is measured from"
-    )
-    free: Table[Any] | None = key(
-        "freedoms", None, doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
-    )
-    constraints: tuple[Constraint, ...] | None = key("constraints", None)
-    starts: int | None = key("whole", None)
-    seed: int | None = key("natural", None)
-    keep: int | None = key("whole", None, doc="designs that are reported, 5; of a front points, 12")
-    robust: Number | None = key(
-        "number", None, unit="1", doc="standard deviations by tolerances added to what is least"
-    )
-    tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
-
-    kind: ClassVar[str] = "synthesis"
-    available: ClassVar[bool] = True
-    holds: ClassVar[tuple[str, ...]] = ("designs",)
-
-
-@dataclass(frozen=True)
-class Study(Task):
-    """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
-
-    vary: Mapping[str, Sequence[Number]] | None = key(
-        "grid", None, doc="name -> [from, to, count]; all combinations"
-    )
-    samples: Mapping[str, Sequence[Number]] | None = key(
-        "lists", None, doc="name -> [values], as many for each name"
-    )
-    of: str | None = key("text", None, doc="the sweep, motion or equilibrium repeated")
-    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
-    certify: bool = key("flag", True, doc="false: dyads in closed form, without certificates")
-
-    kind: ClassVar[str] = "study"
-    available: ClassVar[bool] = True
-    holds: ClassVar[tuple[str, ...]] = ("grid",)
-
-    @classmethod
-    def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        if not isinstance(table.get("vary"), Mapping):
-            return table
-        vary: dict[str, Any] = {}
-        for entry, items in table["vary"].items():
-            base, suffix = split_unit(entry)
-            if not isinstance(items, list) or len(items) != 3:
-                raise InputError("[from, to, count] is needed", where=f"vary.{entry}")
-            if base in vary:
-                raise InputError(f"'{base}' is given twice, with and without a unit", where="vary")
-            vary[base] = [*to_si(items[:2], suffix), items[2]]  # a count has no unit
-        return {**table, "vary": vary}
-
-
-@dataclass(frozen=True)
-class Sensitivity(Task):
-    """Derivatives of outputs with respect to parameters, and what tolerances do to them."""
-
-    of: str | None = key("text", None, doc="the sweep, reactions, motion or equilibrium task")
-    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
-    wrt: tuple[str, ...] | None = key("names", None, doc="parameters and automatic names")
-    order: int = key("whole", 1, doc="1, or 2 for second derivatives too")
-    tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
-
-    kind: ClassVar[str] = "sensitivity"
-    available: ClassVar[bool] = True
-
-
-_PLAIN = (Sweep, Modes, Reactions, Motion, Equilibrium, Synthesis, Study, Sensitivity)
-TASKS: Registry[type[Task]] = Registry("tasks", {task.kind: task for task in _PLAIN})
+TASKS: Registry[type[Task]] = Registry("tasks", {
+    "sweep": Sweep,
+    "modes": Modes,
+    "reactions": Added("mechdae.describe.tasks.reactions:Reactions"),
+    "motion": Added("mechdae.describe.tasks.motion:Motion"),
+    "equilibrium": Added("mechdae.describe.tasks.motion:Equilibrium"),
+    "synthesis": Added("mechdae.describe.tasks.synthesis:Synthesis"),
+    "study": Added("mechdae.describe.tasks.studies:Study"),
+    "sensitivity": Added("mechdae.describe.tasks.studies:Sensitivity"),
+})  # fmt: skip
 """Kind of task -> its class, those of parts too."""

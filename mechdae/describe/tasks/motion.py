@@ -1,21 +1,144 @@
-"""What a task of motion names: starts, laws of time, events; checks that need the mechanism."""
+"""Motion under forces and equilibria: starts, laws of time, events."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 from mechdae.describe.coordinates import (
+    RATES,
     NamedCoordinate,
     coordinate,
     selection,
+    split_rate,
 )
-from mechdae.describe.expression import evaluate, names_in
+from mechdae.describe.expression import evaluate, names_in, unknown_name
+from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.named import RATES, check_expression, split_rate, unknown_name
-from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion, Watched
-from mechdae.describe.values import Number
+from mechdae.describe.named import check_expression
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Driver, Task
+from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError, MechdaeError
+from mechdae.records import dataclass
+
+
+@dataclass(frozen=True)
+class Watched(Value):
+    """An expression of coordinates, speeds and ``t`` crosses a value, in a motion.
+
+    With ``stop`` the motion ends there. ``name`` is that of the expression where it has no other.
+    """
+
+    coordinate: str = key("text", doc="a coordinate, a speed, a named output")
+    crosses: Number = key("number", 0.0)
+    name: str | None = key("text", None)
+    direction: str = key("text", "both", choices=("both", "up", "down"))
+    stop: bool = key("flag", False, doc="the motion ends there")
+
+
+nest("events", Nested("event", {"": Watched}, "events = [{...}]", several=True))
+
+
+@dataclass(frozen=True)
+class Motion(Task):
+    """Motion under forces, from t = 0.
+
+    ``start`` and ``start_speed`` hold values of coordinates, what they leave open is taken from
+    the sketch and moves as little as it can; ``drivers`` follow laws of time or are held. The
+    motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
+    ``friction`` "event" (the default) slides and sticks, "smooth" creeps: friction grows like
+    tanh(speed / v_s), omega_s for turning pairs; "none" leaves friction in joints out. ``method``
+    "bdf" and "radau" are for stiff forces, "auto" turns to "bdf" where they are.
+    """
+
+    start: Table[Number] | None = key("start", None, doc="coordinate -> value")
+    start_speed: Table[Number] | None = key("start", None, doc="coordinate -> speed")
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
+    until: Number | None = key("number", None, doc="end [s]")
+    at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
+    poses: int | None = key("whole", None, doc="outputs at equal intervals")
+    tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
+    max_step: Number | None = key("number", None, doc="longest step [s]")
+    method: str | None = key("text", None, choices=("explicit", "bdf", "radau", "auto"))
+    friction: str | None = key("text", None, choices=("event", "smooth", "none"))
+    v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
+    omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
+    events: tuple[Watched, ...] | None = key("events", None)
+    outputs: tuple[str, ...] | None = key("names", None)
+    linearise: Number | None = key("number", None, doc="time of the linear system A, B, C, D [s]")
+    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
+
+    kind: ClassVar[str] = "motion"
+    available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses", "path")
+
+    @property
+    def way(self) -> int:
+        return 3
+
+    def check(self, mechanism: Mechanism) -> None:
+        selection(mechanism, self.outputs, forces=True)
+        start_values(mechanism, self.start, "start")
+        start_values(mechanism, self.start_speed, "start_speed")
+        crossings(mechanism, self)
+        known = mechanism.parameter_values
+        _check_drivers(mechanism, self, known)
+        if self.until is None and self.at is None:
+            raise InputError(
+                "'until' is missing, the end of the motion", hint="or times: at = [...]"
+            )
+        if self.poses is not None and (self.until is None or self.at is not None):
+            raise InputError("equal intervals need 'until', and no times 'at'", where="poses")
+        for word in ("v_s", "omega_s"):
+            if getattr(self, word) is not None and self.friction != "smooth":
+                raise InputError(f"'{word}' belongs to friction = \"smooth\"", where=word)
+        keys = ("until", "tolerance", "max_step", "v_s", "omega_s")
+        numbers = [(word, getattr(self, word)) for word in keys]
+        for word, number in [*numbers, *(("at", time) for time in self.at or ())]:
+            unknown_name([number], known, place=word)
+
+
+@dataclass(frozen=True)
+class Equilibrium(Task):
+    """Static pose under loads, and small motions around it.
+
+    It lies on the assembly mode of the sketch, with the coordinates of ``start`` put to their
+    values first, or on the ``mode`` asked for there. ``drivers`` hold coordinates; ``free`` names
+    as many independent coordinates as there are freedoms, in which modes and small motions
+    are told.
+    """
+
+    free: tuple[str, ...] | None = key("names", None)
+    start: Table[Number] | None = key("start", None, doc="coordinate -> value near the pose")
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
+    friction: str | None = key("text", None, choices=("none",))
+    mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
+    linearise: bool = key("flag", False, doc="frequencies, damping, shapes; A, B, C, D")
+    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
+    outputs: tuple[str, ...] | None = key("names", None)
+
+    kind: ClassVar[str] = "equilibrium"
+    available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses", "small motions")
+    on_mode: ClassVar[bool] = True
+
+    def check(self, mechanism: Mechanism) -> None:
+        selection(mechanism, self.outputs, forces=True)
+        start_values(mechanism, self.start, "start")
+        for i, name in enumerate(self.free or ()):
+            try:
+                named_coordinate(mechanism, name)
+            except MechdaeError as problem:
+                raise problem.inside(f"free[{i}]") from None
+        _check_drivers(mechanism, self, mechanism.parameter_values)
+        for i, driver in enumerate(self.drivers or ()):
+            if driver.law is not None or driver.table is not None:
+                word = "law" if driver.law is not None else "table"
+                raise InputError(
+                    "an equilibrium has no time", where=f"drivers[{i}].{word}", hint="at = [value]"
+                )
 
 
 def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
@@ -76,45 +199,6 @@ def crossings(mechanism: Mechanism, task: Motion) -> list[Watched]:
     return result
 
 
-def check_motion(mechanism: Mechanism, task: Motion) -> None:
-    """Raise for names and keys of a task of motion that mean nothing."""
-    selection(mechanism, task.outputs, forces=True)
-    start_values(mechanism, task.start, "start")
-    start_values(mechanism, task.start_speed, "start_speed")
-    crossings(mechanism, task)
-    known = mechanism.parameter_values
-    _check_drivers(mechanism, task, known)
-    if task.until is None and task.at is None:
-        raise InputError("'until' is missing, the end of the motion", hint="or times: at = [...]")
-    if task.poses is not None and (task.until is None or task.at is not None):
-        raise InputError("equal intervals need 'until', and no times 'at'", where="poses")
-    for key in ("v_s", "omega_s"):
-        if getattr(task, key) is not None and task.friction != "smooth":
-            raise InputError(f"'{key}' belongs to friction = \"smooth\"", where=key)
-    keys = ("until", "tolerance", "max_step", "v_s", "omega_s")
-    numbers = [(key, getattr(task, key)) for key in keys]
-    for key, number in [*numbers, *(("at", time) for time in task.at or ())]:
-        unknown_name([number], known, place=key)
-
-
-def check_equilibrium(mechanism: Mechanism, task: Equilibrium) -> None:
-    """Raise for names and keys of a task of equilibrium that mean nothing."""
-    selection(mechanism, task.outputs, forces=True)
-    start_values(mechanism, task.start, "start")
-    for i, name in enumerate(task.free or ()):
-        try:
-            named_coordinate(mechanism, name)
-        except MechdaeError as problem:
-            raise problem.inside(f"free[{i}]") from None
-    _check_drivers(mechanism, task, mechanism.parameter_values)
-    for i, driver in enumerate(task.drivers or ()):
-        if driver.law is not None or driver.table is not None:
-            word = "law" if driver.law is not None else "table"
-            raise InputError(
-                "an equilibrium has no time", where=f"drivers[{i}].{word}", hint="at = [value]"
-            )
-
-
 def _check_drivers(
     mechanism: Mechanism, task: Motion | Equilibrium, known: Mapping[str, float]
 ) -> None:
@@ -126,9 +210,9 @@ def _check_drivers(
             _check_timed(driver)
             for word in ("factor", "shift", "period"):
                 unknown_name([getattr(driver.table, word, None)], known, place=f"table.{word}")
-            for key in ("speed", "acceleration", "jerk", "direction"):
-                if getattr(driver, key) is not None:
-                    raise InputError("it follows from the law", where=key)
+            for rate in ("speed", "acceleration", "jerk", "direction"):
+                if getattr(driver, rate) is not None:
+                    raise InputError("it follows from the law", where=rate)
             unknown_name([driver.law], [*known, "t"], "name", "law")
         except MechdaeError as problem:
             raise problem.inside(f"drivers[{i}]") from None

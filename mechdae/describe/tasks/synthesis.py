@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import (
     Bounds,
     Choices,
@@ -17,11 +18,13 @@ from mechdae.describe.tasks.constraints import (
     FullTurn,
     Region,
     TransmissionAngle,
+    Turned,
 )
 from mechdae.describe.tasks.goals import Asked, Extreme, GoalDescription, Rocker, Within, known
-from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
+from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.describe.tasks.tolerances import half_widths
-from mechdae.describe.values import evaluated
+from mechdae.describe.values import Number, evaluated, key
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass
 
@@ -33,6 +36,36 @@ SINGLE = ("summary", "last", "highest", "lowest", "peak", "fluctuation", "settli
 MOST = 3
 """Objectives of a front at most."""
 C = TypeVar("C", bound=Constraint)
+
+
+@dataclass(frozen=True)
+class Synthesis(Task):
+    """Dimensions that do what is asked for."""
+
+    driver: Turned | None = key("turned", None)
+    goal: GoalDescription | None = key("goal", None)
+    goals: tuple[GoalDescription, ...] | None = key("goals", None)
+    objectives: tuple[GoalDescription, ...] | None = key(
+        "objectives", None, doc="two or three goals whose best compromises are sought, a front"
+    )
+    reference: tuple[Number, ...] | None = key(
+        "numbers", None, doc="worst value of each objective that a front is measured from"
+    )
+    free: Table[Any] | None = key(
+        "freedoms", None, doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
+    )
+    constraints: tuple[Constraint, ...] | None = key("constraints", None)
+    starts: int | None = key("whole", None)
+    seed: int | None = key("natural", None)
+    keep: int | None = key("whole", None, doc="designs that are reported, 5; of a front points, 12")
+    robust: Number | None = key(
+        "number", None, unit="1", doc="standard deviations by tolerances added to what is least"
+    )
+    tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
+
+    kind: ClassVar[str] = "synthesis"
+    available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("designs",)
 
 
 @dataclass(frozen=True)

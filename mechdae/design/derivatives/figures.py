@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Task
+from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.roots import halved
 from mechdae.results import Result

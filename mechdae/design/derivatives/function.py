@@ -22,7 +22,8 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.structure import structure_of
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
+from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.values import names
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.errors import InputError, MechdaeError, UnknownName

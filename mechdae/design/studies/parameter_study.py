@@ -20,7 +20,7 @@ from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Study
+from mechdae.describe.tasks.studies import Study
 from mechdae.design.derivatives.figures import base_of, prepared
 from mechdae.design.studies.job import Collector, Progress
 from mechdae.design.studies.rows import OF_PARTS, Computer

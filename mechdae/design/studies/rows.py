@@ -18,7 +18,8 @@ from mechdae import __version__
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import alone
-from mechdae.describe.tasks.kinds import Reactions, Sweep, Task
+from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.design.derivatives.figures import figure, is_figure
 from mechdae.design.jobs.distribute import Failure
 from mechdae.design.studies.batches.batch import SERIES, SeriesBatch

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Equilibrium
+from mechdae.describe.tasks.motion import Equilibrium
 from mechdae.design.derivatives.figures import is_figure, value
 from mechdae.design.studies.sensitivity import numbers, sharp
 from mechdae.errors import InputError, MechdaeError

@@ -16,7 +16,8 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.goals import Extreme
-from mechdae.describe.tasks.kinds import Reactions, Sweep
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.tasks.shaking import WORDS, shaking_paths
 from mechdae.design.derivatives.composed import INPUT, Composed, is_series
 from mechdae.equations.parameters import parameters_of

@@ -14,9 +14,10 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.constraints import Box, LimitConstraint, TransmissionAngle
 from mechdae.describe.tasks.goals import Extreme as AskedExtreme
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
-from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.describe.tasks.shaking import WORDS, with_shaking
-from mechdae.describe.tasks.synthesis import Demand, demand
+from mechdae.describe.tasks.synthesis import Demand, Synthesis, demand
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.design.synthesis.goals.dynamic import Dynamic

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Synthesis
+from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.synthesis.designs import (
     FEASIBLE,
     Candidate,

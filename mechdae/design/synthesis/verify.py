@@ -18,7 +18,8 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Box
-from mechdae.describe.tasks.kinds import Driver, Sweep, Synthesis, Task
+from mechdae.describe.tasks.kinds import Driver, Sweep, Task
+from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.synthesis.design_motion import PATH
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.design.synthesis.verification.design_file import TURN, DesignFile, driven

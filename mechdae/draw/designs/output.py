@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.shown_units import SI, Units
 from mechdae.describe.tasks.goals import FunctionTargets
+from mechdae.describe.units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import TURN, DrawnDesign
 from mechdae.draw.diagram.scene import Array

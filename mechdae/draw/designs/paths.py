@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mechdae.describe.shown_units import SI, Units
+from mechdae.describe.units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.designs.targets import Targets, enlargement
 from mechdae.draw.diagram.scene import Array

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.shown_units import SI, Units
+from mechdae.describe.units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram import symbols

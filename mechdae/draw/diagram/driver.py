@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.shown_units import SI
+from mechdae.describe.units import SI
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import tangent

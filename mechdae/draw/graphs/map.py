@@ -13,7 +13,7 @@ from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColor
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from mechdae.describe.shown_units import Units
+from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.graphs.curves import subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels

@@ -11,8 +11,7 @@ import numpy as np
 
 from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Equilibrium
-from mechdae.describe.tasks.motion import start_values
+from mechdae.describe.tasks.motion import Equilibrium, start_values
 from mechdae.dynamics.equations import MotionProblem, as_motion, idle, setup
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.output_values import Reported

@@ -21,7 +21,7 @@ import numpy as np
 from mechdae.describe.coordinates import RELATIVE, coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import reactions_of
-from mechdae.describe.tasks.kinds import Equilibrium
+from mechdae.describe.tasks.motion import Equilibrium
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.rest.balance import RANK
 from mechdae.dynamics.rest.equilibrium import at_rest

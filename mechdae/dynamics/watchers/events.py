@@ -8,8 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks.kinds import Watched
-from mechdae.describe.tasks.motion import crossings
+from mechdae.describe.tasks.motion import Watched, crossings
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes

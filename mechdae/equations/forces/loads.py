@@ -12,10 +12,10 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.coordinates import NamedCoordinate, coordinate, coordinate_names
+from mechdae.describe.coordinates import NamedCoordinate, coordinate, coordinate_names, split_rate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
-from mechdae.describe.named import TIME, split_rate
+from mechdae.describe.named import TIME
 from mechdae.equations.forces.feedback import Slip
 from mechdae.equations.forces.generalised import Wrench, add, couple, push
 from mechdae.equations.forces.time_tables import Timed

@@ -13,10 +13,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import RATES, coordinate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.named import RATES, TIME, coordinates_of, names_of, reactions_of
+from mechdae.describe.named import TIME, coordinates_of, names_of, reactions_of
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.errors import InputError, MechdaeError, UnknownName

@@ -8,10 +8,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import coordinate, split_rate
 from mechdae.describe.expression import names_in
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.named import split_rate
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate

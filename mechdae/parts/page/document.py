@@ -18,9 +18,11 @@ from mechdae.describe.file.atomic_write import whole_file
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
-from mechdae.describe.shown_units import SI, Units, units_of
+from mechdae.describe.shown_units import units_of
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
+from mechdae.describe.tasks.kinds import Driver, Sweep, Task
+from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.units import SI, Units
 from mechdae.draw.smooth import in_picture, smooth
 from mechdae.draw.words import UNITS, unit_in_russian
 from mechdae.errors import InputError, MechdaeError

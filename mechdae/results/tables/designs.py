@@ -145,3 +145,11 @@ def _census(result: Result, width: int) -> list[str]:
         value = f"{entry['objective'] * own.factor:.6g} {own.name}".rstrip()
         lines += fact("rejected", f"objective {value}: {reasons}", width)
     return lines
+
+
+def _nothing(result: Result, width: int) -> list[str]:
+    return []
+
+
+SYNTHESIS = (designs_text, _nothing)
+"""The table of a synthesis, which says all there is to know."""

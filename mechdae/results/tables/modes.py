@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result
+from mechdae.results.tables.facts import facts_text
 from mechdae.results.tables.text import WIDE, Column, cells, rows_of
 
 FAULTS = 4
@@ -87,3 +88,8 @@ def study_text(result: Result) -> list[str]:
 def _size(values: Any) -> float:
     """Return the largest of the numbers that are there."""
     return float(np.nanmax(np.abs(values), initial=0.0))
+
+
+MODES = (modes_text, facts_text)
+STUDY = (lambda result, _: study_text(result), facts_text)
+"""The tables of such tasks, and what to know about them."""

@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from mechdae.results import Event, Result, Units
-from mechdae.results.tables.facts import lift_off, pairs_of_wheels
+from mechdae.results.tables.events import lift_off, pairs_of_wheels
+from mechdae.results.tables.poses import pose_lines
 
 ENDS = {
     "stiff": "load {load} is stiff (S6), its rate is {rate:.3g} 1/s",
@@ -126,3 +127,8 @@ def _event(event: Event, wheels: Collection[str], units: Units) -> str:
         what = f"{event['name']} = {event['value']:g}, going {event['direction']}"
     word = event["kind"].replace("_", " ")
     return f"  {word:9} {place}: {what}"
+
+
+MOTION = (pose_lines, lambda result, _: motion_facts(result))
+EQUILIBRIUM = (pose_lines, lambda result, _: equilibrium_facts(result))
+"""The tables of such tasks, and what to know about them."""

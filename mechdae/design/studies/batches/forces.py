@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.tasks.kinds import Reactions
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.design.studies.batches.batch import LaneRun, SeriesBatch
 from mechdae.design.studies.batches.poses import AT_ONCE
 from mechdae.design.studies.batches.readings import ForceReading, Reading

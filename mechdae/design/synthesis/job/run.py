@@ -13,8 +13,7 @@ from mechdae import __version__
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Synthesis
-from mechdae.describe.tasks.synthesis import demand
+from mechdae.describe.tasks.synthesis import Synthesis, demand
 from mechdae.design.jobs.distribute import distribute
 from mechdae.design.jobs.executors import Borrowed, Processes, Supply
 from mechdae.design.synthesis.designs import FEASIBLE

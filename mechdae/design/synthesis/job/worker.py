@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 from mechdae import __version__
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import alone
-from mechdae.describe.tasks.kinds import Synthesis, Task
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.jobs.distribute import Failure
 from mechdae.records import dataclass
 

@@ -14,7 +14,8 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.loads import Resistance
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.tasks.kinds import Reactions, Sweep
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.scheme import moves
 from mechdae.records import dataclass

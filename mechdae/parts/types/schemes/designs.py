@@ -14,7 +14,8 @@ from mechdae.describe.joints.pairs import Prismatic, Revolute
 from mechdae.describe.loads import Force, Load, Resistance
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
+from mechdae.describe.tasks.kinds import Driver, Sweep, Task
+from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import MechdaeError
 from mechdae.parts.types.chains.mechanisms import letters
 from mechdae.parts.types.schemes.aims import ANGLE, CURVE, Aim

@@ -1,0 +1,57 @@
+"""Forces along a sweep, as they are asked for."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.values import key
+from mechdae.errors import InputError
+from mechdae.records import dataclass
+
+
+@dataclass(frozen=True)
+class Reactions(Sweep):
+    """Joint reactions, friction losses and efforts along a sweep.
+
+    ``friction`` "coupled" lets friction act on the reactions it comes from, "article" leaves
+    them as they are without it, "none" leaves it out. ``direction`` "load" turns resistances
+    round, so that they push along the motion and the driver takes the power out.
+    """
+
+    friction: str = key("text", "coupled", choices=("none", "article", "coupled"))
+    friction_radius: str = key(
+        "text", "exact", choices=("exact", "article"), doc="r sin(atan f), or r f"
+    )
+    cycle: bool = key("flag", False, doc="mean powers and efficiency over the sweep")
+    direction: str = key("text", "driver", choices=("driver", "load", "both"))
+    parts: tuple[str, ...] | None = key("names", None, choices=("static", "inertial"))
+    axes: tuple[str, ...] | None = key("names", None, choices=("body", "radial"))
+
+    kind: ClassVar[str] = "reactions"
+    available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
+    forces: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.untimed and not self.quasi_static:
+            names = ", ".join(driver.coordinate for driver in self.untimed)
+            raise InputError(
+                f"no speed of {names} is given, and forces depend on it",
+                where="driver" if self.drivers is None else "drivers",
+                hint="speed = 0 for a driver that rests; without any speed forces are quasi-static",
+            )
+        if self.quasi_static and "inertial" in (self.parts or ()):
+            raise InputError(
+                "inertial parts are asked for and no driver has a speed",
+                where="parts",
+                hint='driver.speed = ..., or parts = ["static"]',
+            )
+
+    @property
+    def quasi_static(self) -> bool:
+        """Whether no driver is told how fast it moves: forces are the limit of slow motion."""
+        return bool(self.untimed) and not any(
+            driver.timed and not driver.rests for driver in self.all_drivers
+        )

@@ -1,0 +1,58 @@
+"""A single pose as text: one quantity per line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import DEGREES, KINDS, TURNS, Result
+from mechdae.results.tables.forces import is_force, motion_is_aside, single_forces
+from mechdae.results.tables.moving import Quantities
+
+
+def _vector(values: Any) -> str:
+    return "(" + ", ".join(f"{value: .12g}" for value in values) + ")"
+
+
+def pose_text(result: Result) -> list[str]:
+    """Return one quantity per line."""
+    lines = []
+    if result.time is not None:
+        lines.append(f"  {'time':39} {result.time[0]:.15g} s")
+    moving = Quantities(result)
+    points = set(moving.distinct_points())
+    units = {
+        (part, name): result.unit(kind, part, name)
+        for kind in KINDS
+        for part, series in getattr(result, kind).items()
+        for name in series
+    }
+    kinds = ("drivers", "outputs") if motion_is_aside(result) else KINDS
+    for kind in kinds:
+        for part, series in getattr(result, kind).items():
+            if kind == "points" and part not in points:
+                continue
+            for name, array in series.items():
+                if kind == "joints" and is_force(name):
+                    continue
+                noise = moving.noise(kind, part, name)
+                value = np.where(np.abs(array[0]) <= noise, 0.0, array[0])
+                own = result.units.of(units.get((part, name), ""))
+                shown = value * own.factor
+                text = f"{shown: .15g}" if not np.ndim(value) else _vector(shown)
+                if "nan" in text:
+                    text = " -"
+                turns = name in TURNS or name == "position"
+                known = turns and own.name == "rad" and np.isfinite(value)
+                degrees = f"   {value * DEGREES.factor:.9g} deg" if known else ""
+                lines.append(f"  {part:18} {name:20} {text} {own.name}{degrees}")
+    lines += single_forces(result)
+    lines.append(f"  {'status':39} {result.status[0]}")
+    for name, array in result.bound.items():
+        if np.isfinite(array[0]):
+            si = "m" if name == "length" else "rad"
+            own = result.units.of(si)
+            unit = f" {own.name}" if own.name != si else ""
+            lines.append(f"  bound {name:33} {array[0] * own.factor:.2g}{unit}")
+    return lines
