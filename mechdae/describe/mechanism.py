@@ -29,7 +29,7 @@ from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.describe.loads import Load
-    from mechdae.describe.vectors.closure import Closure
+    from mechdae.describe.vectors.values import Closure
 
 GROUND = "ground"
 MAX_BODIES = 3000

@@ -7,9 +7,9 @@ from itertools import permutations
 from typing import Any
 
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.expand import slide_of
 from mechdae.describe.vectors.nodes import signed
+from mechdae.describe.vectors.values import Closure
 from mechdae.equations.groups import Group
 from mechdae.motion.modules.catalogue import MODULES, PLANE
 

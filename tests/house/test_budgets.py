@@ -8,10 +8,10 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 10_600,
+    "describe": 10_720,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_000,
     "equations": 7_850,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_150,
+    "results": 3_160,
     "draw": 18_800,
     "kernels": 7_450,
     "motion": 21_200,
@@ -29,7 +29,7 @@ ALONE = 650
 TOTAL = 132_500
 LONGEST = 500
 LONGER = {
-    "describe/mechanism.py": 640,
+    "describe/mechanism.py": 560,
     "draw/diagram/diagram.py": 610,
     "equations/reduction.py": 505,
     "equations/tree/tree_model.py": 575,

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
-from mechdae.describe.file.degree_suffix_hints import degrees_beside
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.file.reading import (
     check_suffix,
@@ -17,7 +16,7 @@ from mechdae.describe.file.reading import (
     split_known,
     split_unit,
 )
-from mechdae.describe.file.units import check_units
+from mechdae.describe.file.units import check_units, degrees_beside
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.kinds import JOINTS, KINDS_OF_JOINTS, LOADS, SPATIAL_JOINTS
 from mechdae.describe.mechanism import TOLERANCE, Body, Ground, Mechanism

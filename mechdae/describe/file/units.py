@@ -1,13 +1,14 @@
-"""Checks of units: a suffix must be a unit of what the key stands for."""
+"""Units of keys: a suffix must be one of what the key stands for; notes on missing ``_deg``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any
 
 from mechdae.describe.coordinates import unit_of
-from mechdae.describe.dimensions import misfit
+from mechdae.describe.dimensions import misfit, parameter_units
 from mechdae.describe.file.reading import check_suffix, split_known, split_unit
 from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
@@ -22,6 +23,8 @@ RATES = {
 
 VARIED = ("vary", "samples")
 """Keys of a study whose tables are numbers by name."""
+PLACES = ("at", "from", "to", "law")
+"""Keys of a driver whose values are those of its coordinate."""
 QUANTITIES = {
     **{"position": "m", "velocity": "m/s", "acceleration": "m/s2", "length": "m"},
     **{"slide": "m", "slide_velocity": "m/s", "slide_acceleration": "m/s2"},
@@ -140,3 +143,62 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
                         check_suffix(word, f"{unit}{RATES[key]}", key)
                 except MechdaeError as error:
                     raise error.inside(f"tasks.{name}.{place}") from None
+
+
+def degrees_beside(
+    mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[str, Any]
+) -> tuple[str, ...]:
+    """Return a note for each angle above a turn, a whole number, beside angles in degrees.
+
+    Tables of drivers, the sketch and the parameters are looked at.
+    """
+    found = list(_of_drivers(mechanism, data.get("tasks", {})))
+    sketch = data.get("sketch", {})
+    found += _notes(sketch, "sketch", lambda name: unit_of(mechanism, name) == "rad")
+    given = data.get("parameters", {})
+    if any(key.endswith("_deg") for key in given) and any(map(_looks, given.values())):
+        units = parameter_units(mechanism, tasks.values())
+        found += _notes(given, "parameters", lambda name: units.get(name) == "rad")
+    return tuple(found)
+
+
+def _of_drivers(mechanism: Mechanism, tasks: Mapping[str, Any]) -> Iterator[str]:
+    for name, task in tasks.items():
+        tables = [("driver", task.get("driver"))]
+        tables += [(f"drivers[{k}]", own) for k, own in enumerate(task.get("drivers") or ())]
+        for place, table in tables:
+            if isinstance(table, Mapping) and "coordinate" in table:
+                turns = unit_of(mechanism, table["coordinate"]) == "rad"
+                keys = {key for key in PLACES if turns}
+                yield from _notes(table, f"tasks.{name}.{place}", keys.__contains__, PLACES)
+
+
+def _notes(
+    table: Mapping[str, Any], place: str, is_angle: Any, among: tuple[str, ...] | None = None
+) -> list[str]:
+    """Return a note for each key of a table."""
+    ends = [key for key in table if key.endswith("_deg")]
+    beside = [key for key in ends if among is None or key.removesuffix("_deg") in among]
+    if not beside:
+        return []
+    notes = []
+    for key, value in table.items():
+        if key not in ends and _looks(value) and is_angle(key):
+            notes.append(
+                f"{place}: {key} = {_shown(value)} is in radians, beside {beside[0]}; did you mean "
+                f"{key}_deg?"
+            )
+    return notes
+
+
+def _looks(value: Any) -> bool:
+    """Return whether a number, or one of a list, is whole and above a turn in radians."""
+    if isinstance(value, list):
+        return any(map(_looks, value))
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and abs(value) > 2 * math.pi and value == round(value)
+
+
+def _shown(value: Any) -> str:
+    most = max(filter(_looks, value), key=abs) if isinstance(value, list) else value
+    return f"{most:g}"

@@ -22,9 +22,9 @@ from mechdae.describe.mechanism import TOLERANCE, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import NAME, Value
-from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.typed import typed as loops_of
 from mechdae.describe.vectors.typed import without_aliases
+from mechdae.describe.vectors.values import Closure
 
 LOOPS = ("vectors", "loops", "nodes")
 REST = ("bodies", "joints", "sketch", "loads", "outputs")

@@ -43,6 +43,8 @@ class SpatialJoint(Joint):
     crossed: ClassVar[bool] = False
     """The second axis crosses the first one: it is no other name of the first."""
     opening: ClassVar[int] = 0
+    rubbed: ClassVar[str] = "pin"
+    """What friction needs the radius of."""
 
     def directions(self) -> Iterator[tuple[str, Direction]]:
         """Yield the directions that are given, by their keys."""
@@ -99,6 +101,27 @@ class SpatialJoint(Joint):
                     where=f"joints.{self.name}.{zero}",
                     hint=f"a direction across the axis, or leave {zero} out",
                 )
+        self._check_friction(values)
+
+    def _check_friction(self, values: Mapping[str, float]) -> None:
+        """Raise for friction without the lengths that it needs."""
+        part = self.rubbed
+        radius = f"{part}_radius"
+        lacks = radius not in values or (part == "thread" and values[radius] == 0)
+        rubs = values.get("friction", 0.0) or values.get("friction_static", 0.0)
+        if hasattr(self, radius) and rubs and lacks:
+            raise MechanismError(
+                f"friction in a {part} needs the radius of the {part}",
+                where=f"joints.{self.name}.{radius}",
+                hint=f"{radius} = ... [m]",
+            )
+        for entry, what in (("contact_length", "tilting"), ("contact_width", "torsion")):
+            if values.get(entry, 1.0) == 0:
+                raise MechanismError(
+                    f"{entry} is zero",
+                    where=f"joints.{self.name}.{entry}",
+                    hint=f"leave it out where {what} causes no friction",
+                )
 
 
 def _vector(values: Mapping[str, float], name: str) -> tuple[float, ...]:
@@ -132,26 +155,6 @@ def _length(doc: str) -> Any:
     return key("number", None, doc=doc, unit="m")
 
 
-def _check_friction(joint: SpatialJoint, values: Mapping[str, float], part: str = "pin") -> None:
-    """Raise for friction without the lengths that it needs."""
-    radius = f"{part}_radius"
-    lacks = radius not in values or (part == "thread" and values[radius] == 0)
-    rubs = values.get("friction", 0.0) or values.get("friction_static", 0.0)
-    if hasattr(joint, radius) and rubs and lacks:
-        raise MechanismError(
-            f"friction in a {part} needs the radius of the {part}",
-            where=f"joints.{joint.name}.{radius}",
-            hint=f"{radius} = ... [m]",
-        )
-    for entry, what in (("contact_length", "tilting"), ("contact_width", "torsion")):
-        if values.get(entry, 1.0) == 0:
-            raise MechanismError(
-                f"{entry} is zero",
-                where=f"joints.{joint.name}.{entry}",
-                hint=f"leave it out where {what} causes no friction",
-            )
-
-
 def _rho(article: bool) -> str:
     """Return the radius of the friction circle in symbols."""
     return "r f" if article else "r sin(atan f)"
@@ -164,13 +167,19 @@ ZERO2 = "normal of the axis in the second body, which coincides with the first o
 
 
 @dataclass(frozen=True)
-class SpatialRevolute(SpatialJoint):
-    """Turning pair: points and axes coincide. Relative coordinate: angle."""
+class AxisPair(SpatialJoint):
+    """Base of the pairs whose axes coincide."""
 
     axis: Direction = _axis()
     axis2: Direction | None = _other(AXIS2)
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
+
+
+@dataclass(frozen=True)
+class SpatialRevolute(AxisPair):
+    """Turning pair: points and axes coincide. Relative coordinate: angle."""
+
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
     pin_radius: Number | None = _length("m")
@@ -187,19 +196,11 @@ class SpatialRevolute(SpatialJoint):
     def friction_law(self, article: bool) -> str:
         return f"{_rho(article)} (|N1| + |N2|) + f r_c |F_a|"
 
-    def check(self, values: Mapping[str, float]) -> None:
-        super().check(values)
-        _check_friction(self, values)
-
 
 @dataclass(frozen=True)
-class SpatialPrismatic(SpatialJoint):
+class SpatialPrismatic(AxisPair):
     """Sliding pair: the second point on the axis through the first. Coordinate: slide."""
 
-    axis: Direction = _axis()
-    axis2: Direction | None = _other(AXIS2)
-    zero: Direction | None = _other(ZERO)
-    zero2: Direction | None = _other(ZERO2)
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
     contact_length: Number | None = _length(PLANES)
@@ -217,19 +218,11 @@ class SpatialPrismatic(SpatialJoint):
     def friction_law(self, article: bool) -> str:
         return "f (|N1| + |N2| + |M_a| / w)"
 
-    def check(self, values: Mapping[str, float]) -> None:
-        super().check(values)
-        _check_friction(self, values)
-
 
 @dataclass(frozen=True)
-class Cylindrical(SpatialJoint):
+class Cylindrical(AxisPair):
     """Turns about its axis and slides along it. Coordinates: angle, slide."""
 
-    axis: Direction = _axis()
-    axis2: Direction | None = _other(AXIS2)
-    zero: Direction | None = _other(ZERO)
-    zero2: Direction | None = _other(ZERO2)
     friction: Number | None = _friction()
     pin_radius: Number | None = _length("m")
     contact_length: Number | None = _length(PLANES)
@@ -248,10 +241,6 @@ class Cylindrical(SpatialJoint):
     def friction_law(self, article: bool) -> str:
         return "f (|N1| + |N2|) / sqrt(1 + f_t^2) against the sliding"
 
-    def check(self, values: Mapping[str, float]) -> None:
-        super().check(values)
-        _check_friction(self, values)
-
 
 @dataclass(frozen=True)
 class Screw(SpatialJoint):
@@ -267,6 +256,7 @@ class Screw(SpatialJoint):
     thread_radius: Number | None = _length("mean radius of the thread; needed for friction")
 
     kind: ClassVar[str] = "screw"
+    rubbed: ClassVar[str] = "thread"
     letter: ClassVar[str] = "H"
     smoothed: ClassVar[bool] = True
     coordinates: ClassVar[tuple[str, ...]] = ("angle", "slide")
@@ -280,7 +270,6 @@ class Screw(SpatialJoint):
             raise MechanismError(
                 "pitch is zero", where=f"joints.{self.name}.pitch", hint="that is a revolute joint"
             )
-        _check_friction(self, values, "thread")
 
     def friction_law(self, article: bool) -> str:
         return "f |N| along the helix, N = F_a cos g - M_a sin g / r"
@@ -316,10 +305,6 @@ class Universal(SpatialJoint):
     def friction_law(self, article: bool) -> str:
         return f"each pin {_rho(article)} (|N1| + |N2|) + f r_c |F_a|"
 
-    def check(self, values: Mapping[str, float]) -> None:
-        super().check(values)
-        _check_friction(self, values)
-
 
 @dataclass(frozen=True)
 class Spherical(SpatialJoint):
@@ -329,6 +314,7 @@ class Spherical(SpatialJoint):
     ball_radius: Number | None = _length("m; needed for friction")
 
     kind: ClassVar[str] = "spherical"
+    rubbed: ClassVar[str] = "ball"
     letter: ClassVar[str] = "S"
     coincide: ClassVar[bool] = True
     freedoms: ClassVar[int] = 3
@@ -340,22 +326,14 @@ class Spherical(SpatialJoint):
     def friction_law(self, article: bool) -> str:
         return f"{_rho(article)} |F| against the spin across F"
 
-    def check(self, values: Mapping[str, float]) -> None:
-        super().check(values)
-        _check_friction(self, values, "ball")
-
 
 @dataclass(frozen=True)
-class PlanarPair(SpatialJoint):
+class PlanarPair(AxisPair):
     """A plane of the second body slides on one of the first. Coordinates: angle, x, y.
 
     ``axis`` is the normal of the planes; x is along ``zero``.
     """
 
-    axis: Direction = _axis()
-    axis2: Direction | None = _other(AXIS2)
-    zero: Direction | None = _other(ZERO)
-    zero2: Direction | None = _other(ZERO2)
     one_sided: str | None = key(
         "text", None, choices=SENSES, doc="side along the axis on which the second body lies"
     )

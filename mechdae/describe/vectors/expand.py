@@ -12,7 +12,6 @@ from mechdae.describe.joints.pairs import PinInSlot, Prismatic, Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism, by_name, evaluate_all
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number, numbers_by_coordinate, numbers_by_name
-from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.in_space import PointLoops, planar_only
 from mechdae.describe.vectors.links import FIXED, Link, VectorDirections, VectorLinks
 from mechdae.describe.vectors.nodes import (
@@ -26,7 +25,7 @@ from mechdae.describe.vectors.nodes import (
     reached,
 )
 from mechdae.describe.vectors.numbers import add, less
-from mechdae.describe.vectors.values import Node
+from mechdae.describe.vectors.values import Closure, Node
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.records import dataclass
 

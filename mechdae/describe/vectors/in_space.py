@@ -9,7 +9,6 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
-from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.nodes import (
     HEAD,
     TAIL,
@@ -23,7 +22,7 @@ from mechdae.describe.vectors.nodes import (
 from mechdae.describe.vectors.numbers import add, components, less
 from mechdae.describe.vectors.on_bodies import points_on_bodies, referred, ties
 from mechdae.describe.vectors.pointers import WORDS, Pointer
-from mechdae.describe.vectors.values import Vector
+from mechdae.describe.vectors.values import Closure, Vector
 from mechdae.errors import InputError, UnavailableError
 
 PLANAR = ("angle", "along", "offset", "contact_length", "pin_radius", "one_sided")

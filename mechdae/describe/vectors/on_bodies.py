@@ -8,8 +8,8 @@ from dataclasses import replace
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import Spherical
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged
+from mechdae.describe.vectors.values import Closure
 from mechdae.errors import InputError, UnknownName
 
 

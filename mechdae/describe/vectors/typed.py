@@ -8,8 +8,8 @@ from dataclasses import replace
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
-from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.expand import from_loops
+from mechdae.describe.vectors.values import Closure
 from mechdae.errors import MechdaeError
 
 

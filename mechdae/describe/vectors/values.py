@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from mechdae.describe.joints.joint import SIDES
+from dataclasses import field
+from typing import Any
+
+from mechdae.describe.joints.joint import SIDES, Joint
+from mechdae.describe.table import Table
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -94,3 +98,22 @@ class Node(Value):
     friction: Number | None = key("number", None, doc="in its pins", unit="1")
     friction_static: Number | None = key("number", None, unit="1")
     pin_radius: Number | None = key("number", None, doc="m", unit="m")
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Vectors, loops and nodes as typed, with the bodies and joints that were typed beside them.
+
+    ``aliases`` are the coordinates of vectors (``slot.length``, ``slot.angle``, ``slot`` for its
+    angle) by the names they have in the mechanism; ``directions`` tell the body that a vector turns
+    with, "" for none, and its angle in that body.
+    """
+
+    vectors: Table[Vector]
+    loops: Table[tuple[str, ...]]
+    nodes: Table[Node]
+    ground: Any
+    bodies: Table[Any]
+    joints: Table[Joint]
+    aliases: Table[str] = field(default_factory=Table)
+    directions: Table[tuple[str, Number]] = field(default_factory=Table)
