@@ -136,7 +136,7 @@ LOOPS = {
     ("motion/assembly/no_others.py", "looked_at"): "`most` boxes: not proved",
     ("design/jobs/distribute.py", "distribute"): "a job is lost `ATTEMPTS` times: SolveError",
     ("design/jobs/distribute.py", "go"): "jobs are done once",
-    ("describe/file/load.py", "_check_depth"): "tables of a tree, `MAX_DEPTH` deep: InputError",
+    ("describe/file/load.py", "_repeats"): "tables of a tree, `MAX_DEPTH` deep: InputError",
     ("describe/file/sections.py", "used_names"): "tables of a tree, looked at before for depth",
 }  # fmt: skip
 """By module and function: what ends a `while` of no such shape, what is said then."""
