@@ -15,11 +15,8 @@ from mechdae.draw.formulas import (
     Quotient,
     Sum,
 )
-from mechdae.draw.formulas.mathml import mathml
-from mechdae.draw.formulas.mathtext import mathtext
-from mechdae.draw.formulas.plain import plain
+from mechdae.draw.formulas.notations import escaped, mathml, mathtext, plain, typst
 from mechdae.draw.formulas.tree import columns, number, numbers
-from mechdae.draw.formulas.typst import escaped, typst
 
 V = Letter("v", ("B", "A_3"), "r", vector=True)
 

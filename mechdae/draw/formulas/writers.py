@@ -18,10 +18,8 @@ from mechdae.draw.formulas.document import (
     Passage,
     Section,
 )
-from mechdae.draw.formulas.mathml import mathml
-from mechdae.draw.formulas.plain import plain
+from mechdae.draw.formulas.notations import escaped, mathml, plain, typst
 from mechdae.draw.formulas.tree import Column, Equation, Number, Part, Sum
-from mechdae.draw.formulas.typst import escaped, typst
 
 WIDTH = 100
 """Columns of a text."""

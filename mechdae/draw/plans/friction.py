@@ -16,7 +16,7 @@ from matplotlib.patches import Circle
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.formulas.mathtext import written_letter
+from mechdae.draw.formulas.notations import written_letter
 from mechdae.draw.plans.board import caption, draw_arrow, heading, scale_text, smallest, write
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.vectors import Arrow, round_up

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.formulas.mathtext import mathtext
+from mechdae.draw.formulas.notations import mathtext
 from mechdae.draw.plans.relations import STILL, Relation, Relations, Spot, small_letter
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 

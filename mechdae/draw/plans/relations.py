@@ -27,7 +27,7 @@ from mechdae.draw.diagram.places import (
 )
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.formulas import Equation, Letter, Sum
-from mechdae.draw.formulas.mathtext import mathtext, written_letter
+from mechdae.draw.formulas.notations import mathtext, written_letter
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow
 from mechdae.records import dataclass

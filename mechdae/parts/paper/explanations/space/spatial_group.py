@@ -23,7 +23,7 @@ from mechdae.draw.formulas import (
     Sum,
     Wording,
 )
-from mechdae.draw.formulas.plain import plain
+from mechdae.draw.formulas.notations import plain
 from mechdae.draw.formulas.tree import columns, number
 from mechdae.draw.space.viewpoint import Array
 from mechdae.parts.paper.explanations.motion import group_of, joints_of
