@@ -19,7 +19,7 @@ from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.parts.paper.assignments.choice import choose
 from mechdae.parts.paper.assignments.given import in_turns
 from mechdae.parts.paper.assignments.ranges import ranges
-from mechdae.parts.paper.assignments.words import TABLE
+from mechdae.parts.paper.phrases import phrases
 from tests.shared.closing import faults, passages
 
 VARY = {"a_mm": ("30", "50"), "b_mm": (100, 140), "c_mm": (70, 100, 5), "omega": (5, 15)}
@@ -134,7 +134,7 @@ def test_forces_in_russian() -> None:
         assert effort == pytest.approx(result.efforts["crank.angle"][:12], abs=0.006)
         assert "КПД" in own.sheet.html()
         assert own.problem.mechanism.values()["Q_work"] == own.values["Q_work"]
-    assert set(TABLE["en"]) == set(TABLE["ru"])
+    assert set(phrases("assignments")["en"]) == set(phrases("assignments")["ru"])
 
 
 @pytest.mark.parametrize(

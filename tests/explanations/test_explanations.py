@@ -19,7 +19,7 @@ from mechdae.draw.formulas import Equation, Formula
 from mechdae.draw.formulas.notations import plain
 from mechdae.errors import InputError, UnknownName
 from mechdae.parts.paper.explanations.explain import KINDS
-from mechdae.parts.paper.explanations.words import TABLE
+from mechdae.parts.paper.phrases import phrases
 from tests.shared.closing import count, faults, passages
 
 PROBLEMS = sorted(path.stem for path in Path("problems").glob("*.toml"))
@@ -52,7 +52,7 @@ def solved(name: str, task: str) -> Any:
 @pytest.mark.parametrize(("name", "task"), results())
 def test_equations_close_to_their_digits(name: str, task: str) -> None:
     result = solved(name, task)
-    for lang in TABLE:
+    for lang in phrases("explanations"):
         told = md.explain(result, lang=lang)
         assert not faults(told.document)
         gaps = [own for own in passages(told.document) if isinstance(own, Formula)]
@@ -194,7 +194,7 @@ def test_superfluous_constraints_are_said() -> None:
 
 def test_languages_have_the_same_words() -> None:
     extra = {*JOINTS, *SPATIAL_JOINTS, "vector"}
-    assert set(TABLE["ru"]) - extra == set(TABLE["en"]) - extra
+    assert set(phrases("explanations")["ru"]) - extra == set(phrases("explanations")["en"]) - extra
     assert "Скорости" in str(md.explain("slider-crank", "turn", lang="ru"))
 
 

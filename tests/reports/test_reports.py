@@ -13,7 +13,7 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.draw.formulas import Grid, Number
 from mechdae.errors import InputError, UnknownName
-from mechdae.parts.paper.reports.words import TABLE
+from mechdae.parts.paper.phrases import phrases
 from tests.shared.closing import faults, passages
 
 
@@ -102,7 +102,7 @@ def test_russian_and_limit_positions() -> None:
     assert not faults(report.document)
     grid = grid_with(report, "'ω'")
     assert [own == "–" for own in grid.rows[0][1:]] == [True] * (len(grid.heads) - 1)
-    assert set(TABLE["ru"]) == set(TABLE["en"])
+    assert set(phrases("reports")["ru"]) == set(phrases("reports")["en"])
     assert report.typ().startswith("#set document")
 
 

@@ -26,16 +26,13 @@ from mechdae.errors import InputError, UnknownName
 from mechdae.parts.paper.assignments.choice import Chosen, choose, transmission
 from mechdae.parts.paper.assignments.ranges import RoundRange, ranges
 from mechdae.parts.paper.assignments.sheet import sheet_sections
-from mechdae.parts.paper.assignments.words import TABLE
 from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.explain import moving_task
 from mechdae.parts.paper.explanations.localised import localised
 from mechdae.parts.paper.explanations.subject import Subject
-from mechdae.parts.paper.explanations.words import TABLE as TOLD
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
 from mechdae.parts.paper.reports.report import ENDINGS, MOST, Report
-from mechdae.parts.paper.reports.words import TABLE as REPORTED
 from mechdae.records import dataclass
 from mechdae.tasks.solver import Solver
 
@@ -227,7 +224,7 @@ def assign(
     SolveError
         Too few sets of numbers do; the message says what fails and how often.
     """
-    words = Said(lang, TABLE), Said(lang, REPORTED), Said(lang, TOLD)
+    words = Phrases(lang, "assignments"), Phrases(lang, "reports"), Phrases(lang)
     whole = problem if isinstance(problem, Problem) else load(problem)
     wanted, least = (USUAL, 1) if count is None else (count, count)
     _check(whole, wanted, positions, seed, transmission_angle)
@@ -293,7 +290,7 @@ class _Made:
     pose: int
     count: int
     diagram: str
-    words: tuple[Said, Said, Said]
+    words: tuple[Phrases, Phrases, Phrases]
     lang: str
 
     def all(self, found: Sequence[Chosen]) -> Iterator[Assignment]:

@@ -12,7 +12,7 @@ from mechdae.describe.file.writing import given
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import Value
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 
 SIGNIFICANT = 6
 """Digits of a number that was not drawn."""
@@ -42,7 +42,7 @@ def signed(digits: str) -> str:
     return digits.replace("-", "−")
 
 
-def amount(value: Any, unit: str | None, say: Said) -> str:
+def amount(value: Any, unit: str | None, say: Phrases) -> str:
     """Return a number with its unit, angles in degrees; an expression's numbers have their own."""
     if isinstance(value, str) or unit in (None, "", "1"):
         return text(value)
@@ -51,7 +51,7 @@ def amount(value: Any, unit: str | None, say: Said) -> str:
     return f"{text(value)} {say.unit(unit)}"
 
 
-def facts(value: Value, skip: tuple[str, ...], say: Said) -> str:
+def facts(value: Value, skip: tuple[str, ...], say: Phrases) -> str:
     """Return what a link or a joint is given with, each number by its word and in its unit."""
     units = {own.name: own.metadata.get("unit") for own in fields(value)}
     found = given(value, skip=skip)
@@ -61,12 +61,12 @@ def facts(value: Value, skip: tuple[str, ...], say: Said) -> str:
     return ", ".join(parts)
 
 
-def load_text(mechanism: Mechanism, load: Load, say: Said) -> str:
+def load_text(mechanism: Mechanism, load: Load, say: Phrases) -> str:
     """Return a load in words: where it acts, in which direction, how large it is."""
     return ", ".join(_load_parts(mechanism, load, say))
 
 
-def _load_parts(mechanism: Mechanism, load: Load, say: Said) -> Iterator[str]:
+def _load_parts(mechanism: Mechanism, load: Load, say: Phrases) -> Iterator[str]:
     if isinstance(load, Force | Torque):
         if isinstance(load, Force):
             yield say("force at", load.point)
@@ -91,7 +91,7 @@ def _load_parts(mechanism: Mechanism, load: Load, say: Said) -> Iterator[str]:
         yield say("by table", coordinate, load.file or "") if isinstance(load, TableLoad) else ""
 
 
-def _spring(mechanism: Mechanism, load: Spring, say: Said) -> Iterator[str]:
+def _spring(mechanism: Mechanism, load: Spring, say: Phrases) -> Iterator[str]:
     of = load.coordinate or " - ".join(load.between or ())
     yield say("spring", of)
     turns = bool(load.coordinate) and coordinate_unit(mechanism, str(load.coordinate)) == "rad"

@@ -26,7 +26,7 @@ from mechdae.parts.paper.assignments.given import (
 )
 from mechdae.parts.paper.assignments.ranges import RoundRange
 from mechdae.parts.paper.explanations.subject import Subject
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
 
 BLANK = "\N{EM SPACE}" * 4
@@ -40,7 +40,7 @@ def sheet_sections(
     subject: Subject,
     rows: list[int],
     diagram: str,
-    say: tuple[Said, Said, Said],
+    say: tuple[Phrases, Phrases, Phrases],
 ) -> tuple[Section, ...]:
     """Return the sections of a sheet.
 
@@ -70,7 +70,7 @@ def sheet_sections(
     )
 
 
-def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Said) -> Grid:
+def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Phrases) -> Grid:
     """Return the table of numbers: those that were drawn in their units, then the others.
 
     Lengths that were not drawn are in the unit of those that were, else in millimetres.
@@ -98,7 +98,7 @@ def _plain(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
-def _driver(subject: Subject, task: Driven, say: Said) -> Facts:
+def _driver(subject: Subject, task: Driven, say: Phrases) -> Facts:
     values = subject.scene.mechanism.values()
     texts = [_driven(subject, own, values, say) for own in task.all_drivers]
     if isinstance(task, Reactions) and task.quasi_static:
@@ -106,7 +106,7 @@ def _driver(subject: Subject, task: Driven, say: Said) -> Facts:
     return Facts(((say("driver"), ("; ".join(texts),)),))
 
 
-def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: Said) -> str:
+def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: Phrases) -> str:
     name = driver.coordinate
     angle = subject.result.unit("drivers", name, "position") == "rad"
 
@@ -125,7 +125,7 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
     return f"{name}: {say('several')}"
 
 
-def _parts(problem: Problem, subject: Subject, say: Said, told: Said) -> Iterator[Passage]:
+def _parts(problem: Problem, subject: Subject, say: Phrases, told: Phrases) -> Iterator[Passage]:
     """Yield the tables of links, joints and loads, with the names of their numbers."""
     mechanism = problem.mechanism
     yield Note((say("frames"),))
@@ -161,7 +161,7 @@ def _points(points: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {text(place)}" for name, place in points.items())
 
 
-def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
+def _wanted(subject: Subject, rows: list[int], say: Phrases) -> Iterator[Note]:
     yield Note((say("structure"),))
     yield Note((say("positions", len(rows)),))
     if subject.rated:
@@ -178,7 +178,7 @@ def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
             yield Note((say("cycle"),))
 
 
-def _empty(subject: Subject, rows: list[int], report: Said) -> Iterator[Section]:
+def _empty(subject: Subject, rows: list[int], report: Phrases) -> Iterator[Section]:
     """Yield the tables of the answers, empty but for positions and drivers."""
     keep = 1 + len(subject.result.drivers)
     positions = sections.position_tables(subject, rows, report)

@@ -7,10 +7,10 @@ from typing import Any
 from mechdae.draw.diagram.scene import choose_pose, read_scene
 from mechdae.errors import InputError
 from mechdae.parts.paper.explanations.subject import KINDS, Subject
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 
 
-def subject_of(result: Any, pose: int | None, say: Said) -> Subject:
+def subject_of(result: Any, pose: int | None, say: Phrases) -> Subject:
     """Return the pose to be explained.
 
     Raises

@@ -17,15 +17,16 @@ from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.forces import (
-    BalanceOfLinks,
+    Balance,
     driver_section,
     forces_section,
     power_section,
 )
 from mechdae.parts.paper.explanations.localised import localised
 from mechdae.parts.paper.explanations.motion import group_section
+from mechdae.parts.paper.explanations.plane_forces import PlaneBalance
 from mechdae.parts.paper.explanations.subject import KINDS, Subject
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
@@ -121,7 +122,7 @@ def explain(
     SolveError
         The mechanism does not assemble.
     """
-    say = Said(lang)
+    say = Phrases(lang)
     result = problem if isinstance(problem, Result) else _solved(problem, task)
     subject = subject_of(result, pose, say)
     groups = subject.group(group)
@@ -204,29 +205,19 @@ def _head(subject: Subject) -> Section:
 
 
 def _forces(subject: Subject, groups: list[tuple[str, tuple[str, ...]]], whole: bool) -> Section:
-    if subject.result.mechanism.dimension == 3:
-        return _forces_in_space(subject, groups, whole)
-    balance = BalanceOfLinks(subject)
-    parts = [forces_section(subject, balance, name, bodies) for name, bodies in reversed(groups)]
+    """Return the equilibria from the last group to the first, then drivers and powers."""
+    balance = _balance(subject)
+    parts = [forces_section(balance, name, bodies) for name, bodies in reversed(groups)]
     if whole:
-        parts.append(driver_section(subject))
-        check = power_section(subject, balance)
-        parts += [check] if check is not None else []
+        check = power_section(balance)
+        parts += [driver_section(subject), *([check] if check is not None else [])]
     return Section(subject.say("forces"), (), tuple(parts))
 
 
-def _forces_in_space(
-    subject: Any, groups: list[tuple[str, tuple[str, ...]]], whole: bool
-) -> Section:
-    from mechdae.parts.paper.explanations.space import spatial_forces as forces
+def _balance(subject: Subject) -> Balance:
+    """Return what acts on the links, in the plane or in space."""
+    if subject.result.mechanism.dimension == 2:
+        return PlaneBalance(subject)
+    from mechdae.parts.paper.explanations.space.spatial_forces import SpatialBalance
 
-    balance = forces.SpatialBalance(subject)
-    parts = [
-        forces.spatial_forces_section(subject, balance, name, bodies)
-        for name, bodies in reversed(groups)
-    ]
-    if whole:
-        parts.append(driver_section(subject))
-        check = forces.spatial_power_section(subject, balance)
-        parts += [check] if check is not None else []
-    return Section(subject.say("forces"), (), tuple(parts))
+    return SpatialBalance(subject)  # type: ignore[arg-type]

@@ -7,13 +7,13 @@ accelerations of the result. So a sum that closes is a check.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import degrees
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from functools import cached_property
 
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.scene import Array
+from mechdae.describe.joints import Joint
 from mechdae.draw.formulas import (
     Equation,
     Facts,
@@ -28,221 +28,243 @@ from mechdae.draw.formulas import (
     Sum,
 )
 from mechdae.draw.formulas.tree import columns, decimals, number, numbers, rounded
-from mechdae.draw.plans.forces import BodyForces
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 NOTHING = 1e-12
 """Share of the largest force of the pose below which a force is left out."""
 
 
 @dataclass(frozen=True)
-class Acting:
+class ActingForce:
     """A force on a link: symbol, the letter of its place, force, moment about the link's point."""
 
     letter: Letter
     at: str
-    force: Array
-    moment: float
+    force: Floats
+    moment: Floats
+
+    @property
+    def row(self) -> Floats:
+        """Force and moment as one vector."""
+        return np.concatenate([self.force, self.moment])
 
 
-class BalanceOfLinks:
-    """What acts on the links of one pose."""
+class Balance(ABC):
+    """What acts on the links of one pose; of a row of the result the forces come first."""
+
+    axes: str
+    """Components of a force."""
 
     def __init__(self, subject: Subject) -> None:
-        self.subject = subject
-        self.forces = BodyForces(subject.result, subject.scene, subject.pose)
-        every = [
-            self._reaction(joint, body)[0]
-            for body in subject.scene.mechanism.bodies
-            for joint in self.forces.joints(body)
+        self.subject, self.pose = subject, subject.pose
+        self.mechanism = subject.scene.mechanism
+
+    # -- what differs between plane and space ----------------------------------------------
+
+    @abstractmethod
+    def moment(self, arm: Floats, force: Floats) -> Floats:
+        """Return the moment of a force at the end of an arm."""
+
+    @abstractmethod
+    def pole(self, body: str) -> tuple[str, Floats]:
+        """Return the point about which moments are taken, by the link's first joint."""
+
+    @abstractmethod
+    def base(self, body: str) -> Floats:
+        """Return the point that load wrenches refer to."""
+
+    @abstractmethod
+    def driven(self, body: str, pole: Floats) -> Iterator[ActingForce]:
+        """Yield what drivers exert."""
+
+    @abstractmethod
+    def centre(self, body: str) -> Floats:
+        """Return the place of the centre of mass."""
+
+    @abstractmethod
+    def inertia(self, body: str) -> tuple[Floats, Floats]:
+        """Return force and couple of inertia."""
+
+    @abstractmethod
+    def powers(self) -> tuple[float, float] | None:
+        """Return the powers of loads and of inertia; None without speeds."""
+
+    @abstractmethod
+    def sizes(self, joint: Joint, row: Floats, series: Mapping[str, Floats]) -> list[str | Part]:
+        """Return words and numbers of a reaction on the second body, and of its friction."""
+
+    @abstractmethod
+    def moment_heads(self, body: str) -> tuple[str, ...]:
+        """Return the heads of the table's moments, without their unit."""
+
+    def table_notes(self, body: str) -> tuple[Note, ...]:
+        """Return what stands before the table of forces and moments."""
+        return ()
+
+    def balanced(self, body: str) -> bool:
+        """Return whether the sum of forces can be written."""
+        return True
+
+    def place_of_load(self, load: str, body: str) -> str:
+        """Return where a load acts, in words or a letter."""
+        return load
+
+    # -- what acts -------------------------------------------------------------------------
+
+    @cached_property
+    def size(self) -> float:
+        """The largest reaction of the pose [N]."""
+        rows = [own["reaction"] for own in self.subject.result.joints.values() if "reaction" in own]
+        sizes = [float(np.linalg.norm(row[self.pose][: len(self.axes)])) for row in rows]
+        return max(filter(np.isfinite, sizes), default=0.0)
+
+    def joints(self, body: str) -> list[Joint]:
+        """Return the joints whose reaction acts on a body."""
+        return [
+            joint
+            for joint in self.mechanism.joints.values()
+            if body in (joint.first_body, joint.second_body)
+            and "reaction" in (self.subject.result.joints.get(joint.name) or {})
         ]
-        sizes = [float(np.hypot(*force)) for force in every]
-        self.size = max([own for own in sizes if np.isfinite(own)], default=0.0)
-
-    def pole(self, body: str) -> tuple[str, Array]:
-        """Return the point about which moments are taken: the link's first joint, its letter."""
-        for name in self.forces.joints(body):
-            joint = self.subject.scene.mechanism.joints[name]
-            if joint.coincide:
-                return self.subject.letter(joint.second), self.subject.place(joint.second)
-        for name in self.forces.joints(body):
-            joint = self.subject.scene.mechanism.joints[name]
-            return self.subject.letter(joint.second), self.subject.place(joint.second)
-        return "O", self.subject.scene.origins[body][self.subject.pose]
-
-    def acting(self, body: str) -> list[Acting]:
-        """Return the forces on a link that do not vanish."""
-        _, pole = self.pole(body)
-        found = [own for own in self._all(body, pole) if self._counts(own)]
-        return found
 
     def not_unique(self, body: str) -> list[str]:
         """Return the joints of a link whose reactions the equations do not determine."""
-        row = self.subject.pose
+        joints = self.joints(body)
+        return [own.name for own in joints if not np.isfinite(self.reaction(own, body)).all()]
+
+    def reaction(self, joint: Joint, body: str) -> Floats:
+        """Return force and moment of a joint on one of its bodies, about its second point."""
+        series = self.subject.result.joints[joint.name]
+        row = np.asarray(series["reaction"][self.pose], dtype=float)
+        return row if joint.second_body == body else -row
+
+    def acting(self, body: str) -> list[ActingForce]:
+        """Return the forces on a link that do not vanish, with moments about its pole."""
+        _, pole = self.pole(body)
+        still = NOTHING * self.size
+        reach = self.mechanism.scale
+        forces = (
+            *self._reactions(body, pole),
+            *self._loads(body, pole),
+            *self.driven(body, pole),
+            *self._inertia(body, pole),
+        )
         return [
-            name
-            for name in self.forces.joints(body)
-            if not np.isfinite(self.subject.result.joints[name].reaction[row]).all()
+            acting
+            for acting in forces
+            if float(np.linalg.norm(acting.force)) > still
+            or float(np.linalg.norm(acting.moment)) > still * reach
         ]
 
-    def _counts(self, own: Acting) -> bool:
-        still = NOTHING * self.size
-        reach = self.subject.scene.mechanism.scale
-        return float(np.hypot(*own.force)) > still or abs(own.moment) > still * reach
+    def wrench(
+        self, letter: Letter, at: str, row: Floats, place: Floats, pole: Floats
+    ) -> ActingForce:
+        """Return a force with a moment about its place as one about the pole."""
+        force, moment = np.split(row, [len(self.axes)])
+        return ActingForce(letter, at, force, moment + self.moment(place - pole, force))
 
-    def _all(self, body: str, pole: Array) -> Iterator[Acting]:
-        subject, forces = self.subject, self.forces
-        mark = str(subject.numbers[body])
-        for name in forces.joints(body):
-            joint = subject.scene.mechanism.joints[name]
-            force, couple = self._reaction(name, body)
-            other = str(subject.numbers[forces.other(name, body)])
-            gap = "," if max(len(other), len(mark)) > 1 else ""
-            index = f"{other}{gap}{mark}"
-            letter = Letter("R", (index,), vector=True)
-            place = subject.place(joint.second)
+    def _reactions(self, body: str, pole: Floats) -> Iterator[ActingForce]:
+        subject = self.subject
+        for joint in self.joints(body):
+            other = joint.first_body if joint.second_body == body else joint.second_body
+            ends = [str(subject.numbers[end]) for end in (other, body)]
+            index = ("," if max(map(len, ends)) > 1 else "").join(ends)
             at = subject.letter(joint.second)
-            at = at if at == name else f"{at} ({name})"
-            yield Acting(letter, at, force, couple + _moment(place - pole, force))
-        origin = subject.scene.origins[body][subject.pose]
+            at = at if at == joint.name else f"{at} ({joint.name})"
+            letter, place = Letter("R", (index,), vector=True), subject.place(joint.second)
+            yield self.wrench(letter, at, self.reaction(joint, body), place, pole)
+
+    def _loads(self, body: str, pole: Floats) -> Iterator[ActingForce]:
+        say, mark = self.subject.say, str(self.subject.numbers[body])
         for load, wrenches in self.subject.result.loads.items():
             if body in wrenches:
-                x, y, couple = (float(own) for own in wrenches[body][subject.pose])
-                force = np.array([x, y])
+                row = np.asarray(wrenches[body][self.pose], dtype=float)
                 weight = load == "gravity"
                 letter = Letter("G" if weight else "P", (mark,), "" if weight else load, True)
-                where = subject.say("centre") if weight else self._place_of(load, body)
-                yield Acting(letter, where, force, couple + _moment(origin - pole, force))
-        for text, place, force in forces.pushes(body):
-            letter = Letter("F", (mark,), vector=True)
-            yield Acting(letter, text, force, _moment(place - pole, force))
-        inertia = forces.inertia(body)
-        letter, centre = Letter("Φ", (mark,), vector=True), forces.centre(body)
-        yield Acting(letter, subject.say("centre"), inertia, _moment(centre - pole, inertia))
-        nothing = np.zeros(2)
-        yield Acting(Letter("M", (mark,), "Φ"), subject.say("couple"), nothing, forces.couple(body))
-        for text, torque in forces.twists(body).items():
-            yield Acting(Letter("M", (mark,)), text, nothing, torque)
+                at = say("centre") if weight else self.place_of_load(load, body)
+                yield self.wrench(letter, at, row, self.base(body), pole)
 
-    def _place_of(self, load: str, body: str) -> str:
-        own = self.subject.scene.mechanism.loads[load]
-        for reference in (getattr(own, "point", None), *(getattr(own, "between", None) or ())):
-            if reference and reference.split(".")[0] == body:
-                return self.subject.letter(reference)
-        return self.subject.say("couple") if getattr(own, "body", None) == body else load
-
-    def _reaction(self, name: str, body: str) -> tuple[Array, float]:
-        """Return force and moment, about the joint's place, of a joint on one of its bodies."""
-        joint = self.subject.scene.mechanism.joints[name]
-        row = np.asarray(self.subject.result.joints[name].reaction[self.subject.pose], dtype=float)
-        sign = 1.0 if joint.second_body == body else -1.0
-        return sign * row[:2], float(sign * row[2])
+    def _inertia(self, body: str, pole: Floats) -> Iterator[ActingForce]:
+        say, mark = self.subject.say, str(self.subject.numbers[body])
+        force, couple = self.inertia(body)
+        if force.any():
+            moment = self.moment(self.centre(body) - pole, force)
+            yield ActingForce(Letter("Φ", (mark,), vector=True), say("centre"), force, moment)
+        if couple.any():
+            letter = Letter("M", (mark,), "Φ", vector=len(couple) > 1)
+            yield ActingForce(letter, say("couple"), 0 * force, couple)
 
 
-def _moment(arm: Array, force: Array) -> float:
-    return float(arm[0] * force[1] - arm[1] * force[0])
+# -- sections --------------------------------------------------------------------------------------
 
 
-def forces_section(
-    subject: Subject, balance: BalanceOfLinks, name: str, bodies: tuple[str, ...]
-) -> Section:
+def forces_section(balance: Balance, name: str, bodies: tuple[str, ...]) -> Section:
     """Return the equilibrium of each link of a group, and its reactions."""
-    links = tuple(_link(subject, balance, body) for body in reversed(bodies))
-    return Section(subject.say("forces of", name), (), links)
+    links = tuple(_link(balance, body) for body in reversed(bodies))
+    return Section(balance.subject.say("forces of", name), (), links)
 
 
-def _link(subject: Subject, balance: BalanceOfLinks, body: str) -> Section:
-    say = subject.say
-    title = say("link", subject.numbers[body], body)
+def _link(balance: Balance, body: str) -> Section:
+    say = balance.subject.say
+    title = say("link", balance.subject.numbers[body], body)
     lost = balance.not_unique(body)
-    if lost:
-        note = Note((say("not unique", ", ".join(lost)),))
-        return Section(title, (note, *_reactions(subject, balance, body)))
+    if lost or not balance.balanced(body):
+        text = say("not unique", ", ".join(lost)) if lost else say("spins freely")
+        return Section(title, (Note((text,)), *_sizes(balance, body)))
     acting = balance.acting(body)
     if not acting:
         return Section(title, (Note((say("unloaded"),)),))
     forces = [own for own in acting if np.any(own.force)]
     blocks: list[Passage] = [Note((say("in sum"),))]
     if forces:
-        letters = Sum(tuple(own.letter for own in forces))
         total = np.sum([own.force for own in forces], axis=0)
-        shown = columns((0.0, 0.0), *(tuple(own.force) for own in forces), unit="N")
-        gap = float(np.hypot(*total))
-        blocks.append(Formula(Equation((letters, Number("0")))))
+        shown = columns(tuple(0 * total), *(tuple(own.force) for own in forces), unit="N")
+        blocks.append(Formula(Equation((Sum(tuple(own.letter for own in forces)), Number("0")))))
+        gap = float(np.linalg.norm(total))
         blocks.append(Formula(Equation((Sum(shown[1:]), shown[0])), gap, "N"))
-    blocks.append(_moments(subject, balance, body, acting))
-    blocks += _reactions(subject, balance, body)
+    blocks += [*balance.table_notes(body), _table(balance, body, acting), *_sizes(balance, body)]
     return Section(title, tuple(blocks))
 
 
-def _moments(subject: Subject, balance: BalanceOfLinks, body: str, acting: list[Acting]) -> Grid:
-    """Return the table of forces and moments about the link's point with their sums."""
-    say = subject.say
-    pole, _ = balance.pole(body)
-    table = np.array([[*own.force, own.moment] for own in acting])
+def _table(balance: Balance, body: str, acting: list[ActingForce]) -> Grid:
+    """Return the table of forces and moments with their sums."""
+    say, first = balance.subject.say, len(balance.axes)
+    table = np.array([own.row for own in acting])
     total = table.sum(axis=0)
-    still = NOTHING * balance.size * np.array([1.0, 1.0, subject.scene.mechanism.scale])
+    moments = table.shape[1] - first
+    reach = [1.0] * first + [balance.mechanism.scale] * moments
+    still = NOTHING * balance.size * np.array(reach)
     table[np.abs(table) <= still] = 0.0
-    places = [decimals(*table[:, :2].ravel()), decimals(*table[:, 2])]
-    formats = (places[0], places[0], places[1])
+    total[np.abs(total) <= 1e3 * still] = 0.0
+    styles = [decimals(*table[:, :first].ravel())] * first
+    styles += [decimals(*table[:, first:].ravel())] * moments
 
-    def cells(row: Array) -> tuple[Part, ...]:
-        return tuple(
-            Number(rounded(float(value), *style), style[1])
-            for value, style in zip(row, formats, strict=True)
-        )
+    def cells(row: Floats) -> tuple[Part, ...]:
+        pairs = zip(row, styles, strict=True)
+        return tuple(Number(rounded(float(value), *style), style[1]) for value, style in pairs)
 
     rows: list[tuple[str | Part, ...]] = [
         (own.letter, own.at, *cells(row)) for own, row in zip(acting, table, strict=True)
     ]
     rows.append((say("sum"), "", *cells(total)))
-    newton, moment = say.unit("N"), f"{say('moment about', pole)}, {say.unit('N m')}"
-    heads = (say("acts"), say("at"), f"F x, {newton}", f"F y, {newton}", moment)
-    return Grid(heads, tuple(rows))
+    heads = [f"F {axis}, {say.unit('N')}" for axis in balance.axes]
+    heads += [f"{head}, {say.unit('N m')}" for head in balance.moment_heads(body)]
+    return Grid((say("acts"), say("at"), *heads), tuple(rows))
 
 
-def _reactions(subject: Subject, balance: BalanceOfLinks, body: str) -> Iterator[Passage]:
+def _sizes(balance: Balance, body: str) -> Iterator[Passage]:
     """Yield sizes of the reactions in which the link is the second body, their friction."""
-    rows, rates = [], balance.forces.rates
-    for joint in subject.scene.mechanism.joints.values():
-        series = subject.result.joints.get(joint.name) or {}
-        if joint.second_body != body or "reaction" not in series:
-            continue
-        if not np.isfinite(series["reaction"][subject.pose]).all():
-            continue
-        x, y, couple = (float(own) for own in series["reaction"][subject.pose])
-        size = number(float(np.hypot(x, y)), "N")
-        angle = number(degrees(float(np.arctan2(y, x))), "°")
-        parts = spliced(subject.say("reaction is", "\0", "\0", subject.title(body)), size, angle)
-        loss = subject.value(series, "loss")
-        if np.isfinite(loss) and loss:
-            lost = number(loss, "W")
-            normal = subject.value(series, "normal")
-            if joint.coincide:
-                spins = [rates.spins[own][0] for own in (joint.second_body, joint.first_body)]
-                turning = number(spins[0] - spins[1], "rad/s")
-                text = subject.say("pin friction", "\0", "\0", "\0")
-                parts += spliced(text, number(couple, "N m"), turning, lost)
-            elif np.isfinite(normal):
-                along = _along(subject, joint.name, np.array([x, y]))
-                sliding = number(subject.value(series, "slide_velocity"), "m/s")
-                text = subject.say("slide friction", *"\0\0\0\0")
-                parts += spliced(text, number(normal, "N"), number(along, "N"), sliding, lost)
-            else:
-                parts += spliced(subject.say("other friction", "\0"), lost)
-        rows.append((subject.say("reaction", joint.name), tuple(parts)))
+    subject, rows = balance.subject, []
+    for joint in balance.joints(body):
+        row = balance.reaction(joint, body)
+        if joint.second_body == body and np.isfinite(row).all():
+            words = balance.sizes(joint, row, subject.result.joints[joint.name])
+            rows.append((subject.say("reaction", joint.name), tuple(words)))
     if rows:
         yield Note((subject.say("reactions"),))
         yield Facts(tuple(rows))
-
-
-def _along(subject: Subject, name: str, force: Array) -> float:
-    """Return the component of a force along the guide of a joint."""
-    joint = subject.scene.mechanism.joints[name]
-    angle = subject.scene.numbers.get(f"{name}.axis", 0.0)
-    axis = subject.scene.direction(joint.first_body, angle, subject.pose)
-    return float(force @ axis)
 
 
 def spliced(text: str, *parts: Part) -> list[str | Part]:
@@ -264,59 +286,25 @@ def driver_section(subject: Subject) -> Section:
     return Section(subject.say("effort"), (Facts(tuple(rows)),))
 
 
-def power_section(subject: Subject, balance: BalanceOfLinks) -> Section | None:
+def power_section(balance: Balance) -> Section | None:
     """Return the balance of powers, which no reaction is in; None without speeds."""
-    result, pose = subject.result, subject.pose
-    bodies = [body for body in subject.scene.mechanism.bodies if subject.scene.shown(body, pose)]
-    rates = balance.forces.rates
-    if any(not rates.has(body, "acceleration") for body in bodies):
+    powers, subject = balance.powers(), balance.subject
+    if powers is None:
         return None
-
-    def power(body: str, place: Array, force: Array, couple: float) -> float:
-        return float(force @ rates.at(body, place, "velocity")) + couple * rates.spins[body][0]
-
+    say, result, pose = subject.say, subject.result, subject.pose
     drive = sum(
         float(effort[pose]) * float(result.drivers[text].velocity[pose])
         for text, effort in result.efforts.items()
     )
-    loads = sum(
-        power(body, subject.scene.origins[body][pose], own[pose][:2], float(own[pose][2]))
-        for wrenches in result.loads.values()
-        for body, own in wrenches.items()
-        if body in bodies
-    )
-    inertia = sum(
-        power(
-            body,
-            balance.forces.centre(body),
-            balance.forces.inertia(body),
-            balance.forces.couple(body),
-        )
-        for body in bodies
-    )
-    return sum_of_powers(subject, drive, loads, inertia)
-
-
-def sum_of_powers(subject: Subject, drive: float, loads: float, inertia: float) -> Section:
-    """Return the sum of the powers of drivers, loads and inertia less what friction takes."""
-    say, result = subject.say, subject.result
-    loss = sum(
-        subject.value(series, "loss")
-        for series in result.joints.values()
-        if np.isfinite(subject.value(series, "loss"))
-    )
-    if result.definition.friction != "coupled":
-        loss = 0.0
-    shown = numbers(0.0, drive, loads, inertia, -loss, unit="W")
+    losses = (subject.value(series, "loss") for series in result.joints.values())
+    loss = sum(filter(np.isfinite, losses)) if result.definition.friction == "coupled" else 0.0
+    shown = numbers(0.0, drive, *powers, -loss, unit="W")
     words = ("N drive", "N loads", "N inertia", "N loss")
     letters = Sum(tuple(Letter(say("power letter"), (say(word),)) for word in words))
-    gap = abs(drive + loads + inertia - loss)
+    gap = abs(drive + powers[0] + powers[1] - loss)
     blocks = (
         Note((say("power"),)),
         Formula(Equation((letters, Number("0")))),
         Formula(Equation((Sum(shown[1:]), shown[0])), gap, "W"),
     )
     return Section(say("check"), blocks)
-
-
-__all__ = ["GROUND", "BalanceOfLinks", "driver_section", "forces_section", "power_section"]

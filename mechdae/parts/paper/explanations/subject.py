@@ -11,7 +11,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.relations import Relations
 from mechdae.errors import UnknownName
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 
 KINDS = ("sweep", "reactions")
@@ -35,7 +35,7 @@ class Subject:
     result: Any
     scene: DrawnScene
     pose: int
-    say: Said
+    say: Phrases
 
     @cached_property
     def relations(self) -> dict[str, Relations]:

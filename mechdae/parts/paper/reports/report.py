@@ -20,9 +20,8 @@ from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.explain import moving_task
 from mechdae.parts.paper.explanations.localised import localised
 from mechdae.parts.paper.explanations.subject import Subject
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
-from mechdae.parts.paper.reports.words import TABLE
 from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
@@ -146,7 +145,7 @@ def report(
     SolveError
         The mechanism does not assemble.
     """
-    say = Said(lang, TABLE)
+    say = Phrases(lang, "reports")
     if not 1 <= positions <= MOST:
         raise InputError(f"{positions} positions", hint=f"a whole number from 1 to {MOST}")
     whole = problem if isinstance(problem, Problem) else load(problem)
@@ -154,7 +153,7 @@ def report(
     result, rows = _solved(whole, name, positions)
     if not 0 <= pose < len(rows):
         raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
-    subject = subject_of(result, _near(result, rows, pose), Said(lang))
+    subject = subject_of(result, _near(result, rows, pose), Phrases(lang))
     chosen = rows.index(subject.pose)
     parts = (
         sections.assignment(whole, result, say),
@@ -198,12 +197,12 @@ def _near(result: Result, rows: list[int], wanted: int) -> int:
 # -- pictures ----------------------------------------------------------------------------------
 
 
-def _diagram(result: Result, subject: Subject, chosen: int, say: Said, lang: str) -> Section:
+def _diagram(result: Result, subject: Subject, chosen: int, say: Phrases, lang: str) -> Section:
     svg = svg_text(plot(result, "diagram", pose=subject.pose, lang=lang))
     return Section(say("diagram"), (Image(svg, say("diagram of", chosen), 0.9),))
 
 
-def _pictures(result: Result, subject: Subject, chosen: int, say: Said) -> Section:
+def _pictures(result: Result, subject: Subject, chosen: int, say: Phrases) -> Section:
     """Return plans of the position and curves; what a result has no picture of is left out.
 
     A plan has its own figure, as wide as the text on paper: the scale written on it holds there.

@@ -12,13 +12,13 @@ from mechdae.draw.formulas.tree import number
 from mechdae.draw.words import Words
 from mechdae.parts.paper.explanations.explain import explain
 from mechdae.parts.paper.explanations.subject import Subject
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import tables
 from mechdae.results import Result
 from mechdae.tasks.show import structure
 
 
-def assignment(problem: Problem, result: Result, say: Said) -> Section:
+def assignment(problem: Problem, result: Result, say: Phrases) -> Section:
     """Return source, task and the numbers of the file."""
     rows: list[tuple[str, tuple[str | Part, ...]]] = []
     if problem.source:
@@ -29,7 +29,7 @@ def assignment(problem: Problem, result: Result, say: Said) -> Section:
     return Section(say("assignment"), (*blocks, table) if table.rows else tuple(blocks))
 
 
-def structure_of(problem: Problem, subject: Subject, say: Said) -> Section:
+def structure_of(problem: Problem, subject: Subject, say: Phrases) -> Section:
     """Return mobility by count and by rank, and the Assur groups."""
     found = structure(problem)
     count = found["mobility"]
@@ -67,12 +67,12 @@ def structure_of(problem: Problem, subject: Subject, say: Said) -> Section:
     return Section(say("structure"), tuple(blocks))
 
 
-def in_full(result: Result, subject: Subject, chosen: int, say: Said, lang: str) -> Section:
+def in_full(result: Result, subject: Subject, chosen: int, say: Phrases, lang: str) -> Section:
     told = explain(result, pose=subject.pose, lang=lang).document
     return Section(say("one position", chosen), (), told.sections)
 
 
-def position_tables(subject: Subject, rows: list[int], say: Said) -> Section:
+def position_tables(subject: Subject, rows: list[int], say: Phrases) -> Section:
     first, head = [str(k) for k in range(len(rows))], say("position")
     lead = tables.driver_columns(subject, rows)
     columns = [*lead, *tables.position_columns(subject, rows)]
@@ -92,7 +92,7 @@ def position_tables(subject: Subject, rows: list[int], say: Said) -> Section:
     return Section(say("positions"), (), tuple(parts))
 
 
-def force_tables(subject: Subject, rows: list[int], say: Said) -> Iterator[Section]:
+def force_tables(subject: Subject, rows: list[int], say: Phrases) -> Iterator[Section]:
     columns = tables.force_columns(subject, rows)
     if not columns:
         return
@@ -110,7 +110,7 @@ def force_tables(subject: Subject, rows: list[int], say: Said) -> Iterator[Secti
     yield Section(say("forces"), tuple(blocks), inner)
 
 
-def checks(result: Result, subject: Subject, say: Said) -> Section:
+def checks(result: Result, subject: Subject, say: Phrases) -> Section:
     rows: list[tuple[str, tuple[str | Part, ...]]] = []
     counts, words = result.summary.get("status") or {}, Words(say.lang)
     rows.append(

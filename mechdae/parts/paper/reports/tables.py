@@ -14,7 +14,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw.formulas import Grid, Letter, Listed, Number, Part, Wording
 from mechdae.draw.formulas.tree import decimals, number, rounded
 from mechdae.parts.paper.explanations.subject import Subject
-from mechdae.parts.paper.explanations.words import Said
+from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 
 DOTS = ("\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")
@@ -31,7 +31,7 @@ class TableColumn:
     values: Any
 
 
-def parameters(problem: Any, say: Said) -> Grid:
+def parameters(problem: Any, say: Phrases) -> Grid:
     """Return the numbers that the file gives names to."""
     mechanism = problem.mechanism
     values = mechanism.values()

@@ -1,0 +1,53 @@
+"""The phrases of papers, in each language from one file of `words`."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from pathlib import Path
+
+from mechdae.draw.words import unit_in_russian
+from mechdae.errors import UnknownName
+
+WORDS = Path(__file__).parent / "words"
+
+
+@cache
+def phrases(paper: str) -> dict[str, dict[str, str]]:
+    """Return the phrases of a kind of paper by language."""
+    return tomllib.loads((WORDS / f"{paper}.toml").read_text(encoding="utf-8"))
+
+
+class Phrases:
+    """The phrases of one language.
+
+    Parameters
+    ----------
+    lang
+        The language.
+    paper
+        Which file they are in: ``explanations``, ``reports`` or ``assignments``.
+
+    Raises
+    ------
+    UnknownName
+        There is no such language.
+    """
+
+    def __init__(self, lang: str, paper: str = "explanations") -> None:
+        table = phrases(paper)
+        if lang not in table:
+            raise UnknownName("language", lang, list(table))
+        self.lang, self._table = lang, table[lang]
+
+    def __call__(self, key: str, *values: object) -> str:
+        """Return a phrase with values in it."""
+        return self._table[key].format(*values)
+
+    def unit(self, text: str) -> str:
+        """Return a unit as the language writes it."""
+        return unit_in_russian(text) if self.lang == "ru" else text
+
+    def kind(self, name: str) -> str:
+        """Return the name of a kind of joint, as the file has it where there is no other."""
+        return self._table.get(name, name)
