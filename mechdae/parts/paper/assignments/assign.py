@@ -100,11 +100,11 @@ class Assignments(Sequence[Assignment]):
         joints = list(self.variants[0].transmission)
         out = io.StringIO()
         rows = csv.writer(out, lineterminator="\n")
-        rows.writerow(["variant", *names, *(f"transmission of {own} [deg]" for own in joints)])
-        for own in self.variants:
-            angles = [f"{degrees(own.transmission[joint]):.3f}" for joint in joints]
-            numbers = [f"{own.values[name]:.15g}" for name in names]
-            rows.writerow([own.number, *numbers, *angles])
+        rows.writerow(["variant", *names, *(f"transmission of {joint} [deg]" for joint in joints)])
+        for variant in self.variants:
+            angles = [f"{degrees(variant.transmission[joint]):.3f}" for joint in joints]
+            numbers = [f"{variant.values[name]:.15g}" for name in names]
+            rows.writerow([variant.number, *numbers, *angles])
         return out.getvalue()
 
     def save(self, folder: str | Path, form: str = "html") -> Path:
@@ -130,11 +130,11 @@ class Assignments(Sequence[Assignment]):
             whole = Path(place, "whole")
             for part in ("sheets", "keys", "problems"):
                 (whole / part).mkdir(parents=True)
-            for own in self.variants:
-                name = f"{self.name}-{own.number:0{width}d}"
-                own.sheet.save(whole / "sheets" / f"{name}.{form}")
-                own.key.save(whole / "keys" / f"{name}.{form}")
-                text = _file_text(own.problem)
+            for variant in self.variants:
+                name = f"{self.name}-{variant.number:0{width}d}"
+                variant.sheet.save(whole / "sheets" / f"{name}.{form}")
+                variant.key.save(whole / "keys" / f"{name}.{form}")
+                text = _file_text(variant.problem)
                 (whole / "problems" / f"{name}.toml").write_text(text, encoding="utf-8")
             (whole / "variants.csv").write_text(self.table(), encoding="utf-8")
             whole.chmod(0o755)
@@ -154,7 +154,7 @@ def free_folder(folder: str | Path, form: str) -> Path:
     """
     target = Path(folder)
     if f".{form}" not in ENDINGS:
-        raise UnknownName("form", form, [own[1:] for own in ENDINGS])
+        raise UnknownName("form", form, [ending[1:] for ending in ENDINGS])
     if target.exists() and not target.is_dir():
         raise InputError("is a file, not a folder", where=str(target))
     if target.is_dir() and any(target.iterdir()):
@@ -267,8 +267,8 @@ def _with_positions(problem: Problem, name: str, positions: int) -> Problem:
         changes["poses"] = positions + 1
     if problem.mechanism.dimension == 2:
         changes["measures"] = tuple(dict.fromkeys([*(task.measures or ()), "transmission"]))
-    own = dataclasses.replace(task, **changes)
-    tasks: Table[Task] = Table({name: own})
+    changed = dataclasses.replace(task, **changes)
+    tasks: Table[Task] = Table({name: changed})
     return dataclasses.replace(problem, tasks=tasks, expected=(), pattern=None)
 
 
@@ -298,33 +298,33 @@ class _Made:
             yield self.one(number, chosen)
 
     def one(self, number: int, chosen: Chosen) -> Assignment:
-        own, told = self.words[0], self.words[2]
+        say, told = self.words[0], self.words[2]
         title = self.problem.title or self.problem.name
         problem = dataclasses.replace(
-            self.problem.with_values(chosen.values), title=own("sheet", title, number)
+            self.problem.with_values(chosen.values), title=say("sheet", title, number)
         )
         subject = subject_of(chosen.result, self.rows[self.pose], told)
         parts = sheet_sections(
             problem, chosen, self.drawn, subject, self.rows, self.diagram, self.words
         )
-        of = own("of", number, self.count)
+        of = say("of", number, self.count)
         sheet = localised(Document(problem.title, of, parts, self.lang))
         made = self.words[1]("computed by", __version__)
         answers = tuple(self._answers(chosen, subject))
-        key = localised(Document(own("key", title, number), made, answers, self.lang))
+        key = localised(Document(say("key", title, number), made, answers, self.lang))
         return Assignment(
             number, chosen.values, problem, Report(sheet), Report(key), chosen.transmission
         )
 
     def _answers(self, chosen: Chosen, subject: Subject) -> Iterator[Section]:
-        own, report, _ = self.words
+        say, report, _ = self.words
         facts: list[tuple[str, tuple[str | Part, ...]]] = []
         for one in self.drawn:
-            text = f"{chosen.texts[one.name]} {own.unit(one.unit)}".strip()
+            text = f"{chosen.texts[one.name]} {say.unit(one.unit)}".strip()
             facts.append((one.base, (text.replace("-", "−"),)))
         for joint, angle in chosen.transmission.items():
-            facts.append((own("least", joint), (f"{degrees(angle):.2f}°",)))
-        yield Section(own("answers"), (Facts(tuple(facts)),))
+            facts.append((say("least", joint), (f"{degrees(angle):.2f}°",)))
+        yield Section(say("answers"), (Facts(tuple(facts)),))
         yield sections.structure_of(self.problem, subject, report)
         yield sections.position_tables(subject, self.rows, report)
         yield from sections.force_tables(subject, self.rows, report)

@@ -94,7 +94,7 @@ def choose(
     SolveError
         Too few of the sets do; the message says why and how often.
     """
-    total = prod(own.count for own in ranges)
+    total = prod(number.count for number in ranges)
     least = count if least is None else least
     if total < least:
         raise InputError(
@@ -126,11 +126,11 @@ def choose(
 
 def _draws(ranges: Sequence[RoundRange], most: int, seed: int) -> Iterator[tuple[int, ...]]:
     """Yield different sets, as numbers of the values in their ranges."""
-    total = prod(own.count for own in ranges)
+    total = prod(number.count for number in ranges)
     for place in Random(seed).sample(range(total), most):
         picks = []
-        for own in ranges:
-            place, k = divmod(place, own.count)
+        for number in ranges:
+            place, k = divmod(place, number.count)
             picks.append(k)
         yield tuple(picks)
 
@@ -142,8 +142,8 @@ def _judged(
     bound: float,
     refused: Refused,
 ) -> Chosen | None:
-    texts = {own.name: own.text(k) for own, k in zip(ranges, picks, strict=True)}
-    values = {own.name: own.value(k) for own, k in zip(ranges, picks, strict=True)}
+    texts = {number.name: number.text(k) for number, k in zip(ranges, picks, strict=True)}
+    values = {number.name: number.value(k) for number, k in zip(ranges, picks, strict=True)}
     try:
         result = solver(values)
     except AssemblyError:
@@ -160,12 +160,12 @@ def _judged(
         refused.unassembled[failed[0]["name"] if failed else "a pose"] += 1
         return None
     if result.fault or not np.isin(result.status, GOOD).all():
-        words = [str(own) for own in result.status if own not in GOOD]
+        words = [str(status) for status in result.status if status not in GOOD]
         refused.faults[words[0] if words else str(result.fault).splitlines()[0]] += 1
         return None
     least = transmission(result)
     if least and bound > 0:
-        joint = min(least, key=lambda own: least[own])
+        joint = min(least, key=lambda name: least[name])
         if least[joint] < bound:
             refused.below[joint] += 1
             refused.best = max(refused.best, least[joint])
@@ -177,7 +177,7 @@ def transmission(result: Any) -> dict[str, float]:
     """Return the least transmission angle [rad] of each dyad by its joint."""
     found = result.summary.get("transmission")
     if found:
-        return {joint: float(own["min"]) for joint, own in found.items()}
+        return {joint: float(angle["min"]) for joint, angle in found.items()}
     return {
         joint: float(np.nanmin(series["transmission_angle"]))
         for joint, series in result.joints.items()

@@ -25,8 +25,8 @@ def text(value: Any) -> str:
     if isinstance(value, str | int):
         return str(value)
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} = {text(own)}" for key, own in value.items())
-    return f"({'; '.join(text(own) for own in value)})"
+        return ", ".join(f"{key} = {text(inner)}" for key, inner in value.items())
+    return f"({'; '.join(text(inner) for inner in value)})"
 
 
 def in_turns(speed: float) -> tuple[float, str]:
@@ -53,11 +53,11 @@ def amount(value: Any, unit: str | None, say: Phrases) -> str:
 
 def facts(value: Value, skip: tuple[str, ...], say: Phrases) -> str:
     """Return what a link or a joint is given with, each number by its word and in its unit."""
-    units = {own.name: own.metadata.get("unit") for own in fields(value)}
+    units = {entry.name: entry.metadata.get("unit") for entry in fields(value)}
     found = given(value, skip=skip)
     if getattr(value, "straight", False):  # a guide has a direction, also that which is usual
         found = {"axis": getattr(value, "axis", 0.0)} | found
-    parts = [f"{say.kind(key)} = {amount(own, units.get(key), say)}" for key, own in found.items()]
+    parts = [f"{say.kind(key)} = {amount(v, units.get(key), say)}" for key, v in found.items()]
     return ", ".join(parts)
 
 

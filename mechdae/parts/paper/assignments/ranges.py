@@ -78,10 +78,10 @@ def ranges(problem: Problem, vary: Mapping[str, Sequence[Any]]) -> tuple[RoundRa
     if not isinstance(vary, Mapping) or not vary:
         raise InputError("name a number and its range", where="vary", hint="a = 0.1:0.2")
     found = tuple(_range(problem, str(name), ends) for name, ends in vary.items())
-    bases = [own.base for own in found]
-    for own in found:
-        if bases.count(own.base) > 1:
-            raise InputError("is varied twice", where=f"vary {own.base}")
+    bases = [varied.base for varied in found]
+    for varied in found:
+        if bases.count(varied.base) > 1:
+            raise InputError("is varied twice", where=f"vary {varied.base}")
     return found
 
 
@@ -92,7 +92,7 @@ def _range(problem: Problem, name: str, ends: Sequence[Any]) -> RoundRange:
         raise InputError(
             "low and high are needed, and a step if you like", where=where, hint="LOW:HIGH:STEP"
         )
-    low, high, *given = (_decimal(own, where) for own in ends)
+    low, high, *given = (_decimal(end, where) for end in ends)
     if not low < high:
         raise InputError(f"{low} is not below {high}", where=where, hint="LOW:HIGH")
     step = given[0] if given else _step(low, high)
@@ -122,7 +122,7 @@ def _step(low: Decimal, high: Decimal) -> Decimal:
     """Return a round step of at most a twentieth of a range."""
     most = (high - low) / FINEST
     power = Decimal(10) ** most.adjusted()
-    step = next(own * power for own in (5, 2, 1) if own * power <= most)
+    step = next(digit * power for digit in (5, 2, 1) if digit * power <= most)
     whole = low == low.to_integral_value() and high == high.to_integral_value()
     return max(step, Decimal(1)) if whole and high - low >= 5 else step
 

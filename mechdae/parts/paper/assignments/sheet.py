@@ -57,16 +57,18 @@ def sheet_sections(
     say
         Words of assignments, of reports, of explanations.
     """
-    own, report, told = say
+    words, report, told = say
     task = problem.tasks[subject.result.task]
     assert isinstance(task, Driven)
-    image = Image(diagram, own("caption"), 0.9)
+    image = Image(diagram, words("caption"), 0.9)
     return (
-        Section(own("given"), (_numbers(problem, chosen, drawn, own), _driver(subject, task, own))),
-        Section(own("diagram"), (image,)),
-        Section(own("parts"), tuple(_parts(problem, subject, own, told))),
-        Section(own("to do"), tuple(_wanted(subject, rows, own))),
-        Section(own("fill in"), (), tuple(_empty(subject, rows, report))),
+        Section(
+            words("given"), (_numbers(problem, chosen, drawn, words), _driver(subject, task, words))
+        ),
+        Section(words("diagram"), (image,)),
+        Section(words("parts"), tuple(_parts(problem, subject, words, told))),
+        Section(words("to do"), tuple(_wanted(subject, rows, words))),
+        Section(words("fill in"), (), tuple(_empty(subject, rows, report))),
     )
 
 
@@ -78,12 +80,12 @@ def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], sa
     values = problem.mechanism.values()
     units = parameter_units(problem.mechanism, problem.tasks.values())
     rows: list[tuple[str | Part, ...]] = []
-    lengths = [own.unit or "m" for own in drawn if units.get(own.base) == "m"] or ["mm"]
-    per = next((float(own.factor) for own in UNITS.values() if own.name == lengths[0]), 1.0)
-    for own in drawn:
-        unit = own.unit or _plain(units.get(own.base, ""))
-        rows.append((own.base, signed(chosen.texts[own.name]), say.unit(unit)))
-    known = {own.base for own in drawn}
+    lengths = [number.unit or "m" for number in drawn if units.get(number.base) == "m"] or ["mm"]
+    per = next((float(unit.factor) for unit in UNITS.values() if unit.name == lengths[0]), 1.0)
+    for number in drawn:
+        unit = number.unit or _plain(units.get(number.base, ""))
+        rows.append((number.base, signed(chosen.texts[number.name]), say.unit(unit)))
+    known = {number.base for number in drawn}
     for name in problem.mechanism.parameters:
         if name not in known:
             value, unit = values[name], units.get(name, "")
@@ -100,7 +102,7 @@ def _plain(unit: str) -> str:
 
 def _driver(subject: Subject, task: Driven, say: Phrases) -> Facts:
     values = subject.scene.mechanism.values()
-    texts = [_driven(subject, own, values, say) for own in task.all_drivers]
+    texts = [_driven(subject, driver, values, say) for driver in task.all_drivers]
     if isinstance(task, Reactions) and task.quasi_static:
         texts.append(say("quasi-static"))
     return Facts(((say("driver"), ("; ".join(texts),)),))

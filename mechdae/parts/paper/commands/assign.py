@@ -69,5 +69,5 @@ def _ranges(pairs: list[str]) -> dict[str, tuple[str, ...]]:
             raise InputError(f"'{pair}' is not NAME=LOW:HIGH", where="--vary")
         if name.strip() in found:
             raise InputError("is varied twice", where=f"--vary {name.strip()}")
-        found[name.strip()] = tuple(own.strip() for own in text.split(":"))
+        found[name.strip()] = tuple(part.strip() for part in text.split(":"))
     return found

@@ -6,18 +6,17 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mechdae.describe.file.atomic_write import whole_file
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.formulas import Document, Facts, Section
-from mechdae.draw.formulas.writers import as_data, as_html, as_text, as_typst
+from mechdae.draw.formulas.writers import as_data, as_text
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.forces import (
-    Balance,
+    BalanceOfLinks,
     driver_section,
     forces_section,
     power_section,
@@ -26,35 +25,18 @@ from mechdae.parts.paper.explanations.localised import localised
 from mechdae.parts.paper.explanations.motion import group_section
 from mechdae.parts.paper.explanations.plane_forces import PlaneBalance
 from mechdae.parts.paper.explanations.subject import KINDS, Subject
+from mechdae.parts.paper.paper import Paper
 from mechdae.parts.paper.phrases import Phrases
-from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 
 
-@dataclass(frozen=True)
-class Explanation:
-    """One pose on paper.
-
-    Parameters
-    ----------
-    document
-        Sections of formulas, tables and facts.
-    """
-
-    document: Document
+class Explanation(Paper):
+    """One pose on paper."""
 
     def text(self) -> str:
         """Return it as text for a terminal."""
         return as_text(self.document)
-
-    def html(self) -> str:
-        """Return it as one HTML file with MathML, without scripts or requests."""
-        return as_html(self.document)
-
-    def typ(self) -> str:
-        """Return it in the markup of Typst."""
-        return as_typst(self.document)
 
     def data(self) -> dict[str, Any]:
         """Return it as plain data: formulas as text, with their printed numbers."""
@@ -72,15 +54,10 @@ class Explanation:
         Path
             Where it is.
         """
-        with whole_file(Path(path)) as file:
-            file.write(getattr(self, form)().encode())
-        return Path(path)
+        return self._written(Path(path), form)
 
     def __str__(self) -> str:
         return self.text()
-
-    def _repr_html_(self) -> str:
-        return as_html(self.document, alone=False)
 
 
 def explain(
@@ -154,7 +131,7 @@ def first_task(problem: Problem, task: str | None) -> str:
         There is none, or the one asked for is of another kind.
     """
     if task is None:
-        able = [name for name, own in problem.tasks.items() if own.kind in KINDS]
+        able = [name for name, kind in problem.tasks.items() if kind.kind in KINDS]
         if not able:
             hint = f"kind = {' or '.join(KINDS)}"
             raise InputError("no task that can be explained", where="tasks", hint=hint)
@@ -170,8 +147,8 @@ def moving_task(problem: Problem, task: str | None, ends: bool = False) -> str:
 
     With ``ends`` only intervals whose ends are given count. Without any it is the first task.
     """
-    for name, own in problem.tasks.items() if task is None else ():
-        drivers = own.all_drivers if isinstance(own, Sweep) else ()
+    for name, moving in problem.tasks.items() if task is None else ():
+        drivers = moving.all_drivers if isinstance(moving, Sweep) else ()
         if drivers and all(one.at is None and not (ends and one.range) for one in drivers):
             return name
     return first_task(problem, task)
@@ -190,7 +167,7 @@ def _head(subject: Subject) -> Section:
     formula = result.summary.get("formula")
     if formula:
         rows.append((say("formula"), (formula,)))
-    values = [value_text(result, own, pose) for own in drivers_of(subject.scene, result)]
+    values = [value_text(result, driver, pose) for driver in drivers_of(subject.scene, result)]
     rows.append((say("drivers"), ("; ".join(values).replace("$", ""),)))
     rows.append((say("status"), (Words(say.lang).status(str(result.status[pose])),)))
     bounds = [
@@ -214,7 +191,7 @@ def _forces(subject: Subject, groups: list[tuple[str, tuple[str, ...]]], whole: 
     return Section(subject.say("forces"), (), tuple(parts))
 
 
-def _balance(subject: Subject) -> Balance:
+def _balance(subject: Subject) -> BalanceOfLinks:
     """Return what acts on the links, in the plane or in space."""
     if subject.result.mechanism.dimension == 2:
         return PlaneBalance(subject)

@@ -51,7 +51,7 @@ class ActingForce:
         return np.concatenate([self.force, self.moment])
 
 
-class Balance(ABC):
+class BalanceOfLinks(ABC):
     """What acts on the links of one pose; of a row of the result the forces come first."""
 
     axes: str
@@ -116,7 +116,8 @@ class Balance(ABC):
     @cached_property
     def size(self) -> float:
         """The largest reaction of the pose [N]."""
-        rows = [own["reaction"] for own in self.subject.result.joints.values() if "reaction" in own]
+        joints = self.subject.result.joints.values()
+        rows = [series["reaction"] for series in joints if "reaction" in series]
         sizes = [float(np.linalg.norm(row[self.pose][: len(self.axes)])) for row in rows]
         return max(filter(np.isfinite, sizes), default=0.0)
 
@@ -132,7 +133,7 @@ class Balance(ABC):
     def not_unique(self, body: str) -> list[str]:
         """Return the joints of a link whose reactions the equations do not determine."""
         joints = self.joints(body)
-        return [own.name for own in joints if not np.isfinite(self.reaction(own, body)).all()]
+        return [joint.name for joint in joints if not np.isfinite(self.reaction(joint, body)).all()]
 
     def reaction(self, joint: Joint, body: str) -> Floats:
         """Return force and moment of a joint on one of its bodies, about its second point."""
@@ -200,13 +201,13 @@ class Balance(ABC):
 # -- sections --------------------------------------------------------------------------------------
 
 
-def forces_section(balance: Balance, name: str, bodies: tuple[str, ...]) -> Section:
+def forces_section(balance: BalanceOfLinks, name: str, bodies: tuple[str, ...]) -> Section:
     """Return the equilibrium of each link of a group, and its reactions."""
     links = tuple(_link(balance, body) for body in reversed(bodies))
     return Section(balance.subject.say("forces of", name), (), links)
 
 
-def _link(balance: Balance, body: str) -> Section:
+def _link(balance: BalanceOfLinks, body: str) -> Section:
     say = balance.subject.say
     title = say("link", balance.subject.numbers[body], body)
     lost = balance.not_unique(body)
@@ -216,22 +217,23 @@ def _link(balance: Balance, body: str) -> Section:
     acting = balance.acting(body)
     if not acting:
         return Section(title, (Note((say("unloaded"),)),))
-    forces = [own for own in acting if np.any(own.force)]
+    forces = [force for force in acting if np.any(force.force)]
     blocks: list[Passage] = [Note((say("in sum"),))]
     if forces:
-        total = np.sum([own.force for own in forces], axis=0)
-        shown = columns(tuple(0 * total), *(tuple(own.force) for own in forces), unit="N")
-        blocks.append(Formula(Equation((Sum(tuple(own.letter for own in forces)), Number("0")))))
+        total = np.sum([force.force for force in forces], axis=0)
+        shown = columns(tuple(0 * total), *(tuple(force.force) for force in forces), unit="N")
+        letters = Sum(tuple(force.letter for force in forces))
+        blocks.append(Formula(Equation((letters, Number("0")))))
         gap = float(np.linalg.norm(total))
         blocks.append(Formula(Equation((Sum(shown[1:]), shown[0])), gap, "N"))
     blocks += [*balance.table_notes(body), _table(balance, body, acting), *_sizes(balance, body)]
     return Section(title, tuple(blocks))
 
 
-def _table(balance: Balance, body: str, acting: list[ActingForce]) -> Grid:
+def _table(balance: BalanceOfLinks, body: str, acting: list[ActingForce]) -> Grid:
     """Return the table of forces and moments with their sums."""
     say, first = balance.subject.say, len(balance.axes)
-    table = np.array([own.row for own in acting])
+    table = np.array([force.row for force in acting])
     total = table.sum(axis=0)
     moments = table.shape[1] - first
     reach = [1.0] * first + [balance.mechanism.scale] * moments
@@ -246,7 +248,7 @@ def _table(balance: Balance, body: str, acting: list[ActingForce]) -> Grid:
         return tuple(Number(rounded(float(value), *style), style[1]) for value, style in pairs)
 
     rows: list[tuple[str | Part, ...]] = [
-        (own.letter, own.at, *cells(row)) for own, row in zip(acting, table, strict=True)
+        (force.letter, force.at, *cells(row)) for force, row in zip(acting, table, strict=True)
     ]
     rows.append((say("sum"), "", *cells(total)))
     heads = [f"F {axis}, {say.unit('N')}" for axis in balance.axes]
@@ -254,7 +256,7 @@ def _table(balance: Balance, body: str, acting: list[ActingForce]) -> Grid:
     return Grid((say("acts"), say("at"), *heads), tuple(rows))
 
 
-def _sizes(balance: Balance, body: str) -> Iterator[Passage]:
+def _sizes(balance: BalanceOfLinks, body: str) -> Iterator[Passage]:
     """Yield sizes of the reactions in which the link is the second body, their friction."""
     subject, rows = balance.subject, []
     for joint in balance.joints(body):
@@ -273,7 +275,7 @@ def spliced(text: str, *parts: Part) -> list[str | Part]:
     found: list[str | Part] = [pieces[0]]
     for part, piece in zip(parts, pieces[1:], strict=True):
         found += [part, piece]
-    return [own for own in found if own != ""]
+    return [piece for piece in found if piece != ""]
 
 
 def driver_section(subject: Subject) -> Section:
@@ -286,7 +288,7 @@ def driver_section(subject: Subject) -> Section:
     return Section(subject.say("effort"), (Facts(tuple(rows)),))
 
 
-def power_section(balance: Balance) -> Section | None:
+def power_section(balance: BalanceOfLinks) -> Section | None:
     """Return the balance of powers, which no reaction is in; None without speeds."""
     powers, subject = balance.powers(), balance.subject
     if powers is None:

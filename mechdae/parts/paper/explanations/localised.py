@@ -23,7 +23,7 @@ def localised(document: Document) -> Document:
 
 def _with_units(node: Any) -> Any:
     if isinstance(node, tuple):
-        return tuple(_with_units(own) for own in node)
+        return tuple(_with_units(inner) for inner in node)
     if isinstance(node, Number):
         return replace(node, digits=_comma(node.digits), unit=unit_in_russian(node.unit))
     if isinstance(node, Column):
@@ -35,7 +35,7 @@ def _with_units(node: Any) -> Any:
         return Wording(unit_in_russian(node.text))
     if not is_dataclass(node) or isinstance(node, type):
         return node
-    found = {own.name: getattr(node, own.name) for own in fields(node)}
+    found = {entry.name: getattr(node, entry.name) for entry in fields(node)}
     changed = {
         name: _with_units(value)
         for name, value in found.items()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import degrees
 
 import numpy as np
@@ -39,12 +39,26 @@ SLIDES = {"velocity": ("ṡ", "slide_velocity"), "acceleration": ("s̈", "slide_
 
 def group_section(subject: Subject, name: str, bodies: tuple[str, ...]) -> Section:
     """Return what there is to say of the motion of one group."""
+    facts, positions = _facts(subject, bodies), _positions(subject, bodies)
+    return motion_section(
+        subject, name, facts, positions, lambda word: _rates(subject, word, bodies)
+    )
+
+
+def motion_section(
+    subject: Subject,
+    name: str,
+    facts: Iterable[tuple[str, tuple[str, ...]]],
+    positions: Iterable[Passage],
+    rates: Callable[[str], Iterable[Passage]],
+) -> Section:
+    """Return the section of a group: facts, positions, velocities and accelerations."""
     say = subject.say
-    parts = [Section(say("positions"), tuple(_positions(subject, bodies)))]
+    parts = [Section(say("positions"), tuple(positions))]
     for word, title in (("velocity", "velocities"), ("acceleration", "accelerations")):
-        if word in subject.relations:
-            parts.append(Section(say(title), tuple(_rates(subject, word, bodies))))
-    head = Facts(tuple((key, parts) for key, parts in _facts(subject, bodies) if any(parts)))
+        if word in subject.rated:
+            parts.append(Section(say(title), tuple(rates(word))))
+    head = Facts(tuple((key, texts) for key, texts in facts if any(texts)))
     return Section(say("group", name) if name else say("mechanism"), (head,), tuple(parts))
 
 
@@ -53,7 +67,7 @@ def facts_of(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[str, t
     say, mechanism = subject.say, subject.scene.mechanism
     yield say("links"), (", ".join(subject.title(body) for body in bodies),)
     met = set(bodies)
-    order = {body: k for k, (_, own) in enumerate(subject.groups) for body in own} | {GROUND: -1}
+    order = subject.order
     mine = max((order[body] for body in bodies), default=0)
     inside, outer, wheels = [], [], list[str]()
     for joint in mechanism.joints.values():
@@ -153,7 +167,7 @@ def solved_values(subject: Subject, rows: Iterator[tuple[Part, Part]]) -> Iterat
 
 def joints_of(subject: Subject, bodies: tuple[str, ...]) -> list[str]:
     """Return the joints that the group brings: of its bodies with it or with earlier ones."""
-    order = {body: k for k, (_, own) in enumerate(subject.groups) for body in own} | {GROUND: -1}
+    order = subject.order
     mine = max((order[body] for body in bodies), default=0)
     return [
         joint.name
@@ -164,7 +178,7 @@ def joints_of(subject: Subject, bodies: tuple[str, ...]) -> list[str]:
 
 
 def group_of(subject: Subject, body: str) -> tuple[str, ...]:
-    return next(own for _, own in subject.groups if body in own)
+    return next(members for _, members in subject.groups if body in members)
 
 
 # -- rates -------------------------------------------------------------------------------------
@@ -221,7 +235,7 @@ def _meshed(subject: Subject, name: str, word: str) -> Iterator[Formula]:
     index = [
         (mark,) if carrier == GROUND else (f"{mark},{subject.numbers[carrier]}",) for mark in marks
     ]
-    letters = [Letter(symbol, own) for own in index]
+    letters = [Letter(symbol, mark) for mark in index]
     if carrier != GROUND:
         for letter, mark, spin in zip(letters, marks, (first, second), strict=True):
             whole, shown = numbers(spin, -base, unit=unit), number(spin - base, unit)
@@ -264,8 +278,8 @@ def _line(subject: Subject, relation: Relation, term: Term) -> str:
         case "relative" | "tangential":
             return say("across", arm)
         case "normal":
-            ends = (own.replace("_", "") for own in (relation.end.letter, relation.start.letter))
-            return say("from to", *ends)
+            start = relation.start.letter.replace("_", "")
+            return say("from to", relation.end.letter.replace("_", ""), start)
         case "sliding":
             return say("along", relation.body)
         case "coriolis":

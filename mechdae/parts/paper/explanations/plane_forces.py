@@ -11,12 +11,12 @@ from mechdae.describe.joints import Joint
 from mechdae.draw.formulas import Letter, Part
 from mechdae.draw.formulas.tree import number
 from mechdae.draw.plans.forces import BodyForces
-from mechdae.parts.paper.explanations.forces import ActingForce, Balance, spliced
+from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks, spliced
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.types import Floats
 
 
-class PlaneBalance(Balance):
+class PlaneBalance(BalanceOfLinks):
     """What acts on the links of one pose: forces (2,), moments (1,)."""
 
     axes = "xy"

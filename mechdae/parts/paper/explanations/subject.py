@@ -46,13 +46,20 @@ class Subject:
     def groups(self) -> list[tuple[str, tuple[str, ...]]]:
         """Assur groups in the order of the computation: name and bodies that are placed."""
         listed = self.result.summary.get("groups")
-        every = [(own["name"], tuple(own["bodies"])) for own in listed or ()]
+        every = [(group["name"], tuple(group["bodies"])) for group in listed or ()]
         every = every or [("", tuple(self.scene.mechanism.bodies))]
         shown = [
             (name, tuple(body for body in bodies if self.scene.shown(body, self.pose)))
             for name, bodies in every
         ]
         return [(name, bodies) for name, bodies in shown if bodies]
+
+    @cached_property
+    def order(self) -> dict[str, int]:
+        """The number of each body's group in the order of the computation, -1 of the ground."""
+        return {body: k for k, (_, group) in enumerate(self.groups) for body in group} | {
+            GROUND: -1
+        }
 
     def group(self, wanted: str | None) -> list[tuple[str, tuple[str, ...]]]:
         """Return all groups, or the one of that name or beginning of a name.
@@ -64,15 +71,15 @@ class Subject:
         """
         if wanted is None:
             return self.groups
-        exact = [own for own in self.groups if own[0] == wanted]
-        found = exact or [own for own in self.groups if wanted and own[0].startswith(wanted)]
+        exact = [group for group in self.groups if group[0] == wanted]
+        found = exact or [group for group in self.groups if wanted and group[0].startswith(wanted)]
         if len(found) != 1:
             raise UnknownName("group", wanted, [name for name, _ in self.groups])
         return found
 
     def _rated(self, word: str) -> bool:
         series = self.result.points.values()
-        return any(word in own and np.isfinite(own[word][self.pose]).all() for own in series)
+        return any(word in rates and np.isfinite(rates[word][self.pose]).all() for rates in series)
 
     @property
     def rated(self) -> tuple[str, ...]:

@@ -7,22 +7,20 @@ from pathlib import Path
 from typing import Any
 
 from mechdae import __version__
-from mechdae.describe.file.atomic_write import whole_file
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
 from mechdae.draw.formulas import Document, Image, Passage, Section
-from mechdae.draw.formulas.writers import as_html, as_typst
 from mechdae.errors import InputError, UnavailableError
 from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.explain import moving_task
 from mechdae.parts.paper.explanations.localised import localised
 from mechdae.parts.paper.explanations.subject import Subject
+from mechdae.parts.paper.paper import Paper
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
-from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 
@@ -35,25 +33,8 @@ PLAN = (1.0, 0.85)
 ENDINGS = (".html", ".typ", ".pdf")
 
 
-@dataclass(frozen=True)
-class Report:
-    """A report; `save` writes it as HTML, Typst or PDF.
-
-    Parameters
-    ----------
-    document
-        Its sections.
-    """
-
-    document: Document
-
-    def html(self) -> str:
-        """Return it as one HTML file with its pictures in it, without scripts or requests."""
-        return as_html(self.document)
-
-    def typ(self) -> str:
-        """Return it in the markup of Typst, with its pictures in it."""
-        return as_typst(self.document)
+class Report(Paper):
+    """A report; `save` writes it as HTML, Typst or PDF."""
 
     def pdf(self) -> bytes:
         """Return it as PDF.
@@ -90,14 +71,7 @@ class Report:
         """
         target = Path(path)
         writable(target)
-        form = target.suffix[1:]
-        content: str | bytes = getattr(self, form)()
-        with whole_file(target) as file:
-            file.write(content.encode("utf-8") if isinstance(content, str) else content)
-        return target
-
-    def _repr_html_(self) -> str:
-        return as_html(self.document, alone=False)
+        return self._written(target, target.suffix[1:])
 
 
 def writable(target: Path) -> None:

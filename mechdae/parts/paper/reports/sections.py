@@ -51,17 +51,17 @@ def structure_of(problem: Problem, subject: Subject, say: Phrases) -> Section:
     rows += [(say("formula"), (formula,))] if formula else []
     blocks: list[Passage] = [Facts(tuple(rows))]
     drivers = list(subject.result.drivers)
-    groups = [own.get("groups") for own in found["formulas"] if own["drivers"] == drivers]
+    groups = [one.get("groups") for one in found["formulas"] if one["drivers"] == drivers]
     if groups and groups[0]:
         heads = (say("group"), say("class"), say("links"), say("joints"))
         lines = [
             (
-                own["name"],
-                f"{own['class']}, {own['order']}" if own["class"] else "–",
-                ", ".join(own["bodies"]),
-                ", ".join(own["joints"]),
+                group["name"],
+                f"{group['class']}, {group['order']}" if group["class"] else "–",
+                ", ".join(group["bodies"]),
+                ", ".join(group["joints"]),
             )
-            for own in groups[0]
+            for group in groups[0]
         ]
         blocks.append(Grid(heads, tuple(lines)))
     return Section(say("structure"), tuple(blocks))
@@ -127,5 +127,5 @@ def checks(result: Result, subject: Subject, say: Phrases) -> Section:
     for word in ("assumptions", "notes"):
         entries = result.summary.get(word)
         if entries:
-            rows.append((say(word), ("; ".join(str(own) for own in entries),)))
+            rows.append((say(word), ("; ".join(str(text) for text in entries),)))
     return Section(say("checks"), (Facts(tuple(rows)),))

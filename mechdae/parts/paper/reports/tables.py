@@ -50,17 +50,17 @@ def grids(first: Sequence[str], head: str, columns: Sequence[TableColumn]) -> It
         chosen = columns[k : k + WIDEST]
         heads: list[str | Part] = [head]
         cells: list[list[str | Part]] = []
-        for own in chosen:
-            heads.append(_head(own))
-            values = [float(value) for value in own.values]
+        for shown in chosen:
+            heads.append(_head(shown))
+            values = [float(value) for value in shown.values]
             style = decimals(*[value for value in values if np.isfinite(value)])
             cells.append([_cell(value, style) for value in values])
         rows = tuple((first[i], *(column[i] for column in cells)) for i in range(len(first)))
         yield Grid(tuple(heads), rows)
 
 
-def _head(own: TableColumn) -> Part:
-    return Listed((own.letter, Wording(own.unit))) if own.unit else own.letter
+def _head(column: TableColumn) -> Part:
+    return Listed((column.letter, Wording(column.unit))) if column.unit else column.letter
 
 
 def _cell(value: float, style: tuple[int, int]) -> str | Part:
@@ -218,11 +218,11 @@ def _moving(subject: Subject, order: int = 0) -> Iterator[tuple[Letter, bool, li
             yield letter, True, [series[name] for name in names]
     for name, series in result.joints.items():
         names = ("slide", "slide_velocity", "slide_acceleration")[: order + 1]
-        if f"{name}.slide" in result.drivers or any(own not in series for own in names):
+        if f"{name}.slide" in result.drivers or any(name not in series for name in names):
             continue
         travel = np.asarray(series["slide"], dtype=float)
         if np.nanmax(travel) - np.nanmin(travel) > 1e-12 * mechanism.scale:
-            yield Letter("s", (name,)), False, [series[own] for own in names]
+            yield Letter("s", (name,)), False, [series[name] for name in names]
 
 
 def _coordinates(subject: Subject, order: int) -> Iterator[tuple[Letter, bool, list[Any]]]:
@@ -240,4 +240,4 @@ def _coordinates(subject: Subject, order: int) -> Iterator[tuple[Letter, bool, l
             values = np.asarray(series[word], dtype=float)
             span = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
             if span > 1e-12 * (1.0 if angle else mechanism.scale):
-                yield coordinate_letter(name, word), angle, [series[own] for own in names]
+                yield coordinate_letter(name, word), angle, [series[name] for name in names]

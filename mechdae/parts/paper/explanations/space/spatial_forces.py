@@ -14,12 +14,12 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints import Joint
 from mechdae.draw.formulas import Letter, Note, Part
 from mechdae.draw.formulas.tree import number
-from mechdae.parts.paper.explanations.forces import ActingForce, Balance, spliced
+from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks, spliced
 from mechdae.parts.paper.explanations.space.spatial_subject import SpatialSubject
 from mechdae.types import Floats
 
 
-class SpatialBalance(Balance):
+class SpatialBalance(BalanceOfLinks):
     """What acts on the links of one pose: forces and moments (3,)."""
 
     subject: SpatialSubject
@@ -163,7 +163,7 @@ class SpatialBalance(Balance):
         result, pose = self.subject.result, self.pose
         loads = inertia = 0.0
         for body in self.mechanism.bodies:
-            rows = [own[body][pose] for own in result.loads.values() if body in own]
+            rows = [wrenches[body][pose] for wrenches in result.loads.values() if body in wrenches]
             if not self.scene.shown(body, pose) or (not rows and not self.mass(body)):
                 continue
             spin, speed = self.subject.spin(body), self.rate_at(body, self.base(body), "velocity")

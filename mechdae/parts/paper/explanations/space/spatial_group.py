@@ -9,7 +9,6 @@ import numpy as np
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
 from mechdae.draw.formulas import (
     Column,
     Equation,
@@ -79,8 +78,8 @@ def in_numbers(
     if len(plain(line)) <= WIDEST:
         return Formula(line, gap, unit)
     rows = tuple(
-        (letter, *(Number(digits, own.power) for digits in own.digits))
-        for letter, own in zip((*letters, left), (*shown[1:], shown[0]), strict=True)
+        (letter, *(Number(digits, column.power) for digits in column.digits))
+        for letter, column in zip((*letters, left), (*shown[1:], shown[0]), strict=True)
     )
     return Grid((Wording(unit), "x", "y", "z"), rows)
 
@@ -98,21 +97,20 @@ class SpatialGroup:
     def _arms(self, body: str) -> Iterator[tuple[str, str]]:
         """Yield pairs of points of a link: the one it is known by, others that are sought."""
         scene, pose = self.subject.scene, self.subject.pose
-        order = {b: k for k, (_, own) in enumerate(self.subject.groups) for b in own}
-        order[GROUND] = -1
+        order = self.subject.order
         group = group_of(self.subject, body)
 
         def rank(reference: str) -> int:
             others = self._others(reference) - set(group)
             return min((order.get(other, len(order)) for other in others), default=len(order))
 
-        own = [ref for ref in scene.points(body) if np.isfinite(scene.place(ref, pose)).all()]
-        if len(own) < 2:
+        placed = [ref for ref in scene.points(body) if np.isfinite(scene.place(ref, pose)).all()]
+        if len(placed) < 2:
             return
-        base = min(own, key=rank)
+        base = min(placed, key=rank)
         bars = {ref for joint in self.joints if joint.bar for ref in (joint.first, joint.second)}
-        met = [ref for ref in own if ref in bars or self._others(ref) & set(group)]
-        far = [ref for ref in own if self._apart(ref, base)]
+        met = [ref for ref in placed if ref in bars or self._others(ref) & set(group)]
+        far = [ref for ref in placed if self._apart(ref, base)]
         ends = [ref for ref in met if ref in far] or far[:1]
         for k, end in enumerate(ends):
             if all(self._apart(end, other) for other in ends[:k]):
@@ -171,9 +169,9 @@ class SpatialGroup:
         if joint.pointer and word == "position":
             values.setdefault("length", self.long(joint))
         ways, found = self.directions(joint), list[Addend]()
-        for own, value in values.items():
-            if own in ways and own in ("slide", "x", "y", "length") and not joint.coincide:
-                (letter, axis), symbol = ways[own], coordinate_letter(joint.name, own, word)
+        for name, value in values.items():
+            if name in ways and name in ("slide", "x", "y", "length") and not joint.coincide:
+                (letter, axis), symbol = ways[name], coordinate_letter(joint.name, name, word)
                 found.append(Addend(Product((symbol, letter)), value * axis))
         return found
 
@@ -194,7 +192,7 @@ class SpatialGroup:
         """Return the direction of a vector, or its rate, by elevation and azimuth."""
         numbers = self.subject.scene.numbers
         values = self.values(joint, "position")
-        e, a = (values.get(own, numbers.get(f"{joint.name}.{own}", np.nan)) for own in ANGLES)
+        e, a = (values.get(angle, numbers.get(f"{joint.name}.{angle}", np.nan)) for angle in ANGLES)
         speeds, gains = self.values(joint, "velocity"), self.values(joint, "acceleration")
         de, da = (speeds.get(angle, 0.0) for angle in ANGLES)
         dde, dda = (gains.get(angle, 0.0) for angle in ANGLES)
@@ -221,7 +219,7 @@ class SpatialGroup:
             ends = [subject.scene.place(ref, subject.pose) for ref in (start, end)]
         if ends[0] is None or ends[1] is None:
             return
-        left, first = (Letter(symbol, (own,), vector=True) for own in names[::-1])
+        left, first = (Letter(symbol, (name,), vector=True) for name in names[::-1])
         yield from self.equation(left, ends[1], [Addend(first, ends[0]), *terms], unit)
 
     def equation(
@@ -229,18 +227,18 @@ class SpatialGroup:
     ) -> Iterator[Passage]:
         """Yield left = sum of terms in letters, then in numbers; terms that vanish are left out."""
         still = STILL * self.size(left.text)
-        moving = [own for own in terms if float(np.linalg.norm(own.vector)) > still]
+        moving = [term for term in terms if float(np.linalg.norm(term.vector)) > still]
         if not moving:
             return
         value = np.where(np.abs(value) > still, value, 0.0)
-        gap = float(np.linalg.norm(np.sum([own.vector for own in moving], axis=0) - value))
+        gap = float(np.linalg.norm(np.sum([term.vector for term in moving], axis=0) - value))
         if len(moving) == 1:
             shown = columns(tuple(value), unit=unit)
             yield Formula(Equation((left, moving[0].letter, *shown)), gap, unit)
             return
-        shown = columns(tuple(value), *(tuple(own.vector) for own in moving), unit=unit)
-        yield Formula(Equation((left, Sum(tuple(own.letter for own in moving)))))
-        yield in_numbers(left, tuple(own.letter for own in moving), shown, gap, unit)
+        shown = columns(tuple(value), *(tuple(term.vector) for term in moving), unit=unit)
+        yield Formula(Equation((left, Sum(tuple(term.letter for term in moving)))))
+        yield in_numbers(left, tuple(term.letter for term in moving), shown, gap, unit)
 
     def size(self, symbol: str) -> float:
         """Return the largest vector of a kind in the pose, or what turning makes of lengths."""
@@ -253,7 +251,7 @@ class SpatialGroup:
         if symbol == "r":
             return scale
         spins = [subject.spin(body) for body in self.mechanism.bodies]
-        spin = max((float(np.linalg.norm(own)) for own in spins if own is not None), default=0.0)
+        spin = max((float(np.linalg.norm(rate)) for rate in spins if rate is not None), default=0.0)
         order = 1 if symbol in ("v", "ω") else 2
         if symbol in ("ω", "ε"):
             word = {"ω": "velocity", "ε": "acceleration"}[symbol]
@@ -261,17 +259,17 @@ class SpatialGroup:
             reach = spin**order
         else:
             word = {"v": "velocity", "a": "acceleration"}[symbol]
-            rates = [subject.rate(own, word) for own in subject.result.points]
+            rates = [subject.rate(point, word) for point in subject.result.points]
             reach = spin**order * scale
-        sizes = [float(np.linalg.norm(own)) for own in rates if own is not None]
+        sizes = [float(np.linalg.norm(rate)) for rate in rates if rate is not None]
         return max([reach, *sizes])
 
     def found(self, word: str) -> Iterator[tuple[Part, Part]]:
         """Yield the coordinates of the group's joints, or their rates."""
         for joint in self.joints:
-            for own, value in self.values(joint, word).items():
+            for name, value in self.values(joint, word).items():
                 if np.isfinite(value):
-                    angle = coordinate(self.mechanism, f"{joint.name}.{own}").is_angle
+                    angle = coordinate(self.mechanism, f"{joint.name}.{name}").is_angle
                     unit = UNITS[angle][word]
                     shown = (degrees(value), "°") if unit == "rad" else (value, unit)
-                    yield coordinate_letter(joint.name, own, word), number(*shown, 8)
+                    yield coordinate_letter(joint.name, name, word), number(*shown, 8)

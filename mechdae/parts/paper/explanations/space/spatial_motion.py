@@ -16,7 +16,6 @@ import numpy as np
 
 from mechdae.draw.formulas import (
     Equation,
-    Facts,
     Formula,
     Letter,
     Norm,
@@ -26,7 +25,7 @@ from mechdae.draw.formulas import (
     Sum,
 )
 from mechdae.draw.formulas.tree import columns, number
-from mechdae.parts.paper.explanations.motion import facts_of, solved_values
+from mechdae.parts.paper.explanations.motion import facts_of, motion_section, solved_values
 from mechdae.parts.paper.explanations.space.spatial_group import SYMBOL, SpatialGroup, in_numbers
 from mechdae.parts.paper.explanations.space.spatial_rates import SpatialRates
 from mechdae.parts.paper.explanations.space.spatial_subject import SpatialSubject
@@ -34,17 +33,14 @@ from mechdae.parts.paper.explanations.space.spatial_subject import SpatialSubjec
 
 def spatial_group_section(subject: SpatialSubject, name: str, bodies: tuple[str, ...]) -> Section:
     """Return what there is to say of the motion of one group."""
-    say = subject.say
-    group = SpatialGroup(subject, bodies)
-    parts = [Section(say("positions"), tuple(_positions(group)))]
-    for word, title in (("velocity", "velocities"), ("acceleration", "accelerations")):
-        if word in subject.rated:
-            passages = tuple(SpatialRates(group, word).passages()) or (Note((say("no relation"),)),)
-            parts.append(Section(say(title), passages))
+    say, group = subject.say, SpatialGroup(subject, bodies)
     sought = ", ".join(f"{_plain(word)} ({joint})" for joint, word in group.sought())
     facts = [*facts_of(subject, bodies), (say("sought"), (sought,))]
-    head = Facts(tuple((key, texts) for key, texts in facts if any(texts)))
-    return Section(say("group", name) if name else say("mechanism"), (head,), tuple(parts))
+
+    def rates(word: str) -> tuple[Passage, ...]:
+        return tuple(SpatialRates(group, word).passages()) or (Note((say("no relation"),)),)
+
+    return motion_section(subject, name, facts, _positions(group), rates)
 
 
 def _plain(word: str) -> str:
@@ -81,7 +77,7 @@ def _closure(subject: SpatialSubject, start: str, end: str) -> Iterator[Passage]
     arm = two - one
     if turn is not None:
         arm = turn @ (scene.local(end) - scene.local(start))
-    first, second = (Letter("r", (own,), vector=True) for own in names)
+    first, second = (Letter("r", (name,), vector=True) for name in names)
     shown = columns(tuple(two), tuple(one), tuple(arm), unit="m")
     terms = (first, Letter("r", names[::-1], vector=True))
     yield Formula(Equation((second, Sum(terms))))

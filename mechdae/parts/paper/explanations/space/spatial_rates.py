@@ -88,18 +88,18 @@ class SpatialRates:
         rates = subject.rates_of_joint(joint.name, "velocity")
         gains = subject.rates_of_joint(joint.name, self.word)
         ways = {
-            w: own for w, own in self.group.directions(joint).items() if w in ("angle", "angle2")
+            w: way for w, way in self.group.directions(joint).items() if w in ("angle", "angle2")
         }
         if one is None or two is None or base is None or top is None or set(ways) - set(gains):
             return
         terms = [Addend(self._link(symbol, first), one)]
-        for own, (letter, axis) in ways.items():
-            rate = Product((coordinate_letter(joint.name, own, self.word), letter))
-            terms.append(Addend(rate, gains[own] * axis))
+        for name, (letter, axis) in ways.items():
+            rate = Product((coordinate_letter(joint.name, name, self.word), letter))
+            terms.append(Addend(rate, gains[name] * axis))
             if self.word == "acceleration":
-                rate = Product((coordinate_letter(joint.name, own, "velocity"), letter))
-                carrier, spin = (first, base) if own == "angle" else (second, top)
-                turned = np.cross(spin, rates[own] * axis)
+                rate = Product((coordinate_letter(joint.name, name, "velocity"), letter))
+                carrier, spin = (first, base) if name == "angle" else (second, top)
+                turned = np.cross(spin, rates[name] * axis)
                 terms.append(Addend(Cross(self._link("ω", carrier), rate), turned))
         if second in self.group.bodies:
             known.add(second)
@@ -145,7 +145,7 @@ class SpatialRates:
             return
         (symbol, unit), index = POINT[self.word], subject.named_apart(start, end)[::-1]
         letter = Letter(symbol, index, vector=True)
-        left, first = (Letter(symbol, (own,), vector=True) for own in index)
+        left, first = (Letter(symbol, (name,), vector=True) for name in index)
         rate: Array = two - one
         if one.any():
             yield Formula(Equation((letter, Sum((left, Less(first))))))
@@ -171,19 +171,19 @@ class SpatialRates:
         if not seen or spins is None or turning is None:
             return
         names = self.subject.named_apart(joint.first, joint.second)
-        arm = np.sum([own.vector for own in self.group.slid(joint)], axis=0)
+        arm = np.sum([term.vector for term in self.group.slid(joint)], axis=0)
         terms = self._borne(body, spins, Letter("r", names[::-1], vector=True), arm)
         if self.word == "acceleration":
-            for own in self.group.slid(joint, "velocity"):
-                twice = Product((Number("2"), Cross(self._link("ω", body), own.letter)))
-                terms.append(Addend(twice, 2 * np.cross(turning, own.vector)))
+            for term in self.group.slid(joint, "velocity"):
+                twice = Product((Number("2"), Cross(self._link("ω", body), term.letter)))
+                terms.append(Addend(twice, 2 * np.cross(turning, term.vector)))
         symbol, unit = POINT[self.word]
         terms += seen
         yield from self.group.between(symbol, joint.first, joint.second, terms, unit, self.word)
 
     def _pointing(self, joint: Joint) -> Iterator[Passage]:
         """Yield the rate of the head of a vector of a loop by that of its tail."""
-        turned = [Letter("e" + DOTS[own], (joint.name,), vector=True) for own in POINT]
+        turned = [Letter("e" + DOTS[order], (joint.name,), vector=True) for order in POINT]
         length = coordinate_letter(joint.name, "length")
         terms = self.group.slid(joint, self.word)
         if self.word == "velocity":
@@ -204,10 +204,10 @@ class SpatialRates:
         """Yield the ratio of the rates of two wheels about their axes, relative to the carrier."""
         carrier = getattr(joint, "carrier", None) or GROUND
         pins = [self._pin(carrier, wheel) for wheel in (joint.first_body, joint.second_body)]
-        if any(own is None for own in pins):
+        if any(pin is None for pin in pins):
             return
         letters, rates = list[Part](), list[float]()
-        for pin in (own for own in pins if own is not None):
+        for pin in (pin for pin in pins if pin is not None):
             rate = self.subject.rates_of_joint(pin.name, self.word).get("angle", np.nan)
             letter = coordinate_letter(pin.name, "angle", self.word)
             away = pin.first_body == carrier
