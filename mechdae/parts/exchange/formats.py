@@ -91,11 +91,11 @@ def places(path: str | Path, files: Mapping[str, str], overwrite: bool) -> list[
     if not target.parent.is_dir():
         raise InputError("no such folder", where=str(target.parent))
     targets = [target.with_name(target.name + ending) for ending in files]
-    for own in targets:
-        if own.is_dir():
-            raise InputError("is a folder", where=str(own))
-        if own.exists() and not overwrite:
-            raise InputError("exists already", where=str(own), hint="another name, or --overwrite")
+    for file in targets:
+        if file.is_dir():
+            raise InputError("is a folder", where=str(file))
+        if file.exists() and not overwrite:
+            raise InputError("exists already", where=str(file), hint="another name, or --overwrite")
     return targets
 
 

@@ -34,17 +34,17 @@ class AsmtNode:
 
     def get(self, key: str) -> AsmtNode | None:
         """Return the part of that key, None without one."""
-        return next((own for own in self.children if own.text == key), None)
+        return next((child for child in self.children if child.text == key), None)
 
     def word(self, key: str) -> str:
         """Return the text below a key, "" without one."""
-        own = self.get(key)
-        return own.children[0].text if own is not None and own.children else ""
+        part = self.get(key)
+        return part.children[0].text if part is not None and part.children else ""
 
     def parts(self, key: str) -> list[AsmtNode]:
         """Return the parts below a key."""
-        own = self.get(key)
-        return own.children if own is not None else []
+        part = self.get(key)
+        return part.children if part is not None else []
 
 
 @dataclass(frozen=True)
@@ -151,9 +151,9 @@ def _tree(path: Path) -> AsmtNode:
             break
         if level > len(open_nodes):
             raise ProblemFileError("indented too far", where=f"{path}: line {number}")
-        own = AsmtNode(line.strip(), number)
-        open_nodes[level - 1].children.append(own)
-        open_nodes[level:] = [own]
+        node = AsmtNode(line.strip(), number)
+        open_nodes[level - 1].children.append(node)
+        open_nodes[level:] = [node]
     return root
 
 
@@ -168,10 +168,10 @@ def _row(node: AsmtNode, count: int) -> Any:
 
 
 def _value(node: AsmtNode, key: str) -> float:
-    own = node.get(key)
-    if own is None or not own.children:
+    part = node.get(key)
+    if part is None or not part.children:
         raise _Wrong(f"{key} is missing", node)
-    return float(_row(own.children[0], 1)[0])
+    return float(_row(part.children[0], 1)[0])
 
 
 def _frame(node: AsmtNode) -> AsmtFrame:
@@ -202,7 +202,7 @@ def _rounded(root: AsmtNode) -> Iterator[str]:
         todo += node.children
         if node.text == "RotationMatrix":
             found.append((_off(np.array([_row(row, 3) for row in node.children])), node.line))
-    off = [own for own in found if own[0] > ROUNDED]
+    off = [turn for turn in found if turn[0] > ROUNDED]
     if off:
         worst, line = max(off)
         yield (
@@ -214,7 +214,7 @@ def _rounded(root: AsmtNode) -> Iterator[str]:
 def _markers(node: AsmtNode) -> dict[str, AsmtFrame]:
     """Return the markers of a part in its frame, those of curves and surfaces too."""
     found = {}
-    for point in (own for key in REFERENCES for own in node.parts(key)):
+    for point in (point for key in REFERENCES for point in node.parts(key)):
         around = _frame(point)
         for marker in point.parts("Markers"):
             found[_named(marker)] = _frame(marker).inside(around)
@@ -229,11 +229,11 @@ def _named(node: AsmtNode) -> str:
 
 
 def _mass(node: AsmtNode) -> tuple[float, AsmtFrame, Any] | None:
-    own = node.get("PrincipalMassMarker")
-    if own is None or own.get("Mass") is None:
+    marker = node.get("PrincipalMassMarker")
+    if marker is None or marker.get("Mass") is None:
         return None
-    moments = own.parts("MomentOfInertias")
-    return _value(own, "Mass"), _frame(own), _row(moments[0], 3) if moments else np.zeros(3)
+    moments = marker.parts("MomentOfInertias")
+    return _value(marker, "Mass"), _frame(marker), _row(moments[0], 3) if moments else np.zeros(3)
 
 
 def _assembly(root: AsmtNode) -> AsmtAssembly:
@@ -241,10 +241,10 @@ def _assembly(root: AsmtNode) -> AsmtAssembly:
     _frame(root)  # nothing depends on it, but it has to be one
     parts = {}
     for node in root.parts("Parts"):
-        own = AsmtPart(_named(node), _frame(node), _markers(node), _mass(node))
-        if own.name in parts:
-            raise _Wrong(f"two parts are called {own.name}", node)
-        parts[own.name] = own
+        read = AsmtPart(_named(node), _frame(node), _markers(node), _mass(node))
+        if read.name in parts:
+            raise _Wrong(f"two parts are called {read.name}", node)
+        parts[read.name] = read
     sets = root.get("ConstraintSets") or AsmtNode("", root.line)
     markers = _markers(root)
     known = {("", marker) for marker in markers}
@@ -285,10 +285,10 @@ def _joint(node: AsmtNode, assembly: str, known: set[tuple[str, str]]) -> AsmtJo
             raise _Wrong(f"{key} '{node.word(key)}' is no marker", node)
         sides.append(side)
     numbers = {}
-    for own in node.children:
-        if own.text not in ("Name", "MarkerI", "MarkerJ") and own.children:
+    for part in node.children:
+        if part.text not in ("Name", "MarkerI", "MarkerJ") and part.children:
             try:
-                numbers[own.text] = float(own.children[0].text)
+                numbers[part.text] = float(part.children[0].text)
             except ValueError:
                 continue
     name = node.word("Name") or f"{node.text}_{node.line}"
@@ -302,7 +302,7 @@ def _motions(sets: AsmtNode, assembly: str) -> Iterator[AsmtMotion]:
 
 
 def _times(root: AsmtNode) -> tuple[float, float, float] | None:
-    own = root.get("SimulationParameters")
-    if own is None or own.get("tend") is None or own.get("hout") is None:
+    times = root.get("SimulationParameters")
+    if times is None or times.get("tend") is None or times.get("hout") is None:
         return None
-    return _value(own, "tstart"), _value(own, "tend"), _value(own, "hout")
+    return _value(times, "tstart"), _value(times, "tend"), _value(times, "hout")

@@ -31,8 +31,6 @@ ACROSS = ("TranslationalJoint",)
 IDLE = ("ParallelAxesJoint", "PlanarJoint")
 """that say nothing of a motion in the plane."""
 DIGITS = 15
-PLACEHOLDER = (1.0, 1.0, 1.0)
-"""Moments of inertia that FreeCAD writes of every part, with a mass of 1."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +70,8 @@ def plane_of(made: JoinedAssembly) -> AssemblyPlane | None:
             normal = np.cross(across[0], np.eye(3)[int(np.argmin(np.abs(across[0])))])
         normal = normal / np.linalg.norm(normal)
     normal = normal if normal[int(np.argmax(np.abs(normal)))] > 0 else -normal
-    parallel = all(np.linalg.norm(np.cross(normal, own)) <= PARALLEL for own in about)
-    if not parallel or any(abs(normal @ own) > PARALLEL for own in across):
+    parallel = all(np.linalg.norm(np.cross(normal, axis)) <= PARALLEL for axis in about)
+    if not parallel or any(abs(normal @ axis) > PARALLEL for axis in across):
         return None
     k = int(np.argmax(np.abs(normal)))
     x = np.eye(3)[(k + 1) % 3]
@@ -94,7 +92,7 @@ def mechanism_of_plane(
     By the coordinate's name: its first body, sign, factor and offset of the file's motion.
     """
     work = _InPlane(made, plane, remarks)
-    joints = [own for joint in made.joints for own in work.joint(joint)]
+    joints = [plane_joint for joint in made.joints for plane_joint in work.joint(joint)]
     return work.mechanism(joints), work.starts
 
 
@@ -120,7 +118,7 @@ class _InPlane:
             body = self.made.body(side)
             here = np.array(self._local(body, self.made.local(side)))
             reach = SAME * self.made.size
-            same = [own for place, own in known[body] if np.abs(place - here).max() <= reach]
+            same = [name for place, name in known[body] if np.abs(place - here).max() <= reach]
             known[body].append((here, point))
             self.made.points[side] = same[0] if same else point
 
@@ -244,7 +242,7 @@ class _InPlane:
     def mechanism(self, joints: list[Joint]) -> Mechanism:
         """Return the mechanism with the pose of the file as its sketch."""
         made, plane = self.made, self.plane
-        points: dict[str, dict[str, tuple[float, float]]] = {own: {} for own in self.angles}
+        points: dict[str, dict[str, tuple[float, float]]] = {body: {} for body in self.angles}
         for side, point in made.points.items():
             body = made.body(side)
             points[body].setdefault(point, self._local(body, made.local(side)))
@@ -266,11 +264,11 @@ class _InPlane:
         )
 
     def _mass(self, part: str, body: str) -> dict[str, Any]:
-        """Return what a part weighs; the numbers that FreeCAD writes of all parts are none."""
-        own = self.made.assembly.parts[part].mass
-        if own is None or own[0] <= 0 or (own[0] == 1.0 and tuple(own[2]) == PLACEHOLDER):
+        """Return what a part weighs."""
+        weighed = self.made.weighed(part)
+        if weighed is None:
             return {}
-        mass, frame, moments = own
+        mass, frame, moments = weighed
         axes = self.made.frames[part].R @ frame.R
         shares = (self.plane.normal @ axes) ** 2
         inertia = float(shares @ moments)

@@ -37,7 +37,6 @@ KINDS: dict[str, Any] = {
 WITHOUT_AXIS = ("SphericalJoint", "FixedJoint")
 DIGITS = 15
 """Digits that are kept: superfluous equations hold no better than they."""
-PLACEHOLDER = (1.0, 1.0, 1.0)
 
 
 def mechanism_of_space(
@@ -52,7 +51,7 @@ def mechanism_of_space(
     """
     starts: dict[str, tuple[str, float, float, float]] = {}
     joints = [_joint(made, joint, starts) for joint in made.joints]
-    points: dict[str, dict[str, tuple[float, ...]]] = {own: {} for own in made.bodies.values()}
+    points: dict[str, dict[str, tuple[float, ...]]] = {body: {} for body in made.bodies.values()}
     for side, point in made.points.items():
         points[made.body(side)].setdefault(point, _rounded(made.markers[side].origin))
     bodies = [
@@ -107,10 +106,10 @@ def _joint(
 
 def _mass(made: JoinedAssembly, part: str) -> dict[str, Any]:
     """Return what a part weighs, in the fixed frame of the file's pose."""
-    own = made.assembly.parts[part].mass
-    if own is None or own[0] <= 0 or (own[0] == 1.0 and tuple(own[2]) == PLACEHOLDER):
+    weighed = made.weighed(part)
+    if weighed is None:
         return {}
-    mass, frame, moments = own
+    mass, frame, moments = weighed
     here = AsmtFrame(frame.origin * made.unit, frame.R).inside(made.frames[part])
     inertia = here.R @ np.diag(moments * made.unit**2) @ here.R.T
     found: dict[str, Any] = {"mass": mass, "center": _rounded(here.origin)}

@@ -11,8 +11,11 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import InputError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtAssembly, AsmtFrame, AsmtJoint
+from mechdae.types import Floats
 
 HOME = AsmtFrame(np.zeros(3), np.eye(3))
+PLACEHOLDER = (1.0, 1.0, 1.0)
+"""Moments of inertia that FreeCAD writes of every part, with a mass of 1."""
 SAME = 1e-9
 Side = tuple[str, str]
 
@@ -54,15 +57,22 @@ class JoinedAssembly:
     @property
     def size(self) -> float:
         """The extent of the markers [m]."""
-        places = np.array([own.origin for own in self.markers.values()])
+        places = np.array([marker.origin for marker in self.markers.values()])
         return float(np.ptp(places, axis=0).max()) or 1.0
+
+    def weighed(self, part: str) -> tuple[float, AsmtFrame, Floats] | None:
+        """Return mass, frame and moments of a part; numbers that FreeCAD writes of all are none."""
+        mass = self.assembly.parts[part].mass
+        if mass is None or mass[0] <= 0 or (mass[0] == 1.0 and tuple(mass[2]) == PLACEHOLDER):
+            return None
+        return mass
 
     def local(self, side: Side) -> Any:
         """Return the place of a marker in the frame of its body (3,)."""
         if self.body(side) == GROUND:
             return self.markers[side].origin
-        own = self.assembly.parts[side[0]].markers[side[1]]
-        return own.origin * self.unit
+        marker = self.assembly.parts[side[0]].markers[side[1]]
+        return marker.origin * self.unit
 
 
 def joined(assembly: AsmtAssembly, unit: float, path: str) -> JoinedAssembly:
@@ -87,16 +97,16 @@ def joined(assembly: AsmtAssembly, unit: float, path: str) -> JoinedAssembly:
     for name, part in assembly.parts.items():
         made.bodies[name] = GROUND if name in fixed else _identifier(name, "part", taken)
         made.frames[name] = AsmtFrame(part.frame.origin * unit, part.frame.R)
-    if all(own == GROUND for own in made.bodies.values()):
+    if all(body == GROUND for body in made.bodies.values()):
         raise InputError("no part of the assembly moves", where=path)
-    for own, part_of in [
+    for owner, part_of in [
         ("", assembly.markers),
         *((p.name, p.markers) for p in assembly.parts.values()),
     ]:
-        frame = made.frames.get(own, HOME)
+        frame = made.frames.get(owner, HOME)
         for name, marker in part_of.items():
             scaled = AsmtFrame(marker.origin * unit, marker.R)
-            made.markers[(own, name)] = scaled.inside(frame)
+            made.markers[(owner, name)] = scaled.inside(frame)
     for joint in assembly.joints:
         if made.body(joint.first) == made.body(joint.second):
             continue

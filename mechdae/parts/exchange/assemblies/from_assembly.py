@@ -86,7 +86,7 @@ def _tasks(
     """Return the sweep that the motions of a file ask for, else one of a joint on the ground."""
     laws = [_law(assembly, made, starts, motion) for motion in assembly.motions]
     times = assembly.times
-    moving = [own for own in laws if own is not None]
+    moving = [law for law in laws if law is not None]
     count = _freedoms(mechanism)
     if count > max(len(moving), 1):
         told = f", {len(moving)} driven" if moving else ""
@@ -126,7 +126,7 @@ def _crank(mechanism: Mechanism) -> str:
     """Return the coordinate of a body that turns in the ground, "" where none does."""
     for name, joint in mechanism.joints.items():
         if joint.hinge and joint.turns and GROUND in joint.bodies:
-            body = next(own for own in joint.bodies if own != GROUND)
+            body = next(body for body in joint.bodies if body != GROUND)
             return f"{body}.angle" if mechanism.dimension == 2 else f"{name}.angle"
     return ""
 

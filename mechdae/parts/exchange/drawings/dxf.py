@@ -111,7 +111,8 @@ class _Drawing:
             self.out.line("LINKS", *(spots[point] for point in shape.points))
         self.lines += [(spots[one], spots[other]) for one, other in edges(shape)]
         for point in shape.inner:  # a link to its nearest corner
-            near = min(shape.points, key=lambda own: float(np.hypot(*(spots[own] - spots[point]))))
+            here = spots[point]
+            near = min(shape.points, key=lambda name: float(np.hypot(*(spots[name] - here))))
             self.out.polyline("LINKS", [spots[near], spots[point]])
 
     # -- joints ----------------------------------------------------------------------------
@@ -144,7 +145,7 @@ class _Drawing:
                 self.undrawn.append(f"{joint.kind} {joint.name}")
             for reference, center, radius in rims:
                 known = drawn.setdefault(reference, [])
-                if not any(abs(radius - own) <= SAME * self.size for own in known):
+                if not any(abs(radius - used) <= SAME * self.size for used in known):
                     out.circle("JOINTS", center, radius)
                     turns = np.linspace(0, 2 * np.pi, 25)[:, None]
                     self._keep_clear(center + radius * np.hstack([np.cos(turns), np.sin(turns)]))
@@ -265,7 +266,7 @@ class _Drawing:
                 middle = place + way * (far * PIN * self.size + 0.5 * np.hypot(wide, height))
                 gap = min(
                     [_distance(middle, *line) for line in self.lines]
-                    + [0.7 * float(np.hypot(*(middle - own))) for own in taken],
+                    + [0.7 * float(np.hypot(*(middle - place))) for place in taken],
                     default=1.0,
                 )
                 score = min(gap, 0.8 * np.hypot(wide, height)) - 0.1 * far * height

@@ -124,29 +124,29 @@ def _units(pairs: Pairs) -> int:
 
 def _sections(pairs: Pairs) -> Iterator[tuple[str, Pairs]]:
     """Yield the entities of the drawing: name and pairs of each."""
-    inside, name, own = False, "", Pairs()
+    inside, name, entity = False, "", Pairs()
     for k, (code, value) in enumerate(pairs):
         if code == 0:
             if inside and name not in ("SECTION", ""):
-                yield name, own
+                yield name, entity
             if value == "ENDSEC":
                 inside = False
-            name, own = value, []
+            name, entity = value, []
         elif code == 2 and name == "SECTION" and k and pairs[k - 1] == (0, "SECTION"):
             inside = value == "ENTITIES"
             name = "SECTION"
         else:
-            own.append((code, value))
+            entity.append((code, value))
 
 
 def _entities(pairs: Pairs, found: DrawnSketch, factor: float) -> None:
     open_line: tuple[str, bool, list[Spot]] | None = None
-    for name, own in _sections(pairs):
-        given = dict(reversed(own))
+    for name, entity in _sections(pairs):
+        given = dict(reversed(entity))
         layer = given.get(8, "0").upper()
 
-        def spot(x: int, own: dict[int, str] = given) -> Spot:
-            return _number(own[x]) * factor, _number(own[x + 10]) * factor
+        def spot(x: int, values: dict[int, str] = given) -> Spot:
+            return _number(values[x]) * factor, _number(values[x + 10]) * factor
 
         if name == "POLYLINE":
             open_line = (layer, bool(int(given.get(70, "0")) & 1), [])
@@ -158,8 +158,8 @@ def _entities(pairs: Pairs, found: DrawnSketch, factor: float) -> None:
         elif name == "LINE":
             _put_line(found, layer, False, [spot(10), spot(11)])
         elif name == "LWPOLYLINE":
-            xs = [_number(value) * factor for code, value in own if code == 10]
-            ys = [_number(value) * factor for code, value in own if code == 20]
+            xs = [_number(value) * factor for code, value in entity if code == 10]
+            ys = [_number(value) * factor for code, value in entity if code == 20]
             closed = bool(int(given.get(70, "0")) & 1)
             _put_line(found, layer, closed, list(zip(xs, ys, strict=True)))
         elif name == "CIRCLE":
@@ -180,7 +180,7 @@ def _number(text: str) -> float:
 
 
 def _put_line(found: DrawnSketch, layer: str, closed: bool, corners: list[Spot]) -> None:
-    kept = [own for k, own in enumerate(corners) if not k or own != corners[k - 1]]
+    kept = [corner for k, corner in enumerate(corners) if not k or corner != corners[k - 1]]
     if closed and len(kept) > 2 and kept[0] != kept[-1]:
         kept.append(kept[0])
     if len(kept) > 1:

@@ -94,7 +94,7 @@ def problem_of_drawing(
         sketch = _Sketch(drawing, str(path), places)
         mechanism = sketch.mechanism()
     except InputError as error:
-        lines = [own for own in drawing.lines if own.layer == "JOINTS"]
+        lines = [line for line in drawing.lines if line.layer == "JOINTS"]
         drawing.skipped.update("line on layer JOINTS" for _ in lines)
         error.hint = "; ".join([error.hint, *_unread(drawing)])
         raise
@@ -134,8 +134,8 @@ class _Sketch:
         self.guides = [line.corners for line in drawing.lines if line.layer in GUIDES]
         self.links = self._links(
             [
-                _DrawnLink([self._snapped(c) for c in own.corners], own.layer in FIXED)
-                for own in chosen
+                _DrawnLink([self._snapped(c) for c in line.corners], line.layer in FIXED)
+                for line in chosen
             ]
         )
         for link in self.links:
@@ -144,7 +144,7 @@ class _Sketch:
         blocks = [line for line in drawing.lines if line.layer == "JOINTS"]
         for line in blocks:  # a block on a guide that is read is drawn for the eye only
             middle = _middle(line.corners)
-            pin = any(math.dist(own.center, middle) <= ON * self.size for own in self.pins)
+            pin = any(math.dist(pin.center, middle) <= ON * self.size for pin in self.pins)
             if line.corners[0] != line.corners[-1] or not (pin and self._guided(middle)):
                 self.unread["line on layer JOINTS"] += 1
 
@@ -154,7 +154,7 @@ class _Sketch:
             if circle.layer in ("PATHS", "NAMES", "CONSTRUCTION"):
                 continue
             fixed = circle.layer in FIXED
-            same = [own for own in pins if math.dist(own.center, circle.center) <= NEAR * self.size]
+            same = [pin for pin in pins if math.dist(pin.center, circle.center) <= NEAR * self.size]
             if same:  # a second circle around it, where no layer says what is fixed
                 other = circle.radius != same[0].radius
                 outer = fixed if circle.radius > same[0].radius else same[0].fixed
@@ -169,7 +169,7 @@ class _Sketch:
                 "no circles that could be pins", where=self.path, hint="a circle at each joint"
             )
         for place in ground:
-            near = min(pins, key=lambda own: math.dist(own.center, place))
+            near = min(pins, key=lambda pin: math.dist(pin.center, place))
             if math.dist(near.center, place) > max(near.radius, 0.02 * self.size):
                 raise InputError(f"no pin at {place[0]:g}, {place[1]:g} m", where="--ground")
             near.fixed = True
@@ -177,7 +177,7 @@ class _Sketch:
 
     def _snapped(self, corner: Spot) -> Spot:
         """Return the pin that the end of a line is meant for, else the place itself."""
-        near = min(self.pins, key=lambda own: math.dist(own.center, corner))
+        near = min(self.pins, key=lambda pin: math.dist(pin.center, corner))
         reach = max(SNAP * near.radius, NEAR * self.size)
         return near.center if math.dist(near.center, corner) <= reach else corner
 
@@ -185,7 +185,7 @@ class _Sketch:
         """Return the links: those that meet where no pin is are one."""
         joined: list[_DrawnLink] = []
         for link in links:
-            for other in [own for own in joined if self._meet(own, link)]:
+            for other in [one for one in joined if self._meet(one, link)]:
                 link.join(other)
                 joined.remove(other)
             joined.append(link)
@@ -201,7 +201,7 @@ class _Sketch:
         return found
 
     def _meet(self, one: _DrawnLink, other: _DrawnLink) -> bool:
-        pins = [own.center for own in self.pins]
+        pins = [pin.center for pin in self.pins]
         return (one.fixed and other.fixed) or any(
             math.dist(a, b) <= NEAR * self.size and a not in pins
             for a in one.corners
@@ -313,9 +313,9 @@ class _Sketch:
     def _slot(self, pin: _Pin) -> tuple[tuple[Spot, ...], tuple[Spot, ...]] | None:
         """Return the two parallel guides that a pin lies in the middle of."""
         near = [
-            (own, far)
-            for own in self.guides
-            if len(own) == 2 and (far := _distance(pin.center, *own)) <= SLOT * pin.radius
+            (guide, far)
+            for guide in self.guides
+            if len(guide) == 2 and (far := _distance(pin.center, *guide)) <= SLOT * pin.radius
         ]
         for (one, far), (other, also) in itertools.combinations(near, 2):
             ways = [(b[0] - a[0], b[1] - a[1]) for a, b in (one, other)]
@@ -396,8 +396,8 @@ def _rounded(place: Spot) -> Spot:
 
 def _middle(corners: tuple[Spot, ...]) -> Spot:
     """Return the mean of the corners, a closed line's last one counted once."""
-    own = corners[:-1] if len(corners) > 2 and corners[0] == corners[-1] else corners
-    return sum(x for x, _ in own) / len(own), sum(y for _, y in own) / len(own)
+    ring = corners[:-1] if len(corners) > 2 and corners[0] == corners[-1] else corners
+    return sum(x for x, _ in ring) / len(ring), sum(y for _, y in ring) / len(ring)
 
 
 def _distance(point: Spot, start: Spot, end: Spot) -> float:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -13,7 +12,9 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, Described, Z, turned
 from mechdae.parts.exchange.robots.tree_parts import Coupling, TreeEdge
+from mechdae.records import dataclass
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Floats
 
 KEPT = 1e-9
 """Largest change of a sum along the task, in radians or in the mechanism's size."""
@@ -33,6 +34,7 @@ def couplings_of(
     UnavailableError
         Wheels whose angles are no sums of coordinates of the tree.
     """
+    wheels = _Wheels(motion, described, frames, edges)
     found = []
     for name, joint in motion.mechanism.joints.items():
         if f"{name}.pitch" in described.values:
@@ -41,110 +43,106 @@ def couplings_of(
                 factors = {f"{name}.slide": 1.0, f"{name}.angle": -pitch}
                 found.append(_checked(motion, name, factors))
         elif joint.meshes:
-            found.append(_checked(motion, name, _mesh(motion, described, frames, edges, joint)))
+            found.append(_checked(motion, name, wheels.mesh(joint)))
     return found
 
 
-def _mesh(
-    motion: ExportedMotion,
-    described: Described,
-    frames: Mapping[str, BodyFrame],
-    edges: Mapping[str, TreeEdge],
-    joint: Joint,
-) -> Sum:
-    carrier = getattr(joint, "carrier", None) or GROUND
-    first = _angle(motion, edges, joint, joint.first_body, carrier)
-    if joint.wheels == 2:
-        second = _angle(motion, edges, joint, joint.second_body, carrier)
-        return _plus(first, second, -joint.turn_ratio(described.values))
-    radius = described.values[f"{joint.name}.radius"]
-    if motion.mechanism.dimension == 3:
-        return _plus({_slide(edges, joint, carrier): 1.0}, first, -radius)
-    rack = frames[joint.second_body]
-    axis = rack.R @ turned(Z, described.values[f"{joint.name}.axis"])[:, 0]
-    found = _plus({}, first, -radius)
-    for reference, sign in ((joint.second, 1.0), (joint.first, -1.0)):
-        found = _plus(found, _along(described, frames, edges, joint, reference, axis), sign)
-    return found
+@dataclass(frozen=True)
+class _Wheels:
+    """What wheels and racks turn and shift, by the edges of a tree."""
 
+    motion: ExportedMotion
+    described: Described
+    frames: Mapping[str, BodyFrame]
+    edges: Mapping[str, TreeEdge]
 
-def _along(
-    described: Described,
-    frames: Mapping[str, BodyFrame],
-    edges: Mapping[str, TreeEdge],
-    joint: Joint,
-    reference: str,
-    axis: Any,
-) -> Sum:
-    """Return the place of a point along a fixed direction: the slides on its way to the ground."""
-    above = {edge.child: edge for edge in edges.values()}
-    body = reference.split(".")[0]
-    place = frames[body].world(described.local(reference))
-    found: Sum = {}
-    while body in above:
-        edge = above[body]
-        for own in edge.motions:
-            if own.kind == "slide":
-                share = float(axis @ (frames[body].R @ own.axis))
-                found = _plus(found, {own.coordinate: share if abs(share) > KEPT else 0.0}, 1.0)
-                continue
-            hinge = described.local(_end(edge, described.mechanism.joints[edge.joint]))
-            gap = np.linalg.norm(frames[body].world(hinge) - place)
-            if gap > KEPT * described.mechanism.scale:
-                raise UnavailableError(
-                    f"{reference} is not guided along the rack in the tree of links",
-                    where=f"joints.{joint.name}",
-                )
-        body = edge.parent
-    return found
+    def mesh(self, joint: Joint) -> Sum:
+        """Return the sum of coordinates that two wheels, or wheel and rack, keep."""
+        described, carrier = self.described, getattr(joint, "carrier", None) or GROUND
+        first = self._angle(joint, joint.first_body, carrier)
+        if joint.wheels == 2:
+            second = self._angle(joint, joint.second_body, carrier)
+            return _plus(first, second, -joint.turn_ratio(described.values))
+        radius = described.values[f"{joint.name}.radius"]
+        if self.motion.mechanism.dimension == 3:
+            return _plus({self._slide(joint, carrier): 1.0}, first, -radius)
+        rack = self.frames[joint.second_body]
+        axis = rack.R @ turned(Z, described.values[f"{joint.name}.axis"])[:, 0]
+        found = _plus({}, first, -radius)
+        for reference, sign in ((joint.second, 1.0), (joint.first, -1.0)):
+            found = _plus(found, self._along(joint, reference, axis), sign)
+        return found
 
+    def _upwards(self, body: str) -> Iterator[tuple[str, TreeEdge]]:
+        """Yield the bodies on the way to the ground, each with the joint that it hangs on."""
+        above = {edge.child: edge for edge in self.edges.values()}
+        while body in above:
+            edge = above.pop(body)
+            yield body, edge
+            body = edge.parent
 
-def _end(edge: TreeEdge, joint: Joint) -> str:
-    """Return the point of a joint on the child of the tree."""
-    return joint.second if edge.forward else joint.first
+    def _between(self, one: str, other: str, kind: str) -> tuple[TreeEdge, str] | None:
+        """Return the joint of the tree between two bodies with a single freedom of a kind."""
+        for edge in self.edges.values():
+            names = [motion.coordinate for motion in edge.motions if motion.kind == kind]
+            if {edge.parent, edge.child} == {one, other} and len(names) == 1:
+                return edge, names[0]
+        return None
 
+    def _along(self, joint: Joint, reference: str, axis: Floats) -> Sum:
+        """Return the place of a point along a fixed direction: slides on its way to the ground."""
+        described, body = self.described, reference.split(".")[0]
+        place = self.frames[body].world(described.local(reference))
+        found: Sum = {}
+        for child, edge in self._upwards(body):
+            frame = self.frames[child]
+            for motion in edge.motions:
+                if motion.kind == "slide":
+                    share = float(axis @ (frame.R @ motion.axis))
+                    found = _plus(found, {motion.coordinate: share * (abs(share) > KEPT)}, 1.0)
+                    continue
+                pair = self.motion.mechanism.joints[edge.joint]
+                hinge = described.local(pair.second if edge.forward else pair.first)
+                gap = np.linalg.norm(frame.world(hinge) - place)
+                if gap > KEPT * described.mechanism.scale:
+                    raise UnavailableError(
+                        f"{reference} is not guided along the rack in the tree of links",
+                        where=f"joints.{joint.name}",
+                    )
+        return found
 
-def _slide(edges: Mapping[str, TreeEdge], joint: Joint, carrier: str) -> str:
-    rack = joint.second_body
-    for edge in edges.values():
-        slides = [m for m in edge.motions if m.kind == "slide"]
-        if {edge.parent, edge.child} == {rack, carrier} and len(slides) == 1:
-            return slides[0].coordinate
-    raise UnavailableError(
-        f"rack {rack} has no guide on {carrier} in the tree of links", where=f"joints.{joint.name}"
-    )
+    def _slide(self, joint: Joint, carrier: str) -> str:
+        found = self._between(joint.second_body, carrier, "slide")
+        if found is None:
+            raise UnavailableError(
+                f"rack {joint.second_body} has no guide on {carrier} in the tree of links",
+                where=f"joints.{joint.name}",
+            )
+        return found[1]
 
+    def _angle(self, joint: Joint, body: str, carrier: str) -> Sum:
+        """Return the angle of a wheel from its carrier as a sum of coordinates."""
+        if self.motion.mechanism.dimension == 2:
+            return _plus(self._turn(body), self._turn(carrier), -1.0)
+        if body == carrier:
+            return {}
+        found = self._between(body, carrier, "hinge")
+        if found is None:
+            raise UnavailableError(
+                f"wheel {body} does not turn on {carrier} in the tree of links",
+                where=f"joints.{joint.name}",
+            )
+        pair = self.motion.mechanism.joints[found[0].joint]
+        return {found[1]: 1.0 if pair.second_body == body else -1.0}
 
-def _angle(
-    motion: ExportedMotion, edges: Mapping[str, TreeEdge], joint: Joint, body: str, carrier: str
-) -> Sum:
-    """Return the angle of a wheel from its carrier as a sum of coordinates."""
-    if motion.mechanism.dimension == 2:
-        return _plus(_turn(edges, body), _turn(edges, carrier), -1.0)
-    if body == carrier:
-        return {}
-    for edge in edges.values():
-        hinges = [m for m in edge.motions if m.kind == "hinge"]
-        if {edge.parent, edge.child} == {body, carrier} and len(hinges) == 1:
-            own = motion.mechanism.joints[edge.joint]
-            return {hinges[0].coordinate: 1.0 if own.second_body == body else -1.0}
-    raise UnavailableError(
-        f"wheel {body} does not turn on {carrier} in the tree of links",
-        where=f"joints.{joint.name}",
-    )
-
-
-def _turn(edges: Mapping[str, TreeEdge], body: str) -> Sum:
-    """Return the angle of a body of the plane: the hinges on its way to the ground."""
-    above = {edge.child: edge for edge in edges.values()}
-    found: Sum = {}
-    while body in above:
-        edge = above[body]
-        for own in edge.motions:
-            if own.kind == "hinge":
-                found = _plus(found, {own.coordinate: 1.0 if edge.forward else -1.0}, 1.0)
-        body = edge.parent
-    return found
+    def _turn(self, body: str) -> Sum:
+        """Return the angle of a body of the plane: the hinges on its way to the ground."""
+        found: Sum = {}
+        for _, edge in self._upwards(body):
+            for motion in edge.motions:
+                if motion.kind == "hinge":
+                    found = _plus(found, {motion.coordinate: 1.0 if edge.forward else -1.0}, 1.0)
+        return found
 
 
 def _plus(one: Sum, other: Sum, factor: float) -> Sum:
@@ -154,8 +152,8 @@ def _plus(one: Sum, other: Sum, factor: float) -> Sum:
     return {name: value for name, value in found.items() if value}
 
 
-def _sums(motion: ExportedMotion, factors: Sum) -> Any:
-    total: Any = 0.0
+def _sums(motion: ExportedMotion, factors: Sum) -> Floats:
+    total = np.zeros(1)
     for word, factor in factors.items():
         joint, _, quantity = word.partition(".")
         total = total + factor * np.asarray(motion.result.joints[joint][quantity])

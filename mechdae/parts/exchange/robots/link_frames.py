@@ -5,10 +5,10 @@ The plane is x, y of the space; bodies of the plane turn about z.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -17,25 +17,28 @@ from mechdae.describe.joints.spatial import SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, MOMENTS, Body, Mechanism
 from mechdae.errors import UnavailableError
 from mechdae.tasks.motion_of import ExportedMotion, reported
+from mechdae.types import Floats
 
 Z = np.array([0.0, 0.0, 1.0])
 
 
-def turned(axis: Any, angle: float) -> Any:
+def turned(axis: Floats, angle: float) -> Floats:
     """Return the matrix (3, 3) of a turn about a unit axis (3,)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+    R: Floats = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+    return R
 
 
-def of_quaternion(q: Any) -> Any:
+def of_quaternion(q: Floats) -> Floats:
     """Return the matrix (3, 3) of a unit quaternion (4,), real part first."""
     w, v = float(q[0]), np.asarray(q[1:], float)
     cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + 2 * w * cross + 2 * (cross @ cross)
+    R: Floats = np.eye(3) + 2 * w * cross + 2 * (cross @ cross)
+    return R
 
 
-def quaternion(R: Any) -> Any:
+def quaternion(R: Floats) -> Floats:
     """Return the unit quaternion (4,) of a matrix (3, 3), real part first and not negative."""
     K = np.array(
         [
@@ -45,11 +48,11 @@ def quaternion(R: Any) -> Any:
             [0, 0, 0, R[2, 2] - R[0, 0] - R[1, 1]],
         ]
     )
-    own = np.linalg.eigh(K + np.triu(K, 1).T)[1][:, -1]
-    return own if own[0] >= 0 else -own
+    q = np.linalg.eigh(K + np.triu(K, 1).T)[1][:, -1]
+    return q if q[0] >= 0 else -q
 
 
-def placed(place: Any) -> Any:
+def placed(place: Sequence[float] | Floats) -> Floats:
     """Return a point or direction of the plane or of space (3,)."""
     found = np.zeros(3)
     found[: len(place)] = place
@@ -60,12 +63,20 @@ def placed(place: Any) -> Any:
 class BodyFrame:
     """Where a body is: its origin (3,) and the directions of its axes (3, 3)."""
 
-    origin: Any
-    R: Any
+    origin: Floats
+    R: Floats
 
-    def world(self, local: Any) -> Any:
+    def world(self, local: Floats) -> Floats:
         """Return the place of a point given in the body's frame."""
         return self.origin + self.R @ local
+
+    def seen_from(self, above: BodyFrame) -> BodyFrame:
+        """Return this frame in the axes of another one."""
+        return BodyFrame(above.R.T @ (self.origin - above.origin), above.R.T @ self.R)
+
+
+HOME = BodyFrame(np.zeros(3), np.eye(3))
+"""The frame of the ground."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +84,13 @@ class MassOf:
     """Mass [kg], centre (3,) [m] and inertia (3, 3) about it [kg m2], in the body's frame."""
 
     mass: float
-    center: Any
-    inertia: Any
+    center: Floats
+    inertia: Floats
+
+    def moments(self) -> dict[str, float]:
+        """Return the six moments and products of inertia by ixx, ixy, ..."""
+        pairs = itertools.combinations_with_replacement(range(3), 2)
+        return {f"i{'xyz'[i]}{'xyz'[j]}": self.inertia[i, j] for i, j in pairs}
 
 
 class Described:
@@ -83,17 +99,18 @@ class Described:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.values = mechanism, mechanism.values()
 
-    def local(self, reference: str) -> Any:
+    def local(self, reference: str) -> Floats:
         """Return a point in the frame of its body (3,)."""
         axes = self.mechanism.axes
         return placed([self.values[f"{reference}.{axis}"] for axis in axes])
 
-    def direction(self, joint: Joint, key: str) -> Any:
+    def direction(self, joint: Joint, key: str) -> Floats:
         """Return a unit direction of a joint (3,), in the body that it is given in."""
         given = np.array([self.values[f"{joint.name}.{key}.{axis}"] for axis in "xyz"])
-        return given / np.linalg.norm(given)
+        direction: Floats = given / np.linalg.norm(given)
+        return direction
 
-    def axis(self, joint: Joint) -> Any:
+    def axis(self, joint: Joint) -> Floats:
         """Return the axis along which or about which a joint moves, in the first body (3,)."""
         if isinstance(joint, SpatialJoint):
             return self.direction(joint, joint.side(False)[0])
@@ -102,7 +119,7 @@ class Described:
             return np.array([math.cos(angle), math.sin(angle), 0.0])
         return Z
 
-    def zero(self, joint: SpatialJoint) -> Any:
+    def zero(self, joint: SpatialJoint) -> Floats:
         """Return the normal of a joint's axis from which it is counted, in the first body (3,)."""
         axis, key = self.axis(joint), joint.side(False)[1]
         if key is not None:
@@ -110,7 +127,8 @@ class Described:
         else:
             given = np.eye(3)[(largest(tuple(axis)) + 1) % 3]
         across = given - axis * (axis @ given)
-        return across / np.linalg.norm(across)
+        zero: Floats = across / np.linalg.norm(across)
+        return zero
 
     def mass(self, name: str) -> MassOf | None:
         """Return what a body weighs, None where nothing is given."""
@@ -121,12 +139,12 @@ class Described:
         center = placed([values.get(f"{name}.center.{axis}", 0.0) for axis in axes])
         return MassOf(values.get(f"{name}.mass", 0.0), center, self._inertia(name, body))
 
-    def _inertia(self, name: str, body: Body) -> Any:
+    def _inertia(self, name: str, body: Body) -> Floats:
         if body.inertia is None:
             return np.zeros((3, 3))
         if self.mechanism.dimension == 2:  # of a flat body: Ixx + Iyy = Izz
-            own = self.values[f"{name}.inertia"]
-            return np.diag([own / 2, own / 2, own])
+            moment = self.values[f"{name}.inertia"]
+            return np.diag([moment / 2, moment / 2, moment])
         xx, yy, zz, xy, xz, yz = (self.values.get(f"{name}.inertia.{w}", 0.0) for w in MOMENTS)
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -139,7 +157,7 @@ def frames_of(motion: ExportedMotion, described: Described, row: int) -> Mapping
     UnavailableError
         A body whose place is not in the result.
     """
-    found = {GROUND: BodyFrame(np.zeros(3), np.eye(3))}
+    found = {GROUND: HOME}
     for name, body in motion.mechanism.bodies.items():
         places = [
             (described.local(f"{name}.{point}"), placed(there))
@@ -158,7 +176,9 @@ def frames_of(motion: ExportedMotion, described: Described, row: int) -> Mapping
     return found
 
 
-def _turn(motion: ExportedMotion, name: str, row: int, places: list[tuple[Any, Any]]) -> Any:
+def _turn(
+    motion: ExportedMotion, name: str, row: int, places: list[tuple[Floats, Floats]]
+) -> Floats | None:
     if motion.mechanism.dimension == 2:
         angle = float(np.ravel(reported(motion, "bodies", name, "angle", row))[0])
         return turned(Z, angle) if math.isfinite(angle) else None
@@ -169,16 +189,17 @@ def _turn(motion: ExportedMotion, name: str, row: int, places: list[tuple[Any, A
         return None
     # a link that spins freely between two ball joints: any turn that takes its points there
     (a, A), (b, B) = places[0], places[-1]
-    own, there = b - a, B - A
-    own, there = own / np.linalg.norm(own), there / np.linalg.norm(there)
-    across, cosine = np.cross(own, there), float(own @ there)
+    here, there = b - a, B - A
+    here, there = here / np.linalg.norm(here), there / np.linalg.norm(there)
+    across, cosine = np.cross(here, there), float(here @ there)
     sine = float(np.linalg.norm(across))
     if sine < 1e-12:
-        return np.eye(3) if cosine > 0 else turned(_normal(own), math.pi)
+        return np.eye(3) if cosine > 0 else turned(_normal(here), math.pi)
     return turned(across / sine, math.atan2(sine, cosine))
 
 
-def _normal(axis: Any) -> Any:
+def _normal(axis: Floats) -> Floats:
     other = np.eye(3)[int(np.argmin(np.abs(axis)))]
     across = np.cross(axis, other)
-    return across / np.linalg.norm(across)
+    normal: Floats = across / np.linalg.norm(across)
+    return normal

@@ -7,20 +7,29 @@ Coordinates of the tree's joints are those of mechdae: second body less first bo
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mechdae import __version__
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import SpatialJoint
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import MechdaeError, UnavailableError
 from mechdae.parts.exchange.robots.couplings import couplings_of
-from mechdae.parts.exchange.robots.link_frames import BodyFrame, Described, MassOf, Z, frames_of
+from mechdae.parts.exchange.robots.link_frames import (
+    HOME,
+    BodyFrame,
+    Described,
+    MassOf,
+    Z,
+    frames_of,
+    placed,
+)
 from mechdae.parts.exchange.robots.tree_parts import (
     Coupling,
     ElementaryMotion,
@@ -29,11 +38,14 @@ from mechdae.parts.exchange.robots.tree_parts import (
     TreeLink,
 )
 from mechdae.tasks.motion_of import ExportedMotion, reported
+from mechdae.types import Floats
 
 SMALL = 2e-3
 """Share of its heaviest neighbour's mass that a massless body gets where simulators need one,"""
 SPREAD = 0.1
 """and the radius of gyration that it gets, as a share of the mechanism's size."""
+ROD = 0.012
+"""Radius of the rods that are drawn, as a share of the mechanism's size."""
 RANKS = {"revolute": 1, "prismatic": 1, "weld": 0, "cylindrical": 2, "screw": 2, "universal": 2,
          "pin-in-slot": 3, "planar": 3, "spherical": 4}  # fmt: skip
 """Which joints are kept in the tree first."""
@@ -44,7 +56,6 @@ class LinkTree:
     """Links, joints of the tree from the ground outwards, joints that close loops, wheels."""
 
     motion: ExportedMotion
-    row: int
     links: dict[str, TreeLink] = field(default_factory=dict)
     edges: dict[str, TreeEdge] = field(default_factory=dict)
     loops: list[LoopJoint] = field(default_factory=list)
@@ -64,17 +75,52 @@ class LinkTree:
         """A length of the mechanism [m]."""
         return self.motion.mechanism.scale
 
+    def frame(self, link: str) -> BodyFrame:
+        """Return the frame of a link, the world's of the ground."""
+        return HOME if link == GROUND else self.links[link].frame
+
+    def gravity(self) -> Floats:
+        """Return the acceleration of gravity (3,), zeros without one."""
+        mechanism = self.motion.mechanism
+        values = mechanism.values()
+        return placed([values[f"gravity.{a}"] for a in mechanism.axes] if mechanism.gravity else [])
+
+    def rods(self, places: Iterable[Floats]) -> Iterator[tuple[int, Floats, Floats]]:
+        """Yield number and ends of rods that are drawn: between places apart."""
+        for k, (start, end) in enumerate(itertools.pairwise(places)):
+            if float(np.linalg.norm(end - start)) > self.rod:
+                yield k, start, end
+
+    @property
+    def rod(self) -> float:
+        """Radius of the rods that are drawn [m]."""
+        return ROD * self.size
+
+    @property
+    def title(self) -> str:
+        """What the file is of."""
+        return f"mechdae {__version__}: {self.motion.problem.name}, task {self.motion.task}"
+
+    def remarks(self, needed: str = "") -> Iterator[str]:
+        """Yield what is assumed of masses."""
+        for link in self.links.values():
+            if link.assumed:
+                yield f"assumed for {link.name}{needed}: {link.assumed}"
+
     @property
     def left_out(self) -> list[str]:
         """What the problem has and no format of robots holds."""
         mechanism = self.motion.mechanism
         found = [f"load {name}" for name in mechanism.loads]
-        rubs = [name for name, own in mechanism.joints.items() if getattr(own, "friction", None)]
-        found += [f"friction in {name}" for name in rubs]
-        losses = [name for name, own in mechanism.joints.items() if getattr(own, "mesh_loss", None)]
-        found += [f"losses in {name}" for name in losses]
-        held = [n for n, own in mechanism.joints.items() if getattr(own, "one_sided", None)]
-        return found + [f"{name} holds in one sense only" for name in held]
+        keys = {"friction": "friction in {0}", "mesh_loss": "losses in {0}",
+                "one_sided": "{0} holds in one sense only"}  # fmt: skip
+        joints = mechanism.joints.items()
+        return found + [
+            text.format(name)
+            for key, text in keys.items()
+            for name, joint in joints
+            if getattr(joint, key, None)
+        ]
 
 
 def link_tree(motion: ExportedMotion) -> LinkTree:
@@ -86,9 +132,7 @@ def link_tree(motion: ExportedMotion) -> LinkTree:
         A joint that is no joint of links (a curve, a vector of a loop), a body that hangs on
         nothing.
     """
-    described = Described(motion.mechanism)
-    tree = LinkTree(motion, motion.first)
-    frames = frames_of(motion, described, tree.row)
+    builder = _Builder(motion)
     for name, joint in motion.mechanism.joints.items():
         if joint.on_curve or joint.pointer:
             raise UnavailableError(
@@ -96,16 +140,7 @@ def link_tree(motion: ExportedMotion) -> LinkTree:
                 where=f"joints.{name}",
                 hint="export --format dxf draws it",
             )
-    for edge_joint, forward in _chosen(motion):
-        _grow(tree, described, frames, edge_joint, forward)
-    for name in motion.mechanism.bodies:
-        if name not in tree.links:
-            _float(tree, described, frames, name)
-    for name, joint in motion.mechanism.joints.items():
-        if name not in tree.edges and not joint.meshes:
-            tree.loops.append(_loop(tree, described, frames, joint))
-    tree.couplings = couplings_of(motion, described, frames, tree.edges)
-    return tree
+    return builder.built()
 
 
 def _chosen(motion: ExportedMotion) -> list[tuple[Joint, bool]]:
@@ -149,159 +184,153 @@ def driven_joint(motion: ExportedMotion, driver: str) -> str:
     return ""
 
 
-def _grow(
-    tree: LinkTree,
-    described: Described,
-    frames: Mapping[str, BodyFrame],
-    joint: Joint,
-    forward: bool,
-) -> None:
-    """Put a joint and its link into the tree."""
-    parent, child = joint.first_body, joint.second_body
-    here = joint.second
-    if not forward:
-        parent, child, here = child, parent, joint.first
-    own = frames[child]
-    frame = BodyFrame(own.world(described.local(here)), own.R)
-    shift = described.local(here)
-    body = tree.motion.mechanism.bodies[child]
-    points = {p: described.local(f"{child}.{p}") - shift for p in body.points}
-    mass, assumed = _mass(tree, described, child)
-    mass = MassOf(mass.mass, mass.center - shift, mass.inertia)
-    tree.links[child] = TreeLink(child, frame, mass, points, assumed)
-    motions = _motions(tree, described, frames, joint, frame)
-    if not forward:
-        motions = tuple(
-            ElementaryMotion(m.kind, -m.axis, m.anchor, m.coordinate, m.start)
-            for m in reversed(motions)
-        )
-    tree.edges[joint.name] = TreeEdge(joint.name, joint.kind, parent, child, forward, motions)
-
-
-def _float(
-    tree: LinkTree, described: Described, frames: Mapping[str, BodyFrame], name: str
-) -> None:
-    """Put a body that hangs on bars only: it moves freely, its coordinates are its place."""
-    point = next(iter(tree.motion.mechanism.bodies[name].points))
-    shift = described.local(f"{name}.{point}")
-    own = frames[name]
-    frame = BodyFrame(own.world(shift), own.R)
-    points = {
-        p: described.local(f"{name}.{p}") - shift for p in tree.motion.mechanism.bodies[name].points
-    }
-    mass, assumed = _mass(tree, described, name)
-    mass = MassOf(mass.mass, mass.center - shift, mass.inertia)
-    tree.links[name] = TreeLink(name, frame, mass, points, assumed)
-    motions: tuple[ElementaryMotion, ...] = ()
-    if tree.motion.mechanism.dimension == 2:
-        angle = float(np.ravel(reported(tree.motion, "bodies", name, "angle", tree.row))[0])
-        here = np.zeros(3)
-        motions = (
-            ElementaryMotion("slide", own.R.T[:, 0], here, f"{name}.{point}.x", frame.origin[0]),
-            ElementaryMotion("slide", own.R.T[:, 1], here, f"{name}.{point}.y", frame.origin[1]),
-            ElementaryMotion("hinge", Z, here, f"{name}.angle", angle),
-        )
-    else:
-        motions = (ElementaryMotion("free", Z, np.zeros(3), f"{name}.free", 0.0),)
-    tree.edges[f"{name}.free"] = TreeEdge(f"{name}.free", "free", GROUND, name, True, motions)
-
-
-def _mass(tree: LinkTree, described: Described, name: str) -> tuple[MassOf, str]:
-    """Return the mass of a link, and what of it is assumed: simulators take no massless ones."""
-    bodies = tree.motion.mechanism.bodies
-    small, heavy = _small(tree, described, name)
-    least = small * (SPREAD * tree.size) ** 2 * np.eye(3)
-    found = described.mass(name)
-    if found is None:
-        points = [described.local(f"{name}.{p}") for p in bodies[name].points]
-        told = f"mass {small:g} kg and inertia {least[0, 0]:g} kg m2{heavy}"
-        return MassOf(small, np.mean(points, axis=0), least), told
-    assumed = []
-    mass, inertia = found.mass, found.inertia
-    if not mass > 0:
-        mass, assumed = small, [f"mass {small:g} kg{heavy}"]
-    if not np.linalg.eigvalsh(inertia).min() > 0:
-        inertia = inertia + least
-        assumed.append(f"inertia {least[0, 0]:g} kg m2")
-    return MassOf(mass, found.center, inertia), " and ".join(assumed)
-
-
-def _small(tree: LinkTree, described: Described, name: str) -> tuple[float, str]:
-    """Return the mass that is assumed for a body, and by which neighbour.
-
-    Loops hold as well as masses on both of their sides are alike: it is a share of the heaviest
-    body beside it, or beside the massless ones that it hangs on.
-    """
-    mechanism = tree.motion.mechanism
-    pairs = [set(joint.bodies) for joint in mechanism.joints.values()]
-    reached, near = {name, GROUND}, {name}
-    while near:
-        heavy = {b: described.values.get(f"{b}.mass", 0.0) for b in near - {name}}
-        best = max(heavy, key=heavy.__getitem__, default="")
-        if best and heavy[best] > 0:
-            return SMALL * heavy[best], f", {SMALL:g} of {best}'s mass"
-        near = set().union(*(own for own in pairs if own & near)) - reached
-        reached |= near
-    return SMALL, ""
-
-
 def small_mass(tree: LinkTree, *between: str) -> MassOf:
     """Return the mass of a link that is no body of the mechanism, between two that are."""
     links = [tree.links[name] for name in between if name in tree.links] or [*tree.links.values()]
-    mass = max(own.mass.mass * (1.0 if own.assumed else SMALL) for own in links)
+    mass = max(link.mass.mass * (1.0 if link.assumed else SMALL) for link in links)
     return MassOf(mass, np.zeros(3), mass * (SPREAD * tree.size) ** 2 * np.eye(3))
 
 
-def _motions(
-    tree: LinkTree,
-    described: Described,
-    frames: Mapping[str, BodyFrame],
-    joint: Joint,
-    frame: BodyFrame,
-) -> tuple[ElementaryMotion, ...]:
-    """Return the freedoms of a joint from its first to its second body, in a frame."""
-    first, second = frames[joint.first_body], frames[joint.second_body]
-    at = frame.R.T @ (second.world(described.local(joint.second)) - frame.origin)
-    axis = frame.R.T @ first.R @ described.axis(joint) if joint.kind != "spherical" else Z
-    spin = axis if tree.motion.mechanism.dimension == 3 else Z
-    if joint.ball or joint.kind == "spherical":
-        return (ElementaryMotion("ball", Z, at, f"{joint.name}.ball", 0.0),)
+class _Builder:
+    """A tree in the making, with the frames of its bodies."""
 
-    def one(kind: str, direction: Any, word: str) -> ElementaryMotion:
-        value = float(np.ravel(reported(tree.motion, "joints", joint.name, word, tree.row))[0])
-        if not math.isfinite(value):
-            raise UnavailableError(
-                f"the {word} of the joint is not known", where=f"joints.{joint.name}"
+    def __init__(self, motion: ExportedMotion) -> None:
+        self.tree, self.motion, self.mechanism = LinkTree(motion), motion, motion.mechanism
+        self.described = Described(motion.mechanism)
+        self.frames = frames_of(motion, self.described, motion.first)
+
+    def built(self) -> LinkTree:
+        """Return the tree."""
+        tree = self.tree
+        for joint, forward in _chosen(self.motion):
+            self._grow(joint, forward)
+        for name in self.mechanism.bodies:
+            if name not in tree.links:
+                self._float(name)
+        for name, joint in self.mechanism.joints.items():
+            if name not in tree.edges and not joint.meshes:
+                tree.loops.append(self._loop(joint))
+        tree.couplings = couplings_of(self.motion, self.described, self.frames, tree.edges)
+        return tree
+
+    def _reported(self, part: str, name: str, word: str) -> float:
+        return float(np.ravel(reported(self.motion, part, name, word, self.motion.first))[0])
+
+    def _link(self, child: str, point: str) -> BodyFrame:
+        """Put a body as a link whose frame is at one of its points."""
+        local, body = self.described.local, self.frames[child]
+        shift = local(f"{child}.{point}")
+        points = {p: local(f"{child}.{p}") - shift for p in self.mechanism.bodies[child].points}
+        mass, assumed = self._mass(child)
+        mass = MassOf(mass.mass, mass.center - shift, mass.inertia)
+        frame = BodyFrame(body.world(shift), body.R)
+        self.tree.links[child] = TreeLink(child, frame, mass, points, assumed)
+        return frame
+
+    def _grow(self, joint: Joint, forward: bool) -> None:
+        """Put a joint and its link into the tree."""
+        parent, child = joint.first_body, joint.second_body
+        here = joint.second
+        if not forward:
+            parent, child, here = child, parent, joint.first
+        motions = self._motions(joint, self._link(child, here.split(".")[1]))
+        if not forward:
+            motions = tuple(replace(motion, axis=-motion.axis) for motion in reversed(motions))
+        edge = TreeEdge(joint.name, joint.kind, parent, child, forward, motions)
+        self.tree.edges[joint.name] = edge
+
+    def _float(self, name: str) -> None:
+        """Put a body that hangs on bars only: it moves freely, its coordinates are its place."""
+        point = next(iter(self.mechanism.bodies[name].points))
+        frame, here = self._link(name, point), np.zeros(3)
+        motions: tuple[ElementaryMotion, ...]
+        motions = (ElementaryMotion("free", Z, here, f"{name}.free", 0.0),)
+        if self.mechanism.dimension == 2:
+            angle = self._reported("bodies", name, "angle")
+            (x, y), place = frame.R[:2], frame.origin
+            motions = (
+                ElementaryMotion("slide", x, here, f"{name}.{point}.x", place[0]),
+                ElementaryMotion("slide", y, here, f"{name}.{point}.y", place[1]),
+                ElementaryMotion("hinge", Z, here, f"{name}.angle", angle),
             )
-        return ElementaryMotion(kind, direction, at, f"{joint.name}.{word}", value)
+        self.tree.edges[f"{name}.free"] = TreeEdge(
+            f"{name}.free", "free", GROUND, name, True, motions
+        )
 
-    if joint.crossed if isinstance(joint, SpatialJoint) else False:
-        other = frame.R.T @ second.R @ described.direction(joint, "axis2")
-        return (one("hinge", axis, "angle"), one("hinge", other, "angle2"))
-    if isinstance(joint, SpatialJoint) and joint.kind == "planar":
-        x = frame.R.T @ first.R @ described.zero(joint)
-        y = np.cross(axis, x)
-        return (one("slide", x, "x"), one("slide", y, "y"), one("hinge", axis, "angle"))
-    found = []
-    if joint.slides:
-        found.append(one("slide", axis, "slide"))
-    if joint.turns:
-        found.append(one("hinge", spin, "angle"))
-    return tuple(found)
+    def _mass(self, name: str) -> tuple[MassOf, str]:
+        """Return a link's mass, and what of it is assumed: simulators take no massless ones."""
+        small, heavy = self._small(name)
+        least = small * (SPREAD * self.tree.size) ** 2 * np.eye(3)
+        found = self.described.mass(name)
+        if found is None:
+            points = self.mechanism.bodies[name].points
+            places = [self.described.local(f"{name}.{p}") for p in points]
+            told = f"mass {small:g} kg and inertia {least[0, 0]:g} kg m2{heavy}"
+            return MassOf(small, np.mean(places, axis=0), least), told
+        assumed = []
+        mass, inertia = found.mass, found.inertia
+        if not mass > 0:
+            mass, assumed = small, [f"mass {small:g} kg{heavy}"]
+        if not np.linalg.eigvalsh(inertia).min() > 0:
+            inertia = inertia + least
+            assumed.append(f"inertia {least[0, 0]:g} kg m2")
+        return MassOf(mass, found.center, inertia), " and ".join(assumed)
 
+    def _small(self, name: str) -> tuple[float, str]:
+        """Return the mass that is assumed for a body, and by which neighbour.
 
-def _loop(
-    tree: LinkTree, described: Described, frames: Mapping[str, BodyFrame], joint: Joint
-) -> LoopJoint:
-    places = []
-    for reference in (joint.first, joint.second):
-        body, point = reference.split(".")
-        local = described.local(reference)
-        places.append(local if body == GROUND else tree.links[body].points[point])
-    second = frames[joint.second_body]
-    frame = BodyFrame(second.world(described.local(joint.second)), second.R)
-    length = described.values.get(f"{joint.name}.length", 0.0) if joint.bar else 0.0
-    motions = () if joint.bar else _motions(tree, described, frames, joint, frame)
-    ends = joint.first_body, joint.second_body
-    first, other = places
-    return LoopJoint(joint.name, joint.kind, *ends, first, other, motions, length)
+        Loops hold as well as masses on both of their sides are alike: it is a share of the heaviest
+        body beside it, or beside the massless ones that it hangs on.
+        """
+        pairs = [set(joint.bodies) for joint in self.mechanism.joints.values()]
+        reached, near = {name, GROUND}, {name}
+        while near:
+            heavy = {b: self.described.values.get(f"{b}.mass", 0.0) for b in near - {name}}
+            best = max(heavy, key=heavy.__getitem__, default="")
+            if best and heavy[best] > 0:
+                return SMALL * heavy[best], f", {SMALL:g} of {best}'s mass"
+            near = set().union(*(pair for pair in pairs if pair & near)) - reached
+            reached |= near
+        return SMALL, ""
+
+    def _motions(self, joint: Joint, frame: BodyFrame) -> tuple[ElementaryMotion, ...]:
+        """Return the freedoms of a joint from its first to its second body, in a frame."""
+        described = self.described
+        first, second = self.frames[joint.first_body], self.frames[joint.second_body]
+        at = frame.R.T @ (second.world(described.local(joint.second)) - frame.origin)
+        axis = frame.R.T @ first.R @ described.axis(joint) if joint.kind != "spherical" else Z
+        spin = axis if self.mechanism.dimension == 3 else Z
+        if joint.ball or joint.kind == "spherical":
+            return (ElementaryMotion("ball", Z, at, f"{joint.name}.ball", 0.0),)
+
+        def one(kind: str, direction: Floats, word: str) -> ElementaryMotion:
+            value = self._reported("joints", joint.name, word)
+            if not math.isfinite(value):
+                raise UnavailableError(
+                    f"the {word} of the joint is not known", where=f"joints.{joint.name}"
+                )
+            return ElementaryMotion(kind, direction, at, f"{joint.name}.{word}", value)
+
+        if isinstance(joint, SpatialJoint) and joint.crossed:
+            other = frame.R.T @ second.R @ described.direction(joint, "axis2")
+            return (one("hinge", axis, "angle"), one("hinge", other, "angle2"))
+        if isinstance(joint, SpatialJoint) and joint.kind == "planar":
+            x = frame.R.T @ first.R @ described.zero(joint)
+            y = np.cross(axis, x)
+            return (one("slide", x, "x"), one("slide", y, "y"), one("hinge", axis, "angle"))
+        slides = (one("slide", axis, "slide"),) if joint.slides else ()
+        return (*slides, one("hinge", spin, "angle")) if joint.turns else slides
+
+    def _loop(self, joint: Joint) -> LoopJoint:
+        places = []
+        for reference in (joint.first, joint.second):
+            body, point = reference.split(".")
+            local = self.described.local(reference)
+            places.append(local if body == GROUND else self.tree.links[body].points[point])
+        second = self.frames[joint.second_body]
+        frame = BodyFrame(second.world(self.described.local(joint.second)), second.R)
+        length = self.described.values.get(f"{joint.name}.length", 0.0) if joint.bar else 0.0
+        motions = () if joint.bar else self._motions(joint, frame)
+        ends = joint.first_body, joint.second_body
+        first, other = places
+        return LoopJoint(joint.name, joint.kind, *ends, first, other, motions, length)

@@ -208,14 +208,14 @@ def _stretches(path: Path, low: float, high: float) -> list[Stretch]:
             continue
         u = path.drivers(np.array([s]))[0]
         least = min(LEAST * path.largest, wanted)
-        own = expansion.stretch(state, s, u, path.d, wanted, least, blocks)
-        if own is None:
+        stretch = expansion.stretch(state, s, u, path.d, wanted, least, blocks)
+        if stretch is None:
             raise NotProved(f"no step is proved at {s:.6g}")
-        found.append(own)
-        nxt = high if own.step >= high - s else s + own.step
+        found.append(stretch)
+        nxt = high if stretch.step >= high - s else s + stretch.step
         state = path.step(state, s, nxt - s)[0]
-        apart = np.abs(state[: graphs.nx] - own.at((nxt - s) / own.step))
-        if not np.all(apart <= own.radius + SAME * np.maximum(1.0, np.abs(own.at(1.0)))):
+        apart = np.abs(state[: graphs.nx] - stretch.at((nxt - s) / stretch.step))
+        if not np.all(apart <= stretch.radius + SAME * np.maximum(1.0, np.abs(stretch.at(1.0)))):
             raise NotProved(f"a step from {s:.6g} ends on another branch")
         s = nxt
     return found
@@ -254,8 +254,8 @@ class _Fit:
         """Return bounds of |y - P| over [s, s + step] for y = c_0 + c_1 t + ... within e."""
         return np.array(
             [
-                self._one(fit, s, step, own, error)
-                for fit, own, error in zip(self.fits, c.T, e, strict=True)
+                self._one(fit, s, step, terms, error)
+                for fit, terms, error in zip(self.fits, c.T, e, strict=True)
             ]
         )
 
@@ -306,8 +306,8 @@ def _shifted(y: Any, starts: Any, width: float, count: int) -> Any:
 
 def _derivatives(c: Any) -> tuple[list[Any], float]:
     """Return P, P', P''/2, ... as Chebyshev series, and a bound of the next one on the range."""
-    rates, own = [], np.asarray(c, float)
+    rates, series = [], np.asarray(c, float)
     for k in range(ORDER):
-        rates.append(own)
-        own = chebyshev.chebder(own) / (k + 1) if len(own) > 1 else np.zeros(1)
-    return rates, float(np.abs(own).sum())
+        rates.append(series)
+        series = chebyshev.chebder(series) / (k + 1) if len(series) > 1 else np.zeros(1)
+    return rates, float(np.abs(series).sum())

@@ -6,22 +6,16 @@ those of mechdae. Loops are closed between sites, so that their places do not de
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
 
-from mechdae import __version__
 from mechdae.describe.mechanism import GROUND
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, placed, quaternion
 from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeLink
 from mechdae.parts.exchange.robots.xml_text import Element, document, numbers, put, remark
 from mechdae.tasks.motion_of import ExportedMotion
-
-ROD = 0.012
-"""Radius of the rods that are drawn, as a share of the mechanism's size."""
-HOME = BodyFrame(np.zeros(3), np.eye(3))
 
 
 def mjcf(motion: ExportedMotion) -> dict[str, str]:
@@ -47,8 +41,9 @@ class _Model:
         root, tree = self.root, self.tree
         self._head()
         put(root, "compiler", angle="radian", autolimits="true")
-        gravity = self._gravity()
-        put(root, "option", timestep=0.0005, gravity=gravity, iterations=200, tolerance=1e-12)
+        put(
+            root, "option", timestep=0.0005, gravity=tree.gravity(), iterations=200, tolerance=1e-12
+        )
         default = put(root, "default")
         put(default, "geom", contype="0", conaffinity="0", rgba="0.35 0.45 0.6 1")
         remark(default, "loops are closed again within 2 ms (4 steps), to 1e-4 of a force")
@@ -67,28 +62,19 @@ class _Model:
 
     def _head(self) -> None:
         tree, motion = self.tree, self.motion
-        remark(self.root, f"mechdae {__version__}: {motion.problem.name}, task {motion.task}")
+        remark(self.root, tree.title)
         remark(self.root, "SI units; joints are named and counted as in mechdae, second body less "
                "first; qpos0 is the first assembled pose of the task")  # fmt: skip
-        for link in tree.links.values():
-            if link.assumed:
-                remark(self.root, f"assumed for {link.name}, which MuJoCo needs: {link.assumed}")
+        for text in tree.remarks(", which MuJoCo needs"):
+            remark(self.root, text)
         if motion.mechanism.dimension == 2:
             remark(self.root, "a mechanism of the plane x, y: Ixx = Iyy = Izz / 2 have no part")
         if tree.left_out:
             remark(self.root, f"not in this file: {', '.join(tree.left_out)}")
 
-    def _gravity(self) -> Any:
-        mechanism = self.motion.mechanism
-        values = mechanism.values()
-        return placed([values[f"gravity.{a}"] for a in mechanism.axes] if mechanism.gravity else [])
-
     def _ground(self, point: str) -> Any:
         values, axes = self.motion.mechanism.values(), self.motion.mechanism.axes
         return placed([values[f"{GROUND}.{point}.{axis}"] for axis in axes])
-
-    def _frame(self, name: str) -> BodyFrame:
-        return HOME if name == GROUND else self.tree.links[name].frame
 
     # -- bodies ----------------------------------------------------------------------------
 
@@ -96,60 +82,56 @@ class _Model:
         """Put what hangs on a link, and what hangs on that."""
         for edge in self.tree.children(parent):
             link = self.tree.links[edge.child]
-            own = self._body(parent, link.name, link.frame)
-            self._joints(own, edge.motions)
+            body = self._body(parent, link.name, link.frame)
+            self._joints(body, edge.motions)
             mass = link.mass
-            inertia = mass.inertia
-            full = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-            put(own, "inertial", pos=mass.center, mass=mass.mass, fullinertia=full)
-            self._drawn(own, link)
+            xx, xy, xz, yy, yz, zz = mass.moments().values()
+            full = [xx, yy, zz, xy, xz, yz]
+            put(body, "inertial", pos=mass.center, mass=mass.mass, fullinertia=full)
+            self._drawn(body, link)
             for point, place in link.points.items():
-                put(own, "site", name=f"{link.name}.{point}", pos=place)
-            self.elements[link.name] = own
+                put(body, "site", name=f"{link.name}.{point}", pos=place)
+            self.elements[link.name] = body
             self._grow(link.name)
 
     def _body(self, parent: str, name: str, frame: BodyFrame) -> Element:
-        above = self._frame(parent)
-        pos = above.R.T @ (frame.origin - above.origin)
-        quat = quaternion(above.R.T @ frame.R)
-        return put(self.elements[parent], "body", name=name, pos=pos, quat=quat)
+        seen = frame.seen_from(self.tree.frame(parent))
+        quat = quaternion(seen.R)
+        return put(self.elements[parent], "body", name=name, pos=seen.origin, quat=quat)
 
     @staticmethod
     def _joints(body: Element, motions: tuple[ElementaryMotion, ...]) -> None:
-        for own in motions:
-            if own.kind == "free":
-                put(body, "freejoint", name=own.coordinate)
+        for motion in motions:
+            if motion.kind == "free":
+                put(body, "freejoint", name=motion.coordinate)
                 continue
-            given: dict[str, Any] = {"name": own.coordinate, "type": own.kind}
-            given["pos"] = own.anchor
-            if own.kind != "ball":
-                given |= {"axis": own.axis, "ref": own.start}
+            given: dict[str, Any] = {"name": motion.coordinate, "type": motion.kind}
+            given["pos"] = motion.anchor
+            if motion.kind != "ball":
+                given |= {"axis": motion.axis, "ref": motion.start}
             put(body, "joint", **given)
 
     def _drawn(self, body: Element, link: TreeLink) -> None:
         """Put rods between the points of a link."""
-        radius = ROD * self.tree.size
         places = list(link.points.values())
-        drawn = False
-        for one, other in itertools.pairwise(places):
-            if np.linalg.norm(one - other) > radius:
-                ends = numbers([*one, *other])
-                put(body, "geom", type="capsule", fromto=ends, size=radius)
-                drawn = True
-        if not drawn:
-            put(body, "geom", type="sphere", pos=places[0], size=2 * radius)
+        rods = [*self.tree.rods(places)]
+        for _, start, end in rods:
+            ends = numbers([*start, *end])
+            put(body, "geom", type="capsule", fromto=ends, size=self.tree.rod)
+        if not rods:
+            put(body, "geom", type="sphere", pos=places[0], size=2 * self.tree.rod)
 
     def _dummy(self, loop: LoopJoint, motions: tuple[ElementaryMotion, ...]) -> str:
         """Put a small body that moves on the first link as the second body of a joint does."""
-        second = self._frame(loop.second)
+        second = self.tree.frame(loop.second)
         frame = BodyFrame(second.world(loop.second_place), second.R)
         name = f"{loop.joint}.block"
-        own = self._body(loop.first, name, frame)
+        block = self._body(loop.first, name, frame)
         mass = small_mass(self.tree, loop.first, loop.second)
-        remark(own, f"carries the loop's joint; its mass of {mass.mass:g} kg is assumed")
-        self._joints(own, motions)
-        put(own, "inertial", pos=[0, 0, 0], mass=mass.mass, diaginertia=np.diag(mass.inertia))
-        put(own, "site", name=name, pos=[0, 0, 0])
+        remark(block, f"carries the loop's joint; its mass of {mass.mass:g} kg is assumed")
+        self._joints(block, motions)
+        put(block, "inertial", pos=[0, 0, 0], mass=mass.mass, diaginertia=np.diag(mass.inertia))
+        put(block, "site", name=name, pos=[0, 0, 0])
         return name
 
     # -- loops -----------------------------------------------------------------------------
@@ -157,7 +139,7 @@ class _Model:
     def _site(self, link: str, place: Any, loop: LoopJoint, side: str) -> str:
         """Return the name of a site at the second point with the directions of the second body."""
         name = f"{loop.joint}.{side}"
-        turn = self._frame(link).R.T @ self._frame(loop.second).R
+        turn = self.tree.frame(link).R.T @ self.tree.frame(loop.second).R
         put(self.elements[link], "site", name=name, pos=place, quat=quaternion(turn))
         return name
 
@@ -191,8 +173,13 @@ class _Model:
         """Hold a sum of coordinates: by the polynomial of one joint, or as a tendon's length."""
         if len(factors) == 2:
             (one, a), (other, b) = factors.items()
-            own = {"name": name, "joint1": one, "joint2": other, "polycoef": [0, -b / a, 0, 0, 0]}
-            self.equalities.append(("joint", own))
+            equality = {
+                "name": name,
+                "joint1": one,
+                "joint2": other,
+                "polycoef": [0, -b / a, 0, 0, 0],
+            }
+            self.equalities.append(("joint", equality))
             return
         parts = [("joint", {"joint": word, "coef": factor}) for word, factor in factors.items()]
         self.tendons.append(("fixed", name, parts))
@@ -202,9 +189,9 @@ class _Model:
         if self.tendons:
             tendons = put(self.root, "tendon")
             for tag, name, parts in self.tendons:
-                own = put(tendons, tag, name=name)
+                element = put(tendons, tag, name=name)
                 for word, given in parts:
-                    put(own, word, **given)
+                    put(element, word, **given)
         if self.equalities:
             closed = put(self.root, "equality")
             for tag, given in self.equalities:

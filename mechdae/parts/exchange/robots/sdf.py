@@ -6,20 +6,17 @@ from the pose in the file.
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
 
-from mechdae import __version__
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnavailableError
-from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, Z, placed, quaternion
+from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, Z, quaternion
 from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.parts.exchange.robots.single_freedoms import (
     ChainJoint,
     chain,
-    frame_of,
     loop_chain,
 )
 from mechdae.parts.exchange.robots.tree_parts import LoopJoint
@@ -28,7 +25,6 @@ from mechdae.tasks.motion_of import ExportedMotion
 
 VERSION = "1.10"
 TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
-ROD = 0.012
 
 
 def sdf(motion: ExportedMotion) -> dict[str, str]:
@@ -67,20 +63,16 @@ class _World:
         return document(self.root)
 
     def _head(self) -> None:
-        motion, tree = self.motion, self.tree
-        remark(self.model, f"mechdae {__version__}: {motion.problem.name}, task {motion.task}")
+        tree = self.tree
+        remark(self.model, tree.title)
         remark(self.model, "SI units; positions of joints are counted from this pose")
         starts = [f"{m.coordinate} = {number(m.start)}" for m in tree.motions() if m.kind != "ball"]
         remark(self.model, f"mechdae's coordinates in this pose: {', '.join(starts)}")
-        for link in tree.links.values():
-            if link.assumed:
-                remark(self.model, f"assumed for {link.name}: {link.assumed}")
+        for text in tree.remarks():
+            remark(self.model, text)
         if tree.left_out:
             remark(self.model, f"not in this file: {', '.join(tree.left_out)}")
-        gravity = motion.mechanism.gravity
-        values = motion.mechanism.values()
-        own = placed([values[f"gravity.{a}"] for a in motion.mechanism.axes] if gravity else [])
-        remark(self.model, f"gravity is the world's: {numbers(own)} m/s2")
+        remark(self.model, f"gravity is the world's: {numbers(tree.gravity())} m/s2")
 
     @staticmethod
     def _pose(parent: Element, frame: BodyFrame) -> None:
@@ -94,17 +86,15 @@ class _World:
         put(inertial, "mass", number(mass.mass))
         put(inertial, "pose", numbers([*mass.center, 0, 0, 0]))
         inertia = put(inertial, "inertia")
-        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-            put(inertia, f"i{'xyz'[i]}{'xyz'[j]}", number(mass.inertia[i, j]))
+        for name, moment in mass.moments().items():
+            put(inertia, name, number(moment))
         return body
 
     def _drawn(self, body: Element, places: list[Any]) -> None:
         """Put rods between the points of a link."""
-        for k, (one, other) in enumerate(itertools.pairwise(places)):
+        for k, one, other in self.tree.rods(places):
             way = other - one
             length = float(np.linalg.norm(way))
-            if length <= ROD * self.tree.size:
-                continue
             visual = put(body, "visual", name=f"rod{k}")
             across = np.cross(Z, way / length)
             x = across if np.linalg.norm(across) > 1e-9 else np.array([1.0, 0, 0])
@@ -112,34 +102,38 @@ class _World:
             R = np.stack([x, np.cross(way / length, x), way / length], axis=1)
             self._pose(visual, BodyFrame((one + other) / 2, R))
             shape = put(put(visual, "geometry"), "cylinder")
-            put(shape, "radius", number(ROD * self.tree.size))
+            put(shape, "radius", number(self.tree.rod))
             put(shape, "length", number(length))
 
     def _joints(self, joints: list[ChainJoint]) -> None:
         ends = [joints[0].parent, joints[-1].child] if joints else []
-        for own in joints:
-            if own.small:
-                self._link(own.child, own.frame, small_mass(self.tree, *ends))
-            kind = "fixed" if own.motion is None else TYPES[own.motion.kind]
-            if own.motion is not None and own.name.endswith("_slide") and self._is_screw(own):
+        for single in joints:
+            if single.small:
+                self._link(single.child, single.frame, small_mass(self.tree, *ends))
+            kind = "fixed" if single.motion is None else TYPES[single.motion.kind]
+            if (
+                single.motion is not None
+                and single.name.endswith("_slide")
+                and self._is_screw(single)
+            ):
                 raise UnavailableError(
-                    "screws differ between versions of SDFormat", where=f"joints.{own.name[:-6]}"
+                    "screws differ between versions of SDFormat", where=f"joints.{single.name[:-6]}"
                 )
-            joint = put(self.model, "joint", name=own.name, type=kind)
-            self._ends(joint, own.parent, own.child)
-            child = frame_of(self.tree, own.child) if not own.small else own.frame
+            joint = put(self.model, "joint", name=single.name, type=kind)
+            self._ends(joint, single.parent, single.child)
+            child = self.tree.frame(single.child) if not single.small else single.frame
             # the joint's frame is given in the child's, which it may leave by an offset
-            offset = BodyFrame(child.R.T @ (own.frame.origin - child.origin), np.eye(3))
-            if own.motion is not None:
-                offset = BodyFrame(offset.origin + own.motion.anchor, np.eye(3))
-            if own.small:
+            offset = BodyFrame(child.R.T @ (single.frame.origin - child.origin), np.eye(3))
+            if single.motion is not None:
+                offset = BodyFrame(offset.origin + single.motion.anchor, np.eye(3))
+            if single.small:
                 offset = BodyFrame(np.zeros(3), np.eye(3))
             self._pose(joint, offset)
-            if own.motion is not None and own.motion.kind != "ball":
-                put(put(joint, "axis"), "xyz", numbers(own.axis))
+            if single.motion is not None and single.motion.kind != "ball":
+                put(put(joint, "axis"), "xyz", numbers(single.axis))
 
-    def _is_screw(self, own: ChainJoint) -> bool:
-        joint = self.motion.mechanism.joints.get(own.name.removesuffix("_slide"))
+    def _is_screw(self, single: ChainJoint) -> bool:
+        joint = self.motion.mechanism.joints.get(single.name.removesuffix("_slide"))
         return joint is not None and joint.kind == "screw"
 
     @staticmethod
@@ -150,7 +144,7 @@ class _World:
     def _bar(self, loop: LoopJoint) -> None:
         """Put a bar between two points as a link, pinned at both."""
         tree = self.tree
-        first, second = frame_of(tree, loop.first), frame_of(tree, loop.second)
+        first, second = tree.frame(loop.first), tree.frame(loop.second)
         one, other = first.world(loop.first_place), second.world(loop.second_place)
         name = f"{loop.joint}_bar"
         body = self._link(
@@ -168,21 +162,21 @@ class _World:
     def _gear(self, name: str) -> None:
         """Put wheels: theta2 = -ratio theta1, angles of child and parent from the carrier."""
         mechanism = self.motion.mechanism
-        own = mechanism.joints[name]
-        if own.wheels != 2:
+        mesh = mechanism.joints[name]
+        if mesh.wheels != 2:
             raise UnavailableError(
-                f"SDFormat has no {own.kind} between links",
+                f"SDFormat has no {mesh.kind} between links",
                 where=f"joints.{name}",
                 hint="export --format mjcf",
             )
-        ratio = own.turn_ratio(mechanism.values())
+        ratio = mesh.turn_ratio(mechanism.values())
         joint = put(self.model, "joint", name=name, type="gearbox")
-        self._ends(joint, own.first_body, own.second_body)
+        self._ends(joint, mesh.first_body, mesh.second_body)
         put(joint, "gearbox_ratio", number(-1 / ratio))
-        carrier = getattr(own, "carrier", None) or GROUND
+        carrier = getattr(mesh, "carrier", None) or GROUND
         put(joint, "gearbox_reference_body", "world" if carrier == GROUND else carrier)
-        for tag, wheel in (("axis", own.first_body), ("axis2", own.second_body)):
-            put(put(joint, tag), "xyz", numbers(self._wheel_axis(wheel, carrier, own.second_body)))
+        for tag, wheel in (("axis", mesh.first_body), ("axis2", mesh.second_body)):
+            put(put(joint, tag), "xyz", numbers(self._wheel_axis(wheel, carrier, mesh.second_body)))
 
     def _wheel_axis(self, wheel: str, carrier: str, child: str) -> Any:
         """Return the axis of a wheel, from the carrier to it, in the frame of the child."""
@@ -191,6 +185,6 @@ class _World:
         for edge in self.tree.edges.values():
             hinges = [m for m in edge.motions if m.kind == "hinge"]
             if {edge.parent, edge.child} == {wheel, carrier} and len(hinges) == 1:
-                world = frame_of(self.tree, edge.child).R @ hinges[0].axis
-                return frame_of(self.tree, child).R.T @ world * (1.0 if edge.forward else -1.0)
+                world = self.tree.frame(edge.child).R @ hinges[0].axis
+                return self.tree.frame(child).R.T @ world * (1.0 if edge.forward else -1.0)
         return Z

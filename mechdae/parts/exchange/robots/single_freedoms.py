@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
 from mechdae.parts.exchange.robots.link_frames import BodyFrame
 from mechdae.parts.exchange.robots.link_tree import LinkTree
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeEdge
-
-HOME = BodyFrame(np.zeros(3), np.eye(3))
+from mechdae.types import Floats
 
 
 @dataclass(frozen=True)
@@ -31,7 +28,7 @@ class ChainJoint:
     small: bool
 
     @property
-    def axis(self) -> Any:
+    def axis(self) -> Floats:
         """The direction of a hinge or slide in the child's frame (3,)."""
         assert self.motion is not None
         return self.motion.axis / np.linalg.norm(self.motion.axis)
@@ -44,28 +41,23 @@ def chain(tree: LinkTree, edge: TreeEdge) -> list[ChainJoint]:
 
 def loop_chain(tree: LinkTree, loop: LoopJoint) -> list[ChainJoint]:
     """Return the joints of one freedom that make a joint which closes a loop."""
-    second = frame_of(tree, loop.second)
+    second = tree.frame(loop.second)
     frame = BodyFrame(second.world(loop.second_place), second.R)
     return _chain(loop.joint, loop.first, loop.second, frame, loop.motions)
-
-
-def frame_of(tree: LinkTree, link: str) -> BodyFrame:
-    """Return the frame of a link, the world's of the ground."""
-    return HOME if link == GROUND else tree.links[link].frame
 
 
 def _chain(
     joint: str, parent: str, child: str, frame: BodyFrame, motions: tuple[ElementaryMotion, ...]
 ) -> list[ChainJoint]:
     if len(motions) < 2:
-        own = motions[0] if motions else None
-        return [ChainJoint(joint, parent, child, frame, own, False)]
+        motion = motions[0] if motions else None
+        return [ChainJoint(joint, parent, child, frame, motion, False)]
     found = []
-    for k, own in enumerate(motions):
-        word = own.coordinate.rpartition(".")[2]
+    for k, motion in enumerate(motions):
+        word = motion.coordinate.rpartition(".")[2]
         last = k == len(motions) - 1
-        here = frame if last else BodyFrame(frame.world(own.anchor), frame.R)
+        here = frame if last else BodyFrame(frame.world(motion.anchor), frame.R)
         name = child if last else f"{joint}_{word}_part"
-        found.append(ChainJoint(f"{joint}_{word}", parent, name, here, own, not last))
+        found.append(ChainJoint(f"{joint}_{word}", parent, name, here, motion, not last))
         parent = name
     return found

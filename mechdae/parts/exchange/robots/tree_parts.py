@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf
+from mechdae.types import Floats
 
 
 @dataclass(frozen=True)
@@ -18,8 +18,8 @@ class ElementaryMotion:
     """
 
     kind: str  # hinge, slide or ball
-    axis: Any
-    anchor: Any
+    axis: Floats
+    anchor: Floats
     coordinate: str
     start: float
 
@@ -49,8 +49,8 @@ class LoopJoint:
     kind: str
     first: str
     second: str
-    first_place: Any
-    second_place: Any
+    first_place: Floats
+    second_place: Floats
     motions: tuple[ElementaryMotion, ...]
     length: float = 0.0
 
@@ -62,7 +62,7 @@ class TreeLink:
     name: str
     frame: BodyFrame
     mass: MassOf
-    points: Mapping[str, Any]
+    points: Mapping[str, Floats]
     assumed: str = ""
 
 

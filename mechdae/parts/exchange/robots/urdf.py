@@ -6,7 +6,6 @@ file, and for each joint of the tree a polynomial of the driver whose error is p
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 from typing import Any
@@ -19,14 +18,13 @@ from mechdae.errors import InputError, UnavailableError
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, turned
 from mechdae.parts.exchange.robots.link_tree import LinkTree, driven_joint, link_tree, small_mass
 from mechdae.parts.exchange.robots.mimic import Mimics, NotProved, mimics
-from mechdae.parts.exchange.robots.single_freedoms import ChainJoint, chain, frame_of
+from mechdae.parts.exchange.robots.single_freedoms import ChainJoint, chain
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint
 from mechdae.parts.exchange.robots.xml_text import Element, document, number, put, remark
 from mechdae.tasks.motion_of import ExportedMotion
 
 TOLERANCE = 1e-6
 SIDECAR = ".loops.json"
-ROD = 0.012
 PROOF = (
     "proved for every driver value of the range, not at samples: the unknowns lie within a radius "
     "of a polynomial over each proved step (Newton-Kantorovich), the difference from the fit is "
@@ -53,7 +51,7 @@ def urdf(motion: ExportedMotion, tolerance: float = TOLERANCE) -> dict[str, str]
         raise InputError(f"a number above 0 is needed, not {tolerance:g}", where="tolerance")
     tree = link_tree(motion)
     for edge in tree.edges.values():
-        kinds = {own.kind for own in edge.motions}
+        kinds = {motion.kind for motion in edge.motions}
         if edge.kind == "free" or kinds & {"ball", "free"}:
             what = "a ball joint" if kinds & {"ball"} else "a body that only bars hold"
             raise UnavailableError(
@@ -64,7 +62,7 @@ def urdf(motion: ExportedMotion, tolerance: float = TOLERANCE) -> dict[str, str]
     found: Mimics | None = None
     reason = ""
     try:
-        names = [own.coordinate for own in tree.motions()]
+        names = [motion.coordinate for motion in tree.motions()]
         found = mimics(motion, names, tolerance, tree.size)
     except NotProved as error:
         reason = str(error)
@@ -105,22 +103,21 @@ class _Robot:
         )
 
     def text(self) -> str:
-        tree, motion = self.tree, self.motion
-        remark(self.root, f"mechdae {__version__}: {motion.problem.name}, task {motion.task}")
+        tree = self.tree
+        remark(self.root, tree.title)
         remark(self.root, "SI units; values of joints are mechdae's coordinates, second body less "
                "first; loops and polynomials are in the JSON file beside this one")  # fmt: skip
-        for link in tree.links.values():
-            if link.assumed:
-                remark(self.root, f"assumed for {link.name}: {link.assumed}")
+        for text in tree.remarks():
+            remark(self.root, text)
         remark(self.root, "effort and velocity are no limits of the mechanism: URDF wants them")
         if tree.left_out:
             remark(self.root, f"not in this file: {', '.join(tree.left_out)}")
         put(self.root, "link", name=GROUND)
         for link in tree.links.values():
-            own = self._link(link.name, link.mass)
-            self._drawn(own, list(link.points.values()))
+            element = self._link(link.name, link.mass)
+            self._drawn(element, list(link.points.values()))
         for edge in tree.edges.values():
-            above = frame_of(tree, edge.parent)
+            above = tree.frame(edge.parent)
             for joint in chain(tree, edge):
                 if joint.small:
                     self._link(joint.child, small_mass(tree, edge.parent, edge.child))
@@ -129,72 +126,66 @@ class _Robot:
         return document(self.root)
 
     def _link(self, name: str, mass: MassOf) -> Element:
-        own = put(self.root, "link", name=name)
-        inertial = put(own, "inertial")
+        element = put(self.root, "link", name=name)
+        inertial = put(element, "inertial")
         put(inertial, "origin", xyz=mass.center)
         put(inertial, "mass", value=mass.mass)
-        inertia = {
-            f"i{'xyz'[i]}{'xyz'[j]}": mass.inertia[i, j]
-            for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-        }
-        put(inertial, "inertia", **inertia)
-        return own
+        put(inertial, "inertia", "", **mass.moments())
+        return element
 
     def _drawn(self, link: Element, places: list[Any]) -> None:
-        for one, other in itertools.pairwise(places):
+        for _, one, other in self.tree.rods(places):
             way = other - one
             length = float(np.linalg.norm(way))
-            if length <= ROD * self.tree.size:
-                continue
             visual = put(link, "visual")
             across = float(np.hypot(way[0], way[1]))
             turn = [0.0, math.atan2(across, way[2]), math.atan2(way[1], way[0])]
             put(visual, "origin", xyz=(one + other) / 2, rpy=turn)
             shape = put(visual, "geometry")
-            put(shape, "cylinder", radius=ROD * self.tree.size, length=length)
+            put(shape, "cylinder", radius=self.tree.rod, length=length)
 
     def _joint(self, joint: ChainJoint, above: BodyFrame) -> None:
         """Put a joint; its origin is where the child is at value zero."""
-        own = joint.motion
+        motion = joint.motion
         kind = "fixed"
-        if own is not None:
-            self.names[own.coordinate] = joint.name
-            kind = "prismatic" if own.kind == "slide" else "continuous"
+        if motion is not None:
+            self.names[motion.coordinate] = joint.name
+            kind = "prismatic" if motion.kind == "slide" else "continuous"
         entry = put(self.root, "joint", name=joint.name, type=kind)
         R, shift = joint.frame.R, np.zeros(3)
-        if own is not None and own.kind == "slide":
-            shift = -R @ (joint.axis * own.start)
-        elif own is not None:
-            R = R @ turned(joint.axis, -own.start)
-        xyz = above.R.T @ (joint.frame.origin + shift - above.origin)
-        put(entry, "origin", xyz=xyz, rpy=_roll_pitch_yaw(above.R.T @ R))
+        if motion is not None and motion.kind == "slide":
+            shift = -R @ (joint.axis * motion.start)
+        elif motion is not None:
+            R = R @ turned(joint.axis, -motion.start)
+        seen = BodyFrame(joint.frame.origin + shift, R).seen_from(above)
+        put(entry, "origin", xyz=seen.origin, rpy=_roll_pitch_yaw(seen.R))
         put(entry, "parent", link=joint.parent)
         put(entry, "child", link=joint.child)
-        if own is None:
+        if motion is None:
             return
         put(entry, "axis", xyz=joint.axis)
-        low, high = self._reach(own)
-        if own.kind == "slide":
+        low, high = self._reach(motion)
+        if motion.kind == "slide":
             put(entry, "limit", lower=low, upper=high, effort=1000, velocity=1000)
         else:
             put(entry, "limit", effort=1000, velocity=1000)
-        self._mimic(entry, own)
+        self._mimic(entry, motion)
 
-    def _reach(self, own: ElementaryMotion) -> tuple[float, float]:
+    def _reach(self, motion: ElementaryMotion) -> tuple[float, float]:
         """Return values of a slide along the task, and a little more."""
-        joint, _, word = own.coordinate.partition(".")
+        joint, _, word = motion.coordinate.partition(".")
         values = np.asarray(self.motion.result.joints[joint][word], float)[self.motion.rows]
         more = 0.05 * (float(np.ptp(values)) or self.tree.size)
         return float(values.min()) - more, float(values.max()) + more
 
-    def _mimic(self, entry: Element, own: ElementaryMotion) -> None:
+    def _mimic(self, entry: Element, motion: ElementaryMotion) -> None:
         """Put a mimic element where a straight line is within the tolerance."""
-        if self.found is None or not self.lead or own.coordinate == self.lead:
+        if self.found is None or not self.lead or motion.coordinate == self.lead:
             return
-        if not self._is_exact(own.coordinate):
+        if not self._is_exact(motion.coordinate):
             return
-        slope = self._slope(own.coordinate) / self._slope(self.lead)
-        mine, its = self.found.lines[own.coordinate], self.found.lines[self.lead]
+        slope = self._slope(motion.coordinate) / self._slope(self.lead)
+        mine, its = self.found.lines[motion.coordinate], self.found.lines[self.lead]
         offset = float(mine.coefficients[0] - slope * its.coefficients[0])
         remark(entry, f"within {number(mine.error + abs(slope) * its.error)}, proved")
         lead = self.names.get(self.lead, self.lead.split(".")[0])
@@ -222,8 +213,12 @@ def _sidecar(
         "coordinates": {word: {"joint": name} for word, name in robot.names.items()},
         "loops": [_loop(tree, loop) for loop in tree.loops],
         "couplings": [
-            {"joint": own.joint, "factors": dict(own.factors), "constant": own.constant}
-            for own in tree.couplings
+            {
+                "joint": coupling.joint,
+                "factors": dict(coupling.factors),
+                "constant": coupling.constant,
+            }
+            for coupling in tree.couplings
         ],
         "driver": {
             "coordinate": next(iter(motion.result.drivers), None),
@@ -239,12 +234,12 @@ def _sidecar(
 def _polynomials(found: Mimics, tolerance: float, size: float) -> dict[str, Any]:
     joints = {
         word: {
-            "coefficients": own.coefficients.tolist(),
-            "error": own.error,
-            "within_tolerance": own.error <= tolerance * (size if word.endswith(".slide") else 1.0),
+            "coefficients": fit.coefficients.tolist(),
+            "error": fit.error,
+            "within_tolerance": fit.error <= tolerance * (size if word.endswith(".slide") else 1.0),
             "unit": "m" if word.endswith(".slide") else "rad",
         }
-        for word, own in found.polynomials.items()
+        for word, fit in found.polynomials.items()
     }
     return {
         "range": [found.low, found.high],
@@ -257,17 +252,17 @@ def _polynomials(found: Mimics, tolerance: float, size: float) -> dict[str, Any]
 
 def _loop(tree: LinkTree, loop: LoopJoint) -> dict[str, Any]:
     """Return a joint that closes a loop: places and axes in the frames of both links."""
-    first, second = frame_of(tree, loop.first), frame_of(tree, loop.second)
+    first, second = tree.frame(loop.first), tree.frame(loop.second)
     turn = first.R.T @ second.R
     axes = [
         {
-            "kind": own.kind,
-            "coordinate": own.coordinate,
-            "axis_second": own.axis.tolist(),
-            "axis_first": (turn @ own.axis).tolist(),
+            "kind": motion.kind,
+            "coordinate": motion.coordinate,
+            "axis_second": motion.axis.tolist(),
+            "axis_first": (turn @ motion.axis).tolist(),
         }
-        for own in loop.motions
-        if own.kind != "ball"
+        for motion in loop.motions
+        if motion.kind != "ball"
     ]
     return {
         "joint": loop.joint,
