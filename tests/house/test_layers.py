@@ -62,8 +62,8 @@ ROOMS = {
     "parts.page": "cli describe draw equations errors forces kernels motion.continuation "
     "motion.kinematics motion.setup results tasks",
     "parts.exchange": "cli describe draw equations errors kernels motion.continuation "
-    "motion.kinematics results tasks tasks.export",
-    "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export",
+    "motion.kinematics results tasks tasks.export types",
+    "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export types",
     "parts.proof": "cli describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.setup results",
     "parts.bench": "cli describe design.synthesis draw dynamics errors kernels "

@@ -203,17 +203,17 @@ def _parts_html(parts: tuple[str | Part, ...]) -> str:
 def _words(block: Grid) -> list[bool]:
     """Return which columns hold words, and not numbers or formulas."""
     return [
-        any(isinstance(own, str) and any(map(str.isalpha, own)) for own in column)
+        any(isinstance(cell, str) and any(map(str.isalpha, cell)) for cell in column)
         for column in zip(*block.rows, strict=True)
     ] or [True] * len(block.heads)
 
 
 def _table_html(block: Grid) -> str:
-    marks = [' class="words"' if own else "" for own in _words(block)]
+    marks = [' class="words"' if wordy else "" for wordy in _words(block)]
 
     def cells(tag: str, row: tuple[str | Part, ...]) -> str:
         pairs = zip(marks, row, strict=True)
-        return "".join(f"<{tag}{mark}>{_parts_html((own,))}</{tag}>" for mark, own in pairs)
+        return "".join(f"<{tag}{mark}>{_parts_html((cell,))}</{tag}>" for mark, cell in pairs)
 
     heads = cells("th", block.heads)
     rows = "".join(f"<tr>{cells('td', row)}</tr>" for row in block.rows)
@@ -285,7 +285,7 @@ def _table_typst(block: Grid) -> str:
 
     rows = "".join(f"  {cells(row)},\n" for row in block.rows)
     words = _words(block)
-    align = ", ".join("left" if k == 0 or own else "right" for k, own in enumerate(words))
+    align = ", ".join("left" if k == 0 or wordy else "right" for k, wordy in enumerate(words))
     table = (
         f"#table(columns: {len(block.heads)}, align: ({align}),\n"
         f"  table.header({cells(block.heads)}),\n{rows})"

@@ -100,16 +100,16 @@ class MotionWork:
 
     def ours(self, tolerance: float) -> MotionEnd:
         """Integrate with the package."""
-        own = self.integrator
+        integrator = self.integrator
         self.setup.tolerance = tolerance
-        before = own.rhs
+        before = integrator.rhs
         works = np.zeros(len(self.setup.works))
-        state = own.first(0.0, self.x, self.v, works, self.none)
-        for nodes in own.steps(state, self.none):
+        state = integrator.first(0.0, self.x, self.v, works, self.none)
+        for nodes in integrator.steps(state, self.none):
             if nodes.stalled:
                 raise RuntimeError("the step size went to nothing")
             state = nodes.states[-1]
-        return MotionEnd(state[own.layout["x"]].copy(), own.rhs - before)
+        return MotionEnd(state[integrator.layout["x"]].copy(), integrator.rhs - before)
 
 
 class RubbingWork(MotionWork):
@@ -156,9 +156,9 @@ def _expected(setup: MotionProblem, problem: Problem, name: str) -> tuple[Any, A
         return None, np.zeros(0), np.zeros(0), 0.0
     inputs = [model.q, setup.loads.time, model.p]
     general = ca.Function("outputs", inputs, [ca.vertcat(*texts)])
-    own = [released.t, released.x, model.p]
+    given = [released.t, released.x, model.p]
     held = ca.DM(list(setup.held.values()))
-    place = ca.Function("place", own, [ca.substitute(released.q, released.values, held)])
+    place = ca.Function("place", given, [ca.substitute(released.q, released.values, held)])
     t, x = SX.sym("t"), SX.sym("x", released.x.numel())
     p = ca.DM(model.p_values)
     at_end = ca.Function("end", [t, x], [general(place(t, x, p), t, p)])

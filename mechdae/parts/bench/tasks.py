@@ -93,9 +93,9 @@ def _stick() -> Any:
 
 def off_expected(problem: Problem, task: str) -> float:
     """Return the largest deviation from what the file expects of a task, over the value's size."""
-    own = tuple(entry for entry in problem.expected if entry.task == task)
+    expected = tuple(entry for entry in problem.expected if entry.task == task)
     largest = float("nan")
-    for verdict in check(replace(problem, expected=own)):
+    for verdict in check(replace(problem, expected=expected)):
         size = np.abs(np.array(verdict.value, float)).max(initial=0.0) or 1.0
         exact = verdict.allowed <= EXACT * size
         if verdict.note or not verdict.met or exact:
@@ -131,10 +131,10 @@ def table(records: list[dict[str, Any]]) -> str:
         f"{'x yardstick':>12} {'error':>9}"
     ]
     for title in dict.fromkeys(r["work"] for r in records):
-        own = {r["method"]: r for r in records if r["work"] == title}
-        last = own[WARM]
+        times = {r["method"]: r for r in records if r["work"] == title}
+        last = times[WARM]
         cells = [
-            f"{own[method]['seconds'] * 1e3:{width}.1f}" if method in own else " " * width
+            f"{times[method]['seconds'] * 1e3:{width}.1f}" if method in times else " " * width
             for method, width in ((FIRST, 10), (AGAIN, 9), (WARM, 13))
         ]
         lines.append(

@@ -47,8 +47,8 @@ KINDS = ("sweep", "reactions", "motion")
 UNIT_NAMES = (
     *UNITS,
     *(
-        f"{own}/{time}"
-        for own in ("m", "mm", "cm", "rad", "deg", "°")
+        f"{unit}/{time}"
+        for unit in ("m", "mm", "cm", "rad", "deg", "°")
         for time in ("s", "s²", "s³")
     ),
 )
@@ -128,13 +128,13 @@ def page(
     else:
         whole = problem if isinstance(problem, Problem) else load(problem)
     if name is None:
-        able = [own for own, kind in whole.tasks.items() if kind.kind in KINDS]
+        able = [name for name, kind in whole.tasks.items() if kind.kind in KINDS]
         if not able:
             raise InputError("no task with poses along a path", where="tasks", hint="kind = sweep")
-        live = [own for own in able if whole.task(own).kind != "motion"]
+        live = [name for name in able if whole.task(name).kind != "motion"]
         name = able[0]
         if name in live:  # one over an interval before one of a few poses
-            name = max(live, key=lambda own: whole.task(own).way)
+            name = max(live, key=lambda name: whole.task(name).way)
     chosen = whole.task(name)
     if chosen.kind not in KINDS:
         raise InputError(
@@ -145,7 +145,7 @@ def page(
 
 def _again(result: Result) -> Problem:
     """Return a problem that sweeps the driver of a result over the same range."""
-    moving = [name for name, own in result.drivers.items() if np.ptp(own.position) > 0]
+    moving = [name for name, driver in result.drivers.items() if np.ptp(driver.position) > 0]
     if len(moving) != 1 or result.kind not in KINDS[:2] or result.time is not None:
         raise InputError(
             "a page of a result needs one driver that moves", hint="md.page(problem, task)"
@@ -153,10 +153,10 @@ def _again(result: Result) -> Problem:
     if result.definition is not None:
         known: Table[Task] = Table({result.task: result.definition})
         return Problem(result.mechanism, known, name=result.problem, title=result.title)
-    own = result.drivers[moving[0]]
-    low, high = float(own.position[0]), float(own.position[-1])
-    driver = Driver(moving[0], from_=low, to=high, speed=float(own.velocity[0]))
-    task = Sweep(driver=driver, poses=len(own.position))
+    moved = result.drivers[moving[0]]
+    low, high = float(moved.position[0]), float(moved.position[-1])
+    driver = Driver(moving[0], from_=low, to=high, speed=float(moved.velocity[0]))
+    task = Sweep(driver=driver, poses=len(moved.position))
     return Problem(result.mechanism, Table({result.task: task}), name=result.problem)
 
 
@@ -177,10 +177,10 @@ def _followed(problem: Problem, name: str, lang: str) -> _Followed:
     task = problem.task(name)
     loaded, without = _loaded(problem, task, lang) if isinstance(task, Reactions) else (None, "")
     if isinstance(task, Reactions):
-        task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
+        task = Sweep(**{field.name: getattr(task, field.name) for field in fields(Sweep)})
     if not (isinstance(task, Sweep) and task.kind == "sweep"):
         return _Followed(task, solve(problem, name))
-    own = problem.with_task(name, task)
+    changed = problem.with_task(name, task)
     task = replace(task, outputs=None, measures=None)
     problem = problem.with_task(name, task)
     try:
@@ -191,7 +191,7 @@ def _followed(problem: Problem, name: str, lang: str) -> _Followed:
             run = followed(setting, task)
         result = report(problem, name, task, setting, run)
     except MechdaeError:  # what the task does not ask for may not assemble
-        return _Followed(task, solve(own, name))
+        return _Followed(task, solve(changed, name))
     return _Followed(task, result, setting, run, loaded, without)
 
 
@@ -224,7 +224,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         "scene": scenes.drawn(problem.mechanism),
         "numbers": plain(problem.mechanism.values()),
         "driver": _driver(result),
-        "status": [str(own) for own in result.status],
+        "status": [str(status) for status in result.status],
         "live": not reason,
         "reason": reason,
         "kernels": None,
@@ -233,9 +233,9 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         "units": parameter_units(problem.mechanism, problem.tasks.values()),
     }
     if lang == "ru":
-        data["unit_names"] = {own: unit_in_russian(own) for own in UNIT_NAMES}
+        data["unit_names"] = {unit: unit_in_russian(unit) for unit in UNIT_NAMES}
     if units.asked:
-        data["shown"] = {si: [own.factor, own.name] for si, own in units.by_si.items()}
+        data["shown"] = {si: [shown.factor, shown.name] for si, shown in units.by_si.items()}
     text = ""
     if setting is not None and run is not None and not reason:
         try:
@@ -246,7 +246,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         data["reason"] += said("poses", lang, some=MOST_RECORDED, all=result.status.size)
     if not data["live"]:
         result = smooth(result, _ways)
-        data |= {"driver": _driver(result), "status": [str(own) for own in result.status]}
+        data |= {"driver": _driver(result), "status": [str(status) for status in result.status]}
     most, turned = (FEW, ()) if data["live"] else (MOST_RECORDED, scenes.turned(data["scene"]))
     data["recorded"] = _recorded(result, most, turned)
     main = link.MAIN
@@ -320,8 +320,8 @@ def _make_live(
     }
     if drivers is not None:
         way = data["way"]
-        own = drivers[way["driver"]] if way["kind"] == "alone" else way
-        data["driver"] = {"name": own["name"], "unit": own["unit"], "values": plain(places)}
+        moving = drivers[way["driver"]] if way["kind"] == "alone" else way
+        data["driver"] = {"name": moving["name"], "unit": moving["unit"], "values": plain(places)}
     return kernels.text
 
 

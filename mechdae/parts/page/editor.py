@@ -68,8 +68,6 @@ def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Pag
         "name": name,
         "kept": [],
         "names": [],
-        "units": {
-            own.suffix: [own.size.numerator, own.size.denominator, own.pi] for own in UNITS.values()
-        },
+        "units": {u.suffix: [u.size.numerator, u.size.denominator, u.pi] for u in UNITS.values()},
     }
     return Page(link.linked(data, "", "edit"), data)

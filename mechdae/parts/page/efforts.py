@@ -65,7 +65,7 @@ def numbers(loaded: LoadedRun, rows: list[int]) -> dict[str, Any]:
     groups = [
         {
             "places": places,
-            "forms": [[own.start, own.stop] for own in forms],
+            "forms": [[form.start, form.stop] for form in forms],
             "laws": laws,
         }
         for places, forms, laws in statics.branches.groups
@@ -75,7 +75,7 @@ def numbers(loaded: LoadedRun, rows: list[int]) -> dict[str, Any]:
         for table, signal in zip(statics.tables, statics.loads.signals, strict=True)
     ]
     model, drivers = setting.scene.model, [row.owner for row in setting.scene.rows if row.driver]
-    second = {name: own.second for name, own in model.mechanism.joints.items()}
+    second = {name: joint.second for name, joint in model.mechanism.joints.items()}
     return {
         "columns": unknown_columns(setting),
         "joints": [{"name": name, "at": second[name]} for name in balance.joints],
@@ -101,8 +101,9 @@ def _checks(loaded: LoadedRun, rows: list[int]) -> list[dict[str, Any]]:
     for k, row in enumerate(rows):
         if answer.counts[k] != 1 or not answer.there[k]:
             continue
-        own = [answer.whole.reactions[k].ravel(), answer.whole.efforts[k], answer.whole.losses[k]]
-        if all(np.isfinite(values).all() for values in own):
+        whole = answer.whole
+        forces = [whole.reactions[k].ravel(), whole.efforts[k], whole.losses[k]]
+        if all(np.isfinite(values).all() for values in forces):
             values = loaded.run.poses.s
-            found.append({"s": float(values[row]), "f": [values.tolist() for values in own]})
+            found.append({"s": float(values[row]), "f": [values.tolist() for values in forces]})
     return found

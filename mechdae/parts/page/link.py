@@ -97,17 +97,17 @@ def modules(main: str = MAIN) -> str:
     put(main)
     known: dict[str, str] = {}
     for name, text in texts.items():
-        for own in _names(text):
-            if own in known:
-                raise ValueError(f"{own} is defined in {known[own]}.js and in {name}.js")
-            known[own] = name
+        for word in _names(text):
+            if word in known:
+                raise ValueError(f"{word} is defined in {known[word]}.js and in {name}.js")
+            known[word] = name
     return _short(re.sub(r"^export ", "", "".join(texts.values()), flags=re.M))
 
 
 def _names(text: str) -> list[str]:
     """Return the top-level names of a module."""
     constants = re.findall(r"^(?:export )?const (?!\{)[^({\n]*;$", text, re.M)
-    return NAMES.findall(text) + [own for line in constants for own in MORE.findall(line)]
+    return NAMES.findall(text) + [word for line in constants for word in MORE.findall(line)]
 
 
 def _short(text: str) -> str:

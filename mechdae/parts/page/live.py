@@ -50,7 +50,7 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
     graphs, path = setting.graphs, run.path
     if ways.cornered(setting):
         return "corners"
-    if any(not own.closed or own.pieces for own in graphs.contacts) or path.constants.measured:
+    if path.constants.measured or any(not c.closed or c.pieces for c in graphs.contacts):
         return "curves"
     if any(graph.redundant for graph in graphs.blocks):
         return "superfluous"
@@ -112,10 +112,10 @@ def looks_of(model: Model) -> tuple[list[list[str]], Any]:
     keys = {"axis": "axis", "radius": "radius", "roller_radius": "roller"}
     space = model.mechanism
     found = [
-        (name, key, model.numbers[f"{name}.{own}"])
+        (name, key, model.numbers[f"{name}.{word}"])
         for name, joint in (space.joints.items() if space.dimension == 2 else ())
-        for own, key in keys.items()
-        if f"{name}.{own}" in model.numbers and not (key == "radius" and joint.wheels != 1)
+        for word, key in keys.items()
+        if f"{name}.{word}" in model.numbers and not (key == "radius" and joint.wheels != 1)
     ]
     column = ca.vertcat(ca.SX(0, 1), *[number for _, _, number in found])
     return [[name, key] for name, key, _ in found], ca.Function("looks", [model.p], [column])
@@ -233,7 +233,7 @@ def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
         "turns": bool(graphs.turns),
         "floors": len(constants.floors),
         "boxes": [part.T.tolist() for part in constants.boxes] if graphs.contacts else None,
-        "weights": [weight for own in columns for weight in own.tolist()],
+        "weights": [weight for column in columns for weight in column.tolist()],
         "blocks": blocks,
         "nx": graphs.nx,
         "nb": graphs.nb,
@@ -251,9 +251,9 @@ def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
         return []
     if found.count > 32:
         return []
-    own = setting.assembler.labels.of_pose(x, u)
+    label = setting.assembler.labels.of_pose(x, u)
     modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
-    return [{**mode, "own": mode["label"] == own, "proven": found.proven} for mode in modes]
+    return [{**mode, "own": mode["label"] == label, "proven": found.proven} for mode in modes]
 
 
 def shape_of(setting: Setting, sliders: Sequence[str]) -> dict[str, list[int]]:
@@ -270,8 +270,8 @@ def shape_of(setting: Setting, sliders: Sequence[str]) -> dict[str, list[int]]:
     parts: dict[str, Body | Ground] = {GROUND: mechanism.ground, **mechanism.bodies}
     for name, body in parts.items():
         for point in body.points:
-            own = [model.numbers[f"{name}.{point}.{axis}"] for axis in "xy"]
-            used = ca.jacobian(ca.vertcat(*own), model.p).sparsity().get_triplet()[1]
+            place = [model.numbers[f"{name}.{point}.{axis}"] for axis in "xy"]
+            used = ca.jacobian(ca.vertcat(*place), model.p).sparsity().get_triplet()[1]
             places = sorted({k for i in set(used) for k in of_number.get(i, [])})
             if places:
                 found[f"{name}.{point}"] = places

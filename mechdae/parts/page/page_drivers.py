@@ -92,14 +92,14 @@ def way_of(setting: Setting, run: Run) -> dict[str, Any]:
     """
     plan, path = setting.plan, run.path
     s, _ = start_of(path)
-    own: dict[str, Any] = {"u": path.drivers(np.array([s]))[0].tolist()}
+    way: dict[str, Any] = {"u": path.drivers(np.array([s]))[0].tolist()}
     if setting.graphs.single:
-        return own | {"kind": "value"}
+        return way | {"kind": "value"}
     if plan.moving is not None:
-        return own | {"kind": "alone", "driver": plan.moving, "largest": float(path.largest)}
+        return way | {"kind": "alone", "driver": plan.moving, "largest": float(path.largest)}
     rates = [np.atleast_2d(rate)[0].tolist() for rate in (plan.speed, plan.acceleration)]
     if is_law(setting):
-        return own | {"kind": "law", "name": "t", "unit": "s", "largest": float(path.largest)}
+        return way | {"kind": "law", "name": "t", "unit": "s", "largest": float(path.largest)}
     whole = {"kind": "legs", "unit": "", "rates": rates}
     if isinstance(path, Legs):
         corners, name = path.corners, "pose"
@@ -107,7 +107,7 @@ def way_of(setting: Setting, run: Run) -> dict[str, Any]:
         assert isinstance(path, Path)
         corners, name = np.array([path.u0, path.u0 + path.d]), "way"
     longest = [largest_step(leg, scales(setting)) for leg in np.diff(corners, axis=0)]
-    return own | whole | {"name": name, "corners": corners.tolist(), "largest": longest}
+    return way | whole | {"name": name, "corners": corners.tolist(), "largest": longest}
 
 
 def pace_of(setting: Setting, run: Run) -> float:
@@ -121,4 +121,4 @@ def pace_of(setting: Setting, run: Run) -> float:
 
 def largest_alone(drivers: Sequence[dict[str, Any]]) -> list[float]:
     """Return the largest step of each driver moved on its own, as of a single one."""
-    return [2 * np.pi / NODES_PER_TURN * own["size"] for own in drivers]
+    return [2 * np.pi / NODES_PER_TURN * driver["size"] for driver in drivers]

@@ -45,8 +45,8 @@ def _mesh(mechanism: Mechanism, mesh: Joint) -> dict[str, Any]:
     """
     values, carrier = mechanism.values(), getattr(mesh, "carrier", None) or GROUND
     members = []
-    for k, own in enumerate(bearings(mechanism, mesh)):
-        joint = mechanism.joints[own.joint]
+    for k, bearing in enumerate(bearings(mechanism, mesh)):
+        joint = mechanism.joints[bearing.joint]
         second = joint.second_body == carrier
         at, end = (joint.second, joint.first) if second else (joint.first, joint.second)
         if not isinstance(joint, SpatialJoint):
@@ -74,9 +74,9 @@ def _mesh(mechanism: Mechanism, mesh: Joint) -> dict[str, Any]:
 
 def _reach(scene: SpatialScene, mesh: Joint) -> list[float]:
     """Return between which places a rack slides on its carrier [m]."""
-    own = bearings(scene.mechanism, mesh)[1]
-    joint = scene.mechanism.joints[own.joint]
-    ways = [own.sense * scene.along(joint, pose) for pose in scene.assembled()]
+    bearing = bearings(scene.mechanism, mesh)[1]
+    joint = scene.mechanism.joints[bearing.joint]
+    ways = [bearing.sense * scene.along(joint, pose) for pose in scene.assembled()]
     ways = [way for way in ways if np.isfinite(way)]
     return [min(ways), max(ways)] if ways else [0.0, 0.0]
 

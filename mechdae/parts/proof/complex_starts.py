@@ -29,7 +29,7 @@ def poses_of_group(m: Any, z: list[Any], group: Any) -> list[list[Any]]:
     body, _, point = reference.partition(".")
     found, at = [], m.at[body, "x"]
     for place, e in zip(places, turns, strict=True):
-        own, (w, x, y, v) = list(z), e
+        pose, (w, x, y, v) = list(z), e
         R = np.array(
             [
                 [1 - 2 * (y * y + v * v), 2 * (x * y - w * v), 2 * (x * v + w * y)],
@@ -38,8 +38,8 @@ def poses_of_group(m: Any, z: list[Any], group: Any) -> list[list[Any]]:
             ]
         )
         r = place - R @ _numbers(m.points[body][point])
-        own[at : at + 7] = [acb(complex(value)) for value in (*r, *e)]
-        found.append(own)
+        pose[at : at + 7] = [acb(complex(value)) for value in (*r, *e)]
+        found.append(pose)
     return found
 
 
@@ -64,7 +64,7 @@ def hinge_row_poses(
     first = np.array([complex(v) for v in m.place(start, base)])
     found = []
     for directions in axes:
-        own, here = list(z), first
+        pose, here = list(z), first
         for k in range(len(row) - 1):
             near, far = (1 if row[k][1] else 0), (0 if row[k + 1][1] else 1)
             body, point = joints[k]["ends"][near]
@@ -72,9 +72,9 @@ def hinge_row_poses(
             inner = [_numbers(joints[j]["sides"][s][2]) for j, s in ((k, near), (k + 1, far))]
             R = _frame(*directions[k : k + 2]) @ np.linalg.inv(_frame(*inner))
             at, r = m.at[body, "x"], here - R @ p
-            own[at : at + 7] = [acb(complex(v)) for v in (*r, *_quaternion(R))]
+            pose[at : at + 7] = [acb(complex(v)) for v in (*r, *_quaternion(R))]
             here = r + R @ q
-        found.append(own)
+        found.append(pose)
     return found
 
 

@@ -24,7 +24,7 @@ def meeting(mechanism: dict[str, Any], bodies: dict[str, list[str]], s: float) -
     UnavailableError
         Angles are no right angles, or equations do not vanish exactly there.
     """
-    angles = {body: float(Fraction(own[2])) for body, own in bodies.items()} | {"": s}
+    angles = {body: float(Fraction(place[2])) for body, place in bodies.items()} | {"": s}
     counts = {body: round(angle / (math.pi / 2)) for body, angle in angles.items()}
     if any(abs(angles[body] - count * math.pi / 2) > NEAR for body, count in counts.items()):
         raise _refused("where angles are no right angles", s)
@@ -33,7 +33,7 @@ def meeting(mechanism: dict[str, Any], bodies: dict[str, list[str]], s: float) -
     if not found.keys() >= bodies.keys():
         raise _refused("where not all bodies are linked by pins", s)
     place = {
-        body: [*(str(own.get((0, "c"), Fraction(0))) for own in found[body]), str(counts[body])]
+        body: [*(str(waves.get((0, "c"), Fraction(0))) for waves in found[body]), str(counts[body])]
         for body in bodies
     }
     m: Any = mechanism_of(mechanism)

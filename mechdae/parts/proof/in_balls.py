@@ -166,7 +166,7 @@ def looked_at(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
     for group in groups:
         known |= {*group}
         bodies = [(joint["kind"], {*joint["bodies"]}) for joint in m.joints.values()]
-        kinds = [kind for kind, own in bodies if own & {*group} and own <= known]
+        kinds = [kind for kind, ends in bodies if ends & {*group} and ends <= known]
         if len(kinds) > 1 or len(group) > 1:
             hung = "places" if {*kinds} == {"distance"} and len(group) == 1 else ""
             proofs.add("turns" if {*kinds} == {"revolute"} else hung)
@@ -212,9 +212,9 @@ class PoseSearch:
             except ArithmeticError:
                 continue
             mirrored = [acb(x.real, -x.imag) for x in pose]
-            for own in (pose, mirrored):  # the mirror image of a pose is one
-                if not any(self._alike(own, other) for other in found) and self.m.oriented(own):
-                    found.append(own)
+            for image in (pose, mirrored):  # the mirror image of a pose is one
+                if not any(self._alike(image, other) for other in found) and self.m.oriented(image):
+                    found.append(image)
         return found
 
     def _alike(self, one: list[Any], other: list[Any]) -> bool:

@@ -120,7 +120,7 @@ def _joint(joint: Joint, values: Any) -> dict[str, Any]:
             f"no certificate is written of joints of kind '{joint.kind}'",
             where=f"joints.{joint.name}",
         )
-    own: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
+    claim: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
     numbers = {key: values.get(f"{joint.name}.{key}", 0.0) for key in NUMBERS[kind]}
     if joint.wheels == 2 and f"{joint.name}.ratio" not in values:  # two radii
         radii = [Fraction(values[f"{joint.name}.{key}"]) for key in ("second_radius", "radius")]
@@ -129,8 +129,8 @@ def _joint(joint: Joint, values: Any) -> dict[str, Any]:
         numbers["ratio"] *= joint.sense
     carrier = getattr(joint, "carrier", None)
     if carrier:
-        own["carrier"] = carrier
-    return own | {key: as_text(value) for key, value in numbers.items()}
+        claim["carrier"] = carrier
+    return claim | {key: as_text(value) for key, value in numbers.items()}
 
 
 def _curve(scene: Scene, joint: Curve, values: Any) -> dict[str, Any]:
@@ -174,7 +174,7 @@ class Frames:
             for name, contact in model.contacts.items()
             if any(name in group.joints for group in scene.groups)
         }
-        rows += [symbol for own in self.curves.values() for symbol in own]
+        rows += [symbol for symbols in self.curves.values() for symbol in symbols]
         expression = ca.densify(scene.expression(ca.vertcat(*rows)))
         self._function = ca.Function("frames", [scene.x, scene.u, model.p], [expression])
 
@@ -184,13 +184,13 @@ class Frames:
         Of each curve s and the angle of a roller's tangent, by the joint's name.
         """
         values = np.array(self._function(x, u, self.p)).ravel()
-        place, own = values[: 3 * len(self.bodies)].reshape(-1, 3), values[3 * len(self.bodies) :]
-        rest = map(as_text, own)
+        place = values[: 3 * len(self.bodies)].reshape(-1, 3)
+        rest = map(as_text, values[3 * len(self.bodies) :])
         contacts = {name: [next(rest) for _ in known] for name, known in self.curves.items()}
         cos, sin = np.cos(place[:, 2]), np.sin(place[:, 2])
         a, b = self._local.T
         origin = place[:, :2] - np.stack([cos * a - sin * b, sin * a + cos * b], axis=1)
         return {
-            body: [as_text(v) for v in (*own, angle)]
-            for body, own, angle in zip(self.bodies, origin, place[:, 2], strict=True)
+            body: [as_text(v) for v in (*place_of_body, angle)]
+            for body, place_of_body, angle in zip(self.bodies, origin, place[:, 2], strict=True)
         } | contacts

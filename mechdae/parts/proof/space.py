@@ -52,11 +52,11 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
             counted += sums[name]
     for link in idle.values():
         if link.name in scene.bodies:
-            first, second = ([Fraction(numbers[f"{own}.{a}"]) for a in AXES] for own in link.own)
+            first, second = ([Fraction(numbers[f"{p}.{a}"]) for a in AXES] for p in link.own)
             square = sum((x - y) ** 2 for x, y in zip(first, second, strict=True))
             first_end, second_end = link.ends
-            own = {"kind": "distance", "first": first_end, "second": second_end}
-            joints[link.joint] = own | {"square": str(square)}
+            bar = {"kind": "distance", "first": first_end, "second": second_end}
+            joints[link.joint] = bar | {"square": str(square)}
     for name in names:
         if name not in sums and name not in spun:
             joints[name] = _joint(mechanism.joints[name], numbers, counted)
@@ -70,7 +70,7 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
             add(driver.text.rpartition(".")[0])
     told = {"bodies": points, "joints": joints, "drivers": laws}
     more = {"sums": sums, "spins": spins}
-    return {"dimension": 3} | told | {key: own for key, own in more.items() if own}
+    return {"dimension": 3} | told | {key: value for key, value in more.items() if value}
 
 
 def _spin(model: Any, spin: Spin) -> dict[str, Any]:
@@ -93,8 +93,8 @@ def _sum(mechanism: Mechanism, mesh: Joint, numbers: Any) -> dict[str, str]:
     factors = (Fraction(-1), ratio) if mesh.wheels > 1 else (ratio, Fraction(-1))
     return {
         **{
-            f"{own.joint}.{own.word}": as_text(factor * Fraction(own.sense))
-            for own, factor in zip((one, other), factors, strict=True)
+            f"{named.joint}.{named.word}": as_text(factor * Fraction(named.sense))
+            for named, factor in zip((one, other), factors, strict=True)
         },
         "": as_text(numbers.get(f"{mesh.name}.phase", 0.0)),
     }
@@ -103,23 +103,23 @@ def _sum(mechanism: Mechanism, mesh: Joint, numbers: Any) -> dict[str, str]:
 def _joint(joint: Joint, numbers: Any, counted: list[str]) -> dict[str, Any]:
     """Return a joint; of its turns those are unknowns that count for drivers, wheels or a screw."""
     kind = "vector" if joint.pointer else joint.kind
-    own: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
+    claim: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
     if joint.pointer:
         lengths = {word: f"{joint.name}.{word}" for word in WORDS}
-        return own | {w: as_text(numbers[key]) for w, key in lengths.items() if key in numbers}
+        return claim | {w: as_text(numbers[key]) for w, key in lengths.items() if key in numbers}
     if joint.bar:
-        return own | {"square": as_text(Fraction(numbers[f"{joint.name}.length"]) ** 2)}
+        return claim | {"square": as_text(Fraction(numbers[f"{joint.name}.length"]) ** 2)}
     if kind == "screw":
-        own["pitch"] = as_text(numbers[f"{joint.name}.pitch"])
+        claim["pitch"] = as_text(numbers[f"{joint.name}.pitch"])
     if isinstance(joint, SpatialJoint) and dict(joint.directions()):
         for second, keys in enumerate(SIDES):
             for key, vector in zip(keys, _side_of(joint, bool(second), numbers), strict=True):
-                own[key] = [as_text(v) for v in vector]
+                claim[key] = [as_text(v) for v in vector]
         turns = [word for word in joint.coordinates if word.startswith("angle")]
-        own["unknown"] = [
+        claim["unknown"] = [
             word for word in turns if kind == "screw" or f"{joint.name}.{word}" in counted
         ]
-    return own
+    return claim
 
 
 def _side_of(joint: SpatialJoint, second: bool, values: Any) -> tuple[Any, Any]:
@@ -167,4 +167,4 @@ class SpatialFrames:
             self.joints, values[count + 9 * len(self.turns) :], strict=True
         ):
             found.setdefault(owner, []).append(value)
-        return {owner: [as_text(v) for v in own] for owner, own in found.items()}
+        return {owner: [as_text(v) for v in values] for owner, values in found.items()}

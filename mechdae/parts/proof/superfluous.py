@@ -112,7 +112,7 @@ def _left_out(
 def _joints(m: Any, bodies: set[str], known: set[str]) -> list[str]:
     """Return the joints of bodies with each other and with known ones."""
     ends = {name: {body for body, _ in joint["ends"]} for name, joint in m.joints.items()}
-    return [name for name, own in ends.items() if own & bodies and own <= known | bodies]
+    return [name for name, linked in ends.items() if linked & bodies and linked <= known | bodies]
 
 
 def _next(
@@ -168,7 +168,7 @@ def _motion(m: Any, mechanism: dict[str, Any], bodies: dict[str, Any], at: str) 
     if len(places) <= len(m.bodies):
         raise _refused("not all bodies are linked by pins")
     return {
-        body: [*(_texts(own) for own in places[body]), [str(v) for v in turns[body]]]
+        body: [*(_texts(waves) for waves in places[body]), [str(v) for v in turns[body]]]
         for body in m.bodies
     }
 
@@ -202,8 +202,8 @@ def _point(
     sin: Waves = {(k, "sc"[right % 2]): Fraction((1, 1, -1, -1)[right % 4])}
     parts = (((place[0], 1), (cos, x), (sin, -y)), ((place[1], 1), (sin, x), (cos, y)))
     sums = [dict[tuple[int, str], Fraction](), dict[tuple[int, str], Fraction]()]
-    for total, own in zip(sums, parts, strict=True):
-        for waves, factor in own:
+    for total, terms in zip(sums, parts, strict=True):
+        for waves, factor in terms:
             for key, value in waves.items():
                 total[key] = total.get(key, Fraction(0)) + value * factor
     return sums[0], sums[1]

@@ -77,7 +77,7 @@ def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
 def _groups(groups: Any, bodies: Any) -> list[list[str]]:
     """Return the bodies of each group that has any: links that turn freely have no place."""
     found = [[body for body in group.bodies if body in bodies] for group in groups]
-    return [own for own in found if own]
+    return [placed for placed in found if placed]
 
 
 def mechanism_of_task(problem: Problem, name: str) -> dict[str, Any]:
@@ -115,16 +115,16 @@ def _laws(setting: Setting, path: Any) -> dict[str, Formula]:
     if course is not None:
         if course.switches.numel():
             raise UnavailableError("no certificate is written of laws with corners")
-        own = formulas(ca.Function("law", [course.s], [ca.densify(course.smooth)]))
+        laws = formulas(ca.Function("law", [course.s], [ca.densify(course.smooth)]))
     elif isinstance(path, Legs):
         if setting.scene.model.mechanism.dimension == 2:
             raise UnavailableError("no certificate is written of poses by name")
         corners = path.corners.T if len(path.corners) > 1 else np.tile(path.corners.T, 2)
-        own = [[as_text(value) for value in row] for row in corners]
+        laws = [[as_text(value) for value in row] for row in corners]
     else:
         pairs = zip(path.u0, path.d, strict=True)
-        own = ["s" if (u, d) == (0, 1) else _line(u, d) for u, d in pairs]
-    return dict(zip(names, own, strict=True))
+        laws = ["s" if (u, d) == (0, 1) else _line(u, d) for u, d in pairs]
+    return dict(zip(names, laws, strict=True))
 
 
 def _line(start: float, slope: float) -> Formula:
@@ -167,7 +167,7 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
     if setting.scene.redundant:
         every = [path, *path["steps"]]
         some = [every[k] for k in np.unique(np.linspace(0, len(every) - 1, LOOKED_AT, dtype=int))]
-        places = [(own["bodies"], own["to"] if "to" in own else own["at"]) for own in some]
+        places = [(p["bodies"], p["to"] if "to" in p else p["at"]) for p in some]
         mechanism["superfluous"] = left_out(mechanism, places)
     return {
         "kind": "sweep",
@@ -316,7 +316,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     found = []
     for k, mode in enumerate(every):
         labels = iter(mode.labels)
-        told = [(next(labels)[0] + "1" if own else "1", there) for own, there in labelled]
+        told = [(next(labels)[0] + "1" if counted else "1", there) for counted, there in labelled]
         signs = [str(int(sign)) for sign, there in told if there]
         claim = {"label": mode.label, "bodies": frames.at(mode.x, u), "signs": signs}
         claim = refined_mode(mechanism, claim, as_text(u[0]))

@@ -52,15 +52,15 @@ def c(motion: ExportedMotion) -> dict[str, str]:
 def _printed(functions: dict[str, Any], name: str) -> str:
     """Return the functions in C, each with a call that brings its work vectors."""
     generator = ca.CodeGenerator(f"{name}.c", {"with_header": False, "casadi_int": "long long int"})
-    for own, function in functions.items():
+    for part, function in functions.items():
         given = function.sx_in()
-        generator.add(ca.Function(f"{name}_{own}_kernel", given, function.call(given)))
+        generator.add(ca.Function(f"{name}_{part}_kernel", given, function.call(given)))
     text = str(generator.dump())
     calls = []
-    for own, function in functions.items():
-        kernel = f"{name}_{own}_kernel"
+    for part, function in functions.items():
+        kernel = f"{name}_{part}_kernel"
         calls.append(
-            f"static void {name}_call_{own}(const double **given, double **found) {{\n"
+            f"static void {name}_call_{part}(const double **given, double **found) {{\n"
             f"  const double *arg[{function.sz_arg()}];\n  double *res[{function.sz_res()}];\n"
             f"  casadi_int iw[{function.sz_iw() + 1}];\n"
             f"  double w[{function.sz_w() + 1}];\n  int i;\n"

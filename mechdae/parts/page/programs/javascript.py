@@ -227,16 +227,16 @@ class _Printer:
         if value.uses <= 1 and value.last == value.piece and len(text) < LONGEST:
             value.text = text
             return
-        own = f"<{number}>"
-        bodies[value.piece].append(_Statement(own, text))
-        value.text = own
+        number_text = f"<{number}>"
+        bodies[value.piece].append(_Statement(number_text, text))
+        value.text = number_text
         if value.last > value.piece:
             value.slot = self._slot(value)
-            bodies[value.piece].append(_Statement(f"M[{value.slot}]", own))
+            bodies[value.piece].append(_Statement(f"M[{value.slot}]", number_text))
 
     def _slot(self, value: _Value) -> int:
         """Return a place in memory whose last reader is a piece before the value's."""
-        slot = next((own for own, last in self.free.items() if last < value.piece), self.size)
+        slot = next((name for name, last in self.free.items() if last < value.piece), self.size)
         self.size = max(self.size, slot + 1)
         self.free[slot] = value.last
         return slot
@@ -269,17 +269,17 @@ def _written(body: list[_Statement]) -> str:
     count, lines = 0, []
     for k, line in enumerate(body):
         text = NAMED.sub(lambda found: names[found[1]], line.text)
-        for own in dict.fromkeys(NAMED.findall(line.text)):
-            if last[own] == k:
-                heapq.heappush(free, held[own])
+        for word in dict.fromkeys(NAMED.findall(line.text)):
+            if last[word] == k:
+                heapq.heappush(free, held[word])
         to = line.to
         if to.startswith("<"):
-            own = to[1:-1]
+            word = to[1:-1]
             if free:
-                held[own] = heapq.heappop(free)
+                held[word] = heapq.heappop(free)
             else:
-                held[own], count = count, count + 1
-            names[own] = to = _name(held[own])
+                held[word], count = count, count + 1
+            names[word] = to = _name(held[word])
         if text.startswith("(") and _closes_last(text):
             text = text[1:-1]
         lines.append(f"{to}={text};\n")

@@ -51,14 +51,14 @@ def _data(source: KernelSource, layout: dict[str, Any]) -> dict[str, Any]:
     driver, unit = source.driver
     entries = [
         {
-            "kind": own.kind,
-            "part": own.part,
-            "names": list(own.names),
-            "columns": list(own.columns),
-            "path": own.path,
-            "unit": "rad" if own.kind == "bodies" else own.unit,
+            "kind": column.kind,
+            "part": column.part,
+            "names": list(column.names),
+            "columns": list(column.columns),
+            "path": column.path,
+            "unit": "rad" if column.kind == "bodies" else column.unit,
         }
-        for own in source.outputs
+        for column in source.outputs
     ]
     return {
         "driver": {"name": driver, "unit": unit},

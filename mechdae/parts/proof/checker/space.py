@@ -109,8 +109,8 @@ class SpatialMechanism(ClaimedMechanism):
             name: {term: exact(v, f"{at}/sums/{name}") for term, v in terms.items()}
             for name, terms in data.get("sums", {}).items()
         }
-        self.spins = [self._spin(own, f"{at}/spins") for own in data.get("spins", [])]
-        every = [body for own, *_ in self.spins for body in self._spun(own)]
+        self.spins = [self._spin(spin, f"{at}/spins") for spin in data.get("spins", [])]
+        every = [body for spin, *_ in self.spins for body in self._spun(spin)]
         need(len(every) == len(set(every)), f"{at}/spins", "a body spins twice")
         lengths = (".slide", ".length", ".x", ".y", ".z")
         self.unit = self.size if next(iter(self.drivers), "").endswith(lengths) else 1.0
@@ -201,8 +201,8 @@ class SpatialMechanism(ClaimedMechanism):
             rows.append(sum(parts, terms.get("", ZERO)))
         for body, on, across in self.spins:
             (p, *v), (q, *w) = (
-                z[self.at[own, "0"] :][:4] if own != "ground" else [ONE, ZERO, ZERO, ZERO]
-                for own in (on, body)
+                z[self.at[end, "0"] :][:4] if end != "ground" else [ONE, ZERO, ZERO, ZERO]
+                for end in (on, body)
             )
             turned = [p * b - q * a - c for a, b, c in zip(v, w, cross(v, w), strict=True)]
             rows.append(dot(turned, across))

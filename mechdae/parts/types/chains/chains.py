@@ -219,8 +219,8 @@ def _expanded(graph: Contracted, links: int, freedoms: int) -> KinematicChain:
     number = graph.count
     joints: list[tuple[int, int]] = []
     paths: dict[tuple[int, int], list[tuple[int, ...]]] = {}
-    for (u, v), own in zip(graph.pairs, graph.laid, strict=True):
-        for b in own:
+    for (u, v), labels in zip(graph.pairs, graph.laid, strict=True):
+        for b in labels:
             path = tuple(range(number, number + b))
             number += b
             whole = (u, *path, v)

@@ -66,14 +66,14 @@ def mechanism_of(
                     place - start
                     for place, start in zip(
                         places[k],
-                        (0.0, 0.0) if link == frame else places[own[0]],
+                        (0.0, 0.0) if link == frame else places[in_link[0]],
                         strict=True,
                     )
                 )
-                for k in own
+                for k in in_link
             }
         )
-        for link, own in enumerate(of_link)
+        for link, in_link in enumerate(of_link)
     }
     joints: dict[str, Joint] = {}
     for k, joint in enumerate(chain.joints):
@@ -87,11 +87,11 @@ def mechanism_of(
             joints[names[k]] = Revolute(names[k], *ends)
     moving = {bodies[link]: Body(bodies[link], points[link]) for link in bodies if link != frame}
     sketch = dict.fromkeys(moving, 0.0) | {
-        f"{name}.{own[0]}.{axis}": float(value)
+        f"{name}.{point[0]}.{axis}": float(value)
         for link, name in bodies.items()
         if link != frame
-        for own in ((names[of_link[link][0]], *places[of_link[link][0]]),)
-        for axis, value in zip("xy", own[1:], strict=True)
+        for point in ((names[of_link[link][0]], *places[of_link[link][0]]),)
+        for axis, value in zip("xy", point[1:], strict=True)
     }
     return Mechanism(
         ground=Ground(points[frame]),
@@ -112,8 +112,8 @@ def problem_of(chain: KinematicChain, name: str = "chain") -> Problem:
     if chain.freedoms != 1:
         raise InputError(f"a chain with {chain.freedoms} freedoms needs as many drivers")
     frame = chain.fixed or 0
-    own = [k for k, joint in enumerate(chain.joints) if frame in joint]
-    driver = own[0] if chain.driver is None else chain.driver
+    at_frame = [k for k, joint in enumerate(chain.joints) if frame in joint]
+    driver = at_frame[0] if chain.driver is None else chain.driver
     letter = letters(len(chain.joints))[driver]
     kind = "slide" if chain.pairs and chain.pairs[driver] == "P" else "angle"
     drive = Driver(f"{letter}.{kind}", range="assembled")

@@ -185,9 +185,10 @@ def _layings(edges: list[int], binaries: int, longest: int) -> Iterator[Laid]:
             yield ()
             return
         number = edges[at]
-        for own in _ascending(number, min(left, number * longest), longest):
-            for rest in spread(at + 1, left - sum(own), room - number * longest, need - number + 1):
-                yield (own, *rest)
+        for parts in _ascending(number, min(left, number * longest), longest):
+            after = left - sum(parts), room - number * longest, need - number + 1
+            for rest in spread(at + 1, *after):
+                yield (parts, *rest)
 
     yield from spread(0, binaries, capacity, least)
 
@@ -208,7 +209,7 @@ def _has_rigid_part(count: int, pairs: list[tuple[int, int]], laid: Laid) -> boo
     The part of some polygonal links that moves least has all paths between them with fewer than
     two binary links: each takes 2 - b freedoms away.
     """
-    takes = [sum(2 - b for b in own if b < 2) for own in laid]
+    takes = [sum(2 - b for b in polygon if b < 2) for polygon in laid]
     within = [0] * (1 << count)
     for (u, v), take in zip(pairs, takes, strict=True):
         if take:
@@ -219,7 +220,7 @@ def _has_rigid_part(count: int, pairs: list[tuple[int, int]], laid: Laid) -> boo
             if mask & bit:
                 within[mask] += within[mask ^ bit]
     whole = (1 << count) - 1
-    complete = all(b < 2 for own in laid for b in own)
+    complete = all(b < 2 for polygon in laid for b in polygon)
     return any(
         3 * (mask.bit_count() - 1) - within[mask] < 1
         for mask in range(1, whole + 1)

@@ -112,7 +112,7 @@ def _table(ranking: Ranking) -> list[str]:
     """Return the lines of the table: what differs in columns, what is equal below."""
     by_name = {row.name: row for row in ranking.rows}
     rows = [by_name[name] for name in ranking.order]
-    units = {own["name"]: own["unit"] for own in ranking.criteria}
+    units = {criterion["name"]: criterion["unit"] for criterion in ranking.criteria}
     same = [n for n in units if rows and len({f"{row.values[n]:.9g}" for row in rows}) == 1]
     columns = [name for name in units if name not in same]
     lines = []
@@ -143,8 +143,10 @@ def _table(ranking: Ranking) -> list[str]:
             for name in same
         ]
         lines.append("  equal in all: " + ", ".join(values))
-    for name, own in ranking.missing.items():
-        lines.append(f"  not used: {name}, {len(own)} variants have none to compare ({own[0]})")
+    for name, lacking in ranking.missing.items():
+        lines.append(
+            f"  not used: {name}, {len(lacking)} variants have none to compare ({lacking[0]})"
+        )
     reasons: dict[str, list[str]] = {}
     for row in ranking.rows:
         if row.why:
@@ -162,13 +164,13 @@ def _written(ranking: Ranking, folder: Path, quiet: bool) -> None:
     from mechdae.describe.file.atomic_write import whole_file
 
     folder.mkdir(parents=True, exist_ok=True)
-    names = [own["name"] for own in ranking.criteria]
-    units = [f"{own['name']} [{own['unit']}]" for own in ranking.criteria]
+    names = [criterion["name"] for criterion in ranking.criteria]
+    units = [f"{criterion['name']} [{criterion['unit']}]" for criterion in ranking.criteria]
     place = {name: k for k, name in enumerate(ranking.order, 1)}
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
     table.writerow(["variant", "place", "front", "score", *units, "why"])
-    for row in sorted(ranking.rows, key=lambda own: place.get(own.name, len(place) + 1)):
+    for row in sorted(ranking.rows, key=lambda ranked: place.get(ranked.name, len(place) + 1)):
         table.writerow(
             [row.name, place.get(row.name, ""), int(row.pareto), ranking.score.get(row.name, ""),
              *(row.values.get(name, "") for name in names), row.why]
@@ -200,7 +202,7 @@ def _pictures(ranking: Ranking, folder: Path) -> list[Path]:
         written.append(save(figure, folder / f"{name}.svg"))
     results: dict[str, Any] = {}
     for name in ranking.order[:DRAWN]:
-        own = ranking.variants[name]
-        assert own.problem is not None
-        results[name] = None if "spans" in own.about else solve(own.problem, ranking.task)
+        variant = ranking.variants[name]
+        assert variant.problem is not None
+        results[name] = None if "spans" in variant.about else solve(variant.problem, ranking.task)
     return [*written, save(pictures.sheet(ranking, results), folder / "sheet.svg")]

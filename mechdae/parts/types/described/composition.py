@@ -70,7 +70,7 @@ class SchemeFunction(FunctionTargets):
     output: Any = key("text", None, choices=("angle", "slide"), doc="angle without it")
 
 
-SCHEME_GOALS = {own.kind: own for own in (CurveGoal, SchemePath, SchemeFunction)}
+SCHEME_GOALS = {goal.kind: goal for goal in (CurveGoal, SchemePath, SchemeFunction)}
 nest("scheme_goal", Nested("goal", SCHEME_GOALS))
 PAIRS = ("R", "P")
 """Kinds of joints: turning and sliding pairs."""
@@ -193,7 +193,7 @@ def _rubbing(
     for word, value in (("friction", friction), ("pin_radius", radius)):
         if not value > 0:
             raise InputError("a positive number is needed", where=word)
-    load = tuple(float(own) for own in evaluated(task.load, parameters))
+    load = tuple(float(number) for number in evaluated(task.load, parameters))
     count, what = (1, "one number: what resists the output") if function else (2, "[x, y], a force")
     if len(load) != count:
         raise InputError(f"{what} is needed, here are {len(load)} numbers", where="load")

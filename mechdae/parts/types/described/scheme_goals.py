@@ -64,7 +64,7 @@ def asked_path(goal: PathGoal) -> Visits:
         raise InputError(f"{FEWEST} different points or more are needed", where="targets")
     if found.programme:
         word = "at" if found.timing == "absolute" else "steps"
-        _within_turn([own - found.programme[0] for own in found.programme], word, found.closed)
+        _within_turn([angle - found.programme[0] for angle in found.programme], word, found.closed)
     return found
 
 
@@ -108,7 +108,7 @@ def asked_function(goal: FunctionTargets) -> FunctionNodes:
         raise InputError("has no value somewhere in its range", where="function")
     if goal.targets:
         first = goal.targets[0]
-        starts = [own if own is not None else first[k] for k, own in enumerate(starts)]
+        starts = [start if start is not None else first[k] for k, start in enumerate(starts)]
     where = "targets" if goal.targets else "input_range"
     if len(set(inputs)) < min(FEWEST, len(inputs)) or len(inputs) < FEWEST:
         raise InputError(f"{FEWEST} different inputs or more are needed", where=where)

@@ -85,19 +85,19 @@ def _graph(ax: Any, chain: KinematicChain) -> None:
 def _links(ax: Any, chain: KinematicChain) -> None:
     places = joint_places(chain)
     for link in range(chain.links):
-        own = places[[k for k, joint in enumerate(chain.joints) if link in joint]]
+        corners = places[[k for k, joint in enumerate(chain.joints) if link in joint]]
         fixed = link == chain.fixed
-        if len(own) == 2:
+        if len(corners) == 2:
             ax.plot(
-                *own.T,
+                *corners.T,
                 color=style.GROUND if fixed else style.INK,
                 linewidth=1.6,
                 linestyle=(0, (1.5, 1.0)) if fixed else "-",
                 zorder=2,
             )
             continue
-        middle = own.mean(axis=0)
-        around = own[np.argsort(np.arctan2(*(own - middle).T[::-1]))]
+        middle = corners.mean(axis=0)
+        around = corners[np.argsort(np.arctan2(*(corners - middle).T[::-1]))]
         ax.add_patch(
             Polygon(
                 around,

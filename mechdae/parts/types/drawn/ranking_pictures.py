@@ -66,7 +66,7 @@ def fronts(ranking: Any, x: str | None = None, y: str | None = None) -> Figure:
     """
     names, rows = _varied(ranking)
     by_weight = sorted(names, key=lambda name: -ranking.weights[name])
-    chosen = [own for own in (x, y) if own is not None]
+    chosen = [name for name in (x, y) if name is not None]
     chosen += [name for name in by_weight if name not in chosen][: 2 - len(chosen)]
     if len(chosen) < 2:
         raise InputError("variants differ in one criterion, a front needs two", where="criteria")
@@ -153,12 +153,12 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
     where = {pin: float(k) for k, pin in enumerate(pins)}
     top = max(high for _, high in spans.values()) + 1
     ground: Any = {"fc": style.GHOST, "ec": style.GROUND, "hatch": "///", "lw": 0.8}
-    grounded = {pin: own for pin, own in pins.items() if "ground" in own["links"]}
-    plates = [0] + [top] * any(own["layers"][1] == top for own in grounded.values())
+    grounded = {pin: bearing for pin, bearing in pins.items() if "ground" in bearing["links"]}
+    plates = [0] + [top] * any(bearing["layers"][1] == top for bearing in grounded.values())
     for layer in plates:
         ax.add_patch(Rectangle((-0.5, layer - 0.35), len(pins), 0.7, **ground))
     for k, (link, (low, high)) in enumerate(spans.items()):
-        along = [where[pin] for pin, own in pins.items() if link in own["links"]] or [0.0]
+        along = [where[pin] for pin, bearing in pins.items() if link in bearing["links"]] or [0.0]
         x0, x1 = min(along) - 0.24, max(along) + 0.24
         color = style.SERIES[k % len(style.SERIES)]
         for layer in {low, high}:
@@ -166,11 +166,11 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
         ax.text(
             x0 + 0.03, high + 0.33, link, ha="left", va="bottom", size=6.5, color=color, zorder=6
         )
-    for pin, own in pins.items():
-        x, (first, last) = where[pin], own["layers"]
-        fork, sides = own["form"].removeprefix("fork on "), {first, last}
-        if "ground" in own["links"] and fork != "overhung":
-            other = next(link for link in own["links"] if link != "ground")
+    for pin, bearing in pins.items():
+        x, (first, last) = where[pin], bearing["layers"]
+        fork, sides = bearing["form"].removeprefix("fork on "), {first, last}
+        if "ground" in bearing["links"] and fork != "overhung":
+            other = next(link for link in bearing["links"] if link != "ground")
             low, high = spans[other]
             places: Any = sides - set(plates) if fork == "ground" else {(low + high) / 2}
             for place in places:  # a bracket, or the lug in a fork
@@ -178,7 +178,7 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
             inner = {low, high} if fork == "ground" else places
         else:
             inner = {(first + last) / 2}
-        carrier = own["carrier"]
+        carrier = bearing["carrier"]
         if fork == "overhung":
             at_first = 0 if carrier == "ground" and first == 0 else None
             own_span = spans.get(carrier, (plates[-1], plates[-1]) if at_first is None else (0, 0))
@@ -198,7 +198,7 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
 def _varied(ranking: Any) -> tuple[list[str], list[Any]]:
     by_name = {row.name: row for row in ranking.rows}
     rows = [by_name[name] for name in ranking.order]
-    names = [own["name"] for own in ranking.criteria]
+    names = [criterion["name"] for criterion in ranking.criteria]
     varied = [name for name in names if len({f"{row.values[name]:.9g}" for row in rows}) > 1]
     if not varied:
         raise InputError("no two variants that are ranked differ", where="variants")
@@ -206,11 +206,11 @@ def _varied(ranking: Any) -> tuple[list[str], list[Any]]:
 
 
 def _sense(ranking: Any, name: str) -> str:
-    return next(str(own["sense"]) for own in ranking.criteria if own["name"] == name)
+    return next(str(one["sense"]) for one in ranking.criteria if one["name"] == name)
 
 
 def _unit(ranking: Any, name: str) -> str:
-    unit = next(str(own["unit"]) for own in ranking.criteria if own["name"] == name)
+    unit = next(str(one["unit"]) for one in ranking.criteria if one["name"] == name)
     return UNITS.get(unit, unit)
 
 

@@ -85,16 +85,16 @@ def _cell(
             linestyle="", zorder=7,
         )  # fmt: skip
     frame, *links = design["link_points"]
-    for k, own in enumerate(links):
-        if len(own) > 1:
-            _link(ax, [places[name] for name in own], k == 0)
+    for k, names in enumerate(links):
+        if len(names) > 1:
+            _link(ax, [places[name] for name in names], k == 0)
     size = float(np.ptp(every, axis=0).max())
     for guide in design.get("guides", ()):
         ends = np.array(guide["ends"], float)
         block = places[design["link_points"][guide["block"]][0]]
         _guide(ax, ends, block, guide["link"] == 0, 0.045 * size)
         every = np.vstack([every, ends])
-    owners = [name for own in design["link_points"] for name in own]
+    owners = [name for names in design["link_points"] for name in names]
     for name in sorted(set(owners)):
         if owners.count(name) == 1 and name != "P":
             continue  # a point that a guide passes

@@ -15,7 +15,7 @@ def schemes_text(result: Result, width: int) -> list[str]:
     front = result.summary.get("front", {})
     lines = _rows(result, designs) if designs else []
     if front:
-        shown = [result.units.of(own["unit"]) for own in front["objectives"]]
+        shown = [result.units.of(objective["unit"]) for objective in front["objectives"]]
         ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
         text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
         lines += fact("front", f"{text}({', '.join(ends)})", width)
@@ -37,27 +37,27 @@ def _rows(result: Result, designs: Sequence[Mapping[str, Any]]) -> list[str]:
         ("design", [str(rank) for rank in range(1, len(designs) + 1)]),
         (
             "error" if errors.name in ("", "1") else f"error [{errors.name}]",
-            [f"{own['error'] * errors.factor:.5g}" for own in designs],
+            [f"{design['error'] * errors.factor:.5g}" for design in designs],
         ),
         (
             f"material [{length.name}]",
-            [f"{own['material'] * length.factor:.5g}" for own in designs],
+            [f"{design['material'] * length.factor:.5g}" for design in designs],
         ),
-        ("links", [str(len(own["link_points"])) for own in designs]),
-        ("joints", [str(own["joints"]) for own in designs]),
-        ("points", [str(own["points"]) for own in designs]),
+        ("links", [str(len(design["link_points"])) for design in designs]),
+        ("joints", [str(design["joints"]) for design in designs]),
+        ("points", [str(design["points"]) for design in designs]),
         (
             f"least transmission [{angle.name}]",
-            [f"{own['transmission_angle_min'] * angle.factor:.3f}" for own in designs],
+            [f"{design['transmission_angle_min'] * angle.factor:.3f}" for design in designs],
         ),
     ]
-    if all("loss" in own for own in designs):
+    if all("loss" in design for design in designs):
         power = result.units.of("W")
-        losses = [f"{own['loss'] * power.factor:.5g}" for own in designs]
+        losses = [f"{design['loss'] * power.factor:.5g}" for design in designs]
         columns.insert(3, (f"loss [{power.name}]", losses))
-    sizes = [max(len(title), *map(len, own)) + 2 for title, own in columns]
+    sizes = [max(len(title), *map(len, cells)) + 2 for title, cells in columns]
     rows = [[title for title, _ in columns]]
-    rows += [[own[k] for _, own in columns] for k in range(len(designs))]
+    rows += [[cells[k] for _, cells in columns] for k in range(len(designs))]
     return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]
 
 

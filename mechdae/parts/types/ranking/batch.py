@@ -60,41 +60,41 @@ def valued(
         As of `rank`.
     """
     found: dict[str, Values] = {
-        own.name: Values({}, {}, own.fault) for own in variants if own.fault
+        variant.name: Values({}, {}, variant.fault) for variant in variants if variant.fault
     }
-    sound = [own for own in variants if not own.fault]
+    sound = [variant for variant in variants if not variant.fault]
     for group in grouped(sound, task):
         found |= _of_group(group, task, output, workers)
         if progress is not None:
             progress(len(found), len(variants))
-    return {own.name: found[own.name] for own in variants}
+    return {variant.name: found[variant.name] for variant in variants}
 
 
 def grouped(variants: Sequence[Variant], task: str) -> list[AlikeVariants]:
     """Return the variants by structure."""
     groups: dict[Any, list[AlikeVariants]] = {}
-    for own in variants:
-        assert own.problem is not None
-        mechanism = own.problem.mechanism
+    for variant in variants:
+        assert variant.problem is not None
+        mechanism = variant.problem.mechanism
         for group in groups.setdefault(structure_of(mechanism), []):
-            numbers = _differences(group.base, own, task)
+            numbers = _differences(group.base, variant, task)
             if numbers is not None:
                 break
         else:
-            group, numbers = AlikeVariants(own), {}
+            group, numbers = AlikeVariants(variant), {}
             groups[structure_of(mechanism)].append(group)
-        group.members.append(own)
+        group.members.append(variant)
         group.numbers.append(numbers)
     return [group for some in groups.values() for group in some]
 
 
-def _differences(base: Variant, own: Variant, task: str) -> dict[str, float] | None:
+def _differences(base: Variant, variant: Variant, task: str) -> dict[str, float] | None:
     """Return the numbers in which two mechanisms differ, None where they differ in more."""
     assert base.problem is not None
-    assert own.problem is not None
-    if base.problem.tasks[task] != own.problem.tasks[task]:
+    assert variant.problem is not None
+    if base.problem.tasks[task] != variant.problem.tasks[task]:
         return None
-    one, two = base.problem.mechanism, own.problem.mechanism
+    one, two = base.problem.mechanism, variant.problem.mechanism
     known = _plain(one)
     numbers = {name: value for name, value in _plain(two).items() if known.get(name) != value}
     if not numbers.keys() <= known.keys():
@@ -117,13 +117,13 @@ def _of_group(
     asked = measured(base.mechanism, base.tasks[task])
     bare = replace(base, tasks=type(base.tasks)({task: asked}), expected=())
     criteria = Criteria(bare, task, output).all
-    paths = tuple(dict.fromkeys(path for own in criteria.values() for path in own.paths))
+    paths = tuple(dict.fromkeys(path for one in criteria.values() for path in one.paths))
     different, which = _different(bare, group.numbers)
     try:
         rows = _solved(bare, task, paths, different, workers)
     except MechdaeError as error:
         rows = [str(error).splitlines()[0]] * len(different)
-    units = {own.name: (own.unit, own.sense) for own in criteria.values()}
+    units = {criterion.name: (criterion.unit, criterion.sense) for criterion in criteria.values()}
     found = {}
     for member, k in zip(group.members, which, strict=True):
         row = rows[k]
@@ -132,9 +132,9 @@ def _of_group(
             found[member.name] = Values({}, units, row)
             continue
         values, numbers = member.problem.mechanism.values(), {}
-        for name, own in criteria.items():
-            if all(_there(row.get(path)) for path in own.paths):
-                number = own.value(row.__getitem__, values)
+        for name, criterion in criteria.items():
+            if all(_there(row.get(path)) for path in criterion.paths):
+                number = criterion.value(row.__getitem__, values)
                 if np.isfinite(number):
                     numbers[name] = number
         found[member.name] = Values(numbers, units)
@@ -157,14 +157,14 @@ def _different(
     keys: dict[Any, int] = {}
     sets: list[dict[str, float]] = []
     which = []
-    for own in numbers:
-        mechanism = problem.mechanism.with_values(own) if own else problem.mechanism
+    for changes in numbers:
+        mechanism = problem.mechanism.with_values(changes) if changes else problem.mechanism
         values = mechanism.values()
         key = tuple(values[name] for name, _ in mechanism.numbers())
         key += tuple(values[name] for name in used)
         if key not in keys:
             keys[key] = len(sets)
-            sets.append(dict(own))
+            sets.append(dict(changes))
         which.append(keys[key])
     return sets, which
 
@@ -187,12 +187,12 @@ def _solved(
     workers: int,
 ) -> list[dict[str, Any] | str]:
     """Return what each set gives by path, or its fault."""
-    names = sorted({name for own in sets for name in own})
+    names = sorted({name for changes in sets for name in changes})
     if len(sets) == 1 or not names:
-        own = problem.with_values(sets[0]) if sets[0] else problem
-        return [_alone(own, task, paths)]
+        changed = problem.with_values(sets[0]) if sets[0] else problem
+        return [_alone(changed, task, paths)]
     plain = _plain(problem.mechanism)
-    columns = {name: [own.get(name, plain[name]) for own in sets] for name in names}
+    columns = {name: [changes.get(name, plain[name]) for changes in sets] for name in names}
     together = [path for path in paths if path != "summary/transmission"]
     dyads = _dyads(problem, task) if "summary/transmission" in paths else []
     asked = [*together, *(f"summary/transmission/{joint}/min" for joint in dyads)]

@@ -81,10 +81,10 @@ class Criteria:
         if isinstance(self.task, Reactions):
             found += [*self._forces(self.task)]
         pace = usual_speed(self.mechanism, self.task)
-        for k, own in enumerate(found if pace else []):  # rates of a speed that nobody gave
-            if own.name in RATES:
-                found[k] = replace(own, unit=f"{own.unit} at {pace}")
-        return {own.name: own for own in found}
+        for k, criterion in enumerate(found if pace else []):  # rates of a speed that nobody gave
+            if criterion.name in RATES:
+                found[k] = replace(criterion, unit=f"{criterion.unit} at {pace}")
+        return {criterion.name: criterion for criterion in found}
 
     # -- size --------------------------------------------------------------------------------
 
@@ -132,13 +132,13 @@ class Criteria:
 
     def _acceleration(self, text: str) -> tuple[str, str]:
         """Return the path of an output's acceleration, and its unit."""
-        own = coordinate(self.mechanism, text)
-        joint = self.mechanism.joints.get(own.part)
-        if own.kind == "body angle":
-            return f"bodies/{own.part}/angular_acceleration", "rad/s2"
-        if own.kind == "slide":
-            return f"joints/{own.part}/slide_acceleration", "m/s2"
-        if joint is not None and joint.first_body == GROUND and own.kind == "joint angle":
+        named = coordinate(self.mechanism, text)
+        joint = self.mechanism.joints.get(named.part)
+        if named.kind == "body angle":
+            return f"bodies/{named.part}/angular_acceleration", "rad/s2"
+        if named.kind == "slide":
+            return f"joints/{named.part}/slide_acceleration", "m/s2"
+        if joint is not None and joint.first_body == GROUND and named.kind == "joint angle":
             return f"bodies/{joint.second_body}/angular_acceleration", "rad/s2"
         raise InputError(
             f"'{text}' is no output here: the angle of a body, or a slide", where="output"
@@ -167,11 +167,11 @@ class Criteria:
             )
         )
 
-        def force(get: Get, own: Mapping[str, float]) -> float:
-            return float(np.linalg.norm(_shaking(get, own, points)[0], axis=-1).max())
+        def force(get: Get, numbers: Mapping[str, float]) -> float:
+            return float(np.linalg.norm(_shaking(get, numbers, points)[0], axis=-1).max())
 
-        def moment(get: Get, own: Mapping[str, float]) -> float:
-            return float(np.abs(_shaking(get, own, points)[1]).max())
+        def moment(get: Get, numbers: Mapping[str, float]) -> float:
+            return float(np.abs(_shaking(get, numbers, points)[1]).max())
 
         return [
             Criterion("shaking_force", "N", "min", paths, force),
@@ -184,7 +184,7 @@ class Criteria:
         driver = task.all_drivers[0].coordinate
         effort = f"efforts/{driver}"
         unit = "N m" if coordinate(self.mechanism, driver).is_angle else "N"
-        joints = [name for name, own in self.mechanism.joints.items() if not own.meshes]
+        joints = [name for name, joint in self.mechanism.joints.items() if not joint.meshes]
         reactions = tuple(f"joints/{name}/reaction" for name in joints)
 
         def most(get: Get, _: Mapping[str, float]) -> float:
@@ -197,14 +197,14 @@ class Criteria:
         ]
         pins = [name for name in joints if f"{name}_bearing" in self.mechanism.parameters]
         if pins:
-            own = tuple(f"joints/{name}/reaction" for name in pins)
+            paths = tuple(f"joints/{name}/reaction" for name in pins)
 
             def bearing(get: Get, values: Mapping[str, float]) -> float:
                 shares = [values[f"{name}_bearing"] for name in pins]
-                loads = [_force(get, path).max() for path in own]
+                loads = [_force(get, path).max() for path in paths]
                 return float(max(s * load for s, load in zip(shares, loads, strict=True)))
 
-            found.append(Criterion("bearing_load", "N", "min", own, bearing))
+            found.append(Criterion("bearing_load", "N", "min", paths, bearing))
         if task.cycle:
             for word, sense, name_unit in (("loss", "min", "W"), ("efficiency", "max", "1")):
                 path = f"summary/{word}"
@@ -245,7 +245,7 @@ def _rms(path: str) -> Callable[[Get, Mapping[str, float]], float]:
 
 
 def _least(get: Get, _: Mapping[str, float]) -> float:
-    return min(float(own["min"]) for own in get("summary/transmission").values())
+    return min(float(angle["min"]) for angle in get("summary/transmission").values())
 
 
 def _force(get: Get, path: str) -> Any:
@@ -264,7 +264,7 @@ def _shaking(
             np.asarray(get(f"{head}/{word}"), float)
             for word in ("angle", "angular_velocity", "angular_acceleration")
         )
-        place, own = (
+        place, origin = (
             np.asarray(get(f"points/{name}.{point}/{word}"), float)
             for word in ("position", "acceleration")
         )
@@ -273,7 +273,7 @@ def _shaking(
             [x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)], axis=1
         )
         across = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
-        centre = own + acceleration[:, None] * across - speed[:, None] ** 2 * arm
+        centre = origin + acceleration[:, None] * across - speed[:, None] ** 2 * arm
         r, mass = place + arm, values[f"{name}.mass"]
         force = force + mass * centre
         moment = moment + mass * (r[:, 0] * centre[:, 1] - r[:, 1] * centre[:, 0])

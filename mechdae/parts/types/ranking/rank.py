@@ -69,20 +69,20 @@ class Ranking:
     def to_dict(self) -> dict[str, Any]:
         """Return it as in the JSON."""
         rows = []
-        for own in self.rows:
+        for ranked in self.rows:
             row: dict[str, Any] = {
-                "name": own.name, "values": dict(own.values), "pareto": own.pareto
+                "name": ranked.name, "values": dict(ranked.values), "pareto": ranked.pareto
             }  # fmt: skip
-            row |= {"score": self.score[own.name]} if own.name in self.score else {}
-            rows.append(row | ({"why": own.why} if own.why else {}))
-        missing = {name: list(own) for name, own in self.missing.items()}
+            row |= {"score": self.score[ranked.name]} if ranked.name in self.score else {}
+            rows.append(row | ({"why": ranked.why} if ranked.why else {}))
+        missing = {name: list(names) for name, names in self.missing.items()}
         return {
             "task": self.task,
-            "criteria": [dict(own) for own in self.criteria],
+            "criteria": [dict(criterion) for criterion in self.criteria],
             "weights": dict(self.weights),
             "rows": rows,
             "order": list(self.order),
-            "intervals": {name: list(own) for name, own in self.intervals.items()},
+            "intervals": {name: list(interval) for name, interval in self.intervals.items()},
         } | ({"missing": missing} if missing else {})
 
 
@@ -133,14 +133,15 @@ def rank(
     whole = problem if isinstance(problem, Problem) else load(problem)
     found = _collected(whole, variants, by, limit)
     name = task or _task(whole)
-    checked_ones = [_comparable(own, whole, name) for own in found]
+    checked_ones = [_comparable(variant, whole, name) for variant in found]
     values = valued(checked_ones, name, output, workers, progress)
     used, missing = _used(values, criteria)
-    units = next(own.units for own in values.values() if own.numbers)
+    units = next(solved.units for solved in values.values() if solved.numbers)
     own_weights = checked(weights, used)
     limits = _limits(within, used)
-    rows = [_row(own, values[own.name], used, units, limits) for own in checked_ones]
-    ranking = _ranked(rows, used, units, own_weights, {own.name: own for own in found}, name)
+    rows = [_row(variant, values[variant.name], used, units, limits) for variant in checked_ones]
+    by_name = {variant.name: variant for variant in found}
+    ranking = _ranked(rows, used, units, own_weights, by_name, name)
     return replace(ranking, missing=missing)
 
 
@@ -152,25 +153,25 @@ def _ranked(
     found: Mapping[str, Variant],
     task: str,
 ) -> Ranking:
-    inside = [own for own in rows if not own.why]
+    inside = [row for row in rows if not row.why]
     order: list[str] = []
     score: dict[str, float] = {}
     ranges: dict[str, tuple[float, float]] = {}
     best: set[str] = set()
     if inside:
-        table = np.array([[own.values[name] for name in used] for own in inside])
+        table = np.array([[row.values[name] for name in used] for row in inside])
         costs = shares(table, [units[name][1] for name in used])
         each = [weights[name] for name in used]
         places = ordered(costs, each)
         order = [inside[k].name for k in places]
         sums = costs @ np.array(each)
-        score = {own.name: float(total) for own, total in zip(inside, sums, strict=True)}
+        score = {row.name: float(total) for row, total in zip(inside, sums, strict=True)}
         ranges = dict(zip(used, intervals(costs, each, places[0]), strict=True))
         flags = undominated(costs)
-        best = {own.name for own, flag in zip(inside, flags, strict=True) if flag}
+        best = {row.name for row, flag in zip(inside, flags, strict=True) if flag}
     return Ranking(
         tuple({"name": n, "unit": units[n][0], "sense": units[n][1]} for n in used),
-        tuple(replace(own, pareto=own.name in best) for own in rows),
+        tuple(replace(row, pareto=row.name in best) for row in rows),
         weights,
         tuple(order),
         score,
@@ -203,10 +204,10 @@ def _collected(
                 fault = str(error).splitlines()[0]
                 found.append(Variant(path.stem, None, fault=fault, unmade=text))
     else:
-        found = [own if isinstance(own, Variant) else _named(own) for own in given]
+        found = [variant if isinstance(variant, Variant) else _named(variant) for variant in given]
     if not found:
         raise InputError("there are no variants", where="variants")
-    names = [own.name for own in found]
+    names = [variant.name for variant in found]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"two variants are called '{name}'", where="variants")
@@ -219,46 +220,46 @@ def _named(problem: Problem) -> Variant:
 
 def _task(problem: Problem) -> str:
     """Return the name of the task that is solved: reactions before sweeps."""
-    forces = [name for name, own in problem.tasks.items() if own.kind == "reactions"]
+    forces = [name for name, task in problem.tasks.items() if task.kind == "reactions"]
     name = next(iter(forces), None) or first_sweep(problem)
     if name is None:
         raise InputError("variants are ranked by a sweep or reactions", where="tasks")
     return name
 
 
-def _comparable(own: Variant, problem: Problem, name: str) -> Variant:
+def _comparable(variant: Variant, problem: Problem, name: str) -> Variant:
     """Return a variant, with a fault if it has not the task, or not the loads of the problem."""
-    if own.problem is None or own.fault:
-        return own
-    lost = [load for load in problem.mechanism.loads if load not in own.problem.mechanism.loads]
+    if variant.problem is None or variant.fault:
+        return variant
+    lost = [load for load in problem.mechanism.loads if load not in variant.problem.mechanism.loads]
     if lost:
-        return replace(own, fault=f"it has no load '{lost[0]}', which has no meaning in it")
-    if name in own.problem.tasks:
-        return own
-    left = next((word for word in own.left_out if word.startswith(f"tasks.{name}:")), "")
-    return replace(own, fault=left or f"it has no task '{name}'")
+        return replace(variant, fault=f"it has no load '{lost[0]}', which has no meaning in it")
+    if name in variant.problem.tasks:
+        return variant
+    left = next((word for word in variant.left_out if word.startswith(f"tasks.{name}:")), "")
+    return replace(variant, fault=left or f"it has no task '{name}'")
 
 
 def _used(
     values: Mapping[str, Values], asked: Iterable[str] | None
 ) -> tuple[list[str], dict[str, tuple[str, ...]]]:
     """Return the criteria that all variants have which could be solved, and who lacks others."""
-    solved = {name: own for name, own in values.items() if own.numbers}
+    solved = {name: one for name, one in values.items() if one.numbers}
     if not solved:
-        fault = next((own.fault for own in values.values() if own.fault), "")
+        fault = next((one.fault for one in values.values() if one.fault), "")
         raise InputError(f"no variant can be ranked: {fault}", where="variants")
-    every = list(dict.fromkeys(name for own in solved.values() for name in own.numbers))
-    units = {name: unit for own in reversed(solved.values()) for name, unit in own.units.items()}
+    every = list(dict.fromkeys(name for one in solved.values() for name in one.numbers))
+    units = {name: unit for one in reversed(solved.values()) for name, unit in one.units.items()}
     lacking = {
         name: tuple(
             one
-            for one, own in solved.items()
-            if name not in own.numbers or own.units[name] != units[name]
+            for one, there in solved.items()
+            if name not in there.numbers or there.units[name] != units[name]
         )
         for name in every
     }
     known = [name for name in every if not lacking[name]]
-    missing = {name: own for name, own in lacking.items() if own}
+    missing = {name: names for name, names in lacking.items() if names}
     if asked is None:
         return known, missing
     chosen = list(dict.fromkeys(asked))
@@ -283,7 +284,7 @@ def _limits(within: Mapping[str, float] | None, used: list[str]) -> dict[str, fl
 
 
 def _row(
-    own: Variant,
+    variant: Variant,
     values: Values,
     used: list[str],
     units: Mapping[str, tuple[str, str]],
@@ -296,4 +297,4 @@ def _row(
             over = numbers[name] > limit if units[name][1] == "min" else numbers[name] < limit
             word = "above" if units[name][1] == "min" else "below"
             why = f"{name} {numbers[name]:.6g} {units[name][0]} is {word} {limit:g}" if over else ""
-    return RankedVariant(own.name, numbers, False, why)
+    return RankedVariant(variant.name, numbers, False, why)

@@ -116,7 +116,7 @@ def fault_of(variant: Variant) -> str:
     assert variant.problem is not None
     name = first_sweep(variant.problem)
     if name is None:
-        left = next((own for own in variant.left_out if own.startswith("tasks.")), "")
+        left = next((reason for reason in variant.left_out if reason.startswith("tasks.")), "")
         return f"no task is left: {left}" if left else ""
     try:
         fault: str = solve(positions(variant.problem, name)).fault or ""
@@ -176,9 +176,9 @@ class MotionOfVaried:
         k = self.good[0]
         bodies, joints = self.data.get("bodies", {}), self.data.get("joints", {})
         return Pose(
-            {name: own["angle"][k] for name, own in bodies.items()},
+            {name: series["angle"][k] for name, series in bodies.items()},
             {point: (float(x[0]), float(x[1])) for point, x in self._all_points([k]).items()},
-            {name: own["slide"][k] for name, own in joints.items() if "slide" in own},
+            {name: series["slide"][k] for name, series in joints.items() if "slide" in series},
         )
 
     def _all_points(self, poses: list[int]) -> dict[str, Any]:
@@ -186,13 +186,13 @@ class MotionOfVaried:
         mechanism, n = self.problem.mechanism, len(poses)
         values = mechanism.values()
         found = {
-            name: np.asarray([own["position"][k] for k in poses], float).T
-            for name, own in self.data.get("points", {}).items()
+            name: np.asarray([series["position"][k] for k in poses], float).T
+            for name, series in self.data.get("points", {}).items()
         }
         for point in mechanism.ground.points:
             place = [values[f"{GROUND}.{point}.{axis}"] for axis in "xy"]
             found[f"{GROUND}.{point}"] = np.repeat(np.asarray(place)[:, None], n, axis=1)
-        return {name: own if n > 1 else own[:, 0] for name, own in found.items()}
+        return {name: values if n > 1 else values[:, 0] for name, values in found.items()}
 
     def crossings(self) -> LinksCrossing:
         """Return which links cross in projection while the mechanism moves, and pass over pins.

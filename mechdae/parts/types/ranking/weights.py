@@ -81,10 +81,10 @@ def intervals(costs: Any, weights: Sequence[float], first: int) -> list[tuple[fl
     where this weight is 1). The weighted sum of each row is linear in that weight: the
     intervals are exact.
     """
-    costs, own = np.asarray(costs, float), np.asarray(weights, float)
+    costs, shares = np.asarray(costs, float), np.asarray(weights, float)
     found = []
     for k in range(costs.shape[1]):
-        rest = np.delete(own, k)
+        rest = np.delete(shares, k)
         rest = rest / rest.sum() if rest.sum() > 0 else np.full(len(rest), 1 / max(len(rest), 1))
         others = np.delete(costs, k, axis=1) @ rest if len(rest) else np.zeros(len(costs))
         low, high = 0.0, 1.0
@@ -97,6 +97,6 @@ def intervals(costs: Any, weights: Sequence[float], first: int) -> list[tuple[fl
                 low = max(low, -at / rise)
             elif rise < 0:
                 high = min(high, -at / rise)
-        here = float(own[k])
+        here = float(shares[k])
         found.append((float(min(low, here)), float(max(high, here))))
     return found

@@ -57,33 +57,33 @@ class Archive:
     def enter(self, text: str, found: FoundSets) -> None:
         """Take what a piece found."""
         scheme = read(text)
-        own = self.entries.setdefault(text, [])
+        sets = self.entries.setdefault(text, [])
         self.seen += len(found.error)
         for k in range(len(found.error)):
             entry = SizedScheme(
                 scheme, found.places[k], float(found.error[k]), float(found.material[k]),
                 float(found.least[k]), float(found.loss[k]),
             )  # fmt: skip
-            if not any(entry.near(other) for other in own):
-                own.append(entry)
-        values = np.array([[e.error, e.material, -min(e.least, STEEP), e.loss] for e in own])
-        kept = np.flatnonzero(undominated(values)).tolist() if own else []
-        order = sorted(kept, key=lambda k: own[k].error)
+            if not any(entry.near(other) for other in sets):
+                sets.append(entry)
+        values = np.array([[e.error, e.material, -min(e.least, STEEP), e.loss] for e in sets])
+        kept = np.flatnonzero(undominated(values)).tolist() if sets else []
+        order = sorted(kept, key=lambda k: sets[k].error)
         if len(order) > MOST:
             picked = np.unique(np.linspace(0, len(order) - 1, MOST).astype(int))
             order = [order[k] for k in picked]
-        self.entries[text] = [own[k] for k in order]
+        self.entries[text] = [sets[k] for k in order]
 
     @property
     def every(self) -> list[SizedScheme]:
         """All entries, scheme by scheme."""
-        return [entry for own in self.entries.values() for entry in own]
+        return [entry for sets in self.entries.values() for entry in sets]
 
     def best(self, within: float = np.inf) -> dict[str, SizedScheme]:
         """Return the entry of least error of each scheme, within a limit of material."""
         found = {}
-        for text, own in self.entries.items():
-            allowed = [entry for entry in own if entry.material <= within]
+        for text, sets in self.entries.items():
+            allowed = [entry for entry in sets if entry.material <= within]
             if allowed:
                 found[text] = min(allowed, key=lambda entry: entry.error)
         return found

@@ -71,11 +71,11 @@ def front_of(
     asked: CompositionDemand, archive: Archive, aim: Aim, name: str, title: str
 ) -> SchemeFront:
     """Return the front of what was found."""
-    signs = np.array([OBJECTIVES[own][1] for own in asked.objectives], float)
+    signs = np.array([OBJECTIVES[objective][1] for objective in asked.objectives], float)
     every = archive.every
     entries = [entry for entry in every if _within(asked, entry, aim)]
     values = np.array(
-        [[e.value(own, aim) for own in asked.objectives] for e in entries]
+        [[e.value(objective, aim) for objective in asked.objectives] for e in entries]
     ).reshape(len(entries), len(signs)) * signs  # fmt: skip
     left = np.ones(len(entries), bool)
     judged: dict[int, dict[str, Any]] = {}
@@ -87,18 +87,17 @@ def front_of(
         if not missing:
             break
         for k in missing:
-            own = judged[k] = design_of(entries[k], aim, name, title, asked)
-            if own.get("reasons"):
+            design = judged[k] = design_of(entries[k], aim, name, title, asked)
+            if design.get("reasons"):
                 left[k] = False
                 error = entries[k].error * aim.unit
-                rejected.append({"objective": error, "reasons": own["reasons"]})
+                rejected.append({"objective": error, "reasons": design["reasons"]})
     designs = [judged[k] for k in chosen]
     kept = best_of(designs, signs, SAME)
-    nearest = {
-        own: min((e.value(own, aim) * OBJECTIVES[own][1] for e in every), default=np.nan)
-        * OBJECTIVES[own][1]
-        for own in asked.within
-    }
+    nearest = {}
+    for measure in asked.within:
+        sign = OBJECTIVES[measure][1]
+        nearest[measure] = min((e.value(measure, aim) * sign for e in every), default=np.nan) * sign
     summary = _described(asked, kept, signs) if kept else {}
     return SchemeFront(kept, rejected, len(designs) - len(kept), nearest, summary)
 
@@ -115,8 +114,8 @@ def _within(asked: CompositionDemand, entry: SizedScheme, aim: Aim) -> bool:
 def _reference(asked: CompositionDemand, values: Any, signs: Any) -> Any:
     if asked.reference is not None:
         return np.array(asked.reference, float) * signs
-    own = values[undominated(values)] if len(values) else np.ones((1, len(signs)))
-    return own.max(axis=0) + 1e-9 * np.abs(own).max(axis=0) + 1e-12
+    front = values[undominated(values)] if len(values) else np.ones((1, len(signs)))
+    return front.max(axis=0) + 1e-9 * np.abs(front).max(axis=0) + 1e-12
 
 
 def _chosen(values: Any, left: Any, reference: Any, keep: int) -> list[int]:
@@ -168,10 +167,10 @@ def design_of(
         "joints": scheme.joints, "points": scheme.size,
         "transmission_angle": found.transmission,
     }  # fmt: skip
-    for own, limit in asked.within.items():
-        sign = OBJECTIVES[own][1]
-        if sign * measured[own] > sign * limit * (1 + 1e-9 * sign):
-            return {"reasons": [f"{own} is {measured[own]:.6g} over the whole turn"]}
+    for measure, limit in asked.within.items():
+        sign = OBJECTIVES[measure][1]
+        if sign * measured[measure] > sign * limit * (1 + 1e-9 * sign):
+            return {"reasons": [f"{measure} is {measured[measure]:.6g} over the whole turn"]}
     text = text_of_design(problem)
     start = crank_angle(scheme, place)
     at = np.array([start]) if place.at is None else start + place.at
@@ -180,7 +179,7 @@ def design_of(
     if wrong:
         return {"reasons": wrong}
     compared = measured | {"error": max(error, ROUNDED * aim.unit)}
-    values = [float(compared[own]) for own in asked.objectives]
+    values = [float(compared[objective]) for objective in asked.objectives]
     drawn = DRAWN if aim.what == CURVE else FINELY
     return {
         "objective": values[0], "objectives": values, "error": error,
@@ -189,7 +188,7 @@ def design_of(
         "scheme": scheme.text, "traced": point,
         "transmission_angle_min": found.transmission,
         "places": {n: [float(z.real), float(z.imag)] for n, z in zip(names, spots, strict=True)},
-        "link_points": [[names[k] for k in own] for own in scheme.links],
+        "link_points": [[names[k] for k in link] for link in scheme.links],
         "path": [[float(z.real), float(z.imag)] for z in found.curve[::drawn]],
         **({} if loss is None else {"loss": loss}), **values_at, **_guides(scheme, place),
         "parameters": dict(dimensions(problem.mechanism)), "problem": text,
@@ -236,7 +235,7 @@ def _described(
     asked: CompositionDemand, kept: Sequence[dict[str, Any]], signs: Any
 ) -> dict[str, Any]:
     """Return the front as it is reported: points, reference, hypervolume."""
-    values = np.array([own["objectives"] for own in kept])
+    values = np.array([design["objectives"] for design in kept])
     worst = (values * signs).max(axis=0) * signs
     reference = np.array(asked.reference if asked.reference is not None else worst, float)
     varied = np.flatnonzero((np.ptp(values, axis=0) > 0) | (asked.reference is not None))
@@ -245,9 +244,9 @@ def _described(
         room = hypervolume((values * signs)[:, varied], (reference * signs)[varied])
     return {
         "objectives": [
-            {"name": own.replace("_", " "), "unit": asked.unit(own),
-             "sense": "least" if OBJECTIVES[own][1] > 0 else "largest"}
-            for own in asked.objectives
+            {"name": objective.replace("_", " "), "unit": asked.unit(objective),
+             "sense": "least" if OBJECTIVES[objective][1] > 0 else "largest"}
+            for objective in asked.objectives
         ],
         "points": values.tolist(),
         "reference": reference.tolist(),

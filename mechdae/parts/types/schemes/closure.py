@@ -46,7 +46,7 @@ class SchemeTurn:
     @property
     def least(self) -> Any:
         """(b,) the least sine of all dyads; negative where one does not assemble."""
-        every = [np.nan_to_num(own, nan=-1.0).min(axis=1) for own in self.sines.values()]
+        every = [np.nan_to_num(sines, nan=-1.0).min(axis=1) for sines in self.sines.values()]
         return np.min(every, axis=0) if every else np.ones(self.x.shape[1])
 
 
@@ -109,37 +109,37 @@ def _differentiate(
     count, steps = x.shape[1:]
     found: list[Any] = []
     turn.slopes = {}
-    own = np.zeros((scheme.size, size), complex)
+    units = np.zeros((scheme.size, size), complex)
     for k in range(1, scheme.size if dimensions else 1):
-        own[k, 2 * k - 2], own[k, 2 * k - 1] = 1.0, 1j
+        units[k, 2 * k - 2], units[k, 2 * k - 1] = 1.0, 1j
     for k, (kind, i, j) in enumerate(scheme.points):
         if kind == FIXED:
-            found.append(np.broadcast_to(own[k], (count, steps, size)))
+            found.append(np.broadcast_to(units[k], (count, steps, size)))
         elif kind == CRANK:
             crank = (x[k] - x[0]) / (start[k] - start[0])
-            moved = crank[:, :, None] * (own[k] - own[0]) + own[0]
+            moved = crank[:, :, None] * (units[k] - units[0]) + units[0]
             if by_angle:
                 moved[:, :, -1] = 1j * (x[k] - x[0])
             found.append(moved)
         elif kind == RIGID:
             span = start[j] - start[i]
             share = (start[k] - start[i]) / span
-            turning = ((own[k] - own[i]) - share * (own[j] - own[i])) / span
+            turning = ((units[k] - units[i]) - share * (units[j] - units[i])) / span
             moved = found[i] + share[:, :, None] * (found[j] - found[i])
             found.append(moved + (x[j] - x[i])[:, :, None] * turning[:, None, :])
         elif kind == DYAD:
-            found.append(_dyad_derivatives(scheme, start, turn, found, own, k))
+            found.append(_dyad_derivatives(scheme, start, turn, found, units, k))
         else:
-            found.append(_slid_derivatives(scheme, start, turn, found, own, k))
+            found.append(_slid_derivatives(scheme, start, turn, found, units, k))
     turn.derivatives, turn.every = found[scheme.trace], found
     turn.reaches = [_reach(x, found, *way) for way in scheme.ways]
 
 
 def _slid_derivatives(
-    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], own: Any, k: int
+    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], units: Any, k: int
 ) -> Any:
     """Return the derivatives of the middle of a dyad with a slide; enter that of its sine."""
-    moved = Moved(start, turn.x, own, found)
+    moved = Moved(start, turn.x, units, found)
     rate = slid_derivatives(scheme, moved, k)
     at = np.nan_to_num(turn.sines[k], nan=-1.0).argmin(axis=1)
     rows = np.arange(len(at))
@@ -161,15 +161,15 @@ def _reach(x: Any, found: list[Any], i: int, j: int) -> tuple[Any, Any]:
 
 
 def _dyad_derivatives(
-    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], own: Any, k: int
+    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], units: Any, k: int
 ) -> Any:
     """Return the derivatives of a dyad's pin; enter the slope of its least sine."""
     _, i, j = scheme.points[k]
     x = turn.x
     e, f = x[k] - x[i], x[k] - x[j]
     first, second = start[k] - start[i], start[k] - start[j]
-    a = (np.conj(first) * (own[k] - own[i])).real[:, None, :]
-    b = (np.conj(second) * (own[k] - own[j])).real[:, None, :]
+    a = (np.conj(first) * (units[k] - units[i])).real[:, None, :]
+    b = (np.conj(second) * (units[k] - units[j])).real[:, None, :]
     cross = (np.conj(e) * f).imag[:, :, None]
     along = a + (np.conj(e)[:, :, None] * found[i]).real
     across = b + (np.conj(f)[:, :, None] * found[j]).real

@@ -113,12 +113,12 @@ class Descent(ABC):
         excess, slopes = [], []
         assert turn.slopes is not None
         for k in self.middles:
-            at, own = turn.slopes[k]
+            at, rates = turn.slopes[k]
             sine = turn.sines[k][np.arange(len(at)), at]
             room = np.minimum(ROOM * self.least, (1 + self.least) / 2)
             short = np.maximum(1 - sine / room, 0.0)
             excess.append(PUSH * short)
-            slopes.append(np.where((short > 0)[:, None], -PUSH / room[:, None] * own, 0.0))
+            slopes.append(np.where((short > 0)[:, None], -PUSH / room[:, None] * rates, 0.0))
         amount, slope = material(self.scheme, places, slopes=True, turn=turn)
         limits = TIGHT * self.limits
         over = np.maximum(amount / limits - 1, 0.0)

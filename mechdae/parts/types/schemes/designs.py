@@ -78,16 +78,16 @@ def mechanism_of_scheme(
     spots = np.asarray(place.places, complex)
     turns = _turns(scheme, place)
     bodies, sketch = {}, {}
-    for number, (link, own) in enumerate(zip(links, scheme.links, strict=True)):
+    for number, (link, points) in enumerate(zip(links, scheme.links, strict=True)):
         if number == 0:
             at = spots.copy()
             for k, zero in place.zeros.items():
                 at[k] = zero
-            frame = Ground(_points(names, own, at, 0.0, 0.0, True))
+            frame = Ground(_points(names, points, at, 0.0, 0.0, True))
             continue
         angle = turns[number]
-        natural = number not in place.angles and len(own) > 1
-        table = _points(names, own, spots, complex(spots[own[0]]), angle, natural)
+        natural = number not in place.angles and len(points) > 1
+        table = _points(names, points, spots, complex(spots[points[0]]), angle, natural)
         bodies[link] = Body(link, table, number=number)
         sketch[link] = angle
     joints: dict[str, Joint] = {}
@@ -125,8 +125,8 @@ def _turns(scheme: Scheme, place: Laid) -> list[float]:
     """Return the angle of each link in the pose."""
     spots = place.places
     found = [0.0]
-    for number, own in enumerate(scheme.links[1:], start=1):
-        along = 0.0 if len(own) < 2 else float(np.angle(spots[own[1]] - spots[own[0]]))
+    for number, points in enumerate(scheme.links[1:], start=1):
+        along = 0.0 if len(points) < 2 else float(np.angle(spots[points[1]] - spots[points[0]]))
         found.append(place.angles.get(number, along))
     for _, guide, block in scheme.slides:
         found[block] = found[guide]
@@ -134,11 +134,16 @@ def _turns(scheme: Scheme, place: Laid) -> list[float]:
 
 
 def _points(
-    names: list[str], own: tuple[int, ...], spots: Any, origin: complex, angle: float, natural: bool
+    names: list[str],
+    link: tuple[int, ...],
+    spots: Any,
+    origin: complex,
+    angle: float,
+    natural: bool,
 ) -> Table[tuple[Any, ...]]:
     """Return points of a link in its frame; of a natural one the second lies on the x axis."""
     found = {}
-    for place, k in enumerate(own):
+    for place, k in enumerate(link):
         local = (spots[k] - origin) * np.exp(-1j * angle) + 0.0
         y = 0.0 if natural and angle != 0.0 and place == 1 else float(local.imag)
         found[names[k]] = (float(local.real) + 0.0, y + 0.0)
@@ -194,7 +199,7 @@ def certified(problem: Problem, point: str) -> Certificate:
     assert driver is not None
     task = Sweep(driver, poses=POSES, derivatives=2, measures=("transmission",))
     whole = Problem(problem.mechanism, Table({PATH: task}), name=problem.name)
-    low, high = (float(own) for own in (driver.from_, driver.to) if own is not None)
+    low, high = (float(bound) for bound in (driver.from_, driver.to) if bound is not None)
     turns = high - low > TURN * (1 - 1e-9)
     try:
         found = solve(whole, PATH)
@@ -205,7 +210,7 @@ def certified(problem: Problem, point: str) -> Certificate:
         how = "fully on one circuit" if turns else "over all targets on one circuit"
         return Certificate([f"the crank does not turn {how}"])
     position = found.points[point].position
-    angles = [own["min"] for own in found.summary.get("transmission", {}).values()]
+    angles = [angle["min"] for angle in found.summary.get("transmission", {}).values()]
     curve = position[:, 0] + 1j * position[:, 1]
     least = float(min(angles)) if angles else float(TURN / 4)
     if not turns:

@@ -124,10 +124,10 @@ def merged(scheme: Scheme, function: bool = False) -> Iterator[Change]:
             continue
         for other in (i, j):
             onto = {k: other}
-            points = [(own, onto.get(p, p), onto.get(q, q)) for own, p, q in scheme.points]
-            if any(own in HANGING and p == q for own, p, q in points):
+            points = [(kind, onto.get(p, p), onto.get(q, q)) for kind, p, q in scheme.points]
+            if any(kind in HANGING and p == q for kind, p, q in points):
                 continue
-            if any(own == SLIDER and q == k for own, _, q in scheme.points):
+            if any(kind == SLIDER and q == k for kind, _, q in scheme.points):
                 continue  # the point of a guide would be on several links
             trace = onto.get(scheme.trace, scheme.trace)
             if not function and _traces_arc(Scheme(tuple(points), trace), trace):
@@ -137,7 +137,7 @@ def merged(scheme: Scheme, function: bool = False) -> Iterator[Change]:
                 found.links  # noqa: B018  (raises for rigid points that have lost their link)
             except ValueError:
                 continue
-            loops = any(own in MIDDLES for own, _, _ in found.points)
+            loops = any(kind in MIDDLES for kind, _, _ in found.points)
             if loops and found.text not in seen and _is_whole(found):
                 seen.add(found.text)
                 yield Change(found, tuple(order))
@@ -148,7 +148,7 @@ def _is_whole(scheme: Scheme) -> bool:
     for k, (kind, i, j) in enumerate(scheme.points):
         if kind in MIDDLES:
             before = Scheme(scheme.points[:k], 0)
-            if any(i in own and j in own for own in before.links):
+            if any(i in link and j in link for link in before.links):
                 return False
     return True
 
@@ -166,8 +166,8 @@ def _traces_arc(scheme: Scheme, trace: int) -> bool:
         links = scheme.links
     except ValueError:
         return True
-    fixed = {k for k, own in enumerate(scheme.points) if own[0] == FIXED}
-    return any(trace in own and fixed & set(own) for own in links)
+    fixed = {k for k, point in enumerate(scheme.points) if point[0] == FIXED}
+    return any(trace in link and fixed & set(link) for link in links)
 
 
 def _inserted(scheme: Scheme, at: int, new: list[Point], origin: list[int]) -> tuple[Any, Any, Any]:
@@ -185,8 +185,8 @@ def _inserted(scheme: Scheme, at: int, new: list[Point], origin: list[int]) -> t
 
 def _with_end(scheme: Scheme, k: int, old: int, new: int, points: list[Point], moved: Any) -> Any:
     """Return points whose bar from `old` to `k`, with all that is on its link, ends at `new`."""
-    own = next(link for link in scheme.links if old in link and k in link)
-    at = {moved(k), *(moved(p) for p in own if p > k and scheme.points[p][0] == RIGID)}
+    carrier = next(link for link in scheme.links if old in link and k in link)
+    at = {moved(k), *(moved(p) for p in carrier if p > k and scheme.points[p][0] == RIGID)}
     return [
         (kind, new if p in at and i == moved(old) else i, new if p in at and j == moved(old) else j)
         for p, (kind, i, j) in enumerate(points)
@@ -230,15 +230,15 @@ def _arms(scheme: Scheme) -> Iterator[Change]:
 def _dyads(scheme: Scheme, kinds: tuple[str, ...], function: bool) -> Iterator[Change]:
     places = [
         (k, end, other)
-        for k, (own, *ends) in enumerate(scheme.points)
-        if own == DYAD
+        for k, (kind, *ends) in enumerate(scheme.points)
+        if kind == DYAD
         for end in ends
         # the output of a function stays on its pivot
         if not (function and k == scheme.trace and scheme.points[end][0] == FIXED)
         for other in range(1, k)
     ]
     for kind, (k, end, other) in product(kinds, places):
-        together = any(end in own and other in own for own in scheme.links)
+        together = any(end in link and other in link for link in scheme.links)
         if other == end or together:
             continue
         new: list[Point] = [(kind, end, other), (RIGID, end, k)]

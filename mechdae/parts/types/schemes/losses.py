@@ -80,9 +80,9 @@ class _Statics:
     def _speeds(self) -> Any:
         """Return the angular velocities (links, b, t)."""
         found = np.zeros(self.force.shape)
-        for number, own in enumerate(self.scheme.links):
-            if number and len(own) > 1:
-                i, k = own[:2]
+        for number, link in enumerate(self.scheme.links):
+            if number and len(link) > 1:
+                i, k = link[:2]
                 found[number] = ((self.v[k] - self.v[i]) / (self.x[k] - self.x[i])).imag
         for _, guide, block in self.scheme.slides:
             found[block] = found[guide]
@@ -93,7 +93,7 @@ class _Statics:
         scheme, load = self.scheme, self.rubbing.load
         if self.aim.what == ANGLE:
             pair = output_points(scheme)
-            link = next(k for k, own in enumerate(scheme.links) if own[:2] == pair)
+            link = next(k for k, link in enumerate(scheme.links) if link[:2] == pair)
             self.moment[link] -= load[0] / self.aim.radius * np.sign(self.speeds[link])
         elif self.aim.what == SLIDE:
             speed = self.v[scheme.trace]
@@ -187,7 +187,7 @@ def losses(scheme: Scheme, places: Any, aim: Aim, rubbing: LossAsked, count: int
     turn = turned(scheme, places, angles, derivatives=True, by_angle=True, dimensions=False)
     assert turn.every is not None
     shape = turn.x.shape[1:]
-    rates = np.stack([np.broadcast_to(own[:, :, 0], shape) for own in turn.every])
+    rates = np.stack([np.broadcast_to(rates[:, :, 0], shape) for rates in turn.every])
     first = 0 if aim.turns else 1  # the pose of the places alone is in no mean
     with np.errstate(invalid="ignore", divide="ignore"):
         lost = _Statics(scheme, turn.x, rates, aim, rubbing).run()

@@ -63,7 +63,7 @@ def laid(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid:
 def output_link(scheme: Scheme) -> int:
     """Return the link whose angle is the output of a function."""
     pair = output_points(scheme)
-    return next(k for k, own in enumerate(scheme.links) if own[:2] == pair)
+    return next(k for k, link in enumerate(scheme.links) if link[:2] == pair)
 
 
 def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:
@@ -90,7 +90,7 @@ def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:
         low, high = float(along.min()), float(along.max())
         if link:
             low, high = min(low, 0.0), max(high, 0.0)
-        first, last = (complex(x[base, 0] + way * own) for own in (low, high))
+        first, last = (complex(x[base, 0] + way * bound) for bound in (low, high))
         found.append((first, last))
     return found
 
@@ -99,11 +99,11 @@ def _on_curve(entry: SizedScheme, wanted: Wanted) -> Any:
     """Return the places (n,) [m] of a set, laid with its curve on the wanted one."""
     places = entry.places[None]
     x = turned(entry.scheme, places, TURN * np.arange(ANGLES) / ANGLES).x[entry.scheme.trace]
-    own = resampled(x, POINTS).points
+    curve = resampled(x, POINTS).points
     target = wanted.points(POINTS)
-    fit = fitted(centred(own), target - target.mean())
+    fit = fitted(centred(curve), target - target.mean())
     moved = wanted.center + wanted.radius * target.mean()
-    return moved + wanted.radius * fit.factor[0] * (entry.places - own[0].mean())
+    return moved + wanted.radius * fit.factor[0] * (entry.places - curve[0].mean())
 
 
 def _by_targets(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid:

@@ -83,13 +83,13 @@ class Refinement(Descent):
 
     def _normal(self, state: _State) -> tuple[Any, Any]:
         """Return approximate Hessian (b, p, p) and gradient (b, p) of the merit."""
-        own = state.curve.derivatives(np.nan_to_num(state.turn.derivatives))
-        own = own - own.mean(axis=1, keepdims=True)
+        rates = state.curve.derivatives(np.nan_to_num(state.turn.derivatives))
+        rates = rates - rates.mean(axis=1, keepdims=True)
         weight = 1 / np.sqrt(np.abs(state.gaps) ** 2 + SOFT**2) / POINTS
         root = np.sqrt(weight)[:, :, None]
         hessian, slope = 0.0, 0.0
         # parts small enough that linear algebra stays on one thread: the same bits everywhere
-        for part, gap in ((own.real, state.gaps.real), (own.imag, state.gaps.imag)):
+        for part, gap in ((rates.real, state.gaps.real), (rates.imag, state.gaps.imag)):
             rows = np.ascontiguousarray(root * part)
             hessian = hessian + np.matmul(rows.transpose(0, 2, 1), rows)
             slope = slope + np.einsum("bmp,bm->bp", part, weight * gap)
@@ -119,12 +119,12 @@ def _rows_of(taken: Any, one: _State, other: _State) -> _State:
     assert other.turn.slopes is not None
     turn = SchemeTurn(
         rows(one.turn.x, other.turn.x, 1),
-        {k: rows(own, other.turn.sines[k]) for k, own in one.turn.sines.items()},
+        {k: rows(sines, other.turn.sines[k]) for k, sines in one.turn.sines.items()},
         rows(one.turn.derivatives, other.turn.derivatives),
     )
     turn.slopes = {
-        k: (rows(at, other.turn.slopes[k][0]), rows(own, other.turn.slopes[k][1]))
-        for k, (at, own) in one.turn.slopes.items()
+        k: (rows(at, other.turn.slopes[k][0]), rows(rates, other.turn.slopes[k][1]))
+        for k, (at, rates) in one.turn.slopes.items()
     }
     curve = Resampled(*(
         rows(getattr(one.curve, name), getattr(other.curve, name))

@@ -53,10 +53,10 @@ class Scheme:
             if kind == FIXED:
                 found[0].append(k)
             elif kind == RIGID:
-                own = [link for link in found if i in link and j in link]
-                if not own:
+                both = [link for link in found if i in link and j in link]
+                if not both:
                     raise ValueError(f"points {i} and {j} are on no link together")
-                own[0].append(k)
+                both[0].append(k)
             elif kind == CRANK and k != 1:
                 found[1].append(k)
             elif kind == DYAD:
@@ -117,7 +117,7 @@ class Scheme:
 
     def links_at(self, point: int) -> list[int]:
         """Return the links that a point is on."""
-        return [k for k, own in enumerate(self.links) if point in own]
+        return [k for k, link in enumerate(self.links) if point in link]
 
     @cached_property
     def joints(self) -> int:

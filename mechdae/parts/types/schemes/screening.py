@@ -47,7 +47,7 @@ def screened(
         curves = x[scheme.trace][:, None, :]
     flat = curves.reshape(-1, ANGLES)
     points = centred(resampled(flat, POINTS).points)
-    straight, mirrored = (fitted(own, wanted, scaled=True) for own in (points, np.conj(points)))
+    straight, mirrored = (fitted(curve, wanted, scaled=True) for curve in (points, np.conj(points)))
     mirror = mirrored.residual < straight.residual
     residual = np.where(mirror, mirrored.residual, straight.residual).reshape(count, -1)
     factor = np.where(mirror, mirrored.factor, straight.factor).reshape(count, -1)
@@ -59,9 +59,9 @@ def screened(
             places[:, scheme.trace] = x[i, :, 0] + share[:, p] * (x[j, :, 0] - x[i, :, 0])
         amounts[:, p] = amount_of(scheme, places, x) * np.abs(factor[:, p])
     for limit in limits:
-        own = np.where(amounts <= limit, residual, np.inf)
-        best = own.argmin(axis=1)
-        value = own[rows, best]
+        allowed = np.where(amounts <= limit, residual, np.inf)
+        best = allowed.argmin(axis=1)
+        value = allowed[rows, best]
         order = np.argsort(value, kind="stable")[:keep]
         for k in order[np.isfinite(value[order])].tolist():
             p = best[k]

@@ -96,7 +96,7 @@ class SchemeSearch:
             for scheme in schemes_of(links, place, self.aim.what, asked.slides):
                 if self.allows(scheme):
                     found.setdefault(scheme.text, scheme)
-        return sorted(found.values(), key=lambda own: own.size)
+        return sorted(found.values(), key=lambda scheme: scheme.size)
 
     def allows(self, scheme: Scheme) -> bool:
         """Return whether a scheme is small enough."""
@@ -145,9 +145,9 @@ class SchemeSearch:
         jobs: list[tuple[str, Any, float]] = []
         for text, several in by_scheme.items():
             self.tried.add(text)
-            places = np.concatenate([own.places for own in several])
-            error = np.concatenate([own.error for own in several])
-            amount = np.concatenate([own.material for own in several])
+            places = np.concatenate([found.places for found in several])
+            error = np.concatenate([found.error for found in several])
+            amount = np.concatenate([found.material for found in several])
             for limit in limits.tolist():
                 order = np.argsort(np.where(amount <= limit, error, np.inf), kind="stable")
                 allowed = [k for k in order.tolist() if amount[k] <= limit]
@@ -186,7 +186,7 @@ class SchemeSearch:
         noise[:, 0] = 0.0
         sets = sets + noise[0] + 1j * noise[1]
         limit = max(self.cap, 1.0)
-        return [(change.scheme.text, own, limit) for own in sets]
+        return [(change.scheme.text, places, limit) for places in sets]
 
     def _changes(self, scheme: Scheme) -> Iterable[Change]:
         slides, function = self.asked.slides, self.asked.function is not None
@@ -197,14 +197,14 @@ class SchemeSearch:
     def _parents(self) -> list[SizedScheme]:
         """Return the best entries of different schemes: by size, and along the material."""
         found: dict[int, SizedScheme] = {}
-        best = sorted(self.archive.best().values(), key=lambda own: own.error)
-        for size in sorted({own.scheme.size for own in best}):
-            for entry in [own for own in best if own.scheme.size == size][:EACH_SIZE]:
+        best = sorted(self.archive.best().values(), key=lambda entry: entry.error)
+        for size in sorted({entry.scheme.size for entry in best}):
+            for entry in [entry for entry in best if entry.scheme.size == size][:EACH_SIZE]:
                 found[id(entry)] = entry
         if self._weighed:
             for level in self._levels(ALONG):
-                own = self.archive.best(level).values()
-                for entry in sorted(own, key=lambda e: e.error)[:2]:
+                entries = self.archive.best(level).values()
+                for entry in sorted(entries, key=lambda e: e.error)[:2]:
                     found[id(entry)] = entry
         return list(found.values())
 
@@ -214,9 +214,9 @@ class SchemeSearch:
         limits = [np.inf, *(self._levels(ALONG) if self._weighed else [])]
         for limit in limits:
             best = {t: e for t, e in self.archive.best(limit).items() if t in set(texts)}
-            for size in sorted({own.scheme.size for own in best.values()}):
-                own = [t for t, e in best.items() if e.scheme.size == size]
-                for text in sorted(own, key=lambda t: best[t].error)[:PROMISING]:
+            for size in sorted({entry.scheme.size for entry in best.values()}):
+                schemes = [t for t, e in best.items() if e.scheme.size == size]
+                for text in sorted(schemes, key=lambda t: best[t].error)[:PROMISING]:
                     found[text] = None
         return list(found)
 
@@ -233,7 +233,7 @@ class SchemeSearch:
         high = min(self.cap, max(errors[0].material, 1.2 * low))
         if not low < high:
             return [high]
-        return [float(own) for own in np.linspace(low, high, count)]
+        return [float(number) for number in np.linspace(low, high, count)]
 
     def _fill(self, name: str) -> None:
         """Refine towards levels of material from the best sets around each."""
@@ -249,7 +249,7 @@ class SchemeSearch:
             for share in (1.0, 1.06, 1.25, 1.6):
                 near = sorted(self.archive.best(share * level).values(), key=lambda e: e.error)
                 around |= {id(entry): entry for entry in near[:2]}
-            within = [own for own in self.archive.every if own.material <= 1.25 * level]
+            within = [entry for entry in self.archive.every if entry.material <= 1.25 * level]
             for entry in sorted(within, key=lambda e: e.error):
                 if len(around) == AROUND:
                     break
@@ -262,7 +262,7 @@ class SchemeSearch:
     def _transmit(self) -> None:
         """Refine towards better transmission from the best of each size."""
         jobs, floors = [], []
-        best = sorted(self.archive.best().values(), key=lambda own: own.error)[:TRANSMITTED]
+        best = sorted(self.archive.best().values(), key=lambda entry: entry.error)[:TRANSMITTED]
         for entry in best:
             for angle in ANGLES_ASKED:
                 jobs.append((entry.scheme.text, entry.places, self.cap))
@@ -272,20 +272,19 @@ class SchemeSearch:
 
     def _lose(self, name: str) -> None:
         """Refine towards levels of loss from the best sets around each."""
-        every = [own for own in self.archive.every if np.isfinite(own.loss)]
-        counted = [own for own in every if own.error <= self.worst] or every
+        every = [entry for entry in self.archive.every if np.isfinite(entry.loss)]
+        counted = [entry for entry in every if entry.error <= self.worst] or every
         if not counted:
             return
-        low, high = (f(own.loss for own in counted) for f in (min, max))
+        low, high = (f(entry.loss for entry in counted) for f in (min, max))
         high = min(high, 4 * low)
         levels = [share * low for share in BELOW] + np.linspace(low, high, LEVELS).tolist()
         jobs, losses = [], []
         for level in levels:
             around: dict[int, SizedScheme] = {}
             for share in (1.0, 1.1, 1.6):
-                near = sorted(
-                    (own for own in counted if own.loss <= share * level), key=lambda e: e.error
-                )  # fmt: skip
+                under = (entry for entry in counted if entry.loss <= share * level)
+                near = sorted(under, key=lambda entry: entry.error)
                 around |= {id(entry): entry for entry in near[:3]}
             lightest = sorted(counted, key=lambda e: e.loss)[:2]
             for entry in list(around.values()) or lightest:
@@ -304,9 +303,9 @@ class SchemeSearch:
         for k, (text, *_) in enumerate(jobs):
             groups.setdefault(text, []).append(k)
         pieces = []
-        for text, own in groups.items():
-            for first in range(0, len(own), BATCH):
-                part = own[first : first + BATCH]
+        for text, sets in groups.items():
+            for first in range(0, len(sets), BATCH):
+                part = sets[first : first + BATCH]
                 places = np.array([jobs[k][1] for k in part])
                 limits = np.array([jobs[k][2] for k in part])
                 least = np.full(len(part), self.least)

@@ -38,12 +38,12 @@ class Resampled:
     steps: Any
     lengths: Any
 
-    def derivatives(self, own: Any) -> Any:
+    def derivatives(self, rates: Any) -> Any:
         """Return those of the points (b, m, p) from those of the corners (b, t, p)."""
         count = self.points.shape[1]
-        following = np.roll(own, -1, axis=1)
+        following = np.roll(rates, -1, axis=1)
         way = np.conj(self.steps / self.lengths)[:, :, None]
-        longer = (way * (following - own)).real
+        longer = (way * (following - rates)).real
         ends = np.cumsum(longer, axis=1)
         at = self.segment[:, :, None]
         before = np.take_along_axis(ends - longer, at, axis=1)
@@ -53,7 +53,7 @@ class Resampled:
         step = np.take_along_axis(self.steps, self.segment, axis=1)[:, :, None]
         share = self.share[:, :, None]
         moved = (wanted - before - share * longer) / length
-        one = np.take_along_axis(own, at, axis=1)
+        one = np.take_along_axis(rates, at, axis=1)
         other = np.take_along_axis(following, at, axis=1)
         return one + share * (other - one) + step * moved
 
@@ -103,8 +103,8 @@ class Wanted:
 
     def points(self, count: int) -> Any:
         """Return so many points at equal arc length, centred, of radius about 1."""
-        own = resampled(np.asarray(self.corners, complex)[None], count).points[0]
-        return (own - self.center) / self.radius
+        even = resampled(np.asarray(self.corners, complex)[None], count).points[0]
+        return (even - self.center) / self.radius
 
 
 @dataclass
@@ -142,11 +142,11 @@ def backward_of(wanted: Any) -> Any:
 def fitted(curves: Any, wanted: Any, scaled: bool = False) -> Fit:
     """Return how centred curves (b, m) lie best on the wanted one (m,); through one FFT each."""
     count = wanted.shape[-1]
-    own = np.fft.fft(curves, axis=1)
+    transforms = np.fft.fft(curves, axis=1)
     ways = np.stack([wanted, backward_of(wanted)])
     other = np.fft.fft(ways, axis=1)
     # r[s] = sum conj(c[k]) w[k + s]
-    found = np.fft.ifft(np.conj(own)[:, None, :] * other[None], axis=2)
+    found = np.fft.ifft(np.conj(transforms)[:, None, :] * other[None], axis=2)
     flat = np.abs(found).reshape(len(curves), -1)
     best = flat.argmax(axis=1)
     rows = np.arange(len(curves))
@@ -165,14 +165,14 @@ def fitted(curves: Any, wanted: Any, scaled: bool = False) -> Fit:
 
 def distances(curves: Any, wanted: Wanted) -> Any:
     """Return the measure (b,) of closed polylines (b, t) in units of the wanted curve's radius."""
-    own = centred(resampled(curves, POINTS).points)
+    centered = centred(resampled(curves, POINTS).points)
     target = wanted.points(POINTS)
     target = target - target.mean()
     ways = np.stack([target, backward_of(target)])
     at = (np.arange(POINTS)[:, None] + np.arange(POINTS)[None, :]) % POINTS
     shifted = ways[:, at].reshape(-1, POINTS)
-    found = np.empty(len(own))
-    for k, curve in enumerate(own):
+    found = np.empty(len(centered))
+    for k, curve in enumerate(centered):
         turn = shifted @ np.conj(curve)
         turn = turn / np.maximum(np.abs(turn), 1e-300)
         near = np.argsort(-np.abs(shifted @ np.conj(curve)), kind="stable")[:NEAR]

@@ -28,16 +28,16 @@ class Moved:
 
     start: Any
     x: Any
-    own: Any = None
+    rates: Any = None
     found: Any = None
 
     def at(self, rows: Any, places: Any) -> Moved:
         """Return one angle of each set."""
         picked = {
-            k: np.broadcast_to(own, (*self.x.shape[1:], own.shape[-1]))[rows, places][:, None]
-            for k, own in enumerate(self.found)
+            k: np.broadcast_to(d, (*self.x.shape[1:], d.shape[-1]))[rows, places][:, None]
+            for k, d in enumerate(self.found)
         }
-        return Moved(self.start, self.x[:, rows, places][:, :, None], self.own, picked)
+        return Moved(self.start, self.x[:, rows, places][:, :, None], self.rates, picked)
 
 
 def turning(scheme: Scheme, moved: Moved, g: int) -> Any:
@@ -58,10 +58,10 @@ def turning(scheme: Scheme, moved: Moved, g: int) -> Any:
 def _turning_rate(scheme: Scheme, moved: Moved, g: int, turn: Any) -> Any:
     kind, i, j = scheme.points[g]
     if kind == FIXED:
-        return np.zeros((1, 1, moved.own.shape[1]), complex)
+        return np.zeros((1, 1, moved.rates.shape[1]), complex)
     i, j = (0, g) if kind == CRANK else (i, j)
     span = (moved.start[j] - moved.start[i])[:, :, None]
-    gap = moved.own[j] - moved.own[i]
+    gap = moved.rates[j] - moved.rates[i]
     return (moved.found[j] - moved.found[i] - turn[:, :, None] * gap) / span
 
 
@@ -91,39 +91,39 @@ def slid(scheme: Scheme, moved: Moved, k: int) -> tuple[Any, Any]:
 def slid_derivatives(scheme: Scheme, moved: Moved, k: int) -> Any:
     """Return the derivatives (b, t, p) of the middle by implicit differentiation."""
     kind, i, j = scheme.points[k]
-    start, x, own, found = moved.start, moved.x, moved.own, moved.found
+    start, x, rates, found = moved.start, moved.x, moved.rates, moved.found
     if kind == SLIDER:
         turn = turning(scheme, moved, j)
         way = (start[k] - start[j]) * turn
         share = ((x[k] - x[j]) / way).real[:, :, None]
         e = x[k] - x[i]
         first = start[k] - start[i]
-        longer = (np.conj(first)[:, :, None] * (own[k] - own[i])).real
+        longer = (np.conj(first)[:, :, None] * (rates[k] - rates[i])).real
         moving = found[j] + share * _way_rate(scheme, moved, k, turn)
         rest = longer - (np.conj(e)[:, :, None] * (moving - found[i])).real
         return moving + way[:, :, None] * (rest / (np.conj(e) * way).real[:, :, None])
     turn, rate = _rod(moved, i, j, k)
     arm = start[k] - start[i]
-    turned = (own[k] - own[i]) * turn[:, :, None]
+    turned = (rates[k] - rates[i]) * turn[:, :, None]
     return found[i] + turned + (1j * arm * turn)[:, :, None] * rate
 
 
 def _way_rate(scheme: Scheme, moved: Moved, k: int, turn: Any) -> Any:
     """Return the derivatives of the direction of a guide, as long as it was drawn."""
     _, _, j = scheme.points[k]
-    start, own = moved.start, moved.own
+    start, rates = moved.start, moved.rates
     spin = _turning_rate(scheme, moved, j, turn)
-    return (own[k] - own[j]) * turn[:, :, None] + (start[k] - start[j])[:, :, None] * spin
+    return (rates[k] - rates[j]) * turn[:, :, None] + (start[k] - start[j])[:, :, None] * spin
 
 
 def _rod(moved: Moved, i: int, j: int, k: int) -> tuple[Any, Any]:
     """Return by what a rod has turned (b, t), and the derivatives (b, t, p) of that angle."""
-    start, x, own, found = moved.start, moved.x, moved.own, moved.found
+    start, x, rates, found = moved.start, moved.x, moved.rates, moved.found
     turn = (x[k] - x[i]) / (start[k] - start[i])
     way, gap = start[j] - start[k], x[j] - x[i]
     slot = way * turn
-    swung = own[j] - own[k]
-    before = ((own[j] - own[i]) * np.conj(way)[:, :, None]).imag + (
+    swung = rates[j] - rates[k]
+    before = ((rates[j] - rates[i]) * np.conj(way)[:, :, None]).imag + (
         (start[j] - start[i])[:, :, None] * np.conj(swung)
     ).imag
     now = ((found[j] - found[i]) * np.conj(slot)[:, :, None]).imag + (
@@ -141,7 +141,7 @@ def sine_rate(scheme: Scheme, moved: Moved, k: int, rate: Any) -> Any:
         (b, t, p) derivatives of its middle.
     """
     kind, i, j = scheme.points[k]
-    start, x, own, found = moved.start, moved.x, moved.own, moved.found
+    start, x, rates, found = moved.start, moved.x, moved.rates, moved.found
     if kind == SLIDER:
         turn = turning(scheme, moved, j)
         one, done = x[k] - x[i], rate - found[i]
@@ -150,7 +150,7 @@ def sine_rate(scheme: Scheme, moved: Moved, k: int, rate: Any) -> Any:
         turn, angle = _rod(moved, i, j, k)
         one, done = x[j] - x[i], found[j] - found[i]
         other = (start[j] - start[k]) * turn
-        dother = (own[j] - own[k]) * turn[:, :, None] + 1j * other[:, :, None] * angle
+        dother = (rates[j] - rates[k]) * turn[:, :, None] + 1j * other[:, :, None] * angle
     cosine = (np.conj(one) * other).real
     sizes = np.abs(one) * np.abs(other)
     one, other = one[:, :, None], other[:, :, None]

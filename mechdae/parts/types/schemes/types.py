@@ -45,7 +45,7 @@ def named(name: str, most: int, where: str = "") -> tuple[int, int]:
     if whole and 1 <= int(place) <= len(chain_names(int(links))):
         return int(links), int(place)
     known = [word for word, (size, _) in NAMES.items() if size <= most]
-    known += [own for size in range(4, min(most, 8) + 1, 2) for own in chain_names(size)]
+    known += [name for size in range(4, min(most, 8) + 1, 2) for name in chain_names(size)]
     raise UnknownName("chain", name, known, where=where)
 
 
@@ -78,7 +78,7 @@ Frames = dict[int, list[int]]
 
 def _traced(points: list[Point], frames: Frames, what: str) -> Iterator[Scheme]:
     """Yield the schemes of placed points, one for each link that may trace or be the output."""
-    fixed = {k for k, own in enumerate(points) if own[0] == FIXED}
+    fixed = {k for k, point in enumerate(points) if point[0] == FIXED}
     ends = _outputs(points, fixed, what) if what in (ANGLE, SLIDE) else None
     for whole in ends if ends is not None else _tracers(points, frames, fixed):
         if whole.pruned()[0].size == whole.size:
@@ -86,10 +86,10 @@ def _traced(points: list[Point], frames: Frames, what: str) -> Iterator[Scheme]:
 
 
 def _tracers(points: list[Point], frames: Frames, fixed: set[int]) -> Iterator[Scheme]:
-    for own in frames.values():
-        if len(own) < 2 or fixed & set(own) or own[:2] == [0, 1]:
+    for frame in frames.values():
+        if len(frame) < 2 or fixed & set(frame) or frame[:2] == [0, 1]:
             continue  # the frame, the crank, and links on the frame trace arcs at most
-        yield Scheme((*points, (RIGID, own[0], own[1])), len(points))
+        yield Scheme((*points, (RIGID, frame[0], frame[1])), len(points))
     for k, (kind, i, j) in enumerate(points):
         on_frame = {i} & fixed if kind == SWING else {i, j} & fixed
         if kind in MIDDLES and not on_frame:
@@ -125,7 +125,7 @@ class _Standing:
 
     def copy(self) -> _Standing:
         """Return another one that may change."""
-        frames = {link: list(own) for link, own in self.frames.items()}
+        frames = {link: list(points) for link, points in self.frames.items()}
         return _Standing(list(self.points), frames, dict(self.at), set(self.blocks))
 
     def put(self, joint: int, link: int, frame: int) -> int:
@@ -136,17 +136,17 @@ class _Standing:
         _NoPoint
             The link is a block.
         """
-        own = self.frames[link]
+        in_frame = self.frames[link]
         if link in self.blocks:
             raise _NoPoint
         if link == frame:
             self.points.append((FIXED, 0, 0))
-        elif len(own) == 1:
+        elif len(in_frame) == 1:
             self.points.append((CRANK, 0, 0))
         else:
-            self.points.append((RIGID, own[0], own[1]))
+            self.points.append((RIGID, in_frame[0], in_frame[1]))
         self.at[joint] = len(self.points) - 1
-        own.append(self.at[joint])
+        in_frame.append(self.at[joint])
         return self.at[joint]
 
 
@@ -189,21 +189,21 @@ def _followed(
         first, second = outer(u), outer(v)
         if first is None or second is None:
             continue
-        kinds = [(DYAD, False), *((own, turn) for own in SLIDES for turn in (False, True))]
+        kinds = [(DYAD, False), *((kind, turn) for kind in SLIDES for turn in (False, True))]
         for kind, turn in kinds if slides else kinds[:1]:
-            own = standing.copy()
+            grown = standing.copy()
             try:
-                i, j = own.put(*first, frame), own.put(*second, frame)
+                i, j = grown.put(*first, frame), grown.put(*second, frame)
             except _NoPoint:
                 return
             one, other = (v, u) if turn else (u, v)
             ends = (j, i) if turn else (i, j)
-            own.points.append((kind, *ends))
-            own.at[k] = middle = len(own.points) - 1
-            own.frames[one] = [ends[0], middle]
-            own.frames[other] = [ends[1], middle] if kind == DYAD else []
-            own.blocks |= set() if kind == DYAD else {other}
-            yield from _followed(chain, own, frame, slides)
+            grown.points.append((kind, *ends))
+            grown.at[k] = middle = len(grown.points) - 1
+            grown.frames[one] = [ends[0], middle]
+            grown.frames[other] = [ends[1], middle] if kind == DYAD else []
+            grown.blocks |= set() if kind == DYAD else {other}
+            yield from _followed(chain, grown, frame, slides)
         return
 
 
@@ -211,9 +211,9 @@ def _crank_first(standing: _Standing) -> tuple[list[Point], Frames]:
     """Return points and frames with the crank's pin as point 1."""
     points, frames = standing.points, standing.frames
     if points[1][0] != CRANK:
-        place = next(k for k, own in enumerate(points) if own[0] == CRANK)
+        place = next(k for k, point in enumerate(points) if point[0] == CRANK)
         order = [0, place, *(k for k in range(1, len(points)) if k != place)]
         to = {old: new for new, old in enumerate(order)}
-        points = [(own[0], to[own[1]], to[own[2]]) for own in (points[k] for k in order)]
-        frames = {link: [to[k] for k in own] for link, own in frames.items()}
+        points = [(point[0], to[point[1]], to[point[2]]) for point in (points[k] for k in order)]
+        frames = {link: [to[k] for k in frame] for link, frame in frames.items()}
     return points, frames

@@ -42,9 +42,10 @@ def verified(
             return defects
         place = found.points[coordinate].position
         curve, wanted = place @ [1, 1j], np.array(asked.corners) @ [1, 1j]
-        own = shape_distance(curve, wanted)
+        traced = shape_distance(curve, wanted)
         # of shifts that are alike the search looks at some
-        return [text for text in [disagreement(own, error, unit, False)] if text and own > error]
+        text = disagreement(traced, error, unit, False)
+        return [text] if text and traced > error else []
     if asked.visits is not None:
         goal: Any = replace(asked.visits, what=coordinate)
         weights, minimax = np.array(goal.weights), goal.measure == "minimax"
@@ -56,8 +57,8 @@ def verified(
     if part.defects:
         return part.defects
     size = np.abs(part.errors)
-    own = float(size.max()) if minimax else float(np.sqrt(weights @ size**2 / weights.sum()))
-    gap = disagreement(own, error, unit, False)
+    traced = float(size.max()) if minimax else float(np.sqrt(weights @ size**2 / weights.sum()))
+    gap = disagreement(traced, error, unit, False)
     return [gap] if gap else []
 
 

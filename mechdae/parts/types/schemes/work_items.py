@@ -71,8 +71,8 @@ class SchemePiece:
             found.update(repr(self.rubbing).encode())
         for array in (wanted, self.losses, self.places, self.limits, self.least):
             if array is not None:
-                own = np.ascontiguousarray(array)
-                found.update(f"{own.dtype.kind}{own.shape}".encode() + own.tobytes())
+                packed = np.ascontiguousarray(array)
+                found.update(f"{packed.dtype.kind}{packed.shape}".encode() + packed.tobytes())
         return found.hexdigest()[:32]
 
 
@@ -159,26 +159,26 @@ def measured(scheme: str, places: Any, aim: Aim, rubbing: LossAsked | None = Non
     """Return sets with their measures; those with bars too short, or that do not
     assemble at some angle, are left out.
     """
-    own = read(scheme)
-    turn = turned(own, places, _nodes(aim))
+    drawn = read(scheme)
+    turn = turned(drawn, places, _nodes(aim))
     least = turn.least
     whole = np.isfinite(places).all(axis=1) & (least > 0)
-    kept = np.flatnonzero(whole & (shortest(own, places) >= SHORT))
+    kept = np.flatnonzero(whole & (shortest(drawn, places) >= SHORT))
     places = places[kept] - places[kept, :1] if aim.what == CURVE else places[kept]
     if not len(kept):
         return FoundSets(places, *(np.zeros(0) for _ in range(4)))
     if aim.what == CURVE:
-        error = distances(turn.x[own.trace][kept], _wanted(aim.corners))
+        error = distances(turn.x[drawn.trace][kept], _wanted(aim.corners))
     elif aim.what == PATH:
-        error = visited(own, places, aim).error
+        error = visited(drawn, places, aim).error
     else:
-        places = based(own, places, aim)
-        error = function_errors(own, places, aim)[0]
+        places = based(drawn, places, aim)
+        error = function_errors(drawn, places, aim)[0]
     turn = SchemeTurn(turn.x[:, kept], {})
-    amount = material(own, places, turn=turn)
+    amount = material(drawn, places, turn=turn)
     loss = np.zeros(len(places))
     if rubbing is not None:
-        loss = losses(own, places, aim, rubbing, ANGLES)
+        loss = losses(drawn, places, aim, rubbing, ANGLES)
     return FoundSets(places, error, amount, least[kept], loss)
 
 

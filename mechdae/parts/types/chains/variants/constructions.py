@@ -110,10 +110,10 @@ class Constructions:
     def template(self) -> Variant:
         """The mechanism with the numbers of constructions as parameters."""
         base = self.problem.mechanism
-        own: dict[str, Any] = {"layer": self.thickness, "layers": 0.0}
+        sizes: dict[str, Any] = {"layer": self.thickness, "layers": 0.0}
         joints = dict(base.joints)
         for pin in self.pins:
-            own |= {
+            sizes |= {
                 f"{pin}_overhang": 0.0,
                 f"{pin}_width": self.thickness,
                 f"{pin}_bearings": 1.0,
@@ -125,7 +125,7 @@ class Constructions:
                 radius = f"({joint.pin_radius})*{pin}_load"
                 joints[pin] = replace(joint, pin_radius=radius)
         given = {f"{pin}_{word}" for pin in self.pins for word in ("overhang", "width")}
-        for name in own:
+        for name in sizes:
             if name in base.parameters and name not in {"layer", *given}:
                 raise InputError(
                     "constructions of pins have a parameter of this name",
@@ -135,7 +135,7 @@ class Constructions:
         mechanism = replace(
             base,
             joints=Table(joints),
-            parameters=Table({**base.parameters, **own}),
+            parameters=Table({**base.parameters, **sizes}),
             loads=Table(),
             outputs=Table(),
         )
@@ -157,13 +157,15 @@ class Constructions:
         pins: dict[str, Any] = {}
         for (pin, pair), form in zip(self.pins.items(), word, strict=True):
             carrier = pair[int(form[1]) - 1]
-            own = self._pin(pin, pair, form, carrier, stack.reach[pin] if stack else 1)
-            numbers |= {f"{pin}_{key}": value for key, value in own.items()}
+            measures = self._pin(pin, pair, form, carrier, stack.reach[pin] if stack else 1)
+            numbers |= {f"{pin}_{key}": value for key, value in measures.items()}
             fork = "" if form[0] == "o" else pair["ab".index(form[0])]
             pins[pin] = {"form": f"fork on {fork}" if fork else "overhung", "carrier": carrier}
             pins[pin] |= {"links": list(pair)}
             pins[pin] |= {"layers": list(stack.pins[pin])} if stack else {}
-            pins[pin] |= {key: value for key, value in own.items() if fork == "" or key != "width"}
+            pins[pin] |= {
+                key: value for key, value in measures.items() if fork == "" or key != "width"
+            }
         about: dict[str, Any] = {"pins": pins}
         if stack is not None:
             about |= {
@@ -179,8 +181,8 @@ class Constructions:
     ) -> dict[str, float]:
         """Return overhang, length and number of the bearings of a pin."""
         known, thick = self.problem.mechanism.parameter_values, self.thickness
-        own = FRAME_BEARING if carrier == GROUND else 1.0
-        width = known.get(f"{pin}_width", own * thick)
+        factor = FRAME_BEARING if carrier == GROUND else 1.0
+        width = known.get(f"{pin}_width", factor * thick)
         if not width > 0:
             raise InputError(
                 f"a bearing is longer than 0, not {width:g}", where=f"parameters.{pin}_width"

@@ -23,7 +23,7 @@ def choices(mechanism: Mechanism) -> list[str]:
     group = of_dimensions(mechanism)
     names = [GROUND, *mechanism.bodies]
     place = {name: k for k, name in enumerate(names)}
-    return [own for own in names if all(place[move[own]] >= place[own] for move in group)]
+    return [link for link in names if all(place[move[link]] >= place[link] for move in group)]
 
 
 def inversions(problem: Problem, pose: Pose) -> Iterator[Variant]:
@@ -66,9 +66,9 @@ def inversion(problem: Problem, pose: Pose, link: str) -> Variant:
     )
     drives = {f"{name}.angle": _joint_of(base, name) for name in base.bodies}
 
-    def driver(own: Driver) -> Driver:
-        joint = drives.get(own.coordinate)
-        return own if joint is None else replace(own, coordinate=f"{joint}.angle")
+    def driver(given: Driver) -> Driver:
+        joint = drives.get(given.coordinate)
+        return given if joint is None else replace(given, coordinate=f"{joint}.angle")
 
     return made(problem, f"fixed-{link}", mechanism, f"{link} fixed", about, driver)
 

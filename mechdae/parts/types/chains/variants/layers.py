@@ -98,12 +98,13 @@ def _width(
     if link in outer:
         return 0
     if link not in widths:
-        others = [own for own in inside.get(link, []) if own != GROUND]
-        own = [_width(other, inside, crossings, widths, (*outer, link)) for other in others]
-        if 0 in own:
+        others = [body for body in inside.get(link, []) if body != GROUND]
+        path = (*outer, link)
+        inner = [_width(other, inside, crossings, widths, path) for other in others]
+        if 0 in inner:
             return 0
         crossed = any(frozenset(two) in crossings.pairs for two in combinations(others, 2))
-        gap = sum(own) if crossed else max(own, default=1)
+        gap = sum(inner) if crossed else max(inner, default=1)
         widths[link] = gap + 2 if link in inside else 1
     return widths[link]
 
@@ -123,8 +124,8 @@ class _Search:
     def _next(self, low: dict[str, int], height: int) -> Iterator[Placed]:
         links = self.crossings.links
         if len(low) == len(links):
-            own = self.layers(low)
-            yield own.count, sum(own.reach.values()), tuple(low.items())
+            stack = self.layers(low)
+            yield stack.count, sum(stack.reach.values()), tuple(low.items())
             return
         link = links[len(low)]
         for start in range(1, height - self.widths[link] + 2):
@@ -142,7 +143,7 @@ class _Search:
     def _fits(self, link: str, low: Mapping[str, int]) -> bool:
         """Return whether a link does not touch those that lie already."""
         spans = self._spans(low)
-        own = spans[link]
+        mine = spans[link]
         for pin, pair in self.pins.items():
             if link not in pair:
                 continue
@@ -151,14 +152,14 @@ class _Search:
                 continue
             if pin in self.forks:
                 outer, inner = (
-                    (own, spans[other]) if self.forks[pin] == link else (spans[other], own)
+                    (mine, spans[other]) if self.forks[pin] == link else (spans[other], mine)
                 )
                 if not (outer[0] < inner[0] and inner[1] < outer[1]):
                     return False
-            elif not _apart(own, spans[other]):
+            elif not _apart(mine, spans[other]):
                 return False
         return all(
-            _apart(own, spans[other])
+            _apart(mine, spans[other])
             for other in spans
             if other != link and frozenset((link, other)) in self.crossings.pairs
         )
@@ -180,7 +181,7 @@ class _Search:
                 way for way in self._ways(pin, pair, spans) if self._free(pin, pair, spans, way)
             ]
             found[pin] = (ways[0][0], ways[0][1]) if ways else None
-        if any(own is not None and own[0] == FRONT for own in found.values()):
+        if any(sides is not None and sides[0] == FRONT for sides in found.values()):
             for pin, pair in pins.items():
                 ways = self._ways(pin, pair, spans)
                 free = [way for way in ways if self._free(pin, pair, spans, way)]
@@ -213,7 +214,7 @@ class _Search:
             between = [] if forked else list(range(one[1] + 1, two[0]))
             return [("", 0 if forked else two[0] - one[1], between)]
         low, high = spans[pair[0] if pair[1] == GROUND else pair[1]]
-        top = max(own[1] for own in spans.values())
+        top = max(span[1] for span in spans.values())
         bracket = self.forks.get(pin) == GROUND
         behind, ahead = list(range(1, low)), list(range(high + 1, top + 1))
         return [
@@ -224,16 +225,16 @@ class _Search:
     def layers(self, low: Mapping[str, int]) -> Layers:
         """Return what was found."""
         spans = self._spans(low)
-        sides = {pin: own for pin, own in self._sides(spans).items() if own is not None}
-        top = max(own[1] for own in spans.values())
+        sides = {pin: side for pin, side in self._sides(spans).items() if side is not None}
+        top = max(span[1] for span in spans.values())
         fronts = [
             spans[pair[0] if pair[1] == GROUND else pair[1]][1] + 1
             for pin, pair in self.pins.items()
             if GROUND in pair and self.forks.get(pin) == GROUND
         ]
         front = any(side == FRONT for side, _ in sides.values())
-        reach = {pin: own[1] for pin, own in sides.items()}
-        pins = {pin: self._ends(pin, own[0], spans, top) for pin, own in sides.items()}
+        reach = {pin: side[1] for pin, side in sides.items()}
+        pins = {pin: self._ends(pin, side[0], spans, top) for pin, side in sides.items()}
         return Layers(spans, reach, max([top + front, *fronts]) + 1, pins)
 
     def _ends(

@@ -73,10 +73,10 @@ class Orders:
     @property
     def count(self) -> int:
         """How many there are, loops of several in every combination."""
-        return prod(how_many(len(own)) for own in self.loops.values())
+        return prod(how_many(len(loop)) for loop in self.loops.values())
 
     def __iter__(self) -> Iterator[Variant]:
-        for orders in product(*(cyclic(len(own)) for own in self.loops.values())):
+        for orders in product(*(cyclic(len(loop)) for loop in self.loops.values())):
             ordered = {
                 name: [self.loops[name][k] for k in order]
                 for name, order in zip(self.loops, orders, strict=True)
@@ -92,9 +92,9 @@ class Orders:
         base = self.problem.mechanism
         assert base.closure is not None
         closure = base.closure
-        name = "__".join("-".join(own.lstrip("-") for own in loop) for loop in loops.values())
+        name = "__".join("-".join(text.lstrip("-") for text in loop) for loop in loops.values())
         words = "; ".join(", ".join(loop) for loop in loops.values())
-        about = {"order": {own: list(loop) for own, loop in loops.items()}}
+        about = {"order": {name: list(loop) for name, loop in loops.items()}}
         mechanism: Mechanism | None
         try:
             mechanism = from_loops(
@@ -123,28 +123,28 @@ class Orders:
         """Return a single loop of links in another order; a pin stays at the end of its link."""
         base = self.problem.mechanism
         joints = dict(base.joints)
-        for own, following in zip(order, [*order[1:], order[0]], strict=True):
-            joint = base.joints[own.pin]
-            other = "second" if joint.first == own.exit else "first"
+        for stretch, following in zip(order, [*order[1:], order[0]], strict=True):
+            joint = base.joints[stretch.pin]
+            other = "second" if joint.first == stretch.exit else "first"
             changes: dict[str, Any] = {other: following.entry}
-            joints[own.pin] = replace(joint, **changes)
+            joints[stretch.pin] = replace(joint, **changes)
         sketch = {**self.pose.angles, **self.pose.slides}
-        names = [own.name for own in order]
+        names = [stretch.name for stretch in order]
         mechanism = replace(
             base, joints=Table(joints), sketch=Table(sketch), loads=Table(), outputs=Table()
         )
         name = "order-" + "-".join(names[1:])
         title = "order " + ", ".join(names)
         problem = self.problem
-        if name != "order-" + "-".join(own.name for own in self.loops["loop"][1:]):
+        if name != "order-" + "-".join(stretch.name for stretch in self.loops["loop"][1:]):
             problem = replace(problem, mechanism=self._without_pins(base, joints), pattern=None)
         return made(problem, name, mechanism, title, {"order": names}, self._driver(joints))
 
     def _driver(self, joints: dict[str, Joint]) -> Any:
         base = self.problem.mechanism
 
-        def driver(own: Driver) -> Driver:
-            return replace(own, coordinate=_absolute(base, joints, own.coordinate)[0])
+        def driver(given: Driver) -> Driver:
+            return replace(given, coordinate=_absolute(base, joints, given.coordinate)[0])
 
         return driver
 
@@ -183,7 +183,7 @@ def loop_of(mechanism: Mechanism) -> list[LoopLink]:
     for name, joint in mechanism.joints.items():
         for body in (joint.first_body, joint.second_body):
             of_link[body].append(name)
-    odd = [name for name, own in of_link.items() if len(own) != 2]
+    odd = [name for name, pins in of_link.items() if len(pins) != 2]
     if odd:
         raise InputError(
             f"{odd[0]} has {len(of_link[odd[0]])} joints: orders are those of one loop of links",
@@ -206,9 +206,9 @@ def loop_of(mechanism: Mechanism) -> list[LoopLink]:
         if mechanism.joints[step[2]].hinge:
             entry, leave = (_end(mechanism, group[0][1], group[0][0]),
                             _end(mechanism, step[2], step[0]))  # fmt: skip
-            stretches.append(LoopLink(tuple(own[0] for own in group), entry, leave, step[2]))
+            stretches.append(LoopLink(tuple(move[0] for move in group), entry, leave, step[2]))
             group = []
-    first = next(k for k, own in enumerate(stretches) if GROUND in own.bodies)
+    first = next(k for k, stretch in enumerate(stretches) if GROUND in stretch.bodies)
     return stretches[first:] + stretches[:first]
 
 
@@ -231,9 +231,9 @@ def _walk(mechanism: Mechanism, of_link: dict[str, list[str]]) -> list[tuple[str
 
 
 def _end(mechanism: Mechanism, joint: str, body: str) -> str:
-    own = mechanism.joints[joint]
-    first, point = reach(own, "first")
-    return f"{first}.{point}" if first == body else own.second
+    pair = mechanism.joints[joint]
+    first, point = reach(pair, "first")
+    return f"{first}.{point}" if first == body else pair.second
 
 
 def _absolute(mechanism: Mechanism, joints: dict[str, Joint], text: str) -> tuple[str, bool]:
@@ -262,8 +262,8 @@ def _absolute(mechanism: Mechanism, joints: dict[str, Joint], text: str) -> tupl
 def _swapped(load: Load, name: str) -> dict[str, Any]:
     """Return the numbers of a load whose coordinate has the other sign now."""
     if load.kind == "resistance":
-        own: Any = load
-        return {"negative": own.positive, "positive": own.negative}
+        resistance: Any = load
+        return {"negative": resistance.positive, "positive": resistance.negative}
     raise InputError(
         f"a {load.kind} on the angle of the ground against a link has no other order",
         where=f"loads.{name}",
@@ -277,7 +277,7 @@ def _with_loops(problem: Problem, loops: dict[str, list[str]]) -> str:
     text = dumps(replace(problem, expected=(), pattern=None))
     for name, old in problem.mechanism.closure.loops.items():
         for entries, then in ((old, loops[name]),):
-            line = f"{name} = [" + ", ".join(f'"{own}"' for own in entries) + "]"
-            new = f"{name} = [" + ", ".join(f'"{own}"' for own in then) + "]"
+            line = f"{name} = [" + ", ".join(f'"{text}"' for text in entries) + "]"
+            new = f"{name} = [" + ", ".join(f'"{text}"' for text in then) + "]"
             text = text.replace(line, new, 1)
     return text

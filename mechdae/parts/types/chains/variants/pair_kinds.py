@@ -37,11 +37,11 @@ def varied(mechanism: Mechanism) -> list[str]:
 
 def count(mechanism: Mechanism) -> tuple[int, int]:
     """Return how many words of R and P there are, and how many up to symmetries of the chain."""
-    own = varied(mechanism)
+    pins = varied(mechanism)
     group = of_structure(mechanism, kinds=False)
-    kept = [move for _, move in group if {move[name] for name in own} == set(own)]
-    total = sum(1 << _cycles({name: move[name] for name in own}) for move in kept)
-    return 1 << len(own), total // len(kept)
+    kept = [move for _, move in group if {move[name] for name in pins} == set(pins)]
+    total = sum(1 << _cycles({name: move[name] for name in pins}) for move in kept)
+    return 1 << len(pins), total // len(kept)
 
 
 def pair_kinds(problem: Problem, pose: Pose) -> Iterator[Variant]:
@@ -81,11 +81,11 @@ def with_kinds(problem: Problem, pose: Pose, word: str) -> Variant:
     )
     drives = {f"{body}.angle": _joint_of(base, body) for body in base.bodies}
 
-    def driver(own: Driver) -> Driver:
-        joint = own.coordinate.rpartition(".")[0]
-        name = drives.get(own.coordinate) or (joint if joint in kinds else None)
+    def driver(given: Driver) -> Driver:
+        joint = given.coordinate.rpartition(".")[0]
+        name = drives.get(given.coordinate) or (joint if joint in kinds else None)
         if name is None or (kinds[name] == "R") == base.joints[name].hinge:
-            return own
+            return given
         return Driver(f"{name}.{'angle' if kinds[name] == 'R' else 'slide'}", range="assembled")
 
     about = {"pairs": kinds}
@@ -123,19 +123,19 @@ def _pin(parts: Parts, pose: Pose, joint: Joint) -> Revolute:
     base = parts[first].points[point]
     angle = {GROUND: 0.0, **pose.angles}[first]
     dx, dy = x - x0, y - y0
-    own = (cos(angle) * dx + sin(angle) * dy, cos(angle) * dy - sin(angle) * dx)
-    if max(map(abs, own)) > 0:
+    turned = (cos(angle) * dx + sin(angle) * dy, cos(angle) * dy - sin(angle) * dx)
+    if max(map(abs, turned)) > 0:
         point = joint.name
         while point in parts[first].points:
             point += "_"
-        place = tuple(_sum(b, o) for b, o in zip(base, own, strict=True))
+        place = tuple(_sum(b, o) for b, o in zip(base, turned, strict=True))
         parts[first] = replace(parts[first], points=parts[first].points.with_(point, place))
     given: dict[str, Any] = {}
     return Revolute(joint.name, f"{first}.{point}", joint.second, **given)
 
 
-def _sum(base: float | str, own: float) -> float | str:
-    return base + own if isinstance(base, float) else f"({base}) + ({own!r})"
+def _sum(base: float | str, offset: float) -> float | str:
+    return base + offset if isinstance(base, float) else f"({base}) + ({offset!r})"
 
 
 def _joint_of(mechanism: Mechanism, body: str) -> str | None:

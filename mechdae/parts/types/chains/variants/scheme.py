@@ -127,24 +127,24 @@ def made(
     base = problem.mechanism
     out = list(left_out)
     for word in ("loads", "outputs"):
-        for own, value in getattr(base, word).items():
-            table = getattr(mechanism, word).with_(own, value)
+        for entry, value in getattr(base, word).items():
+            table = getattr(mechanism, word).with_(entry, value)
             try:
                 tried = replace(mechanism, **{word: table})
                 Problem(tried)
             except InputError as error:
-                out.append(f"{word}.{own}: {error.what}")
+                out.append(f"{word}.{entry}: {error.what}")
             else:
                 mechanism = tried
     tasks: dict[str, Task] = {}
-    for own, task in problem.tasks.items():
+    for entry, task in problem.tasks.items():
         try:
             changed = _task(task, driver)
-            changed = _with_outputs(mechanism, own, changed, out)
+            changed = _with_outputs(mechanism, entry, changed, out)
         except InputError as error:
-            out.append(f"tasks.{own}: {error.what}")
+            out.append(f"tasks.{entry}: {error.what}")
         else:
-            tasks[own] = changed
+            tasks[entry] = changed
     whole = Problem(
         mechanism,
         Table(tasks),
@@ -163,7 +163,7 @@ def _task(task: Task, driver: Callable[[Driver], Driver]) -> Task:
     if task.driver is not None:
         changes["driver"] = driver(task.driver)
     else:
-        changes["drivers"] = tuple(driver(own) for own in task.all_drivers)
+        changes["drivers"] = tuple(driver(given) for given in task.all_drivers)
     if isinstance(task, Sweep) and moves(task):
         changes["measures"] = tuple(dict.fromkeys((*(task.measures or ()), *MEASURES)))
     return replace(task, **changes)

@@ -39,8 +39,8 @@ def of_dimensions(mechanism: Mechanism) -> list[dict[str, str]]:
         joints = _joints(mechanism, links)
         if joints is not None and any(
             all(
-                _alike(shapes[own], shapes[to], joints, mirrored)
-                for own, to in links.items()
+                _alike(shapes[link], shapes[to], joints, mirrored)
+                for link, to in links.items()
             )
             for mirrored in (False, True)
         ) and _same_joints(mechanism, joints):  # fmt: skip
@@ -61,12 +61,12 @@ def _moves(mechanism: Mechanism, fixed: bool, kinds: bool) -> list[dict[str, str
         between.setdefault((pair[0], pair[1]), []).append(joint.kind if kinds else "")
     labels: dict[Hashable, int] = {}
     matrix = [[0] * len(names) for _ in names]
-    for (u, v), own in between.items():
-        label = labels.setdefault(tuple(sorted(own)), len(labels) + 1)
+    for (u, v), joints_between in between.items():
+        label = labels.setdefault(tuple(sorted(joints_between)), len(labels) + 1)
         matrix[u][v] = matrix[v][u] = label
     colours = [int(fixed and name == GROUND) for name in names]
     found = automorphisms(colours, tuple(map(tuple, matrix)))
-    return [{names[k]: names[to] for k, to in enumerate(own)} for own in found]
+    return [{names[k]: names[to] for k, to in enumerate(move)} for move in found]
 
 
 def _joints(mechanism: Mechanism, links: Mapping[str, str]) -> dict[str, str] | None:
@@ -75,11 +75,11 @@ def _joints(mechanism: Mechanism, links: Mapping[str, str]) -> dict[str, str] | 
     for name, joint in mechanism.joints.items():
         where.setdefault(frozenset((joint.first_body, joint.second_body)), []).append(name)
     moved: dict[str, str] = {}
-    for pair, own in where.items():
+    for pair, names in where.items():
         other = where.get(frozenset(links[link] for link in pair), [])
-        if len(other) != len(own):
+        if len(other) != len(names):
             return None
-        moved |= dict(zip(own, other, strict=True))
+        moved |= dict(zip(names, other, strict=True))
     return moved
 
 
@@ -90,12 +90,12 @@ def _shapes(mechanism: Mechanism) -> dict[str, tuple[dict[str, complex], tuple[f
     for name in (GROUND, *mechanism.bodies):
         places: dict[str, complex] = {}
         used = set()
-        for own, joint in mechanism.joints.items():
+        for joint_name, joint in mechanism.joints.items():
             for end in (joint.first, joint.second):
                 body, _, point = end.partition(".")
                 if body == name:
                     used.add(point)
-                    places[own] = complex(values[f"{end}.x"], values[f"{end}.y"])
+                    places[joint_name] = complex(values[f"{end}.x"], values[f"{end}.y"])
         others = [point for point in mechanism.body(name).points if point not in used]
         for k, point in enumerate(others):
             places[f" {k}"] = complex(values[f"{name}.{point}.x"], values[f"{name}.{point}.y"])
@@ -118,10 +118,10 @@ def _alike(
     if len(one[0]) != len(two[0]) or one[1] != two[1]:
         return False
     try:
-        pairs = [(place, two[0][joints.get(own, own)]) for own, place in one[0].items()]
+        pairs = [(place, two[0][joints.get(name, name)]) for name, place in one[0].items()]
     except KeyError:
         return False
-    pairs = [(own.conjugate(), to) for own, to in pairs] if mirrored else pairs
+    pairs = [(place.conjugate(), to) for place, to in pairs] if mirrored else pairs
     if len(pairs) < 2:
         return True
     far = max(range(len(pairs)), key=lambda k: abs(pairs[k][0] - pairs[0][0]))
@@ -131,15 +131,15 @@ def _alike(
         return False
     turn = image / base if size else 1.0
     return all(
-        abs((own - pairs[0][0]) * turn - (to - pairs[0][1])) <= NEAR * size for own, to in pairs
+        abs((place - pairs[0][0]) * turn - (to - pairs[0][1])) <= NEAR * size for place, to in pairs
     )
 
 
 def _same_joints(mechanism: Mechanism, joints: Mapping[str, str]) -> bool:
     """Return whether joints and those whose places they take have equal numbers."""
     values = mechanism.values()
-    for own, to in joints.items():
-        one = {entry: values[f"{own}.{entry}"] for entry, _ in mechanism.joints[own].numbers()}
+    for name, to in joints.items():
+        one = {entry: values[f"{name}.{entry}"] for entry, _ in mechanism.joints[name].numbers()}
         two = {entry: values[f"{to}.{entry}"] for entry, _ in mechanism.joints[to].numbers()}
         if one != two:
             return False

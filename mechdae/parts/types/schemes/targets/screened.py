@@ -49,9 +49,9 @@ def screened_sets(
     amounts = size * amount_of(scheme, places / size[:, None], x)
     found: dict[int, None] = {}
     for limit in limits:
-        own = np.where((amounts <= limit) & np.isfinite(error), error, np.inf)
-        order = np.argsort(own, kind="stable")[:keep]
-        found |= dict.fromkeys(order[np.isfinite(own[order])].tolist())
+        allowed = np.where((amounts <= limit) & np.isfinite(error), error, np.inf)
+        order = np.argsort(allowed, kind="stable")[:keep]
+        found |= dict.fromkeys(order[np.isfinite(allowed[order])].tolist())
     chosen = list(found)
     return places[chosen], error[chosen]
 
@@ -70,7 +70,7 @@ def _on_targets(scheme: Scheme, aim: Aim, x: Any, angles: Any, generator: Any) -
     columns = [np.ones(at.shape, complex), *(x[p][rows, at] for p in parts)]
     solved, error = _least_squares(np.stack(columns, axis=3), targets, np.array(aim.weights))
     best = error.argmin(axis=1)
-    solved, error = (own[np.arange(count), best] for own in (solved, error))
+    solved, error = (values[np.arange(count), best] for values in (solved, error))
     factor = solved[:, 1:].sum(axis=1)
     places = x[:, :, 0].T.copy()
     if kind == RIGID:

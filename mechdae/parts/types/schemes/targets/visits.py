@@ -67,9 +67,9 @@ def _in_order(cost: Any) -> tuple[Any, Any]:
         least = np.minimum.accumulate(sums, axis=2)
         new = np.where(sums <= least, np.arange(size), 0)
         where = np.maximum.accumulate(new, axis=2)
-        own = np.take_along_axis(cost[:, None, k], at, axis=2)
+        costs = np.take_along_axis(cost[:, None, k], at, axis=2)
         sums = np.full(at.shape, np.inf)
-        sums[:, :, 1:] = least[:, :, :-1] + own[:, :, 1:]
+        sums[:, :, 1:] = least[:, :, :-1] + costs[:, :, 1:]
         back[k, :, :, 1:] = where[:, :, :-1]
     flat = sums.reshape(count, -1).argmin(axis=1)
     which, last = flat // size, flat % size
@@ -110,8 +110,8 @@ class VisitFitting(Fitting):
         whole = self.turned_at(places)
         slopes = np.zeros((len(places), count, size + extra.shape[1]), complex)
         if self.free:
-            own = turned(self.scheme, places, extra[:, 2:], derivatives=True, by_angle=True)
-            at, rates = own.x[trace], own.derivatives
+            turn = turned(self.scheme, places, extra[:, 2:], derivatives=True, by_angle=True)
+            at, rates = turn.x[trace], turn.derivatives
             slopes[:, np.arange(count), size + 2 + np.arange(count)] = rates[:, :, -1]
             slopes[:, :, :size] = rates[:, :, :-1]
         else:
