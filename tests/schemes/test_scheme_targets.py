@@ -19,7 +19,7 @@ from mechdae.parts.types.schemes.closure import material, turned
 from mechdae.parts.types.schemes.designs import loss_of, problem_of_scheme
 from mechdae.parts.types.schemes.drawing import drawn
 from mechdae.parts.types.schemes.losses import LossAsked, loss_slopes, losses
-from mechdae.parts.types.schemes.placed_design import Laid
+from mechdae.parts.types.schemes.placed_design import PlacedDesign
 from mechdae.parts.types.schemes.scheme import read
 from mechdae.parts.types.schemes.targets.functions import FunctionFitting
 from mechdae.parts.types.schemes.targets.visits import VisitFitting, assigned
@@ -315,7 +315,7 @@ def test_losses_are_those_of_the_ordinary_model_to_first_order(text, aim, rubbin
         share = 0.5 + 0.3j
         places[:, scheme.trace] = places[:, i] + share * (places[:, j] - places[:, i])
     own = losses(scheme, places, aim, rubbing, 360)
-    problem = problem_of_scheme(scheme, Laid(places[0], {}, {}), "x", "", rubbing, aim)
+    problem = problem_of_scheme(scheme, PlacedDesign(places[0], {}, {}), "x", "", rubbing, aim)
     assert own[0] == pytest.approx(loss_of(problem), rel=3e-4)
     slopes, h = loss_slopes(scheme, places, aim, rubbing), 3e-5
     for column in range(slopes.shape[1]):

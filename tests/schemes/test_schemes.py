@@ -10,7 +10,7 @@ from mechdae.parts.types.schemes.closure import material, turned
 from mechdae.parts.types.schemes.designs import PATH, certified, problem_of_scheme, tracer
 from mechdae.parts.types.schemes.drawing import reaching
 from mechdae.parts.types.schemes.growth import grown, merged
-from mechdae.parts.types.schemes.placed_design import Laid
+from mechdae.parts.types.schemes.placed_design import PlacedDesign
 from mechdae.parts.types.schemes.refine import POINTS, Refinement
 from mechdae.parts.types.schemes.scheme import DYAD, RIGID, read
 from mechdae.parts.types.schemes.screening import screened
@@ -50,7 +50,7 @@ def drawn(text: str, count: int, seed: int = 0):
 @pytest.mark.parametrize("text", [SHORT, STEPHENSON, WATT])
 def test_closed_forms_are_the_certified_positions(text: str) -> None:
     scheme, places = drawn(text, 1)
-    problem = problem_of_scheme(scheme, Laid(places[0], {}, {}), "scheme", "")
+    problem = problem_of_scheme(scheme, PlacedDesign(places[0], {}, {}), "scheme", "")
     found = certified(problem, tracer(scheme))
     assert not found.reasons
     turn = turned(scheme, places, TURN * np.arange(720) / 720)
@@ -216,7 +216,7 @@ def test_screened_sets_assemble_and_are_near() -> None:
 
 def test_a_design_is_a_problem_of_its_own() -> None:
     scheme, places = drawn(WATT, 1)
-    problem = problem_of_scheme(scheme, Laid(places[0], {}, {}), "watt", "Watt")
+    problem = problem_of_scheme(scheme, PlacedDesign(places[0], {}, {}), "watt", "Watt")
     import tomllib
 
     from mechdae.describe.file.load import from_dict

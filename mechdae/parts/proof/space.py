@@ -68,9 +68,9 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
     for driver in scene.drivers:
         if driver.text.count(".") == 2:
             add(driver.text.rpartition(".")[0])
-    told = {"bodies": points, "joints": joints, "drivers": laws}
+    content = {"bodies": points, "joints": joints, "drivers": laws}
     more = {"sums": sums, "spins": spins}
-    return {"dimension": 3} | told | {key: value for key, value in more.items() if value}
+    return {"dimension": 3} | content | {key: value for key, value in more.items() if value}
 
 
 def _spin(model: Any, spin: Spin) -> dict[str, Any]:

@@ -194,10 +194,10 @@ def _closed_sweep(
     bodies = frames.at(path.state[k][: path.graphs.nx], path.drivers(at)[0])
     groups = _groups(setting.scene.groups, mechanism["bodies"])
     mechanism, _ = with_motion(mechanism, groups, bodies, as_text(at[0]))
-    told = report(problem, name, task, setting, done)
+    result = report(problem, name, task, setting, done)
     crossings = [zone.s for zone in path.zones]
     way = steps_of(float(min(done.places)), float(max(done.places)), crossings)
-    poses = _poses(told, done, arc, way, mechanism["bodies"])
+    poses = _poses(result, done, arc, way, mechanism["bodies"])
     return {"kind": "sweep", "mechanism": mechanism, "path": way, "poses": poses}
 
 
@@ -221,8 +221,8 @@ def _poses(
             found.append(claim | {"end": ends[met]} | reported(result, k, bodies))
         elif status == Status.OK.value and on_path:
             if isinstance(done.path, Path) and (len(names) > 1 or done.values[k, 0] != value):
-                told = dict(zip(names, map(as_text, done.values[k]), strict=True))
-                claim["drivers"] = told
+                drivers = dict(zip(names, map(as_text, done.values[k]), strict=True))
+                claim["drivers"] = drivers
             found.append(claim | reported(result, k, bodies))
         elif status == Status.UNASSEMBLED.value and _beyond(arc, value):
             found.append(claim)
@@ -253,12 +253,12 @@ def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
             "no certificate is written of a mode that is next to a singular pose"
         )
     bound = {word: as_text(value) for word, value in bounds.items()}
-    told: dict[str, Any] = {"points": points, "bound": bound}
+    claim: dict[str, Any] = {"points": points, "bound": bound}
     if result.mechanism.dimension == 3:
         turns = {name: [as_text(v) for v in s.orientation[k]] for name, s in result.bodies.items()}
-        return told | {"orientations": turns}
+        return claim | {"orientations": turns}
     angles = {name: as_text(series.angle[k]) for name, series in result.bodies.items()}
-    return told | {"angles": angles}
+    return claim | {"angles": angles}
 
 
 def _without(modes: list[dict[str, Any]], *keys: str) -> list[dict[str, Any]]:
@@ -316,8 +316,8 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     found = []
     for k, mode in enumerate(every):
         labels = iter(mode.labels)
-        told = [(next(labels)[0] + "1" if counted else "1", there) for counted, there in labelled]
-        signs = [str(int(sign)) for sign, there in told if there]
+        senses = [(next(labels)[0] + "1" if counted else "1", there) for counted, there in labelled]
+        signs = [str(int(sign)) for sign, there in senses if there]
         claim = {"label": mode.label, "bodies": frames.at(mode.x, u), "signs": signs}
         claim = refined_mode(mechanism, claim, as_text(u[0]))
         found.append(claim | reported(result, k, mechanism["bodies"]))

@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.pairs import Prismatic, Revolute, Weld
 from mechdae.describe.joints.wheels import Gear, Rack
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.table import Table
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtJoint
@@ -242,23 +242,14 @@ class _InPlane:
     def mechanism(self, joints: list[Joint]) -> Mechanism:
         """Return the mechanism with the pose of the file as its sketch."""
         made, plane = self.made, self.plane
-        points: dict[str, dict[str, tuple[float, float]]] = {body: {} for body in self.angles}
-        for side, point in made.points.items():
-            body = made.body(side)
-            points[body].setdefault(point, self._local(body, made.local(side)))
-        bodies = [
-            Body(body, points=Table(points[body]), **self._mass(part, body))
-            for part, body in made.bodies.items()
-            if body != GROUND
-        ]
         g = made.assembly.gravity * made.unit
         if abs(float(plane.normal @ g)) > 0:
             self.remarks.append("gravity along the normal of the plane is left out")
         flat = plane.place(g)
-        return Mechanism(
-            Ground(points=Table(points[GROUND])),
-            Table({body.name: body for body in bodies}),
-            Table({joint.name: joint for joint in joints}),
+        return made.mechanism(
+            joints,
+            lambda side: self._local(made.body(side), made.local(side)),
+            lambda part: self._mass(part, made.bodies[part]),
             sketch=Table({b: _rounded(_whole(a)) for b, a in self.angles.items() if b != GROUND}),
             gravity=flat if any(flat) else None,
         )

@@ -18,8 +18,7 @@ from mechdae.describe.joints.spatial import (
     Spherical,
     Universal,
 )
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
+from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtFrame, AsmtJoint
 from mechdae.parts.exchange.assemblies.assembly_parts import JoinedAssembly
@@ -51,20 +50,12 @@ def mechanism_of_space(
     """
     starts: dict[str, tuple[str, float, float, float]] = {}
     joints = [_joint(made, joint, starts) for joint in made.joints]
-    points: dict[str, dict[str, tuple[float, ...]]] = {body: {} for body in made.bodies.values()}
-    for side, point in made.points.items():
-        points[made.body(side)].setdefault(point, _rounded(made.markers[side].origin))
-    bodies = [
-        Body(body, points=Table(points[body]), **_mass(made, part))
-        for part, body in made.bodies.items()
-        if body != GROUND
-    ]
     gravity = _rounded(made.assembly.gravity * made.unit)
     remarks.append("joints in space: points and axes are places of the file's pose")
-    mechanism = Mechanism(
-        Ground(points=Table(points[GROUND])),
-        Table({body.name: body for body in bodies}),
-        Table({joint.name: joint for joint in joints}),
+    mechanism = made.mechanism(
+        joints,
+        lambda side: _rounded(made.markers[side].origin),
+        lambda part: _mass(made, part),
         gravity=gravity if any(gravity) else None,
         dimension=3,
         frames="drawn",

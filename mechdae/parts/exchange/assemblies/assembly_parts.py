@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
+from mechdae.describe.table import Table
 from mechdae.errors import InputError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtAssembly, AsmtFrame, AsmtJoint
 from mechdae.types import Floats
@@ -59,6 +62,28 @@ class JoinedAssembly:
         """The extent of the markers [m]."""
         places = np.array([marker.origin for marker in self.markers.values()])
         return float(np.ptp(places, axis=0).max()) or 1.0
+
+    def mechanism(
+        self,
+        joints: list[Joint],
+        place: Callable[[Side], tuple[float, ...]],
+        weight: Callable[[str], dict[str, Any]],
+        **more: Any,
+    ) -> Mechanism:
+        """Return a mechanism of joints, with places of points and what parts weigh."""
+        points: dict[str, dict[str, tuple[float, ...]]] = {GROUND: {}}
+        for side, point in self.points.items():
+            points.setdefault(self.body(side), {}).setdefault(point, place(side))
+        bodies = {
+            body: Body(body, points=Table(points.get(body, {})), **weight(part))
+            for part, body in self.bodies.items()
+            if body != GROUND
+        }
+        ground, pairs = (
+            Ground(points=Table(points[GROUND])),
+            {joint.name: joint for joint in joints},
+        )
+        return Mechanism(ground, Table(bodies), Table(pairs), **more)
 
     def weighed(self, part: str) -> tuple[float, AsmtFrame, Floats] | None:
         """Return mass, frame and moments of a part; numbers that FreeCAD writes of all are none."""

@@ -89,9 +89,9 @@ def _tasks(
     moving = [law for law in laws if law is not None]
     count = _freedoms(mechanism)
     if count > max(len(moving), 1):
-        told = f", {len(moving)} driven" if moving else ""
+        driven = f", {len(moving)} driven" if moving else ""
         remarks.append(
-            f"mobility by count {count}{told}: tasks with drivers are left to be written"
+            f"mobility by count {count}{driven}: tasks with drivers are left to be written"
         )
         return {}
     if moving and times is not None and times[1] > times[0] and times[2] > 0:

@@ -30,8 +30,8 @@ def run(options: argparse.Namespace) -> int:
 
     check_format(options.format)
     places(options.out, {"": ""}, options.overwrite)
-    asked = {"pose": options.pose, "tolerance": options.tolerance}
-    given = {name: value for name, value in asked.items() if value is not None}
+    values = {"pose": options.pose, "tolerance": options.tolerance}
+    given = {name: value for name, value in values.items() if value is not None}
     made = exported(problem_of(options), options.format, options.task, **given)
     for path in made.save(options.out, options.overwrite):
         print(path)

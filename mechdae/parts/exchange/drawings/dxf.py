@@ -242,10 +242,10 @@ class _Drawing:
         scene, height = self.scene, LETTER * self.size
         taken: list[Any] = []
         letters: dict[str, str] = letters_of(scene, self.pose, places)
-        told: set[str] = set()
+        named: set[str] = set()
         for reference, letter in letters.items():
-            if letter not in told:
-                told.add(letter)
+            if letter not in named:
+                named.add(letter)
                 self._word(letter, scene.place(reference, self.pose), height, taken)
         numbers = numbers_of(scene.mechanism)
         for name, number in numbers.items():

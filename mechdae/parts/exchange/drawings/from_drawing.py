@@ -108,8 +108,8 @@ def problem_of_drawing(
 
 def _unread(drawing: DrawnSketch) -> list[str]:
     """Return what of a drawing is no part of the mechanism read."""
-    told = ", ".join(f"{count} {name}" for name, count in sorted(drawing.skipped.items()))
-    return [*([f"not read: {told}"] if told else []), *drawing.undrawn]
+    skipped = ", ".join(f"{count} {name}" for name, count in sorted(drawing.skipped.items()))
+    return [*([f"not read: {skipped}"] if skipped else []), *drawing.undrawn]
 
 
 class _Sketch:
@@ -224,9 +224,9 @@ class _Sketch:
             for pin in link.pins if link.fixed else ():
                 pin.fixed = True
         if not any(pin.fixed or self._held(pin) for pin in self.pins):
-            told = ", ".join(f"({p.center[0]:g}, {p.center[1]:g})" for p in self.pins)
+            pins = ", ".join(f"({p.center[0]:g}, {p.center[1]:g})" for p in self.pins)
             raise InputError(
-                f"no pin is fixed; there are pins at {told} m",
+                f"no pin is fixed; there are pins at {pins} m",
                 where=self.path,
                 hint="put its circle on a layer GROUND, draw a second circle around it, "
                 "or give --ground X,Y",

@@ -265,8 +265,8 @@ class _Builder:
         if found is None:
             points = self.mechanism.bodies[name].points
             places = [self.described.local(f"{name}.{p}") for p in points]
-            told = f"mass {small:g} kg and inertia {least[0, 0]:g} kg m2{heavy}"
-            return MassOf(small, np.mean(places, axis=0), least), told
+            assumption = f"mass {small:g} kg and inertia {least[0, 0]:g} kg m2{heavy}"
+            return MassOf(small, np.mean(places, axis=0), least), assumption
         assumed = []
         mass, inertia = found.mass, found.inertia
         if not mass > 0:

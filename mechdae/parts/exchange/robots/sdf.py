@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnavailableError
-from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, Z, quaternion
+from mechdae.parts.exchange.robots.link_frames import HOME, BodyFrame, MassOf, Z, quaternion
 from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.parts.exchange.robots.single_freedoms import (
     ChainJoint,
@@ -111,24 +111,18 @@ class _World:
             if single.small:
                 self._link(single.child, single.frame, small_mass(self.tree, *ends))
             kind = "fixed" if single.motion is None else TYPES[single.motion.kind]
-            if (
-                single.motion is not None
-                and single.name.endswith("_slide")
-                and self._is_screw(single)
-            ):
+            if single.motion and single.name.endswith("_slide") and self._is_screw(single):
                 raise UnavailableError(
                     "screws differ between versions of SDFormat", where=f"joints.{single.name[:-6]}"
                 )
             joint = put(self.model, "joint", name=single.name, type=kind)
             self._ends(joint, single.parent, single.child)
-            child = self.tree.frame(single.child) if not single.small else single.frame
             # the joint's frame is given in the child's, which it may leave by an offset
-            offset = BodyFrame(child.R.T @ (single.frame.origin - child.origin), np.eye(3))
-            if single.motion is not None:
-                offset = BodyFrame(offset.origin + single.motion.anchor, np.eye(3))
-            if single.small:
-                offset = BodyFrame(np.zeros(3), np.eye(3))
-            self._pose(joint, offset)
+            offset = np.zeros(3)
+            if not single.small:
+                offset = single.frame.seen_from(self.tree.frame(single.child)).origin
+                offset = offset + (single.motion.anchor if single.motion else 0.0)
+            self._pose(joint, BodyFrame(offset, HOME.R))
             if single.motion is not None and single.motion.kind != "ball":
                 put(put(joint, "axis"), "xyz", numbers(single.axis))
 
@@ -147,15 +141,13 @@ class _World:
         first, second = tree.frame(loop.first), tree.frame(loop.second)
         one, other = first.world(loop.first_place), second.world(loop.second_place)
         name = f"{loop.joint}_bar"
-        body = self._link(
-            name, BodyFrame(one, np.eye(3)), small_mass(tree, loop.first, loop.second)
-        )
+        body = self._link(name, BodyFrame(one, HOME.R), small_mass(tree, loop.first, loop.second))
         self._drawn(body, [np.zeros(3), other - one])
         kind = "revolute" if self.motion.mechanism.dimension == 2 else "ball"
         for side, link, place in (("first", loop.first, one), ("second", loop.second, other)):
             joint = put(self.model, "joint", name=f"{loop.joint}_{side}", type=kind)
             self._ends(joint, link, name)
-            self._pose(joint, BodyFrame(place - one, np.eye(3)))
+            self._pose(joint, BodyFrame(place - one, HOME.R))
             if kind == "revolute":
                 put(put(joint, "axis"), "xyz", numbers(Z))
 

@@ -298,12 +298,12 @@ class _Made:
             yield self.one(number, chosen)
 
     def one(self, number: int, chosen: Chosen) -> Assignment:
-        say, told = self.words[0], self.words[2]
+        say, explained = self.words[0], self.words[2]
         title = self.problem.title or self.problem.name
         problem = dataclasses.replace(
             self.problem.with_values(chosen.values), title=say("sheet", title, number)
         )
-        subject = subject_of(chosen.result, self.rows[self.pose], told)
+        subject = subject_of(chosen.result, self.rows[self.pose], explained)
         parts = sheet_sections(
             problem, chosen, self.drawn, subject, self.rows, self.diagram, self.words
         )

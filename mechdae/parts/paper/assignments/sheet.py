@@ -57,7 +57,7 @@ def sheet_sections(
     say
         Words of assignments, of reports, of explanations.
     """
-    words, report, told = say
+    words, report, explained = say
     task = problem.tasks[subject.result.task]
     assert isinstance(task, Driven)
     image = Image(diagram, words("caption"), 0.9)
@@ -66,7 +66,7 @@ def sheet_sections(
             words("given"), (_numbers(problem, chosen, drawn, words), _driver(subject, task, words))
         ),
         Section(words("diagram"), (image,)),
-        Section(words("parts"), tuple(_parts(problem, subject, words, told))),
+        Section(words("parts"), tuple(_parts(problem, subject, words, explained))),
         Section(words("to do"), tuple(_wanted(subject, rows, words))),
         Section(words("fill in"), (), tuple(_empty(subject, rows, report))),
     )
@@ -127,7 +127,7 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
     return f"{name}: {say('several')}"
 
 
-def _parts(problem: Problem, subject: Subject, say: Phrases, told: Phrases) -> Iterator[Passage]:
+def _parts(problem: Problem, subject: Subject, say: Phrases, words: Phrases) -> Iterator[Passage]:
     """Yield the tables of links, joints and loads, with the names of their numbers."""
     mechanism = problem.mechanism
     yield Note((say("frames"),))
@@ -143,7 +143,7 @@ def _parts(problem: Problem, subject: Subject, say: Phrases, told: Phrases) -> I
             for end in (joint.first_body, joint.second_body)
         )
         further = facts(joint, ("name", "first", "second"), say)
-        rows.append((name, told.kind(joint.kind), ends, further))
+        rows.append((name, words.kind(joint.kind), ends, further))
     yield _table((say("joint"), "", say("between"), say("further")), rows)
     rows = [(name, load_text(mechanism, load, say)) for name, load in mechanism.loads.items()]
     if mechanism.gravity is not None:

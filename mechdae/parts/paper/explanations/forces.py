@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.draw.formulas import (
     Equation,
     Facts,

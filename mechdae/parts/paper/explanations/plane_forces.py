@@ -7,7 +7,7 @@ from math import degrees
 
 import numpy as np
 
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.draw.formulas import Letter, Part
 from mechdae.draw.formulas.tree import number
 from mechdae.draw.plans.forces import BodyForces

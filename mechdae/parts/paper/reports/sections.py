@@ -68,8 +68,8 @@ def structure_of(problem: Problem, subject: Subject, say: Phrases) -> Section:
 
 
 def in_full(result: Result, subject: Subject, chosen: int, say: Phrases, lang: str) -> Section:
-    told = explain(result, pose=subject.pose, lang=lang).document
-    return Section(say("one position", chosen), (), told.sections)
+    explained = explain(result, pose=subject.pose, lang=lang).document
+    return Section(say("one position", chosen), (), explained.sections)
 
 
 def position_tables(subject: Subject, rows: list[int], say: Phrases) -> Section:

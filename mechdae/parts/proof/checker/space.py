@@ -164,9 +164,9 @@ class SpatialMechanism(ClaimedMechanism):
                 found += [other for other in joint["bodies"] if rigid and other not in found]
         return found
 
-    def _spin(self, told: Any, at: str) -> tuple[str, str, list[arb]]:
+    def _spin(self, claim: Any, at: str) -> tuple[str, str, list[arb]]:
         """Return what chooses a spin: bodies that two points alone hold turn about their line."""
-        body, on = (field(told, key, str, at) for key in ("body", "on"))
+        body, on = (field(claim, key, str, at) for key in ("body", "on"))
         need(
             (body, "0") in self.at and (on == "ground" or (on, "0") in self.at), at, "no such body"
         )
@@ -179,7 +179,7 @@ class SpatialMechanism(ClaimedMechanism):
             j for j in self.joints.values() if j["kind"] == "vector" and {*j["bodies"]} & {*spun}
         ]
         need(free and not fixed, at, f"{body[:40]} does not spin: more than two points hold it")
-        return body, on, exacts(told.get("across"), 3, at)
+        return body, on, exacts(claim.get("across"), 3, at)
 
     def rows(self, z: Any) -> list[Any]:
         return [row for k, row in enumerate(self.equations(z)[0]) if k not in self.left_out]

@@ -169,12 +169,12 @@ def asked_of(task: Any, parameters: Mapping[str, float]) -> CompositionDemand:
 
 
 def _rubbing(
-    task: Any, parameters: Mapping[str, float], asked: bool, function: bool
+    task: Any, parameters: Mapping[str, float], needed: bool, function: bool
 ) -> tuple[float, float, tuple[float, ...]] | None:
     """Return friction, radius of pins, and load, where a loss is asked for."""
     words = ("friction", "pin_radius", "load")
     given = [word for word in words if getattr(task, word) is not None]
-    if not asked:
+    if not needed:
         if given:
             raise InputError(
                 f"'{given[0]}' changes nothing where no loss is asked for", where=given[0],

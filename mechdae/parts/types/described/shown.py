@@ -14,14 +14,14 @@ def scheme_structure(problem: Problem, task: Composition, _model: object = None)
     """Return what a task of composition searches for."""
     entry = {"kind": task.kind, "available": task.available}
     try:
-        asked = asked_of(task, problem.mechanism.parameter_values)
+        demand = asked_of(task, problem.mechanism.parameter_values)
     except MechdaeError as error:
         return {**entry, "error": str(error)}
     return {
         **entry,
-        "goals": [asked.kind],
-        "objectives": list(asked.objectives),
-        "chains": list(asked.chains or [f"{number} links" for number in asked.links]),
-        "starts": asked.starts,
-        "seed": asked.seed,
+        "goals": [demand.kind],
+        "objectives": list(demand.objectives),
+        "chains": list(demand.chains or [f"{number} links" for number in demand.links]),
+        "starts": demand.starts,
+        "seed": demand.seed,
     }

@@ -114,8 +114,8 @@ def _of_group(
 ) -> dict[str, Values]:
     base = group.base.problem
     assert base is not None
-    asked = measured(base.mechanism, base.tasks[task])
-    bare = replace(base, tasks=type(base.tasks)({task: asked}), expected=())
+    task_of_group = measured(base.mechanism, base.tasks[task])
+    bare = replace(base, tasks=type(base.tasks)({task: task_of_group}), expected=())
     criteria = Criteria(bare, task, output).all
     paths = tuple(dict.fromkeys(path for one in criteria.values() for path in one.paths))
     different, which = _different(bare, group.numbers)
@@ -195,8 +195,8 @@ def _solved(
     columns = {name: [changes.get(name, plain[name]) for changes in sets] for name in names}
     together = [path for path in paths if path != "summary/transmission"]
     dyads = _dyads(problem, task) if "summary/transmission" in paths else []
-    asked = [*together, *(f"summary/transmission/{joint}/min" for joint in dyads)]
-    result = study(problem, of=task, sets=columns, outputs=asked, workers=workers)
+    outputs = [*together, *(f"summary/transmission/{joint}/min" for joint in dyads)]
+    result = study(problem, of=task, sets=columns, outputs=outputs, workers=workers)
     faults = result.summary.get("faults") or {}
     rows: list[dict[str, Any] | str] = []
     for k, status in enumerate(result.status):

@@ -241,7 +241,7 @@ def _comparable(variant: Variant, problem: Problem, name: str) -> Variant:
 
 
 def _used(
-    values: Mapping[str, Values], asked: Iterable[str] | None
+    values: Mapping[str, Values], wanted: Iterable[str] | None
 ) -> tuple[list[str], dict[str, tuple[str, ...]]]:
     """Return the criteria that all variants have which could be solved, and who lacks others."""
     solved = {name: one for name, one in values.items() if one.numbers}
@@ -260,9 +260,9 @@ def _used(
     }
     known = [name for name in every if not lacking[name]]
     missing = {name: names for name, names in lacking.items() if names}
-    if asked is None:
+    if wanted is None:
         return known, missing
-    chosen = list(dict.fromkeys(asked))
+    chosen = list(dict.fromkeys(wanted))
     for name in chosen:
         if name in missing:
             without = ", ".join(missing[name][:3])

@@ -72,18 +72,18 @@ class Aim:
         return np.concatenate([np.asarray(self.angles, float), grid])
 
 
-def aim_of(asked: CompositionDemand) -> Aim:
+def aim_of(demand: CompositionDemand) -> Aim:
     """Return the aim of a task."""
-    if asked.function is not None:
-        return _function(asked)
-    if asked.visits is not None:
-        return _visits(asked)
-    corners = np.array([complex(x, y) for x, y in asked.corners])
+    if demand.function is not None:
+        return _function(demand)
+    if demand.visits is not None:
+        return _visits(demand)
+    corners = np.array([complex(x, y) for x, y in demand.corners])
     return Aim(CURVE, tuple(corners.tolist()), radius=Wanted(corners).radius)
 
 
-def _visits(asked: CompositionDemand) -> Aim:
-    visits = asked.visits
+def _visits(demand: CompositionDemand) -> Aim:
+    visits = demand.visits
     assert visits is not None
     spots = np.array([complex(x, y) for x, y in visits.targets])
     weights = np.array(visits.weights, float)
@@ -104,8 +104,8 @@ def _visits(asked: CompositionDemand) -> Aim:
     )  # fmt: skip
 
 
-def _function(asked: CompositionDemand) -> Aim:
-    wanted = asked.function
+def _function(demand: CompositionDemand) -> Aim:
+    wanted = demand.function
     assert wanted is not None
     outputs = np.array(wanted.outputs, float)
     size = float(outputs.std()) if wanted.slides else 1.0

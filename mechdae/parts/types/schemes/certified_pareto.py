@@ -26,7 +26,7 @@ from mechdae.parts.types.schemes.designs import (
     tracer,
 )
 from mechdae.parts.types.schemes.losses import rubbing_of
-from mechdae.parts.types.schemes.placed_design import Laid, laid, ways_of
+from mechdae.parts.types.schemes.placed_design import PlacedDesign, placed_design, ways_of
 from mechdae.parts.types.schemes.scheme import Scheme
 from mechdae.parts.types.schemes.shape import Wanted, distances
 from mechdae.parts.types.schemes.targets.visits import errors_of
@@ -68,26 +68,26 @@ class SchemeFront:
 
 
 def front_of(
-    asked: CompositionDemand, archive: Archive, aim: Aim, name: str, title: str
+    demand: CompositionDemand, archive: Archive, aim: Aim, name: str, title: str
 ) -> SchemeFront:
     """Return the front of what was found."""
-    signs = np.array([OBJECTIVES[objective][1] for objective in asked.objectives], float)
+    signs = np.array([OBJECTIVES[objective][1] for objective in demand.objectives], float)
     every = archive.every
-    entries = [entry for entry in every if _within(asked, entry, aim)]
+    entries = [entry for entry in every if _within(demand, entry, aim)]
     values = np.array(
-        [[e.value(objective, aim) for objective in asked.objectives] for e in entries]
+        [[e.value(objective, aim) for objective in demand.objectives] for e in entries]
     ).reshape(len(entries), len(signs)) * signs  # fmt: skip
     left = np.ones(len(entries), bool)
     judged: dict[int, dict[str, Any]] = {}
     rejected: list[dict[str, Any]] = []
-    reference = _reference(asked, values, signs)
+    reference = _reference(demand, values, signs)
     while True:
-        chosen = _chosen(values, left, reference, asked.keep)
+        chosen = _chosen(values, left, reference, demand.keep)
         missing = [k for k in chosen if k not in judged]
         if not missing:
             break
         for k in missing:
-            design = judged[k] = design_of(entries[k], aim, name, title, asked)
+            design = judged[k] = design_of(entries[k], aim, name, title, demand)
             if design.get("reasons"):
                 left[k] = False
                 error = entries[k].error * aim.unit
@@ -95,25 +95,25 @@ def front_of(
     designs = [judged[k] for k in chosen]
     kept = best_of(designs, signs, SAME)
     nearest = {}
-    for measure in asked.within:
+    for measure in demand.within:
         sign = OBJECTIVES[measure][1]
         nearest[measure] = min((e.value(measure, aim) * sign for e in every), default=np.nan) * sign
-    summary = _described(asked, kept, signs) if kept else {}
+    summary = _described(demand, kept, signs) if kept else {}
     return SchemeFront(kept, rejected, len(designs) - len(kept), nearest, summary)
 
 
-def _within(asked: CompositionDemand, entry: SizedScheme, aim: Aim) -> bool:
+def _within(demand: CompositionDemand, entry: SizedScheme, aim: Aim) -> bool:
     """Return whether an entry keeps the limits."""
-    for name, limit in asked.within.items():
+    for name, limit in demand.within.items():
         sign = OBJECTIVES[name][1]
         if sign * entry.value(name, aim) > sign * limit:
             return False
     return True
 
 
-def _reference(asked: CompositionDemand, values: Any, signs: Any) -> Any:
-    if asked.reference is not None:
-        return np.array(asked.reference, float) * signs
+def _reference(demand: CompositionDemand, values: Any, signs: Any) -> Any:
+    if demand.reference is not None:
+        return np.array(demand.reference, float) * signs
     front = values[undominated(values)] if len(values) else np.ones((1, len(signs)))
     return front.max(axis=0) + 1e-9 * np.abs(front).max(axis=0) + 1e-12
 
@@ -143,14 +143,14 @@ def _chosen(values: Any, left: Any, reference: Any, keep: int) -> list[int]:
 
 
 def design_of(
-    entry: SizedScheme, aim: Aim, name: str, title: str, asked: CompositionDemand
+    entry: SizedScheme, aim: Aim, name: str, title: str, demand: CompositionDemand
 ) -> dict[str, Any]:
     """Return a certified design as it is reported, or why it is none."""
     scheme, names = entry.scheme, point_names(entry.scheme)
-    place = laid(entry, aim, asked)
+    place = placed_design(entry, aim, demand)
     spots = place.places
     words = f"{title or name}: {len(scheme.links)} links, {scheme.joints} joints"
-    rubbing = rubbing_of(asked)
+    rubbing = rubbing_of(demand)
     problem = problem_of_scheme(scheme, place, name, words, rubbing, aim)
     point = tracer(scheme)
     found = certified(problem, point)
@@ -167,7 +167,7 @@ def design_of(
         "joints": scheme.joints, "points": scheme.size,
         "transmission_angle": found.transmission,
     }  # fmt: skip
-    for measure, limit in asked.within.items():
+    for measure, limit in demand.within.items():
         sign = OBJECTIVES[measure][1]
         if sign * measured[measure] > sign * limit * (1 + 1e-9 * sign):
             return {"reasons": [f"{measure} is {measured[measure]:.6g} over the whole turn"]}
@@ -175,11 +175,11 @@ def design_of(
     start = crank_angle(scheme, place)
     at = np.array([start]) if place.at is None else start + place.at
     coordinate = values_at.get("output", point)
-    wrong = verified(text, asked, error, coordinate, at, aim.unit)
+    wrong = verified(text, demand, error, coordinate, at, aim.unit)
     if wrong:
         return {"reasons": wrong}
     compared = measured | {"error": max(error, ROUNDED * aim.unit)}
-    values = [float(compared[objective]) for objective in asked.objectives]
+    values = [float(compared[objective]) for objective in demand.objectives]
     drawn = DRAWN if aim.what == CURVE else FINELY
     return {
         "objective": values[0], "objectives": values, "error": error,
@@ -196,7 +196,7 @@ def design_of(
 
 
 def _error(
-    problem: Problem, scheme: Scheme, place: Laid, aim: Aim, curve: Any
+    problem: Problem, scheme: Scheme, place: PlacedDesign, aim: Aim, curve: Any
 ) -> tuple[float | None, dict[str, Any]]:
     """Return the error of a certified design, and its values at targets; None: one is missed."""
     if aim.what == CURVE:
@@ -212,11 +212,11 @@ def _error(
     elif aim.what == ANGLE:
         gaps = gaps - TURN * np.round(gaps / TURN)
     start = crank_angle(scheme, place)
-    told = {"input": (start + place.at).tolist(), "values": np.asarray(found).tolist()}
-    return float(errors_of(gaps[None], aim)[0]), told | {"output": coordinate}
+    at_places = {"input": (start + place.at).tolist(), "values": np.asarray(found).tolist()}
+    return float(errors_of(gaps[None], aim)[0]), at_places | {"output": coordinate}
 
 
-def _guides(scheme: Scheme, place: Laid) -> dict[str, Any]:
+def _guides(scheme: Scheme, place: PlacedDesign) -> dict[str, Any]:
     """Return where the ends of guides are, and which link each is on."""
     if not scheme.slides:
         return {}
@@ -232,21 +232,21 @@ def _guides(scheme: Scheme, place: Laid) -> dict[str, Any]:
 
 
 def _described(
-    asked: CompositionDemand, kept: Sequence[dict[str, Any]], signs: Any
+    demand: CompositionDemand, kept: Sequence[dict[str, Any]], signs: Any
 ) -> dict[str, Any]:
     """Return the front as it is reported: points, reference, hypervolume."""
     values = np.array([design["objectives"] for design in kept])
     worst = (values * signs).max(axis=0) * signs
-    reference = np.array(asked.reference if asked.reference is not None else worst, float)
-    varied = np.flatnonzero((np.ptp(values, axis=0) > 0) | (asked.reference is not None))
+    reference = np.array(demand.reference if demand.reference is not None else worst, float)
+    varied = np.flatnonzero((np.ptp(values, axis=0) > 0) | (demand.reference is not None))
     room = 0.0  # an objective that all have alike bounds nothing
     if len(varied) > 1:
         room = hypervolume((values * signs)[:, varied], (reference * signs)[varied])
     return {
         "objectives": [
-            {"name": objective.replace("_", " "), "unit": asked.unit(objective),
+            {"name": objective.replace("_", " "), "unit": demand.unit(objective),
              "sense": "least" if OBJECTIVES[objective][1] > 0 else "largest"}
-            for objective in asked.objectives
+            for objective in demand.objectives
         ],
         "points": values.tolist(),
         "reference": reference.tolist(),

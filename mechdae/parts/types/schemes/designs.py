@@ -21,7 +21,7 @@ from mechdae.parts.types.chains.mechanisms import letters
 from mechdae.parts.types.schemes.aims import ANGLE, CURVE, Aim
 from mechdae.parts.types.schemes.aims import PATH as PATH_AIM
 from mechdae.parts.types.schemes.losses import LossAsked
-from mechdae.parts.types.schemes.placed_design import Laid, output_link
+from mechdae.parts.types.schemes.placed_design import PlacedDesign, output_link
 from mechdae.parts.types.schemes.scheme import SLIDER, Scheme
 from mechdae.records import dataclass
 from mechdae.results import FINE
@@ -60,14 +60,14 @@ def _link_names(scheme: Scheme) -> list[str]:
     return [GROUND, "crank", *(f"link{k}" for k in range(2, len(scheme.links)))]
 
 
-def crank_angle(scheme: Scheme, place: Laid) -> float:
+def crank_angle(scheme: Scheme, place: PlacedDesign) -> float:
     """Return the angle of the crank in a pose [rad]."""
     spots = place.places
     return float(place.angles.get(1, np.angle(spots[1] - spots[0])))
 
 
 def mechanism_of_scheme(
-    scheme: Scheme, place: Laid, rubbing: LossAsked | None = None, aim: Aim | None = None
+    scheme: Scheme, place: PlacedDesign, rubbing: LossAsked | None = None, aim: Aim | None = None
 ) -> Mechanism:
     """Return the mechanism that stands with its points at their places [m].
 
@@ -121,7 +121,7 @@ def _loads(scheme: Scheme, rubbing: LossAsked, aim: Aim) -> dict[str, Load]:
     return {LOAD: Resistance(LOAD, output(scheme, aim), negative=size, positive=size)}
 
 
-def _turns(scheme: Scheme, place: Laid) -> list[float]:
+def _turns(scheme: Scheme, place: PlacedDesign) -> list[float]:
     """Return the angle of each link in the pose."""
     spots = place.places
     found = [0.0]
@@ -151,7 +151,7 @@ def _points(
 
 
 def problem_of_scheme(
-    scheme: Scheme, place: Laid, name: str, title: str, rubbing: LossAsked | None = None,
+    scheme: Scheme, place: PlacedDesign, name: str, title: str, rubbing: LossAsked | None = None,
     aim: Aim | None = None,
 ) -> Problem:  # fmt: skip
     """Return the problem of a design: a turn of its crank from the pose it stands in, or less.

@@ -48,9 +48,9 @@ class LossAsked:
         return float(self.pin_radius * np.sin(np.arctan(self.friction)))
 
 
-def rubbing_of(asked: CompositionDemand) -> LossAsked | None:
+def rubbing_of(demand: CompositionDemand) -> LossAsked | None:
     """Return friction and load of a task, None where no loss is asked for."""
-    return None if asked.rubbing is None else LossAsked(*asked.rubbing)
+    return None if demand.rubbing is None else LossAsked(*demand.rubbing)
 
 
 def cross(a: Any, b: Any) -> Any:

@@ -24,7 +24,7 @@ TURN = 2 * np.pi
 
 
 @dataclass(frozen=True)
-class Laid:
+class PlacedDesign:
     """Places of a scheme in one pose, and what its coordinates are called there.
 
     Attributes
@@ -51,13 +51,13 @@ class Laid:
     span: tuple[float, float] = (0.0, TURN)
 
 
-def laid(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid:
+def placed_design(entry: SizedScheme, aim: Aim, demand: CompositionDemand) -> PlacedDesign:
     """Return a set on the wanted curve, by its targets, or with the first values of a function."""
     if aim.what == CURVE:
-        return Laid(_on_curve(entry, Wanted(np.array(aim.corners))), {}, {})
+        return PlacedDesign(_on_curve(entry, Wanted(np.array(aim.corners))), {}, {})
     if aim.what == PATH:
-        return _by_targets(entry, aim, asked)
-    return _with_values(entry, aim, asked)
+        return _by_targets(entry, aim, demand)
+    return _with_values(entry, aim, demand)
 
 
 def output_link(scheme: Scheme) -> int:
@@ -106,9 +106,9 @@ def _on_curve(entry: SizedScheme, wanted: Wanted) -> Any:
     return moved + wanted.radius * fit.factor[0] * (entry.places - curve[0].mean())
 
 
-def _by_targets(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid:
+def _by_targets(entry: SizedScheme, aim: Aim, demand: CompositionDemand) -> PlacedDesign:
     """Return a set whose tracing point goes by the targets, in the pose at the first one."""
-    visits = asked.visits
+    visits = demand.visits
     assert visits is not None
     met = visited(entry.scheme, entry.places[None], aim)
     angles = met.angles[0]
@@ -117,12 +117,12 @@ def _by_targets(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid:
     spots = aim.center + aim.radius * (met.factor[0] * places + met.shift[0])
     named = {1: float(visits.programme[0])} if visits.timing == "absolute" else {}
     wanted = np.array(visits.targets, float)
-    return Laid(spots, named, {}, angles - angles[0], wanted, aim.span)
+    return PlacedDesign(spots, named, {}, angles - angles[0], wanted, aim.span)
 
 
-def _with_values(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid:
+def _with_values(entry: SizedScheme, aim: Aim, demand: CompositionDemand) -> PlacedDesign:
     """Return a set whose input and output have the values that are asked for."""
-    function, scheme = asked.function, entry.scheme
+    function, scheme = demand.function, entry.scheme
     assert function is not None
     _, offset = function_errors(scheme, entry.places[None], aim)
     start = function.output_start or 0.0
@@ -138,4 +138,4 @@ def _with_values(entry: SizedScheme, aim: Aim, asked: CompositionDemand) -> Laid
         # outputs are counted from the point of the guide, targets from the first value
         first = abs(spots[k] - spots[g]) + float(offset[0]) * aim.unit
         zeros[g] = complex(spots[k] - way * (start + first))
-    return Laid(spots, angles, zeros, np.array(aim.angles), wanted, aim.span)
+    return PlacedDesign(spots, angles, zeros, np.array(aim.angles), wanted, aim.span)

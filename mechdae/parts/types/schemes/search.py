@@ -56,52 +56,52 @@ class SchemeSearch:
         Computes pieces, in their order.
     """
 
-    def __init__(self, asked: CompositionDemand, run: Run) -> None:
-        self.asked, self.run = asked, run
-        self.aim = aim_of(asked)
+    def __init__(self, demand: CompositionDemand, run: Run) -> None:
+        self.demand, self.run = demand, run
+        self.aim = aim_of(demand)
         self.radius = self.aim.radius
-        self.rubbing = rubbing_of(asked)
+        self.rubbing = rubbing_of(demand)
         self.archive = Archive()
         self.tried: set[str] = set()
         self.rounds: list[dict[str, Any]] = []
-        self.least = float(np.sin(asked.within.get("transmission_angle", LEAST)))
+        self.least = float(np.sin(demand.within.get("transmission_angle", LEAST)))
         self.cap = self._cap()
         self.worst = np.inf
-        if asked.reference is not None and "error" in asked.objectives:
-            worst = asked.reference[asked.objectives.index("error")]
+        if demand.reference is not None and "error" in demand.objectives:
+            worst = demand.reference[demand.objectives.index("error")]
             self.worst = worst / self.aim.unit
 
     def _cap(self) -> float:
         """Return the most material that is looked at, in radii."""
-        asked, found = self.asked, CAP
-        if "material" in asked.within:
-            found = asked.within["material"] / self.radius
-        elif asked.reference is not None and "material" in asked.objectives:
-            found = asked.reference[asked.objectives.index("material")] / self.radius
+        demand, found = self.demand, CAP
+        if "material" in demand.within:
+            found = demand.within["material"] / self.radius
+        elif demand.reference is not None and "material" in demand.objectives:
+            found = demand.reference[demand.objectives.index("material")] / self.radius
         return found
 
     @property
     def _weighed(self) -> bool:
-        return "material" in self.asked.objectives
+        return "material" in self.demand.objectives
 
     def schemes(self) -> list[Scheme]:
         """Return the schemes of the chains that are allowed, each once, small ones first."""
-        asked = self.asked
-        if asked.chains is not None:
-            chains = [named(name, LARGEST, f"chains[{k}]") for k, name in enumerate(asked.chains)]
+        demand = self.demand
+        if demand.chains is not None:
+            chains = [named(name, LARGEST, f"chains[{k}]") for k, name in enumerate(demand.chains)]
         else:
-            chains = [(n, k) for n in asked.links for k in range(1, len(chain_names(n)) + 1)]
+            chains = [(n, k) for n in demand.links for k in range(1, len(chain_names(n)) + 1)]
         found: dict[str, Scheme] = {}
         for links, place in chains:
-            for scheme in schemes_of(links, place, self.aim.what, asked.slides):
+            for scheme in schemes_of(links, place, self.aim.what, demand.slides):
                 if self.allows(scheme):
                     found.setdefault(scheme.text, scheme)
         return sorted(found.values(), key=lambda scheme: scheme.size)
 
     def allows(self, scheme: Scheme) -> bool:
         """Return whether a scheme is small enough."""
-        within = self.asked.within
-        return scheme.size <= self.asked.points and scheme.joints <= within.get("joints", np.inf)
+        within = self.demand.within
+        return scheme.size <= self.demand.points and scheme.joints <= within.get("joints", np.inf)
 
     # -- rounds --------------------------------------------------------------------------------
 
@@ -109,7 +109,7 @@ class SchemeSearch:
         """Return all that was found; no further round of growth begins when it is `enough`."""
         self._screen(self.schemes())
         self._fill("levels 0")
-        for number in range(self.asked.grow):
+        for number in range(self.demand.grow):
             if enough():
                 break
             self._grow(number)
@@ -117,7 +117,7 @@ class SchemeSearch:
         if self._weighed:
             for number in range(LAST):
                 self._fill(f"levels, last {number + 1}")
-        if "transmission_angle" in self.asked.objectives:
+        if "transmission_angle" in self.demand.objectives:
             self._transmit()
         if self.rubbing is not None:
             for number in range(LAST):
@@ -125,14 +125,14 @@ class SchemeSearch:
         return self.archive
 
     def _screen(self, schemes: Sequence[Scheme]) -> None:
-        asked = self.asked
+        demand = self.demand
         limits = np.array([self.cap, *((0.7 * self.cap, 0.5 * self.cap) if self._weighed else ())])
-        keep = max(2, asked.starts // 3)
+        keep = max(2, demand.starts // 3)
         pieces = []
         for scheme in schemes:
-            for k in range(-(-asked.samples // CHUNK)):
-                count = min(CHUNK, asked.samples - k * CHUNK)
-                seed = (asked.seed, zlib.crc32(scheme.text.encode()), k)
+            for k in range(-(-demand.samples // CHUNK)):
+                count = min(CHUNK, demand.samples - k * CHUNK)
+                seed = (demand.seed, zlib.crc32(scheme.text.encode()), k)
                 pieces.append(
                     SchemePiece(
                         __version__, SCREEN, scheme.text, self.aim, count, seed, keep,
@@ -151,12 +151,12 @@ class SchemeSearch:
             for limit in limits.tolist():
                 order = np.argsort(np.where(amount <= limit, error, np.inf), kind="stable")
                 allowed = [k for k in order.tolist() if amount[k] <= limit]
-                jobs += [(text, places[k], limit) for k in allowed[: asked.starts]]
+                jobs += [(text, places[k], limit) for k in allowed[: demand.starts]]
         self._refine("refinement", jobs, LONG)
 
     def _grow(self, number: int) -> None:
         """Grow and shrink the best, look at new schemes shortly, go on with the best of them."""
-        generator = np.random.default_rng([self.asked.seed, 7, number])
+        generator = np.random.default_rng([self.demand.seed, 7, number])
         jobs: list[tuple[str, Any, float]] = []
         for entry in self._parents():
             for change in self._changes(entry.scheme):
@@ -189,7 +189,7 @@ class SchemeSearch:
         return [(change.scheme.text, places, limit) for places in sets]
 
     def _changes(self, scheme: Scheme) -> Iterable[Change]:
-        slides, function = self.asked.slides, self.asked.function is not None
+        slides, function = self.demand.slides, self.demand.function is not None
         for change in (*grown(scheme, slides, function), *merged(scheme, function)):
             if self.allows(change.scheme):
                 yield change

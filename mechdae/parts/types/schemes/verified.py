@@ -19,7 +19,7 @@ from mechdae.parts.types.described.scheme_goals import INPUT
 
 
 def verified(
-    text: str, asked: CompositionDemand, error: float, coordinate: str, at: Any, unit: float
+    text: str, demand: CompositionDemand, error: float, coordinate: str, at: Any, unit: float
 ) -> list[str]:
     """Return what is wrong with an error that is claimed of a design.
 
@@ -35,23 +35,23 @@ def verified(
         Of the error.
     """
     design = DesignFile(from_dict(tomllib.loads(text)), INPUT, at)
-    if asked.visits is None and asked.function is None:
+    if demand.visits is None and demand.function is None:
         turn = float(at[0]) + TURN * np.arange(POSES - 1) / (POSES - 1)
         found, defects = design.swept(turn, (coordinate,))
         if found is None or defects:
             return defects
         place = found.points[coordinate].position
-        curve, wanted = place @ [1, 1j], np.array(asked.corners) @ [1, 1j]
+        curve, wanted = place @ [1, 1j], np.array(demand.corners) @ [1, 1j]
         traced = shape_distance(curve, wanted)
         # of shifts that are alike the search looks at some
         text = disagreement(traced, error, unit, False)
         return [text] if text and traced > error else []
-    if asked.visits is not None:
-        goal: Any = replace(asked.visits, what=coordinate)
+    if demand.visits is not None:
+        goal: Any = replace(demand.visits, what=coordinate)
         weights, minimax = np.array(goal.weights), goal.measure == "minimax"
     else:
-        goal = _function(asked, coordinate)
-        minimax = asked.function is not None and asked.function.minimax
+        goal = _function(demand, coordinate)
+        minimax = demand.function is not None and demand.function.minimax
         weights = np.ones(len(goal.targets))
     part = measured(Stated(goal), Claim(at), design)
     if part.defects:
@@ -62,9 +62,9 @@ def verified(
     return [gap] if gap else []
 
 
-def _function(asked: CompositionDemand, output: str) -> FunctionTargets:
+def _function(demand: CompositionDemand, output: str) -> FunctionTargets:
     """Return a function as pairs of values of both coordinates."""
-    wanted = asked.function
+    wanted = demand.function
     assert wanted is not None
     first, start = wanted.input_start or 0.0, wanted.output_start or 0.0
     rows = tuple((first + x, start + y) for x, y in zip(wanted.inputs, wanted.outputs, strict=True))

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
-from mechdae.describe.joints import Joint
+from mechdae.describe.joints.joint import Joint
 from mechdae.draw.formulas import Letter, Note, Part
 from mechdae.draw.formulas.tree import number
 from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks, spliced
