@@ -35,7 +35,7 @@ from mechdae.parts.types.schemes.archive import SizedScheme
 from mechdae.parts.types.schemes.closure import material, shortest, turned
 from mechdae.parts.types.schemes.descent import SHORT
 from mechdae.parts.types.schemes.designs import certified, problem_of_scheme, tracer
-from mechdae.parts.types.schemes.placed_design import Laid
+from mechdae.parts.types.schemes.placed_design import PlacedDesign
 from mechdae.parts.types.schemes.scheme import read
 from mechdae.parts.types.schemes.search import SchemeSearch
 from mechdae.parts.types.schemes.shape import Wanted, distances
@@ -231,7 +231,8 @@ def certified_front(entries: list[SizedScheme], corners: Any, other: str) -> dic
             break
         for k in missing:
             entry = entries[k]
-            problem = problem_of_scheme(entry.scheme, Laid(entry.places, {}, {}), "scheme", "")
+            placed = PlacedDesign(entry.places, {}, {})
+            problem = problem_of_scheme(entry.scheme, placed, "scheme", "")
             own = certified(problem, tracer(entry.scheme))
             if own.reasons:
                 failed, left[k] = failed + 1, False

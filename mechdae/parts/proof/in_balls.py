@@ -165,8 +165,7 @@ def looked_at(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
     m, known, proofs = mechanism_of(mechanism, square=False), {"ground"}, set[str]()
     for group in groups:
         known |= {*group}
-        bodies = [(joint["kind"], {*joint["bodies"]}) for joint in m.joints.values()]
-        kinds = [kind for kind, ends in bodies if ends & {*group} and ends <= known]
+        kinds = [joint["kind"] for joint in m.joints_of(group, known).values()]
         if len(kinds) > 1 or len(group) > 1:
             hung = "places" if {*kinds} == {"distance"} and len(group) == 1 else ""
             proofs.add("turns" if {*kinds} == {"revolute"} else hung)

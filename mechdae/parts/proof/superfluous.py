@@ -90,7 +90,7 @@ def _left_out(
         rows[name] = range(first, first + EQUATIONS.get(joint["kind"], 1))
     known, left, found = {"ground"}, set[int](), list[list[str]]()
     for group in groups:
-        remaining, every = list(group), {*_joints(m, set(group), known)}
+        remaining, every = list(group), m.joints_of(group, known)
         driven = sum(name.split(".")[0] in {*group, *every} for name in m.drivers)
         if sum(len(rows[name]) for name in every) + driven == 3 * len(group):
             found.append(group)
@@ -99,7 +99,7 @@ def _left_out(
         while remaining:
             part, names = _next(m, remaining, known, rows)
             own_rows = [k for name in names for k in rows[name]]
-            within = _joints(m, set(part), known | set(part))
+            within = m.joints_of(part, known)
             left |= {k for name in within for k in rows[name]} - {*own_rows}
             if len(own_rows) > 3 * len(part):
                 left.add(rows[names[1]][_told(m, names, bodies)])
@@ -109,23 +109,17 @@ def _left_out(
     return left, found
 
 
-def _joints(m: Any, bodies: set[str], known: set[str]) -> list[str]:
-    """Return the joints of bodies with each other and with known ones."""
-    ends = {name: {body for body, _ in joint["ends"]} for name, joint in m.joints.items()}
-    return [name for name, linked in ends.items() if linked & bodies and linked <= known | bodies]
-
-
 def _next(
     m: Any, remaining: list[str], known: set[str], rows: dict[str, range]
 ) -> tuple[list[str], list[str]]:
     """Return one body on two pins of known ones, or two of a dyad, with the joints that hold it."""
-    to_known = {body: _joints(m, {body}, known) for body in remaining}
+    to_known = {body: [*m.joints_of([body], known)] for body in remaining}
     for body, names in to_known.items():
         if len(names) > 1 and all(m.joints[name]["kind"] == "revolute" for name in names[:2]):
             return [body], names[:2]
     for body in remaining:
         for other in remaining:
-            between = [n for n in _joints(m, {body}, {other}) if n in _joints(m, {other}, {body})]
+            between = [n for n in m.joints_of([body], [other]) if n in m.joints_of([other], [body])]
             if body != other and between and to_known[body] and to_known[other]:
                 names = [between[0], to_known[body][0], to_known[other][0]]
                 if sum(len(rows[name]) for name in names) == 6:

@@ -45,6 +45,18 @@ class Count:
         return " times ".join(f"{count} by {why}" for count, why in self.of_groups if why)
 
 
+def families_of(poses: list[Any], alike: Callable[[Any, Any], bool]) -> list[list[Any]]:
+    """Return poses by those that are alike to the first of a family."""
+    families = list[list[Any]]()
+    for z in poses:
+        same = next((family for family in families if alike(family[0], z)), None)
+        if same is None:
+            families.append([z])
+        else:
+            same.append(z)
+    return families
+
+
 def group_columns(m: ClaimedMechanism, groups: list[Any]) -> Iterator[list[int]]:
     """Yield the coordinates that are those of each group: of its bodies, and of its joints."""
     known, seen = {"ground"}, set[int]()

@@ -8,6 +8,7 @@ from flint import arb
 
 from .arithmetic import LAST, exact, exacts, field, need
 from .boxes import MET, Boxes
+from .counts import families_of
 from .hinges import HingeBoxes
 from .legs import LegBoxes
 from .space import SpatialMechanism
@@ -30,20 +31,13 @@ def boxes_without_others(
     m: SpatialMechanism, proof: type[Boxes], groups: list[Any], modes: list[Any], known: set[str]
 ) -> int:
     """Return in how many boxes it is shown that groups have no other poses than those of modes."""
-    group, families = groups[0], list[list[tuple[list[arb], list[arb]]]]()
-    joints = {
-        name: joint
-        for name, joint in m.joints.items()
-        if {*joint["bodies"]} & {*group} and {*joint["bodies"]} <= known | {*group}
-    }
+    group = groups[0]
+    joints, numbered = m.joints_of(group, known), list[tuple[list[arb], list[arb]]]()
     for z in modes:
         frames = m.placed(z)
         numbers = [v for body in group for row in (frames[body][0], *frames[body][1]) for v in row]
-        same = next((family for family in families if _near(numbers, family[0][1])), None)
-        if same is None:
-            families.append([(z, numbers)])
-        else:
-            same.append((z, numbers))
+        numbered.append((z, numbers))
+    families = families_of(numbered, lambda one, other: _near(one[1], other[1]))
     driven = any(name.split(".")[0] in joints for name in m.drivers)
     kinds, count = [joint["kind"] for joint in joints.values()], 0
     if len(kinds) > 1 or not (driven or kinds == ["weld"]):

@@ -7,6 +7,7 @@ from typing import Any
 from flint import arb
 
 from .arithmetic import LAST, ONE, ZERO, Dual, FalseClaim, ball, exact, field, inverse, need, root
+from .counts import families_of
 from .formulas import evaluate, repeats
 from .plane import PlanarFrame, PlanarMechanism
 from .theorems_in_plane import most_in_plane, wheels
@@ -22,16 +23,11 @@ def count_of_group(
     m: PlanarMechanism, group: list[str], known: set[str], z: list[arb]
 ) -> tuple[int, str]:
     """Return how many poses a group has at most, or touches its curve in, others being as in z."""
-    ends = {name: joint["bodies"] for name, joint in m.joints.items()}
-    kinds = sorted(
-        (m.joints[name]["kind"], name)
-        for name, bodies in ends.items()
-        if {*group} & {*bodies} and {*bodies} <= known | {*group}
-    )
+    kinds = sorted((joint["kind"], name) for name, joint in m.joints_of(group, known).items())
     if all(kind != "curve" for kind, _ in kinds):
         return most_in_plane(m, group, known)
     (curve, name), (kind, guide) = kinds
-    if (curve, kind, ends[name][1:]) != ("curve", "prismatic", group):
+    if (curve, kind, m.joints[name]["bodies"][1:]) != ("curve", "prismatic", group):
         return 0, f"no theorem here tells how many poses {group} has"
     return CurveContacts(m, group[0], name, guide, z).count(), "signs along the whole curve"
 
@@ -104,16 +100,11 @@ def _alike(m: PlanarMechanism, one: list[Any], other: list[Any], group: list[str
 
 def _divided(m: PlanarMechanism, poses: list[list[arb]], group: list[str]) -> list[list[list[arb]]]:
     """Return poses by those that are one in a group."""
-    wheeled = {*group} & set[str]().union(*wheels(m))
-    turns, families = [m.at[body, "angle"] for body in wheeled], list[list[list[arb]]]()
-    for z in poses:
-        same = next((family for family in families if _alike(m, family[0], z, group)), None)
-        if same is None:
-            families.append([z])
-            continue
-        alike = all((same[0][k] - z[k]).contains(0) for k in turns)
+    turns = [m.at[body, "angle"] for body in {*group} & set[str]().union(*wheels(m))]
+    families = families_of(poses, lambda one, other: _alike(m, one, other, group))
+    for first, *others in families:
+        alike = all((first[k] - z[k]).contains(0) for z in others for k in turns)
         need(alike, "modes", "one stands there twice, with whole turns that wheels tell")
-        same.append(z)
     return families
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from flint import arb
@@ -122,6 +122,15 @@ class ClaimedMechanism:
         """Return the derivatives of the rows at z by all coordinates, or all but one."""
         columns = [k for k in range(self.n + 1) if k != index]
         return [[row.get(k, ZERO) for k in columns] for row in self.slopes(z)[1]]
+
+    def joints_of(self, group: Iterable[str], known: Iterable[str]) -> dict[str, Any]:
+        """Return the joints of the bodies of a group with each other and with known ones."""
+        new, reached = {*group}, {*group, *known}
+        return {
+            name: joint
+            for name, joint in self.joints.items()
+            if new & {*joint["bodies"]} and {*joint["bodies"]} <= reached
+        }
 
     def bodies_of(self, k: int) -> set[str]:
         """Return the bodies that a coordinate is of: one, or those of a joint."""

@@ -13,11 +13,7 @@ def most_in_space(m: SpatialMechanism, group: list[str], known: set[str]) -> tup
     """Return how many complex poses a group has at most, and by which theorem of the field."""
     new = {*group} - known
     need(len(new) == len(group) > 0, "groups", f"no bodies, or one stands there twice: {group}")
-    joints = {
-        name: joint
-        for name, joint in m.joints.items()
-        if {*joint["bodies"]} & {*group} and {*joint["bodies"]} <= known | {*group}
-    }
+    joints = m.joints_of(group, known)
     kinds = sorted(joint["kind"] for joint in joints.values())
     drivers = [name for name in m.drivers if name.split(".")[0] in {*joints, *group}]
     if {*kinds} == {"vector"}:
