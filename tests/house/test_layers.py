@@ -24,23 +24,23 @@ ROOMS = {
     "numerics.homotopy": "errors",
     "describe": "errors",
     "equations": "describe errors numerics",
-    "results": "describe errors types",
+    "results": "describe errors",
     "results.tables": "results",
     "draw.formulas": "",
     "draw": "describe draw.formulas errors results",
     "kernels": "describe equations errors",
-    "motion.setup": "describe equations errors kernels results types",
+    "motion.setup": "describe equations errors kernels results",
     "motion.modules": "errors numerics",
     "motion.assembly": "describe equations errors kernels motion.modules motion.setup numerics "
-    "numerics.homotopy results types",
+    "numerics.homotopy results",
     "motion.continuation": "equations errors kernels motion.assembly motion.setup numerics",
     "motion.measures": "describe equations errors motion.continuation motion.setup numerics",
     "motion.kinematics": "describe equations errors kernels motion.assembly motion.continuation "
-    "motion.measures motion.setup results types",
+    "motion.measures motion.setup results",
     "forces": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.measures motion.setup numerics results",
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "
-    "motion.setup numerics results types",
+    "motion.setup numerics results",
     "solver": "describe dynamics errors forces motion.kinematics results",
     "design.jobs": "errors",
     "design.derivatives": "describe equations errors forces kernels motion.continuation "
@@ -50,13 +50,13 @@ ROOMS = {
     "numerics results solver",
     "design.synthesis": "describe design.derivatives design.jobs design.studies equations "
     "errors forces kernels motion.kinematics motion.measures motion.setup numerics "
-    "numerics.homotopy results solver types",
+    "numerics.homotopy results solver",
     "tasks.export": "describe errors results",
     "tasks": "describe design.derivatives design.studies design.synthesis dynamics equations "
     "errors forces kernels motion.assembly motion.kinematics motion.modules motion.setup "
     "numerics results solver",
     "cli": "describe design.jobs design.synthesis draw errors kernels motion.assembly "
-    "motion.modules results results.tables tasks tasks.export types",
+    "motion.modules results results.tables tasks tasks.export",
     "parts.types": "cli describe design.jobs design.synthesis draw errors numerics results "
     "results.tables solver tasks",
     "parts.page": "cli describe draw equations errors forces kernels motion.continuation "
@@ -70,7 +70,7 @@ ROOMS = {
     "motion.kinematics motion.setup tasks",
 }
 """Each room, and the rooms before it of which it may import; `FREE` aside."""
-FREE = ("records", "additions")
+FREE = ("records", "types", "additions")
 """What every room may import."""
 MOST = 20
 """Modules in one folder."""
