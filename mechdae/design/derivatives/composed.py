@@ -22,6 +22,7 @@ from mechdae.forces.poses import unknown_columns
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.continuation.evaluate import in_time
 from mechdae.motion.kinematics.prepared import Setting
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 STEPS = 2
@@ -97,7 +98,7 @@ class Composed:
             self.guess, self.u, self.du, self.ddu, self.time, self.pieces, self.signs,
             self.sizes, self.free, *given,
         ]  # fmt: skip
-        self._origin: Any = None
+        self._origin: Sym | None = None
         if dependent:
             self._follow_drivers()
         parts = [self._output(path) for path in self.paths]
@@ -110,10 +111,10 @@ class Composed:
     # -- kinematics ------------------------------------------------------------------------
 
     @cached_property
-    def values(self) -> list[Any]:
+    def values(self) -> list[Sym]:
         """The outputs y and their rates in time."""
         g = self.graphs
-        eta: list[Any] = []
+        eta: list[Sym] = []
         x, trig = g.x, None
         for _ in range(0 if self.smooth or self.solved else FAR if self.apart else STEPS):
             x, eta, trig = g.newton(x, g.u)
@@ -128,7 +129,7 @@ class Composed:
         return in_time(results, self.du, self.ddu) if g.single else list(results)
 
     @cached_property
-    def coordinates(self) -> tuple[Any, Any, Any]:
+    def coordinates(self) -> tuple[Sym, Sym, Sym]:
         """w, dw, ddw of the balance: unknowns and drivers' values with their rates in time."""
         columns = unknown_columns(self.setting)
         parts = zip(self.values, (self.u, self.du, self.ddu), strict=False)
@@ -138,7 +139,7 @@ class Composed:
     # -- forces ----------------------------------------------------------------------------
 
     @cached_property
-    def _forces(self) -> tuple[list[Any], list[Any]]:
+    def _forces(self) -> tuple[list[Sym], list[Sym]]:
         """What `Balance.report` gives with friction, and without it."""
         assert self.statics is not None
         balance = self.statics.balance
@@ -170,7 +171,7 @@ class Composed:
         sizes = [self.statics.length if unit == "m" else 1.0 for unit in units]
         return speeds / ca.sqrt(speeds**2 + (self.smooth * fast * ca.DM(sizes)) ** 2)
 
-    def _output(self, path: str) -> Any:
+    def _output(self, path: str) -> Sym:
         """Return the expression of a path."""
         head, _, tail = path.partition("/")
         if path == INPUT:
@@ -191,7 +192,7 @@ class Composed:
         order, columns = self.setting.outputs.column_of(path)
         return self.values[order][list(columns)]
 
-    def _of_joint(self, name: str, quantity: str) -> Any:
+    def _of_joint(self, name: str, quantity: str) -> Sym:
         assert self.statics is not None
         balance = self.statics.balance
         if name not in balance.joints:
@@ -208,7 +209,7 @@ class Composed:
             raise UnknownName("guide", name, balance.guides)
         return results[3][balance.guides.index(name)]
 
-    def _named(self, name: str, quantity: str) -> Any:
+    def _named(self, name: str, quantity: str) -> Sym:
         """Return a named output's value or one of its rates."""
         named = self.setting.expressions
         columns = self.setting.outputs.columns(named.coordinates)
@@ -230,7 +231,7 @@ class Composed:
         self.u, self.du, self.ddu = ca.vertsplit(whole, [0, nu, 2 * nu, 3 * nu])
         self.inputs = [*self.inputs, slopes, bends]
 
-    def _at_origin(self, expression: Any) -> Any:
+    def _at_origin(self, expression: Sym) -> Sym:
         if self._origin is None:
             return expression
         return ca.substitute(expression, self._origin, self.free)
@@ -238,7 +239,7 @@ class Composed:
     # -- functions -------------------------------------------------------------------------
 
     @cached_property
-    def function(self) -> Any:
+    def function(self) -> Graph:
         """(guess, u, du, ddu, t, pieces, signs, m, free) -> outputs, stacked."""
         return without_repeats("outputs", self.inputs, [self._at_origin(self.expression)])
 
@@ -249,7 +250,7 @@ class Composed:
         stacked = ca.vertcat(self.expression, self.miss)
         return without_repeats("sampled", [*self.inputs, origin], [stacked])
 
-    def derivatives(self, order: int) -> Any:
+    def derivatives(self, order: int) -> Graph:
         """Return (inputs) -> outputs and their derivatives by names, by columns, up to `order`."""
         y, free = self.expression, self.free
         if self.solved:
@@ -263,7 +264,7 @@ class Composed:
         return without_repeats("derivatives", self.inputs, flat)
 
     @property
-    def _slopes(self) -> Any:
+    def _slopes(self) -> Sym:
         """Derivatives of the solved unknowns by the free parameters (implicit function theorem)."""
         g = self.graphs
         slopes = SX.zeros(g.nx, self.free.numel())

@@ -19,6 +19,7 @@ from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.roots import halved
 from mechdae.results import Result
+from mechdae.types import Floats
 
 FIGURES = {
     "last": "the value at the end",
@@ -96,7 +97,7 @@ def prepared(problem: Problem, name: str, paths: tuple[str, ...]) -> Problem:
     return problem.with_task(name, replace(task, poses=STATES))
 
 
-def value(result: Result, path: str) -> Any:
+def value(result: Result, path: str) -> list[float] | float:
     """Return what a path of a result says, plain data; of a figure the number alone.
 
     Raises
@@ -107,7 +108,7 @@ def value(result: Result, path: str) -> Any:
     return figure(result, path)[0] if is_figure(path) else result.value(path)
 
 
-def figure(result: Result, path: str) -> tuple[Any, float]:
+def figure(result: Result, path: str) -> tuple[float, float]:
     """Return a figure and how far it may be off.
 
     Raises
@@ -151,7 +152,7 @@ def _fluctuation(course: SeriesBetween) -> tuple[float, float]:
     return (high - low) / abs(mean), (above + below) / abs(mean) * (1 + (high - low) / abs(mean))
 
 
-def _with_rates(result: Result, path: str, series: Any) -> tuple[Any, Any]:
+def _with_rates(result: Result, path: str, series: Floats) -> tuple[Floats, Any]:
     """Return a series (n, k), and its rates and accelerations (2, n, k) where they are known."""
     flat = series.reshape(len(series), -1)
     head, _, last = path.rpartition("/")
@@ -174,7 +175,7 @@ class SeriesBetween:
         Times (n,), values (n, k), first and second derivatives (2, n, k) or None.
     """
 
-    def __init__(self, t: Any, y: Any, rates: Any) -> None:
+    def __init__(self, t: Floats, y: Floats, rates: Any) -> None:
         kept = np.concatenate([[True], np.diff(t) > 0]) & np.isfinite(y).all(axis=1)
         if rates is not None:
             rates = rates[:, kept]
@@ -207,7 +208,7 @@ class SeriesBetween:
         return first * (1 - s) + second * s
 
 
-def _lagrange(t: Any, y: Any, at: float) -> Any:
+def _lagrange(t: Floats, y: Floats, at: float) -> Floats:
     """Return the polynomial through a few states at a time."""
     total = np.zeros(y.shape[1])
     for j in range(len(t)):

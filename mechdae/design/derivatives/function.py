@@ -11,7 +11,7 @@ import threading
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -36,6 +36,11 @@ from mechdae.motion.kinematics.prepared import first_pose, prepare
 from mechdae.motion.setup.drivers import plan as planned
 from mechdae.motion.setup.scales import Constants
 from mechdae.results import whole_path
+from mechdae.types import Floats, Graph, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.steps import Graphs
+
 
 MX = ca.MX
 RATES = (".speed", ".acceleration")
@@ -51,7 +56,7 @@ def function(
     inputs: Sequence[str],
     outputs: Sequence[str],
     task: str | None = None,
-) -> Any:
+) -> Graph:
     """Return a casadi function from scalars to the values of paths.
 
     Parameters
@@ -242,7 +247,7 @@ class _Built:
         coordinates = [c.text for c in plan.coordinates]
         base = planned(self.setting.scene.model.mechanism, self.base)
 
-        def given(name: str, value: float) -> Any:
+        def given(name: str, value: float) -> Sym:
             return symbols.get(name, MX(float(value)))
 
         u = ca.vertcat(*[given(c, base.values[0, k]) for k, c in enumerate(coordinates)])
@@ -305,7 +310,7 @@ class _Built:
 
     # -- the pose ----------------------------------------------------------------------------
 
-    def pose(self, u: Any, free: Any) -> Any:
+    def pose(self, u: Floats, free: Floats) -> Any:
         """Return unknowns near the pose at given values, nan where it cannot be reached."""
         graphs = self.setting.graphs.straight
         nothing = np.full(graphs.nx, np.nan)
@@ -333,8 +338,15 @@ class _Built:
         return self._along(graphs, x, u, model.p_values, target, size, nothing)
 
     def _along(
-        self, graphs: Any, x: Any, u: Any, p: Any, target: Any, size: Any, nothing: Any
-    ) -> Any:
+        self,
+        graphs: Graphs,
+        x: Unknowns,
+        u: Floats,
+        p: Floats,
+        target: Floats,
+        size: Floats,
+        nothing: Floats,
+    ) -> Floats:
         """Return the unknowns after moving the parameters, each step certified.
 
         Newton's method must be proved to converge from the old pose as well as from the one it
@@ -343,7 +355,7 @@ class _Built:
         done, step = 0.0, 1.0
         zero = [np.zeros(graphs.nu)] * len(graphs.driven)
 
-        def newton(start: Any, numbers: Constants) -> tuple[Any, Any, Any, Any]:
+        def newton(start: Floats, numbers: Constants) -> tuple[Floats, Floats, Floats, Floats]:
             """Return unknowns after a step, sign of the determinants, beta, length of the step."""
             found = graphs.pose(start, u, *zero, numbers.vector())
             x, det, beta, eta = (np.array(found[k]).ravel() for k in (0, 2, 3, 4))
@@ -406,14 +418,14 @@ class _Guess(ca.Callback):
     def get_n_out(self) -> int:
         return 1
 
-    def get_sparsity_in(self, i: int) -> Any:
+    def get_sparsity_in(self, i: int) -> Sym:
         sizes = (self.built.setting.graphs.nu, len(self.built.names))
         return ca.Sparsity.dense(sizes[i], 1)
 
-    def get_sparsity_out(self, i: int) -> Any:
+    def get_sparsity_out(self, i: int) -> Sym:
         return ca.Sparsity.dense(self.built.setting.graphs.nx, 1)
 
-    def eval(self, arguments: Sequence[Any]) -> list[Any]:
+    def eval(self, arguments: Sequence[Sym]) -> list[Sym]:
         u, free = (np.array(value).ravel() for value in arguments)
         return [ca.DM(self.built.pose(u, free))]
 

@@ -11,9 +11,12 @@ import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from mechdae.errors import InputError, SolveError, shorten
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
 
 
 class JobLog:
@@ -140,7 +143,7 @@ class kept:  # noqa: N801  (used like a function)
             ) from error
 
 
-def _entry(line: bytes) -> dict[str, Any] | None:
+def _entry(line: bytes) -> Json | None:
     try:
         found = json.loads(line)
     except ValueError:

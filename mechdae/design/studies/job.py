@@ -25,6 +25,7 @@ from mechdae.design.jobs.log import JobLog, kept
 from mechdae.design.studies.rows import Computer, PortionRows, Sets, computed, text_of
 from mechdae.errors import InputError
 from mechdae.results import Status
+from mechdae.types import Floats
 
 FORMAT = 1
 MAX_NUMBERS, MAX_ON_DISK = 50_000_000, 4_000_000_000
@@ -135,7 +136,7 @@ class StudyFolder(JobLog):
             partial.replace(path)
         return shape
 
-    def _write(self, j: int, index: int, values: Any) -> str:
+    def _write(self, j: int, index: int, values: Floats) -> str:
         """Write rows of a portion; return their digest."""
         path, content = self._path(j), np.ascontiguousarray(values, dtype="<f8").tobytes()
         table = np.load(path, mmap_mode="r")
@@ -172,7 +173,7 @@ class Collector:
         The parameter sets (k, m).
     """
 
-    def __init__(self, computer: Computer, sets: Any, progress: Progress | None) -> None:
+    def __init__(self, computer: Computer, sets: Floats, progress: Progress | None) -> None:
         self.computer, self.sets, self.progress = computer, sets, progress
         self.status = [str(Status.UNASSEMBLED)] * len(sets)
         self.table: list[Any] = [None] * len(computer.outputs)
@@ -254,7 +255,7 @@ class Collector:
             if self.table[j].shape[1:] == values.shape[1:]:
                 self.table[j][first : portion.stop] = values
 
-    def _empty(self, j: int, shape: tuple[int, ...]) -> Any:
+    def _empty(self, j: int, shape: tuple[int, ...]) -> Floats:
         """Return the table of a path without values."""
         if len(self.sets) * int(np.prod(shape, initial=1)) > MAX_NUMBERS:
             raise InputError(

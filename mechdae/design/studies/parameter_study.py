@@ -7,7 +7,7 @@ that are not certified that way, and everything else that a task gives, one by o
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from mechdae.design.studies.job import Collector, Progress
 from mechdae.design.studies.rows import OF_PARTS, Computer
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.results import StudyResult, Summary
+from mechdae.types import Floats
 
 MAX_SETS = 200_000
 
@@ -38,7 +39,7 @@ def study(
     progress: Progress | None = None,
     executor: Executor | None = None,
     out: str | Path | None = None,
-    given: Mapping[str, Any] | None = None,
+    given: Mapping[str, Sequence[float]] | None = None,
 ) -> StudyResult:
     """Return a result whose rows are sets of parameters.
 
@@ -136,7 +137,7 @@ def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
     return list(table), sets
 
 
-def _given(problem: Problem, given: Mapping[str, Any]) -> tuple[list[str], Any]:
+def _given(problem: Problem, given: Mapping[str, Sequence[float]]) -> tuple[list[str], Floats]:
     """Return names (m,) and values (k, m) of sets given as arrays; nan makes no mechanism."""
     known = {*problem.mechanism.parameter_values, *dict(problem.mechanism.numbers())}
     columns = []

@@ -28,6 +28,7 @@ from mechdae.design.studies.batches.screening import Screening
 from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError, UnknownName
 from mechdae.records import dataclass
 from mechdae.results import FINE, Result, Status
+from mechdae.types import Floats
 
 OF_PARTS = (
     "swing",
@@ -160,7 +161,7 @@ class Computer:
             self.note = f"the sets are not screened but computed with certificates: {reason}"
         self.portion = self.batch.portion if self.batch is not None else MOST
 
-    def __call__(self, sets: Any, done: Callable[[int], None] | None = None) -> PortionRows:
+    def __call__(self, sets: Floats, done: Callable[[int], None] | None = None) -> PortionRows:
         """Return the rows of some sets (k, m); `done` is told how many more are there."""
         rows = PortionRows([None] * len(self.outputs), [str(Status.UNASSEMBLED)] * len(sets))
         left = list(range(len(sets)))
@@ -275,7 +276,7 @@ def row_of(
     return SetRow(row, worst, fault, errors=errors)
 
 
-def _numbers(value: Any, path: str) -> Any:
+def _numbers(value: Any, path: str) -> Floats | None:
     """Return an array, None for a value that is not there."""
     try:
         array = None if value is None else np.array(value, float)

@@ -41,6 +41,7 @@ from mechdae.records import dataclass
 from mechdae.results import Result, SensitivityResult, Summary, whole_path
 from mechdae.solver.kinds import TaskKind
 from mechdae.solver.solve import placed, solve
+from mechdae.types import Floats, Sym
 
 SX = ca.SX
 LEVELS, FEW_LEVELS = 4, 2
@@ -65,7 +66,7 @@ class PathDerivatives:
     value: Any
     first: dict[str, Any]
     second: dict[str, Any]
-    error: dict[str, Any]
+    error: dict[str, float]
 
 
 def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityResult:
@@ -242,7 +243,7 @@ class _Poses:
             followed = run(self.setting, base)
             self.result = report(problem, name, base, self.setting, followed)
         n, nu = followed.values.shape
-        extra: list[Any] = [np.zeros((n, 1)), *[np.zeros((n, 0))] * 3]
+        extra: list[Floats] = [np.zeros((n, 1)), *[np.zeros((n, 0))] * 3]
         if self.statics is not None:
             extra = [*answer.inputs[3:6], answer.sizes]
         plan, model = self.setting.plan, self.setting.scene.model
@@ -311,11 +312,11 @@ class _Poses:
         return {path: np.array(rows) for path, rows in tables.items()}
 
 
-def _flat(array: Any) -> Any:
+def _flat(array: Floats) -> Any:
     return array[:, 0] if array.shape[1] == 1 else array
 
 
-def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) -> list[Any]:
+def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) -> list[Floats]:
     """Return derivatives of the drivers' values, speeds, accelerations by parameters.
 
     (n, 3 nu k) and second ones (n, 3 nu k k), by columns; nothing where they do not depend on
@@ -323,9 +324,9 @@ def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) 
     """
     parameters = problem.mechanism.parameters
     free = {name: SX.sym(name) for name in names if name in parameters}
-    known: dict[str, Any] = dict(free)
+    known: dict[str, Sym] = dict(free)
 
-    def symbolic(number: Any) -> Any:
+    def symbolic(number: float | str) -> Sym:
         if not isinstance(number, str):
             return SX(number)
         for name in names_in(number):
@@ -356,7 +357,7 @@ def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) 
     return found
 
 
-def _driver_columns(driver: Driver, n: int, symbolic: Any) -> list[tuple[Any, Any]]:
+def _driver_columns(driver: Driver, n: int, symbolic: Any) -> list[tuple[Floats | None, Sym]]:
     """Return value, speed and acceleration (n,) of a driver as shares (n, k) of k expressions.
 
     None in place of shares where there is one expression for each.
@@ -383,9 +384,9 @@ def _differenced(
 ) -> PathDerivatives:  # fmt: skip
     values = problem.mechanism.values()
     middle = _number(whole, path)
-    first: dict[str, Any] = {}
+    first: dict[str, float] = {}
     second: dict[str, Any] = {}
-    error: dict[str, Any] = {}
+    error: dict[str, float] = {}
     scale = problem.mechanism.scale
     for name in names:
         h = STEP * (sizes[name] if sizes else abs(values[name]) or scale)
@@ -404,7 +405,7 @@ def _differenced(
     return PathDerivatives(middle, first, second, error)
 
 
-def _extrapolated(column: list[Any]) -> tuple[Any, Any]:
+def _extrapolated(column: list[float]) -> tuple[Any, Any]:
     """Return the limit of central differences with halved steps, and an error estimate."""
     table = [column]
     for order in range(1, len(column)):
@@ -421,7 +422,7 @@ def _extrapolated(column: list[Any]) -> tuple[Any, Any]:
     return best, change
 
 
-def _number(result: Result, path: str) -> Any:
+def _number(result: Result, path: str) -> Floats:
     value = figures.value(result, path)
     if value is None:
         raise SolveError(f"{path} has no value here", hint="ask for a path that has one")

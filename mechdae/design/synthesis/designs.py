@@ -27,6 +27,7 @@ from mechdae.design.synthesis.verification.claims import disagreement
 from mechdae.design.synthesis.verification.verify import measured
 from mechdae.design.synthesis.verify import Design
 from mechdae.records import dataclass
+from mechdae.types import Json
 
 FEASIBLE = 1e-7
 """Largest violation of a (dimensionless) constraint at an optimum that counts."""
@@ -107,10 +108,10 @@ def _alike(first: Candidate, second: Candidate) -> bool:
 
 def designs(
     search: Search, problems: Sequence[Nlp], found: list[EqualOptima]
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+) -> tuple[list[dict[str, Any]], list[Json]]:
     """Return the designs that hold in their sweeps, and those that do not with the reasons."""
     kept: list[dict[str, Any]] = []
-    rejected: list[dict[str, Any]] = []
+    rejected: list[Json] = []
     every = search.all_solutions is not None
     exact = [each for each in found if each.best.found.objective <= ZERO] if _zero(search) else []
     most, tries = search.asked.keep, max(TRIES, search.asked.keep)

@@ -19,6 +19,7 @@ from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.watch import fallen
+from mechdae.types import Floats
 
 ROUNDS = 8
 KEPT = 1e-7
@@ -48,13 +49,16 @@ def exchanged(
 
 
 def _change(
-    search: Search, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    search: Search,
+    spread: Spread,
+    values: Mapping[str, Floats],
+    given: Mapping[str, Floats | float],
 ) -> Change | None:
     """Return what moves, None where the nodes see all extremes."""
     changes = [goal.refined(spread, values, given) for goal in [*search.goals, *search.limits]]
     changes.append(fallen(spread, values, given))
-    own: dict[str, Any] = {}
-    more: dict[str, Any] = {}
+    own: dict[str, Floats] = {}
+    more: dict[str, Floats] = {}
     for change in changes:
         if change is not None:
             own |= change[0]

@@ -14,6 +14,7 @@ import numpy as np
 
 from mechdae.kernels.run.casadi_warnings import quiet
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym, Unknowns
 
 SETTINGS: dict[str, Any] = {
     "expand": True,
@@ -72,8 +73,8 @@ class Optimum:
     status: str
     iterations: int
     seconds: float
-    bound_prices: Any
-    prices: Any
+    bound_prices: Floats
+    prices: Floats
 
     @property
     def solved(self) -> bool:
@@ -107,7 +108,7 @@ class NlpSolver:
     """
 
     def __init__(
-        self, z: Any, p: Any, f: Any, g: Any, polish: bool = False, approximate: bool = False,
+        self, z: Sym, p: Sym, f: Sym, g: Sym, polish: bool = False, approximate: bool = False,
         bent: bool = False,
     ) -> None:  # fmt: skip
         options = {**SETTINGS, **(POLISH if polish else {})}
@@ -117,14 +118,20 @@ class NlpSolver:
             self._solver = ca.nlpsol("nlp", "ipopt", {"x": z, "p": p, "f": f, "g": g}, options)
         self._values = ca.Function("values", [z, p], [f, g])
 
-    def value(self, z: Any, p: Any) -> float:
+    def value(self, z: Unknowns, p: Floats) -> float:
         """Return the objective at a point."""
         return float(self._values(z, p)[0])
 
     def solve(
-        self, z0: Any, p: Any, low: Any, high: Any, g_low: Any, g_high: Any,
-        prices: tuple[Any, Any] | None = None,
-    ) -> Optimum:  # fmt: skip
+        self,
+        z0: Unknowns,
+        p: Floats,
+        low: Floats | list[float],
+        high: Floats | list[float],
+        g_low: Floats,
+        g_high: Floats,
+        prices: tuple[Floats, Floats] | None = None,
+    ) -> Optimum:
         """Return the local optimum from a start, and from `prices` of bounds and constraints."""
         begin = {} if prices is None else {"lam_x0": prices[0], "lam_g0": prices[1]}
         started = time.process_time()

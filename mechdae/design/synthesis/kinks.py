@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.bounds.walk import ARRAYS, replay, symbolic
+from mechdae.types import Floats, Graph, Sym
 
 SOFT = "soft"
 """Parameter of an NLP: over which share of their sizes kinks are rounded."""
@@ -24,13 +25,13 @@ COARSE, FINEST = (1e-2, 1e-4), 1e-6
 KINKS = (ca.OP_SQRT, ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX)
 
 
-def kinked(function: Any) -> bool:
+def kinked(function: Graph) -> bool:
     """Return whether an SX function has kinks."""
     codes = range(function.n_instructions())
     return any(function.instruction_id(k) in KINKS for k in codes)
 
 
-def rounded(function: Any, samples: Sequence[Any], inputs: Sequence[Any], soft: Any) -> Any:
+def rounded(function: Graph, samples: Sequence[Floats], inputs: Sequence[Sym], soft: Sym) -> Sym:
     """Return the first output of an SX function with its kinks rounded.
 
     Parameters
@@ -42,7 +43,7 @@ def rounded(function: Any, samples: Sequence[Any], inputs: Sequence[Any], soft: 
     """
     sizes: list[float] = []
 
-    def measured(code: int, values: list[Any]) -> Any:
+    def measured(code: int, values: list[Floats]) -> Any:
         if code in KINKS:
             size = np.median(np.abs(_about(code, *values)))
             sizes.append(float(size) if np.isfinite(size) and size > 0 else 1.0)
@@ -52,7 +53,7 @@ def rounded(function: Any, samples: Sequence[Any], inputs: Sequence[Any], soft: 
         replay(function, [list(np.asarray(own, float).T) for own in samples], measured, float)
     each = iter(sizes)
 
-    def operation(code: int, values: list[Any]) -> Any:
+    def operation(code: int, values: list[Sym]) -> Sym:
         if code not in KINKS:
             return symbolic(code, *values)
         e2 = (soft * next(each)) ** 2
@@ -68,7 +69,7 @@ def rounded(function: Any, samples: Sequence[Any], inputs: Sequence[Any], soft: 
     return ca.vertcat(*replay(function, every, operation, ca.SX)[0])
 
 
-def _about(code: int, *values: Any) -> Any:
+def _about(code: int, *values: Floats) -> Floats:
     """Return what vanishes at a kink."""
     if code == ca.OP_SQRT:
         return np.sqrt(np.abs(values[0]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -13,6 +13,11 @@ import numpy as np
 from mechdae.design.synthesis.ipopt import NlpSolver, Optimum
 from mechdae.design.synthesis.kinks import COARSE, SOFT
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Floats, Graph, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.design.synthesis.outcome import Called
+
 
 SX = ca.SX
 MET = 1e-7
@@ -48,18 +53,25 @@ class Nlp:
 
     def __init__(self, rough: bool = False, exact: bool = False) -> None:
         self.rough, self.exact = rough, exact
-        self._variables: dict[str, tuple[Any, Any, Any, Any]] = {}
-        self._parameters: dict[str, tuple[Any, Any]] = {}
+        self._variables: dict[str, tuple[Sym, Floats, Floats, Floats]] = {}
+        self._parameters: dict[str, tuple[Sym, Floats]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []
         self._units: dict[str, float] = {}
         self._outside: list[tuple[Any, Any, Any]] = []
-        self.objective: Any = SX(0)
+        self.objective: Sym = SX(0)
         self.terms: list[Any] = []
         self._rest = SX.sym("rest")
 
     # -- pieces ------------------------------------------------------------------------------
 
-    def variable(self, name: str, size: int, low: Any, high: Any, scale: Any = 1.0) -> Any:
+    def variable(
+        self,
+        name: str,
+        size: int,
+        low: Floats | float,
+        high: Floats | float,
+        scale: Floats | float = 1.0,
+    ) -> Sym:
         """Return a new variable (size,)."""
         symbol = SX.sym(name, size)
         low, high, scale = (
@@ -68,21 +80,26 @@ class Nlp:
         self._variables[name] = (symbol, low, high, scale)
         return symbol * scale if size else symbol
 
-    def parameter(self, name: str, value: Any) -> Any:
+    def parameter(self, name: str, value: Any) -> Sym:
         """Return a new parameter; `value` is its default."""
         value = np.atleast_1d(np.asarray(value, float)).ravel()
         symbol = SX.sym(name, len(value))
         self._parameters[name] = (symbol, value)
         return symbol
 
-    def known_parameter(self, name: str, value: Any) -> Any:
+    def known_parameter(self, name: str, value: float) -> Sym:
         """Return a parameter that several ask for."""
         if name not in self._parameters:
             return self.parameter(name, value)
         return self._parameters[name][0]
 
     def constrain(
-        self, word: str, expression: Any, low: Any = 0.0, high: Any = 0.0, unit: float = 1.0
+        self,
+        word: str,
+        expression: Sym,
+        low: Floats | float = 0.0,
+        high: float = 0.0,
+        unit: float = 1.0,
     ) -> None:
         """Add low <= expression <= high; equal to zero by default.
 
@@ -91,7 +108,7 @@ class Nlp:
         self._units[word] = unit
         self._constraints.append((word, ca.densify(SX(expression)), low, high))
 
-    def outside(self, name: str, function: Any, of: Any) -> Any:
+    def outside(self, name: str, function: Called, of: Sym) -> Sym:
         """Return a number that a function, called by casadi, gives for an expression.
 
         It has first derivatives alone: second ones of the whole are approximate then.
@@ -103,15 +120,15 @@ class Nlp:
     # -- the whole ---------------------------------------------------------------------------
 
     @cached_property
-    def z(self) -> Any:
+    def z(self) -> Sym:
         return ca.vertcat(*[symbol for symbol, *_ in self._variables.values()])
 
     @cached_property
-    def g(self) -> Any:
+    def g(self) -> Sym:
         return ca.vertcat(*[expression for _, expression, _, _ in self._constraints])
 
     @cached_property
-    def p(self) -> Any:
+    def p(self) -> Sym:
         symbols = [symbol for symbol, _ in self._parameters.values()]
         return ca.vertcat(*symbols, self._rest)
 
@@ -147,7 +164,7 @@ class Nlp:
             start += symbol.numel()
         raise KeyError(name)
 
-    def point(self, values: Mapping[str, Any]) -> Any:
+    def point(self, values: Mapping[str, Floats | list[float]]) -> Any:
         """Return z from values by name, within the bounds; zeros where there is no value."""
         low, high = self.bounds[:2]
         parts = [
@@ -156,15 +173,15 @@ class Nlp:
             else np.zeros(0)
             for name, (symbol, *_) in self._variables.items()
         ]
-        z: Any = np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)
+        z: Unknowns = np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)
         return z
 
-    def read(self, z: Any) -> dict[str, Any]:
+    def read(self, z: Unknowns) -> dict[str, Any]:
         """Return the variables by name."""
         values = z * self.scale
         return {name: values[self.place(name)] for name in self._variables}
 
-    def settings(self, given: Mapping[str, Any], rest: float = 1.0) -> Any:
+    def settings(self, given: Mapping[str, Any], rest: float = 1.0) -> Floats:
         """Return p, with other values than the defaults by name."""
         parts = [
             np.atleast_1d(np.asarray(given.get(name, value), float)).ravel()
@@ -172,7 +189,7 @@ class Nlp:
         ]
         return np.concatenate([*parts, [rest]])
 
-    def _over(self, results: list[Any], more: Any = None) -> tuple[Any, Any, list[Any]]:
+    def _over(self, results: list[Sym], more: Sym | None = None) -> tuple[Sym, Sym, list[Sym]]:
         """Return variables (with `more`), parameters and expressions over them alone."""
         z = self.z if more is None else ca.vertcat(self.z, more)
         if not self._outside:
@@ -191,7 +208,7 @@ class Nlp:
         """Whether there may be kinks: numbers of motions and equilibria have them."""
         return bool(self._outside)
 
-    def _made(self, objective: Any, g: Any, more: Any = None, **how: bool) -> NlpSolver:
+    def _made(self, objective: Sym, g: Sym, more: Sym | None = None, **how: bool) -> NlpSolver:
         z, p, (f, rows) = self._over([SX(objective), SX(g)], more)
         how["approximate"] = how.get("approximate", False) or bool(self._outside)
         return NlpSolver(z, p, f, rows, bent=self.bent, **how)
@@ -211,7 +228,7 @@ class Nlp:
     def _approximate(self) -> NlpSolver:
         return self._made(self.objective, self.g, approximate=True)
 
-    def solve(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
+    def solve(self, z0: Unknowns, given: Mapping[str, Any]) -> Optimum:
         """Return the local optimum from a start.
 
         Second derivatives are exact but for `rough` problems: a mean over poses couples them
@@ -222,7 +239,7 @@ class Nlp:
             z0 = self._optimum(z0, {**given, SOFT: soft}).z
         return self._optimum(z0, given)
 
-    def _optimum(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
+    def _optimum(self, z0: Unknowns, given: Mapping[str, Any]) -> Optimum:
         if self.exact and self.rough and not self._outside:
             found = self._solver.solve(z0, self.settings(given), *self.bounds)
             if found.solved and found.violation <= MET:
@@ -235,7 +252,7 @@ class Nlp:
             return self.gone_on(z0, given)
         return self._solver.solve(z0, self.settings(given), *self.bounds)
 
-    def gone_on(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
+    def gone_on(self, z0: Unknowns, given: Mapping[str, Any]) -> Optimum:
         """Return the optimum with approximate second derivatives; at worst a feasible start."""
         found = self._approximate.solve(z0, self.settings(given), *self.bounds)
         p = self.settings(given)
@@ -245,7 +262,7 @@ class Nlp:
             return replace(found, z=z0, objective=begin, violation=0.0)
         return found
 
-    def polished(self, found: Optimum, given: Mapping[str, Any]) -> Optimum:
+    def polished(self, found: Optimum, given: Mapping[str, Floats | float]) -> Optimum:
         """Return an optimum with the tolerances drawn tight; the old one if that is no better.
 
         The objective is divided by its value: what normal tolerances leave is taken away.
@@ -261,7 +278,7 @@ class Nlp:
             )  # fmt: skip
         return found
 
-    def again(self, z: Any, given: Mapping[str, Any], found: Optimum) -> Optimum:
+    def again(self, z: Unknowns, given: Mapping[str, Floats | float], found: Optimum) -> Optimum:
         """Return the optimum near a point that is nearly one, `found` under other parameters.
 
         Tight, from the prices that were found; where that fails, or ends worse than a feasible
@@ -286,7 +303,7 @@ class Nlp:
     # -- what cannot be met ------------------------------------------------------------------
 
     @cached_property
-    def _elastic(self) -> tuple[NlpSolver, Any]:
+    def _elastic(self) -> tuple[NlpSolver, list[int]]:
         loose = [i for i, word in enumerate(self.words) if word not in STIFF]
         slack = SX.sym("slack", 2 * len(loose))
         spread = SX.zeros(len(self.words), 2 * len(loose))
@@ -295,7 +312,9 @@ class Nlp:
         rows = self.g + spread @ slack
         return self._made(ca.sum1(slack), rows, slack, approximate=self.rough), loose
 
-    def conflicts(self, z0: Any, given: Mapping[str, Any]) -> tuple[Optimum, dict[str, float]]:
+    def conflicts(
+        self, z0: Unknowns, given: Mapping[str, Floats | float]
+    ) -> tuple[Optimum, dict[str, float]]:
         """Return the point where constraints are missed least, and by how much, by word.
 
         The sum of all (dimensionless) violations is minimised, the closure and the bounds are
@@ -322,22 +341,22 @@ class Nlp:
                 amounts[word] = max(amounts.get(word, 0.0), amount)
         return replace(found, z=own), amounts
 
-    def violations(self, z: Any, given: Mapping[str, Any]) -> Any:
+    def violations(self, z: Unknowns, given: Mapping[str, Any]) -> Any:
         """Return by how much each row of g is above (+) or below (-) its bounds."""
         g = np.array(self._rows(z, self.settings(given))).ravel()
         _, _, low, high = self.bounds
         return np.maximum(g - high, 0) - np.maximum(low - g, 0)
 
-    def terms_at(self, z: Any, given: Mapping[str, Any]) -> list[float]:
+    def terms_at(self, z: Unknowns, given: Mapping[str, Floats | float]) -> list[float]:
         """Return the terms of the objective at a point."""
         return [float(v) for v in np.array(self._terms(z, self.settings(given))).ravel()]
 
     @cached_property
-    def _terms(self) -> Any:
+    def _terms(self) -> Graph:
         own, p, terms = self._over([ca.vertcat(*self.terms)])
         return ca.Function("terms", [own, p], terms)
 
     @cached_property
-    def _rows(self) -> Any:
+    def _rows(self) -> Graph:
         z, p, rows = self._over([ca.densify(self.g)])
         return ca.Function("rows", [z, p], rows)

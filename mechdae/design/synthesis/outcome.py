@@ -7,7 +7,7 @@ it calls; where the task cannot be solved it is nan, so that IPOPT takes a short
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -20,6 +20,7 @@ from mechdae.design.studies.sensitivity import numbers, sharp
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
 from mechdae.solver.solve import solve
+from mechdae.types import Floats, Graph, Sym
 
 KEPT = 64
 """Designs whose values are kept: IPOPT asks for value and gradient of one several times."""
@@ -47,7 +48,12 @@ class TaskRun:
     """
 
     def __init__(
-        self, problem: Problem, task: str, paths: Sequence[str], names: Sequence[str], box: Any
+        self,
+        problem: Problem,
+        task: str,
+        paths: Sequence[str],
+        names: Sequence[str],
+        box: list[tuple[float, float]],
     ) -> None:
         self.task, self.names, self.box = task, list(names), np.asarray(box, float)
         self.problem = sharp(problem, task, tuple(paths))
@@ -124,7 +130,7 @@ class TaskRun:
             self._slopes[key] = {path: np.full(len(d), np.nan) for path in self.whole}
         return self._slopes[key]
 
-    def _at(self, d: Any) -> Problem:
+    def _at(self, d: Floats) -> Problem:
         return self.problem.with_values(dict(zip(self.names, d.tolist(), strict=True)))
 
 
@@ -141,15 +147,15 @@ class Outcome:
         self.run, self.path, self.names = run, path, run.names
         self.here = run.here[path]
 
-    def value(self, d: Any) -> float:
+    def value(self, d: Floats) -> float:
         """Return the number with parameters (k,), nan where the task cannot be solved."""
         return self.run.values(np.asarray(d, float).ravel())[self.path]
 
-    def gradient(self, d: Any) -> Any:
+    def gradient(self, d: Floats) -> Any:
         """Return its derivatives (k,)."""
         return self.run.slopes(np.asarray(d, float).ravel())[self.path]
 
-    def depends_on(self, k: int, d: Any) -> bool:
+    def depends_on(self, k: int, d: Floats) -> bool:
         """Return whether another value of a free parameter changes the number, or its failing.
 
         Near `d`, or else near other designs within the bounds: what is damped too little settles at
@@ -195,7 +201,7 @@ class Called(ca.Callback):
     def get_sparsity_out(self, i: int) -> Any:
         return ca.Sparsity.dense(1, 1)
 
-    def eval(self, arg: Any) -> Any:
+    def eval(self, arg: Any) -> Sequence[float]:
         """Return the value."""
         return [self._outcome.value(np.array(arg[0]))]
 
@@ -210,7 +216,7 @@ class Called(ca.Callback):
 class _Slopes(ca.Callback):
     """(d, value) -> derivatives (1, k)."""
 
-    def __init__(self, name: str, outcome: Outcome, options: Any) -> None:
+    def __init__(self, name: str, outcome: Outcome, options: Mapping[str, Graph]) -> None:
         ca.Callback.__init__(self)
         self._outcome = outcome
         self.construct(name, options)
@@ -227,6 +233,6 @@ class _Slopes(ca.Callback):
     def get_sparsity_out(self, i: int) -> Any:
         return ca.Sparsity.dense(1, len(self._outcome.names))
 
-    def eval(self, arg: Any) -> Any:
+    def eval(self, arg: Any) -> Sequence[Sym]:
         """Return the derivatives."""
         return [ca.DM(self._outcome.gradient(np.array(arg[0]))).T]

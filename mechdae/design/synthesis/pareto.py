@@ -49,7 +49,7 @@ from mechdae.design.synthesis.synthesize import (
 from mechdae.design.synthesis.verification.claims import AGREES, FINER
 from mechdae.numerics.dominance import best_of, hypervolume, thinned, undominated
 from mechdae.results import Summary, SynthesisResult
-from mechdae.types import Floats
+from mechdae.types import Floats, Json
 
 SLACK = 1e-6
 """Share by which an end may give way while the other objectives are improved."""
@@ -324,7 +324,7 @@ class FrontSearch:
                     break
         return kept, rejected
 
-    def known(self, points: Any, keep: int) -> dict[str, Any]:
+    def known(self, points: list[list[float]], keep: int) -> dict[str, Any]:
         """Return how the ends of the front that is reported were found, and its holes."""
         terms = np.array([point.terms for point in self.points])
         span = np.ptp(terms[undominated(terms)], axis=0)
@@ -344,7 +344,7 @@ class FrontSearch:
         ]  # fmt: skip
         return {"ends": ends, "holes": left}
 
-    def notes(self, front: dict[str, Any]) -> list[str]:
+    def notes(self, front: Json) -> list[str]:
         """Return what is said of ends that were not found, and of holes."""
         own = [missing(k, end) for k, end in enumerate(front["ends"]) if not end["found"]]
         return own + [gap_words(hole) for hole in front["holes"]]
@@ -467,12 +467,12 @@ def front_of(
     )  # fmt: skip
 
 
-def _picked(start: Seed, pick: Any) -> Seed:
+def _picked(start: Seed, pick: Floats) -> Seed:
     return replace(start, given={**start.given, PICK: pick})
 
 
 def _described(
-    search: Search, kept: list[dict[str, Any]], dominated: int, signs: Any
+    search: Search, kept: list[dict[str, Any]], dominated: int, signs: Floats
 ) -> dict[str, Any]:
     """Return the front as it is reported: points, reference, hypervolume."""
     count = search.asked.objectives

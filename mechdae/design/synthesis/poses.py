@@ -21,6 +21,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.measures.bars import driven_by_bars
 from mechdae.motion.measures.transmission import Dyad, dyads
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 SINE = "sine of "
@@ -119,7 +120,7 @@ class FreePoses:
         """Return where one of the asked values is among all of them."""
         return self._spans[name]
 
-    def part(self, stacked: Any, name: str) -> Any:
+    def part(self, stacked: Sym, name: str) -> Sym:
         """Return one of the asked values out of all, stacked along the last axis of arrays."""
         span = self._spans[name]
         return stacked[..., span] if isinstance(stacked, np.ndarray) else stacked[span]
@@ -140,7 +141,7 @@ class FreePoses:
         return ca.Function("rates", [x, u, d, v], [ca.densify(part) for part in both])
 
     @cached_property
-    def recovered(self) -> Any:
+    def recovered(self) -> Graph:
         """(x, u, p) -> all coordinates of the scene in the order of `names`."""
         scene = self.scene
         stacked = ca.vertcat(*scene.recover.values())
@@ -158,7 +159,7 @@ class FreePoses:
 
     # -- transmission angles -----------------------------------------------------------------
 
-    def _over_graphs(self, expression: Any) -> Any:
+    def _over_graphs(self, expression: Sym) -> Sym:
         """Return an expression of the model over the symbols of the graphs."""
         g = self.graphs
         old, new = ca.vertcat(self.scene.x, self.scene.u), ca.vertcat(g.x, g.u)
@@ -176,12 +177,12 @@ class FreePoses:
         places = range(len(self.scene.blocks))
         return next((k for k in places if self._dyad_of(k) is dyad), None)
 
-    def sine(self, dyad: Dyad, branch: Any, values: Any, sigma: Any) -> Any:
+    def sine(self, dyad: Dyad, branch: Sym, values: Sym, sigma: Sym) -> Sym:
         """Return the sine of a dyad's transmission angle at a pose of `function`."""
         k = self.branch_of(dyad)
         return ca.fabs(self.sine_of(dyad, values)) if k is None else sigma[k] * branch[k]
 
-    def sine_of(self, dyad: Dyad, values: Any) -> Any:
+    def sine_of(self, dyad: Dyad, values: Sym) -> Any:
         """Return the signed sine of a dyad that no branch tells, out of the asked values."""
         found = self.part(values, SINE + dyad.joint)
         return found[..., 0] if isinstance(found, np.ndarray) else found

@@ -25,6 +25,7 @@ from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import loaded_run
 from mechdae.motion.kinematics.prepared import prepare
+from mechdae.types import Graph
 
 SX = ca.SX
 SMOOTH = 1e-4
@@ -148,7 +149,7 @@ class Quantity:
         return self.setting.scene.x_names
 
     @cached_property
-    def function(self) -> Any:
+    def function(self) -> Graph:
         """(x, u, free) -> values at a pose: the path's, or loss and input of means."""
         if self.transmission:
             return self._sine
@@ -175,7 +176,7 @@ class Quantity:
         return ca.Function("quantity", [composed.guess, composed.u, composed.free], [values])
 
     @cached_property
-    def _sine(self) -> Any:
+    def _sine(self) -> Graph:
         """(x, u, free) -> sine of the transmission angle."""
         joint = self.asked.path.split("/")[1]
         key = f"transmission of {joint}"

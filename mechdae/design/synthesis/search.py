@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,6 +39,11 @@ from mechdae.design.synthesis.watch import watched
 from mechdae.equations.model import Model
 from mechdae.equations.tree.bars import check_bars
 from mechdae.errors import InputError, UnknownName
+from mechdae.types import Floats, Json, Sym
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 PICK, MOST = "pick", "most"
 """Parameters of the NLP of a front: share of each objective, the most that it may be."""
@@ -108,7 +113,7 @@ class Search:
             b for asked in self.asked.of(TransmissionAngle) for b in asked.between if b != GROUND
         ]
 
-        def asks(model: Model) -> dict[str, Any]:
+        def asks(model: Model) -> dict[str, Sym]:
             found = {point: model.point(point) for point in boxed}
             for goal in every:
                 found |= goal.asks(model)
@@ -148,7 +153,11 @@ class Search:
         return self._extreme(asked, name, names)
 
     def _extreme(
-        self, asked: AskedExtreme, name: str, names: list[str], bounds: Any = None
+        self,
+        asked: AskedExtreme,
+        name: str,
+        names: list[str],
+        bounds: tuple[float, float] | None = None,
     ) -> Goal:
         if isinstance(self.problem.tasks[asked.task], Motion | Equilibrium):
             return Dynamic(asked, name, self._outcome(asked, names), bounds)
@@ -190,7 +199,12 @@ class Search:
         return outcome
 
     def _ends(
-        self, asked: AskedExtreme, name: str, word: str, part: str, bounds: Any
+        self,
+        asked: AskedExtreme,
+        name: str,
+        word: str,
+        part: str,
+        bounds: tuple[float, float] | None,
     ) -> RockerGoal:
         """Return stroke, swing or time ratio of a task over a turn as a goal or a limit."""
         from mechdae.solver.solve import solve
@@ -349,7 +363,7 @@ class Search:
 
     # -- starts ------------------------------------------------------------------------------
 
-    def seeds(self, kind: str, nlp: Nlp, generator: Any, count: int) -> Iterable[Seed]:
+    def seeds(self, kind: str, nlp: Nlp, generator: Generator, count: int) -> Iterable[Seed]:
         """Yield starts of a class, the most promising first."""
         spread = self.spread
         others = [goal for goal in [*self.goals, *self.limits] if goal is not self.lead]
@@ -363,7 +377,7 @@ class Search:
             yield first
 
     def _seed(
-        self, spread: Spread, drawn: Drawn, own: dict[str, Any], given: dict[str, Any],
+        self, spread: Spread, drawn: Drawn, own: dict[str, Floats | list[float]], given: Json,
         others: Iterable[Goal],
     ) -> Seed:  # fmt: skip
         """Return a start with the variables of other goals, and of a whole turn."""
@@ -380,7 +394,7 @@ class Search:
             values |= goal.deviating(values, given)
         return Seed(values, given, drawn.residual)
 
-    def of_design(self, d: Any, kind: str, at: float | None = None) -> Seed | None:
+    def of_design(self, d: Floats, kind: str, at: float | None = None) -> Seed | None:
         """Return a design in the pose of the file's sketch as a start, ahead of all others.
 
         All other poses follow from that one. None where the design is not of the class, or does
@@ -397,7 +411,7 @@ class Search:
         others = [goal for goal in [*self.goals, *self.limits] if goal is not self.lead]
         return self._seed(self.spread, drawn, {}, {}, [self.lead, *others])
 
-    def leaps(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> bool:
+    def leaps(self, values: Mapping[str, Floats], given: Mapping[str, Any]) -> bool:
         """Return whether poses of a function differ by whole turns from what the first leads to."""
         if not isinstance(self.lead, Function):
             return False
@@ -407,7 +421,7 @@ class Search:
         gaps = np.abs(own - x)[:, self.space.turns]
         return not gaps.max(initial=0.0) < np.pi
 
-    def _turned(self, spread: Spread, drawn: Drawn) -> tuple[Any, Any]:
+    def _turned(self, spread: Spread, drawn: Drawn) -> tuple[Floats, Floats]:
         """Return the poses of a whole turn of a start, and driver values that are watched."""
         circle, start = self.space.circle, float(drawn.u[0])
         ahead = int(np.argmin(np.abs(np.mod(circle - start + np.pi, TURN) - np.pi)))

@@ -21,6 +21,7 @@ from mechdae.errors import InputError
 from mechdae.kernels.run.batch import Batch
 from mechdae.motion.measures.transmission import Dyad
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Sym, Unknowns
 
 SX = ca.SX
 TURN = 2 * np.pi
@@ -68,7 +69,7 @@ class DesignSpace:
         return np.array(list(self.asked.free.values()), float).reshape(-1, 2)
 
     @cached_property
-    def periodic(self) -> Any:
+    def periodic(self) -> Booleans:
         """Which free parameters are angles (nd,): a whole turn of them changes nothing."""
         poses, n = self.poses, len(self.box)
         generator = np.random.default_rng(0)
@@ -79,7 +80,7 @@ class DesignSpace:
             x = generator.uniform(-2, 2, poses.nx) * self.natural
             u = float(generator.uniform(0, 6))
 
-            def parts(at: Any, x: Any = x, u: float = u) -> Any:
+            def parts(at: Floats, x: Unknowns = x, u: float = u) -> Floats:
                 return np.concatenate([np.array(part).ravel() for part in poses.function(x, u, at)])
 
             middle = parts(d)
@@ -113,31 +114,31 @@ class DesignSpace:
         return np.where(self.periodic, 1.0, np.where(near, self.size, most))
 
     @property
-    def choices(self) -> Iterator[Any]:
+    def choices(self) -> Iterator[Floats]:
         """All combinations of what is chosen, each (nc,)."""
         for values in product(*self.asked.choices.values()):
             yield np.array(values, float)
 
     @cached_property
-    def middle(self) -> Any:
+    def middle(self) -> Floats:
         """The parameters of the file, within the bounds, then those that are chosen."""
         values = self.poses.mechanism.values()
         low, high = self.box.T
         free = np.clip([values[name] for name in self.asked.free], low, high)
         return np.concatenate([free, [values[name] for name in self.asked.choices]])
 
-    def design(self, nlp: Nlp) -> Any:
+    def design(self, nlp: Nlp) -> Sym:
         """Add the free parameters and those that are chosen; return both."""
         low, high = self.box.T
         free = nlp.variable("d", len(low), low, high, self.scale)
         return ca.vertcat(free, nlp.parameter("choice", self.middle[len(low) :]))
 
-    def over_free(self, expression: Any, d: Any) -> Any:
+    def over_free(self, expression: Sym, d: Sym) -> Sym:
         """Return an expression over p as one over the free parameters `d`."""
         p = parameters_of(self.poses.model, self.names, d)
         return ca.substitute(SX(expression), self.poses.model.p, p)
 
-    def of_name(self, name: str, d: Any) -> Any:
+    def of_name(self, name: str, d: Sym) -> Any:
         """Return a parameter of the mechanism over the free ones."""
         place = self.poses.model.p_names.index(name)
         return parameters_of(self.poses.model, self.names, d)[place]
@@ -155,7 +156,7 @@ class DesignSpace:
     # -- poses ---------------------------------------------------------------------------------
 
     @cached_property
-    def turns(self) -> Any:
+    def turns(self) -> Booleans:
         """Which unknowns of a pose are angles (nx,)."""
         return self.poses.scene.unknowns.turns
 
@@ -165,14 +166,14 @@ class DesignSpace:
         unknowns = self.poses.scene.unknowns
         return np.where(self.turns | unknowns.of_kind(UNIT), 1.0, self.size)
 
-    def pose_variables(self, nlp: Nlp, name: str, count: int) -> Any:
+    def pose_variables(self, nlp: Nlp, name: str, count: int) -> Sym:
         """Add the unknowns of poses, (nx, count)."""
         bound = np.tile(np.where(self.turns, WIDE, FAR * self.natural), count)
         scale = np.tile(self.natural, count)
         x = nlp.variable(name, self.poses.nx * count, -bound, bound, scale)
         return ca.reshape(x, self.poses.nx, count)
 
-    def at(self, nlp: Nlp, x: Any, u: Any, d: Any, sigma: Any) -> Any:
+    def at(self, nlp: Nlp, x: Sym, u: Sym, d: Sym, sigma: Sym) -> Sym:
         """Add closure and branch of a pose, and limits that hold at all; return asked values."""
         F, branch, values = self.poses.function(x, u, d)
         nlp.constrain("closure", F / self.units)
@@ -192,7 +193,7 @@ class DesignSpace:
         return np.array([self.size if unit == "m" else 1.0 for unit in units])
 
     @cached_property
-    def rows_of_length(self) -> Any:
+    def rows_of_length(self) -> Booleans:
         """Which rows of the closure are lengths, (nx,)."""
         blocks = self.poses.scene.blocks
         return np.array([unit == "m" for block in blocks for unit in block.units], bool)
@@ -252,7 +253,7 @@ class DesignSpace:
             where=place, hint=hint or "the mechanism has no dyad",
         )  # fmt: skip
 
-    def _boxes(self, nlp: Nlp, values: Any, around: tuple[Any, Any] | None = None) -> None:
+    def _boxes(self, nlp: Nlp, values: Sym, around: tuple[Sym, Sym] | None = None) -> None:
         """Keep points in their boxes, between nodes of a turn too: `around` are its neighbours.
 
         A parabola through three nodes is at most an eighth of their second difference beyond the
@@ -301,7 +302,7 @@ class DesignSpace:
         more = not self.single_loop or bool(self.asked.of(Box)) or bool(self.watched_limits)
         return self.asked.full_turn and more
 
-    def limits(self, nlp: Nlp, d: Any, sigma: Any, kind: str) -> None:
+    def limits(self, nlp: Nlp, d: Sym, sigma: Sym, kind: str) -> None:
         """Add what the task demands of the design as a whole."""
         for ratio in self.asked.of(RatioConstraint):
             first, second = (self.of_name(name, d) for name in ratio.of)
@@ -316,7 +317,7 @@ class DesignSpace:
         if self.turn_needed:
             self._turned(nlp, d, sigma)
 
-    def _region(self, nlp: Nlp, region: Any, d: Any) -> None:
+    def _region(self, nlp: Nlp, region: Any, d: Sym) -> None:
         x, y = ca.vertsplit(self.over_free(self.poses.model.point(region.point), d))
         if region.disc:
             a, b, r = region.disc
@@ -328,7 +329,7 @@ class DesignSpace:
             inside = ((e - a) * (y - b) - (f - b) * (x - a)) / np.hypot(e - a, f - b) / self.size
             nlp.constrain(f"region of {region.point}", inside, 0.0, np.inf, self.size)
 
-    def _grashof(self, nlp: Nlp, d: Any, kind: str) -> None:
+    def _grashof(self, nlp: Nlp, d: Sym, kind: str) -> None:
         """Add the inequalities of Grashof's class, by which the crank turns fully."""
         assert self.loop is not None
         r1, r2, r3, r4 = ca.vertsplit(self.over_free(self.loop.lengths, d))
@@ -344,7 +345,7 @@ class DesignSpace:
         if least:
             nlp.constrain("transmission", self.cosines(d), -np.cos(least), np.cos(least))
 
-    def cosines(self, d: Any) -> Any:
+    def cosines(self, d: Sym) -> Sym:
         """Return cos of the angle between coupler and rocker at both of its extremes, (2,)."""
         assert self.loop is not None
         r1, r2, r3, r4 = ca.vertsplit(self.over_free(self.loop.lengths, d))
@@ -356,11 +357,11 @@ class DesignSpace:
     """Poses of a turn at which determinants and boxes are watched."""
 
     @cached_property
-    def circle(self) -> Any:
+    def circle(self) -> Floats:
         """Driver values of those poses."""
         return TURN * np.arange(self.NODES) / self.NODES
 
-    def _turned(self, nlp: Nlp, d: Any, sigma: Any) -> None:
+    def _turned(self, nlp: Nlp, d: Sym, sigma: Sym) -> None:
         """Add a whole turn of the driver, and poses where transmission angles are least."""
         count = len(self.watched_limits) * WATCHED
         x = self.pose_variables(nlp, "turn", self.NODES + count)

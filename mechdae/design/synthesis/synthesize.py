@@ -30,6 +30,7 @@ from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.remarks import left_out
 from mechdae.design.synthesis.search import Search
 from mechdae.results import Summary, SynthesisResult
+from mechdae.types import Json
 
 Job = tuple[int, Seed]
 """A start with its class."""
@@ -162,7 +163,7 @@ def _none_is_faultless(search: Search) -> str:
 
 def _runs(
     search: Search, problems: Sequence[Nlp], jobs: Sequence[Job], optima: Sequence[Optimum]
-) -> list[dict[str, Any]]:
+) -> list[Json]:
     """Return how each start ended."""
     return [
         {
@@ -290,7 +291,7 @@ def fault_of(
     jobs: Sequence[Job],
     optima: Sequence[Optimum],
     candidates: Sequence[Candidate],
-    rejected: Sequence[dict[str, Any]],
+    rejected: Sequence[Json],
 ) -> tuple[str, dict[str, float]]:
     """Return why there is no design, and the limits in conflict with their amounts."""
     if candidates:

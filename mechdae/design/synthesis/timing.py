@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from mechdae.design.synthesis.trace import ROUNDS, ZOOM, Trace
+from mechdae.types import Floats, Integers, Matrices
 
 PLACES = 240
 """Places around a turn."""
 
 
-def ordered(costs: Any, worst: bool, closed: bool) -> tuple[float, Any]:
+def ordered(costs: Floats, worst: bool, closed: bool) -> tuple[float, Integers]:
     """Return the least total of targets visited one after the other, and their places.
 
     Parameters
@@ -45,7 +46,7 @@ def ordered(costs: Any, worst: bool, closed: bool) -> tuple[float, Any]:
     return float(best[first]), first + _traced(rolled[first], last[first], join, any_first=False)
 
 
-def _chain(costs: Any, join: Any, any_first: bool) -> tuple[Any, Any]:
+def _chain(costs: Matrices, join: Any, any_first: bool) -> tuple[Floats, Integers]:
     """Return least totals (m,) of costs (m, n, k) and the last places."""
     total = costs[:, :, 0].copy()
     if not any_first:
@@ -56,13 +57,13 @@ def _chain(costs: Any, join: Any, any_first: bool) -> tuple[Any, Any]:
     return total[np.arange(len(total)), last], last
 
 
-def _before(total: Any) -> Any:
+def _before(total: Floats) -> Floats:
     """Return the least of all earlier places."""
     least = np.minimum.accumulate(total, axis=1)
     return np.concatenate([np.full((len(total), 1), np.inf), least[:, :-1]], axis=1)
 
 
-def _traced(costs: Any, last: int, join: Any, any_first: bool) -> Any:
+def _traced(costs: Floats, last: int, join: Any, any_first: bool) -> Integers:
     """Return the places of the best chain of costs (n, k) that ends in `last`."""
     n, k = costs.shape
     totals = [np.where(np.arange(n) < (n if any_first else 1), costs[:, 0], np.inf)]
@@ -74,7 +75,7 @@ def _traced(costs: Any, last: int, join: Any, any_first: bool) -> Any:
     return np.array(places[::-1])
 
 
-def closed_in(trace: Trace, cost: Any, u: Any, step: float) -> tuple[Any, Any]:
+def closed_in(trace: Trace, cost: Any, u: Floats, step: float) -> tuple[Floats, Floats]:
     """Return driver values of least cost within `step` of given ones, and their unknowns.
 
     ``cost`` (asked values (m, w), targets (m,)) -> (m,). Values stay on their side of the middle

@@ -14,6 +14,7 @@ import numpy as np
 
 from mechdae.design.synthesis.space import TURN
 from mechdae.design.synthesis.starts.spread import CLOSED, Spread
+from mechdae.types import Floats, Unknowns
 
 STEPS = 6
 """Newton steps from a guess between two nodes."""
@@ -41,14 +42,14 @@ class Trace:
         Driver values (k,) and unknowns (k, nx) of known poses on one branch.
     """
 
-    def __init__(self, spread: Spread, d: Any, u: Any, x: Any) -> None:
+    def __init__(self, spread: Spread, d: Floats, u: Floats, x: Unknowns) -> None:
         order = np.argsort(u, kind="stable")
         self.spread, self.d = spread, np.asarray(d, float)
         self.u, self.x = np.asarray(u, float)[order], np.asarray(x, float)[order]
         signs = spread.poses.function(self.x[0], self.u[0], self.d)[1]
         self.sigma = np.sign(np.array(signs).ravel())
 
-    def poses(self, u: Any) -> tuple[Any, Any, Any, Any]:
+    def poses(self, u: Floats) -> tuple[Any, Any, Any, Any]:
         """Return unknowns (m, nx), branches, asked values, and which poses (m,) are reached."""
         u = np.asarray(u, float)
         x = np.zeros((len(u), self.x.shape[1]))
@@ -69,7 +70,7 @@ class Trace:
         return x, branch, values, held
 
 
-def around(spread: Spread, d: Any, u: float, x: Any, count: int) -> tuple[Trace, bool]:
+def around(spread: Spread, d: Floats, u: float, x: Any, count: int) -> tuple[Trace, bool]:
     """Return a design followed both ways from a pose, and whether it turns fully.
 
     What a full turn passes is there once; else all that is reached before the closure opens.
@@ -85,7 +86,7 @@ def around(spread: Spread, d: Any, u: float, x: Any, count: int) -> tuple[Trace,
     return Trace(spread, d, places, np.concatenate(parts)), False
 
 
-def maxima(curve: Curve, grid: Any) -> tuple[Any, Any]:
+def maxima(curve: Curve, grid: Floats) -> tuple[Any, Any]:
     """Return places and values of the local maxima of a curve over a grid, its ends among them.
 
     Each is closed in from the neighbours of a point of the grid that none of them exceeds.
@@ -112,14 +113,14 @@ def maxima(curve: Curve, grid: Any) -> tuple[Any, Any]:
     return place, best
 
 
-def grid_of(nodes: Any) -> Any:
+def grid_of(nodes: Floats) -> Floats:
     """Return places between nodes, and the nodes."""
     nodes = np.sort(np.asarray(nodes, float))
     parts = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(FINE) / FINE
     return np.append(parts.ravel(), nodes[-1])
 
 
-def moved(nodes: Any, places: Any, values: Any, held: Any) -> Any:
+def moved(nodes: Floats, places: Any, values: Any, held: Any) -> Any:
     """Return nodes of which the nearest stand on given places, the largest values first.
 
     Nodes that are `held` stay; a node moves once, by less than to its neighbours.

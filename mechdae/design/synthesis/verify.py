@@ -30,13 +30,14 @@ from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
 from mechdae.records import dataclass
 from mechdae.results import Status
+from mechdae.types import Floats, Sym
 
 SX = ca.SX
 
 
 def sketched(
-    problem: Problem, space: DesignSpace, d: Any, at: float | None
-) -> tuple[float, Any] | None:
+    problem: Problem, space: DesignSpace, d: Floats, at: float | None
+) -> tuple[float, Floats] | None:
     """Return driver value and unknowns (nx,) of parameters in the pose of the file's sketch.
 
     The pose is the one at `at`, or else at the sketch's own driver value, or at zero; None where
@@ -96,7 +97,7 @@ class Design:
         return float(self.at[0])
 
     @cached_property
-    def d(self) -> Any:
+    def d(self) -> Floats:
         """Free parameters, then those that are chosen."""
         return np.concatenate([self.values["d"], np.atleast_1d(self.given["choice"])])
 
@@ -139,7 +140,7 @@ class Design:
             sketch[driver.part if alone else driver.text] = float(self.u)
         return sketch
 
-    def _slides(self) -> dict[str, Any]:
+    def _slides(self) -> dict[str, Sym]:
         """Return slides and places on curves of groups that are not solved by angles."""
         scene, model = self.space.poses.scene, self.space.poses.model
         mechanism, found = model.mechanism, {}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -12,12 +11,13 @@ from mechdae.design.synthesis.space import TURN, WATCHED
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import Trace, grid_of, maxima
 from mechdae.motion.measures.transmission import Dyad
+from mechdae.types import Floats, Unknowns
 
 SEEN = 1e-9
 """What the sine of an angle may fall below its limit between the poses of the NLP."""
 
 
-def watched(spread: Spread, d: Any, u: Any, x: Any) -> tuple[Any, Any, Any]:
+def watched(spread: Spread, d: Floats, u: Floats, x: Unknowns) -> tuple[Floats, Floats, Floats]:
     """Return where the watched transmission angles of a design are least.
 
     Parameters
@@ -45,11 +45,11 @@ def watched(spread: Spread, d: Any, u: Any, x: Any) -> tuple[Any, Any, Any]:
     return own, trace.poses(own)[0], np.array(least)
 
 
-def _negative(trace: Trace, dyad: Dyad, u: Any) -> Any:
+def _negative(trace: Trace, dyad: Dyad, u: Floats) -> Floats:
     return -sines(trace, dyad, u)
 
 
-def sines(trace: Trace, dyad: Dyad, u: Any) -> Any:
+def sines(trace: Trace, dyad: Dyad, u: Floats) -> Floats:
     """Return the sine of a transmission angle (m,), nan where a pose is not reached."""
     poses = trace.spread.poses
     _, branch, values, held = trace.poses(u)
@@ -59,8 +59,8 @@ def sines(trace: Trace, dyad: Dyad, u: Any) -> Any:
 
 
 def fallen(
-    spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
-) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
+) -> tuple[dict[str, Floats], dict[str, Floats]] | None:
     """Return poses and driver values that see the least angles, None where they are seen."""
     space = spread.space
     if not space.watched_dyads or not space.asked.full_turn:

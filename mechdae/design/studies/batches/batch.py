@@ -12,7 +12,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.design.studies.batches.lane_extremes import Ways
-from mechdae.design.studies.batches.march import Followed, LaneFollower
+from mechdae.design.studies.batches.march import Followed, FrontStates, LaneFollower
 from mechdae.design.studies.batches.modes import StartingModes, Starts
 from mechdae.design.studies.batches.numbers import Numbers, bounds_of, numbers_of
 from mechdae.design.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
@@ -29,6 +29,7 @@ from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
 from mechdae.results import Status
+from mechdae.types import Booleans, Floats, Integers, Matrices
 
 SERIES = ("bodies", "points", "joints")
 NUMBERS = 20_000_000
@@ -66,18 +67,18 @@ class LaneRun:
     own: Lanes
     nodes: LaneNodes
     trace: Followed
-    largest: Any
-    mu: Any
+    largest: Floats
+    mu: Floats
     beta: Any
     y: list[Any]
-    complete: Any
+    complete: Booleans
 
     @property
     def scale(self) -> Any:
         """Lengths of the mechanisms (k,)."""
         return self.numbers.scale[self.lanes]
 
-    def in_time(self) -> list[Any]:
+    def in_time(self) -> list[Matrices]:
         """Return y and its derivatives by the time."""
         speed, acceleration, jerk = (rate[self.lanes][:, None] for rate in self.numbers.rates)
         return in_time(self.y, speed, acceleration, jerk)
@@ -167,7 +168,7 @@ class SeriesBatch:
         each = 2 * NODES_PER_TURN * (6 * g.nx + more) + values * series
         return int(np.clip(NUMBERS // max(each, 1), LEAST, MOST))
 
-    def rows(self, sets: Any) -> Rows:
+    def rows(self, sets: Floats) -> Rows:
         """Return the rows of some sets (k, m)."""
         return self.started(sets, self._followed)
 
@@ -199,7 +200,7 @@ class SeriesBatch:
         return Rows(shaped, status.tolist(), left, steps, faults)
 
     @staticmethod
-    def _empty(own: Reading, count: int, poses: int) -> Any:
+    def _empty(own: Reading, count: int, poses: int) -> Floats:
         if isinstance(own, WayReading):
             return np.full((count, 4) if own.kind == "envelope" else count, np.nan)
         if isinstance(own, ForceReading):
@@ -210,8 +211,14 @@ class SeriesBatch:
         return Rows([], [str(Status.UNASSEMBLED)] * count, np.ones(count, bool))
 
     def _followed(
-        self, numbers: Numbers, lanes: Any, starts: Starts, s: Any, values: Any, table: list[Any]
-    ) -> tuple[Any, Any, int]:
+        self,
+        numbers: Numbers,
+        lanes: Integers,
+        starts: Starts,
+        s: Floats,
+        values: Floats,
+        table: list[Floats],
+    ) -> tuple[Booleans, Booleans, int]:
         """Write series of lanes into the table; return which are left, whole poses, steps."""
         g, setting = self.setting.graphs, self.setting
         is_angle = setting.plan.coordinates[0].is_angle
@@ -248,13 +255,13 @@ class SeriesBatch:
         self._write(table, run)
         return trace.left, complete, trace.steps
 
-    def _write(self, table: list[Any], run: LaneRun) -> None:
+    def _write(self, table: list[Floats], run: LaneRun) -> None:
         """Write what is asked for into the table; lanes that have to be solved alone are left."""
         self._series(table, run.lanes, run.in_time())
         if self.ways is not None:
             self._of_the_way(table, run)
 
-    def _series(self, table: list[Any], lanes: Any, y: list[Any]) -> None:
+    def _series(self, table: list[Floats], lanes: Integers, y: list[Matrices]) -> None:
         """Write series of poses into the table, y and its derivatives by the time given."""
         place = {column: k for k, column in enumerate(self.asked.columns)}
         for part, own in zip(table, self.read, strict=True):
@@ -263,7 +270,7 @@ class SeriesBatch:
                 for k, column in enumerate([own.made(chosen)] if own.made else chosen):
                     part[lanes, :, k] = column
 
-    def _of_the_way(self, table: list[Any], run: LaneRun) -> None:
+    def _of_the_way(self, table: list[Floats], run: LaneRun) -> None:
         """Write numbers of the whole way into the table, for lanes that are not left."""
         assert self.ways is not None
         rows = np.flatnonzero(~run.trace.left)
@@ -278,7 +285,7 @@ class SeriesBatch:
             part[run.lanes[rows]] = values
 
     def _the_other_way(
-        self, march: LaneFollower, trace: Followed, ends: Any, values: Any, grid: Any
+        self, march: LaneFollower, trace: Followed, ends: FrontStates, values: Floats, grid: Floats
     ) -> None:
         """Follow lanes that ended on one side to their other end: poses may be there too."""
         low, high = trace.whole
@@ -292,7 +299,7 @@ class SeriesBatch:
         low, high = trace.whole
         trace.left[rows[np.isinf(low[rows]) | np.isinf(high[rows])]] = True
 
-    def _shaped(self, k: int, values: Any) -> Any:
+    def _shaped(self, k: int, values: Floats) -> Floats:
         path = self.outputs[k]
         if values.ndim < 3:
             return values

@@ -15,12 +15,13 @@ from mechdae.design.studies.batches.track import LaneTrack
 from mechdae.motion.measures.curve import CLOSED, CUSP, STEPS
 from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.numerics.quadrature import GAUSS, KRONROD, NOISE, PLACES, SHRINKS, TOLERANCE
+from mechdae.types import Floats, Integers
 
 HALVINGS = 12
 """Of a part of the way; what is left then is solved alone."""
 
 
-def curve_facts(track: LaneTrack, columns: Sequence[int]) -> dict[str, Any]:
+def curve_facts(track: LaneTrack, columns: Sequence[int]) -> dict[str, Floats]:
     """Return ``length`` [m], ``area`` [m^2] and ``closed`` (1 or 0) of a point's path (k,).
 
     The area is positive counter-clockwise in the sense of the poses, and nan where the path is not
@@ -37,10 +38,10 @@ def curve_facts(track: LaneTrack, columns: Sequence[int]) -> dict[str, Any]:
     return {"length": length, "area": area, "closed": np.where(moving, closed, np.nan)}
 
 
-def _stops(track: LaneTrack, columns: Sequence[int]) -> tuple[Any, Any]:
+def _stops(track: LaneTrack, columns: Sequence[int]) -> tuple[Integers, Floats]:
     """Return lanes and places at which the point stands still."""
 
-    def family(y: list[Any], lane: Any) -> tuple[Any, Any]:
+    def family(y: list[Floats], lane: Integers) -> tuple[Floats, Floats]:
         """Half the rate of the squared speed, and its own rate."""
         v, a, j = (track.column(y, order, columns) for order in (1, 2, 3))
         return (v * a).sum(axis=0)[None], (a * a + v * j).sum(axis=0)[None]
@@ -54,7 +55,9 @@ def _stops(track: LaneTrack, columns: Sequence[int]) -> tuple[Any, Any]:
     return zeros.lane[still], zeros.s[still]
 
 
-def _parts(track: LaneTrack, columns: Sequence[int], stops: tuple[Any, Any]) -> tuple[Any, ...]:
+def _parts(
+    track: LaneTrack, columns: Sequence[int], stops: tuple[Integers, Floats]
+) -> tuple[Any, ...]:
     """Return lanes, beginnings and ends of the parts that are integrated over at first."""
     width = track.last - track.first
     step = STEPS * track.step

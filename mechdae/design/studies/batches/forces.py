@@ -31,6 +31,7 @@ from mechdae.motion.assembly.start import shown
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.results import Status
+from mechdae.types import Booleans, Floats, Integers, Matrices
 
 WIDTHS = {"reaction": 3, "reaction_uncoupled": 3}
 
@@ -101,7 +102,7 @@ class ForcesBatch(SeriesBatch):
         motion = LoadedPoses(none, none, none, None, np.zeros(0), g.nx, p, np.zeros(0))
         return solved(self.statics, motion, np.zeros(0, bool))
 
-    def _tables(self, statics: InverseDynamics, answer: PoseForces) -> dict[str, dict[str, Any]]:
+    def _tables(self, statics: InverseDynamics, answer: PoseForces) -> dict[str, dict[str, Floats]]:
         """Return the series of joints by name; under '' those of drivers, by their paths."""
         found = series_of(statics, answer, self.task, None)
         efforts, parts = efforts_of(self.setting, statics, answer, self.task)
@@ -109,7 +110,7 @@ class ForcesBatch(SeriesBatch):
         drivers = {f"{head}/{name}": own[name] for head, own in series for name in own}
         return found | {"": drivers}
 
-    def _write(self, table: list[Any], run: LaneRun) -> None:
+    def _write(self, table: list[Floats], run: LaneRun) -> None:
         super()._write(table, run)
         rows = np.flatnonzero(~run.trace.left)
         y = run.in_time()
@@ -117,7 +118,9 @@ class ForcesBatch(SeriesBatch):
         for first in range(0, len(rows), size):
             self._forces(table, run, rows[first : first + size], y)
 
-    def _forces(self, table: list[Any], run: LaneRun, rows: Any, y: list[Any]) -> None:
+    def _forces(
+        self, table: list[Matrices], run: LaneRun, rows: Integers, y: list[Matrices]
+    ) -> None:
         """Write the forces of some lanes into the table."""
         motion, there = self._motion(run, rows, y)
         k, n = len(rows), run.complete.shape[1]
@@ -138,7 +141,7 @@ class ForcesBatch(SeriesBatch):
             if isinstance(own, ForceReading):
                 part[run.lanes[rows]] = series[own.part][own.word].reshape(k, n, own.width)
 
-    def _motion(self, run: LaneRun, rows: Any, y: list[Any]) -> tuple[LoadedPoses, Any]:
+    def _motion(self, run: LaneRun, rows: Any, y: list[Matrices]) -> tuple[LoadedPoses, Booleans]:
         """Return the motion at the poses of some lanes, and at which of them all is there."""
         k, n, nx = len(rows), run.complete.shape[1], len(self.unknowns)
         place = {column: i for i, column in enumerate(self.asked.columns)}
@@ -168,14 +171,14 @@ class ForcesBatch(SeriesBatch):
         driven, loads, lost, rate, _, sizes = powers_of(statics, answer)
         left = statics.imbalance(answer.inputs, answer.sizes, answer.whole, answer.coupled)
 
-        def largest(values: Any) -> Any:
+        def largest(values: Floats) -> Any:
             own = np.where(answer.standing, np.abs(values), 0.0)
             return own.reshape(k, -1).max(axis=1)
 
         gap = largest(driven + loads + lost - rate)
         return (gap <= TOLERANCE * largest(sizes)) & (largest(left) <= TOLERANCE)
 
-    def _told(self, run: LaneRun, rows: Any, answer: PoseForces) -> Any:
+    def _told(self, run: LaneRun, rows: Integers, answer: PoseForces) -> Any:
         """Note lanes that jam or have several solutions; return those that are left."""
         k, n = len(rows), run.complete.shape[1]
         c, values = self.setting.plan.coordinates[0], self.setting.plan.values[:, 0]

@@ -20,6 +20,7 @@ from mechdae.motion.measures.along_sweep_extremes import TIE
 from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.strokes import CLOSED
 from mechdae.motion.measures.track import SAME, TURN
+from mechdae.types import Booleans, Floats, Integers
 
 ORDERS = {"curve": 3}
 STROKES = ("time_ratio", "return_angle")
@@ -42,7 +43,7 @@ class Ways:
 
     def __init__(
         self, poses: Callable[[Asked], LanePoses], readings: Sequence[WayReading], is_angle: bool,
-        values: Any,
+        values: Floats,
     ) -> None:  # fmt: skip
         self.readings, self.is_angle = list(readings), is_angle
         self.low, self.high = float(values.min()), float(values.max())
@@ -55,24 +56,24 @@ class Ways:
         """Whether a whole turn of the driver is looked at, and a step more both ways."""
         return self.is_angle and any(own.kind in STROKES for own in self.readings)
 
-    def reach(self, step: Any) -> tuple[Any, Any]:
+    def reach(self, step: Floats) -> tuple[Any, Any]:
         """Return the ends (k,) of what lanes have to follow, `step` (k,) their largest steps."""
         if not self.strokes:
             return self.low + 0 * step, self.high + 0 * step
         return self.low - step, np.maximum(self.high, self.low + TURN + step)
 
     def __call__(
-        self, lanes: Lanes, nodes: LaneNodes, scale: Any, step: Any
-    ) -> tuple[list[Any], Any]:
+        self, lanes: Lanes, nodes: LaneNodes, scale: Floats, step: Floats
+    ) -> tuple[list[Floats], Booleans]:
         """Return an array (k,) or (k, 4) for each reading, and which lanes (k,) they hold for."""
 
-        def track(first: Any, last: Any) -> LaneTrack:
+        def track(first: Floats, last: Floats) -> LaneTrack:
             return LaneTrack(
                 self.poses, lanes, nodes, first, last, scale, step, self.is_angle, self.sense
             )
 
         whole = [own for own in self.readings if own.kind not in STROKES]
-        found: dict[WayReading, Any] = {}
+        found: dict[WayReading, Floats] = {}
         good = np.ones(len(scale), bool)
         if whole:
             own_way = track(self.low + 0 * step, self.high + 0 * step)
@@ -90,7 +91,7 @@ class Ways:
 
     def _over(
         self, track: LaneTrack, readings: Sequence[WayReading]
-    ) -> Iterator[tuple[WayReading, Any]]:
+    ) -> Iterator[tuple[WayReading, Floats]]:
         """Yield readings with their values."""
         columns = sorted({
             c for own in readings if own.kind in ("span", "extremes", "envelope")
@@ -98,7 +99,7 @@ class Ways:
         })  # fmt: skip
         if columns:
             courses = _Courses(track, columns, self._sizes(track, columns))
-        facts: dict[tuple[str, tuple[int, ...]], dict[str, Any]] = {}
+        facts: dict[tuple[str, tuple[int, ...]], dict[str, Floats]] = {}
         for own in readings:
             if own.kind in FACTS:
                 key = (own.kind, own.columns)
@@ -118,7 +119,7 @@ class Ways:
         one = np.ones_like(track.scale)
         return np.stack([one if column in turning else track.scale for column in columns])
 
-    def _stroke(self, track: LaneTrack, own: WayReading, start: float) -> Any:
+    def _stroke(self, track: LaneTrack, own: WayReading, start: float) -> Floats:
         """Return the time ratio or the return angle of a part (k,), nan where there is none."""
         columns, k = list(own.columns), len(track.scale)
         size = self._sizes(track, columns)
@@ -145,13 +146,13 @@ class Ways:
 
 
 def _rates(track: LaneTrack, columns: Sequence[int]) -> Any:
-    def family(y: list[Any], lane: Any) -> tuple[Any, Any]:
+    def family(y: list[Floats], lane: Integers) -> tuple[Floats, Floats]:
         return track.column(y, 1, columns), track.column(y, 2, columns)
 
     return family
 
 
-def _distinct(lane: Any, s: Any, start: float, count: int) -> tuple[Any, Any]:
+def _distinct(lane: Integers, s: Floats, start: float, count: int) -> tuple[Floats, Integers]:
     """Return the first of the places of each lane in a turn from `start`, and how many differ."""
     share = (s - start) % TURN
     share = np.where(share > TURN - SAME, share - TURN, share)
@@ -168,7 +169,7 @@ def _distinct(lane: Any, s: Any, start: float, count: int) -> tuple[Any, Any]:
 class _Courses:
     """Least and greatest values of columns over lanes, and where they are."""
 
-    def __init__(self, track: LaneTrack, columns: list[int], size: Any) -> None:
+    def __init__(self, track: LaneTrack, columns: list[int], size: Floats) -> None:
         self.track, k = track, len(track.scale)
         self.moves = dict(zip(columns, track.moves(columns, size), strict=True))
         zeros = track.zeros(_rates(track, columns))
@@ -176,8 +177,8 @@ class _Courses:
         values = track.column(at, 0, columns)[zeros.member, np.arange(len(zeros.s))]
         inner = np.flatnonzero(np.isin(track.s, (track.first[0], track.last[0])))
         ends = track.column(track.y, 0, columns)[:, inner]
-        self.least: dict[int, Any] = {}
-        self.most: dict[int, Any] = {}
+        self.least: dict[int, Floats] = {}
+        self.most: dict[int, Floats] = {}
         self.at: dict[tuple[int, str], Any] = {}
         for m, column in enumerate(columns):
             own = zeros.member == m
@@ -188,7 +189,7 @@ class _Courses:
             self.least[column], self.most[column] = least, most
             self.at[column, "min"], self.at[column, "max"] = first, last
 
-    def extreme(self, own: WayReading) -> Any:
+    def extreme(self, own: WayReading) -> Floats:
         """Return a value or its place, nan where the quantity does not move."""
         end, word = own.what
         (column,) = own.columns
@@ -206,7 +207,9 @@ class _Courses:
         return np.stack([end for part in parts for end in part], axis=1)
 
 
-def extremes_of(lane: Any, value: Any, place: Any, count: int) -> tuple[Any, Any, Any, Any]:
+def extremes_of(
+    lane: Integers, value: Floats, place: Floats, count: int
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Return least and greatest value of each lane (count,), and the first place of each."""
     least, most = np.full(count, np.inf), np.full(count, -np.inf)
     np.minimum.at(least, lane, value)
@@ -220,10 +223,10 @@ def extremes_of(lane: Any, value: Any, place: Any, count: int) -> tuple[Any, Any
     return least, most, found[0], found[1]
 
 
-def _transmission(track: LaneTrack, columns: tuple[int, ...]) -> dict[str, Any]:
+def _transmission(track: LaneTrack, columns: tuple[int, ...]) -> dict[str, Floats]:
     """Return the extremes of the angle between the two lines of a dyad and their places (k,)."""
 
-    def family(y: list[Any], lane: Any) -> tuple[Any, Any]:
+    def family(y: list[Floats], lane: Integers) -> tuple[Floats, Floats]:
         """Rate of the angle times its square's size; cross product; dot product."""
         s, c = ([track.column(y, order, [column])[0] for order in range(3)] for column in columns)
         turn, rate = c[0] * s[1] - s[0] * c[1], c[0] * s[2] - s[0] * c[2]

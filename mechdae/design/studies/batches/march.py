@@ -22,6 +22,7 @@ from mechdae.motion.continuation.any_path import FAR, STRIDE, strides
 from mechdae.motion.continuation.follower import NEARLY
 from mechdae.motion.continuation.path_end import SHRUNK, SMALLEST
 from mechdae.records import dataclass
+from mechdae.types import Floats, Integers, Unknowns
 
 GROWTH = 1.5
 AGAIN = 1 / 64
@@ -74,8 +75,8 @@ class Followed:
 class FrontStates:
     """The two ends of the lanes' paths: states (3 nx + nb, k) by sense; 1 upwards, -1 down."""
 
-    up: Any
-    down: Any
+    up: Floats
+    down: Floats
 
     def of(self, sense: float) -> Any:
         return self.up if sense > 0 else self.down
@@ -98,10 +99,10 @@ class LaneFollower:
         self,
         graphs: Graphs,
         form: ClosedForm,
-        consts: Any,
-        size_x: Any,
-        scale: Any,
-        largest: Any,
+        consts: Floats,
+        size_x: Floats,
+        scale: Floats,
+        largest: Floats,
     ) -> None:
         self.graphs, self.form, self.largest = graphs, form, largest
         self.advance: Batch = graphs.cache("lanes", lambda: Batch(graphs.advance, many=MANY))
@@ -115,7 +116,7 @@ class LaneFollower:
         self.hanging = np.array([[b in hanging[a] for b in group] for a in group], bool)
         """Which blocks end with a block."""
 
-    def begin(self, x: Any, s: Any) -> tuple[Followed, FrontStates]:
+    def begin(self, x: Unknowns, s: Floats) -> tuple[Followed, FrontStates]:
         """Return the traces of lanes that start at poses x (k, nx) and places s (k,)."""
         g, k = self.graphs, len(s)
         state = np.zeros((3 * g.nx + g.nb, k))
@@ -137,7 +138,9 @@ class LaneFollower:
         trace.nodes.append((lanes, s.copy(), state[: 3 * g.nx].copy()))
         return trace, FrontStates(state.copy(), state.copy())
 
-    def advanced(self, state: Any, s: Any, ds: Any, numbers: Any) -> tuple[Any, Any, Any, Any]:
+    def advanced(
+        self, state: Floats, s: Floats, ds: Floats, numbers: Floats
+    ) -> tuple[Floats, Floats, Floats, Floats]:
         """Return state, test, det and miss after one step, columns are lanes."""
         after, test, det, miss = self.advance(state.T, np.array([s, ds]).T, numbers.T)
         return after.T, test.T, det.T, miss.T
@@ -146,9 +149,9 @@ class LaneFollower:
         self,
         trace: Followed,
         ends: FrontStates,
-        lanes: Any,
-        goal: Any,
-        grid: Any,
+        lanes: Integers,
+        goal: Floats,
+        grid: Floats,
         first: bool = False,
     ) -> None:
         """Follow lanes (k,) to goals (k,), or with `first` until a block ends.
@@ -165,8 +168,8 @@ class _OneWay:
     """Lanes on their way in one sense."""
 
     def __init__(
-        self, march: LaneFollower, trace: Followed, ends: FrontStates, lanes: Any, goal: Any,
-        grid: Any,
+        self, march: LaneFollower, trace: Followed, ends: FrontStates, lanes: Any, goal: Floats,
+        grid: Floats,
         sense: float, first: bool,
     ) -> None:  # fmt: skip
         self.march, self.trace, self.sense, self.first = march, trace, sense, first
@@ -224,7 +227,9 @@ class _OneWay:
             self.step[row] = grown
 
     @np.errstate(invalid="ignore")
-    def _proved(self, after: Any, test: Any, det: Any, miss: Any, rows: Any) -> Any:
+    def _proved(
+        self, after: Floats, test: Floats, det: Floats, miss: Floats, rows: Integers | slice
+    ) -> Any:
         """Return which blocks (nb, k) of lanes a step is proved for."""
         proved = (test <= 1) & (miss <= 1) & (det * self.sign[:, rows] > 0)
         near = np.abs(after[: self.march.graphs.nx]) <= self.bound[:, rows]
@@ -287,7 +292,7 @@ class _OneWay:
             elif asked[k, n]:
                 self.trace.left[self.lanes[row]] = True
 
-    def _ahead(self, rows: Any) -> tuple[Any, Any]:
+    def _ahead(self, rows: Integers) -> tuple[Any, Any]:
         """Return places ahead of lanes (k, n), nearest first, and which of them are poses.
 
         Those beyond the end of a lane's way are nan, at the end.
@@ -308,7 +313,7 @@ class _OneWay:
         places = np.take_along_axis(places, order, axis=1)
         return places, (order < NEXT) & ~np.isnan(places)
 
-    def _depths(self, rows: Any, places: Any) -> Any:
+    def _depths(self, rows: Integers, places: Floats) -> Any:
         """Return D over A^2 + B^2 of the blocks of lanes at places (k, n), (nb, k, n)."""
         march, (k, n) = self.march, places.shape
         sign = np.repeat(self.sign[:, rows], n, axis=1)
@@ -316,7 +321,7 @@ class _OneWay:
         depth = march.form.poses(places.reshape(-1, 1), sign.T, p.T)[1]
         return np.ascontiguousarray(depth.T).reshape(-1, k, n)
 
-    def _arrived(self, rows: Any) -> None:
+    def _arrived(self, rows: Integers) -> None:
         """End what ends at the goal of lanes, and let them go on."""
         lanes, ending = self.lanes[rows], self.ending[:, rows]
         self.reach[:, lanes] = np.where(ending, self.s[rows], self.reach[:, lanes])

@@ -19,6 +19,7 @@ from mechdae.motion.assembly.closed_start import HALF_TURN, MARGIN, looks_like_d
 from mechdae.motion.assembly.nearest_mode import SketchNumber, told_apart
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Matrices, Unknowns
 
 MOST = 64
 """Modes that are compared in one part of the mechanism, at most."""
@@ -65,7 +66,7 @@ class StartingModes:
         groups = [self.scene.groups[k] for k in part]
         return [b for group in groups for b in self.assembler.blocks_of(group)]
 
-    def __call__(self, numbers: Numbers, u: Any) -> Starts:
+    def __call__(self, numbers: Numbers, u: Floats) -> Starts:
         """Return the starts of lanes at the driver's values `u` (k,)."""
         count, g = len(u), self.graphs
         x, sign = np.zeros((count, g.nx)), np.ones((count, g.nb))
@@ -91,8 +92,8 @@ class StartingModes:
         return Starts(turned, sign, (sure & ~halves) | nowhere, nowhere)
 
     def _modes(
-        self, part: list[int], own: list[int], numbers: Numbers, u: Any
-    ) -> tuple[Any, Any, Any, Any]:
+        self, part: list[int], own: list[int], numbers: Numbers, u: Floats
+    ) -> tuple[Matrices, Floats, Floats, Booleans]:
         """Return poses (m, k, nx), signs (m, blocks), squares by which they are off (m, k).
 
         A mode that does not assemble is infinitely far; the last part tells for which lanes that
@@ -119,7 +120,7 @@ class StartingModes:
             far.append(np.where(assembled & np.isfinite(off), off, np.inf))
         return np.array(poses), signs, np.array(far), doubtful
 
-    def _turned(self, x: Any, sketches: Sketches) -> tuple[Any, Any]:
+    def _turned(self, x: Unknowns, sketches: Sketches) -> tuple[Floats, Booleans]:
         """Return unknowns with angles on the turns that sketches ask for, and which are between."""
         between = np.zeros(len(x), bool)
         for i, c in enumerate(self.scene.unknowns):
@@ -129,7 +130,7 @@ class StartingModes:
                 between |= np.abs(np.abs(turns - np.round(turns)) - 0.5) < HALF_TURN
         return x, between
 
-    def _far(self, part: list[int], x: Any, u: Any, numbers: Numbers) -> Any:
+    def _far(self, part: list[int], x: Unknowns, u: Floats, numbers: Numbers) -> Floats:
         """Return the sums of squares by which poses of lanes are off their sketches."""
         total = np.zeros(len(x))
         for n, entry in enumerate(self.sketched.entries):
@@ -137,7 +138,7 @@ class StartingModes:
                 total += self._gaps(n, entry, x, u, numbers) ** 2
         return total
 
-    def _gaps(self, n: int, entry: SketchNumber, x: Any, u: Any, numbers: Numbers) -> Any:
+    def _gaps(self, n: int, entry: SketchNumber, x: Unknowns, u: Floats, numbers: Numbers) -> Any:
         value: Batch = self.graphs.cache(
             ("sketched", entry.coordinate), lambda: Batch(entry.value.function)
         )

@@ -29,6 +29,7 @@ from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.setup.drivers import sketched
 from mechdae.motion.setup.scales import scale_of
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Graph, Integers, Objects
 
 _FLOAT = {name: getattr(math, name, None) for name in FUNCTIONS} | {
     "abs": abs, "min": min, "max": max,
@@ -59,7 +60,7 @@ class Columns:
         Sets in which an expression has no value.
     """
 
-    def __init__(self, mechanism: Mechanism, names: Sequence[str], sets: Any) -> None:
+    def __init__(self, mechanism: Mechanism, names: Sequence[str], sets: Floats) -> None:
         self.mechanism, self.count = mechanism, len(sets)
         self.bad = ~np.isfinite(sets).all(axis=1)
         given = {name: sets[:, j].astype(object) for j, name in enumerate(names)}
@@ -94,7 +95,7 @@ class Columns:
         return self._one_by_one(number, columns, moving)
 
     def _one_by_one(
-        self, number: str, columns: Mapping[str, Any], moving: Mapping[str, Any]
+        self, number: str, columns: Mapping[str, Any], moving: Mapping[str, Objects]
     ) -> Any:
         """Return the column of an expression that has no value in some sets, nan there."""
         found = np.full(self.count, math.nan, object)
@@ -113,7 +114,7 @@ class Columns:
         return self.own[name] if name in self.own else self.value(number)
 
 
-def floats(value: Any, count: int) -> Any:
+def floats(value: Objects | float, count: int) -> Floats:
     """Return a value of `Columns` as an array (count,)."""
     return np.broadcast_to(np.asarray(value, float), (count,))
 
@@ -145,7 +146,7 @@ class Numbers:
         poses.
     """
 
-    p: Any
+    p: Floats
     start: Any
     rates: tuple[Any, Any, Any]
     scale: Any
@@ -154,7 +155,7 @@ class Numbers:
 
 
 def numbers_of(
-    problem: Problem, task: Sweep, setting: Setting, names: Sequence[str], sets: Any
+    problem: Problem, task: Sweep, setting: Setting, names: Sequence[str], sets: Floats
 ) -> Numbers | None:
     """Return the numbers of some sets, None where the model has no symbol for what is varied."""
     mechanism, model = problem.mechanism, setting.scene.model
@@ -212,7 +213,7 @@ def _only(mechanism: Mechanism, name: str) -> Mechanism:
     return replace(mechanism, sketch=Table({name: mechanism.sketch[name]}))
 
 
-def _suspect(mechanism: Mechanism, model: Model, columns: Columns) -> Any:
+def _suspect(mechanism: Mechanism, model: Model, columns: Columns) -> Booleans:
     """Return the sets (k,) whose values may make no mechanism: they are checked one by one."""
     found = np.zeros(columns.count, bool)
     numbers = dict(mechanism.numbers())
@@ -248,7 +249,7 @@ def _suspect(mechanism: Mechanism, model: Model, columns: Columns) -> Any:
     return found
 
 
-def _other_signs(columns: Columns, mechanism: Mechanism, names: Iterable[str]) -> Any:
+def _other_signs(columns: Columns, mechanism: Mechanism, names: Iterable[str]) -> Booleans:
     """Return the sets in which a number has not the sign that it has in the mechanism itself."""
     numbers, base = dict(mechanism.numbers()), mechanism.values()
     found = np.zeros(columns.count, bool)
@@ -259,7 +260,9 @@ def _other_signs(columns: Columns, mechanism: Mechanism, names: Iterable[str]) -
     return found
 
 
-def bounds_of(graphs: Graphs, numbers: Numbers, rows: Any, size_u: Any) -> tuple[Any, Any, Any]:
+def bounds_of(
+    graphs: Graphs, numbers: Numbers, rows: Integers, size_u: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return consts (k, .), mu (k, nb) and size_x (k, nx) of lanes, as `Constants` has of one."""
     scene, p, scale = graphs.scene, numbers.p[rows], numbers.scale[rows]
     turned = np.array([c.is_angle for c in scene.drivers], bool)
@@ -282,5 +285,5 @@ def _scale(setting: Setting) -> Batch:
     return scale
 
 
-def _scale_of(model: Model) -> Any:
+def _scale_of(model: Model) -> Graph:
     return ca.Function("size", [model.p], [scale_of(model)])

@@ -25,6 +25,7 @@ from mechdae.motion.continuation.evaluate import (
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.numerics.hermite import upper_coefficients
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Graph, Integers, Matrices, Unknowns
 
 AT_ONCE = 16_384
 """Poses that are evaluated at once."""
@@ -51,12 +52,12 @@ class Lanes:
     """Numbers of lanes as columns: consts (nc, k), kappa, rho, sign (nb, k), size (nx, k)."""
 
     consts: Any
-    kappa: Any
-    rho: Any
+    kappa: Floats
+    rho: Floats
     sign: Any
     size: Any
 
-    def take(self, rows: Any) -> Lanes:
+    def take(self, rows: Integers) -> Lanes:
         """Return some lanes."""
         parts = (self.consts, self.kappa, self.rho, self.sign, self.size)
         return Lanes(*(part[:, rows] for part in parts))
@@ -85,7 +86,7 @@ class LaneNodes:
         trace.nodes.clear()
         self._enter(lanes[order], s[order], states.reshape(len(s), 3, nx), count)
 
-    def _enter(self, lanes: Any, s: Any, states: Any, count: int) -> None:
+    def _enter(self, lanes: Integers, s: Floats, states: Matrices, count: int) -> None:
         self.lanes, self.s, self.states = lanes, s, states
         self.first = np.searchsorted(lanes, np.arange(count + 1))
         self.count = np.diff(self.first)
@@ -93,7 +94,7 @@ class LaneNodes:
         h[self.first[1:] - 1] = 0.0
         self.width = np.where(h == 0, 1.0, h)
 
-    def take(self, rows: Any) -> LaneNodes:
+    def take(self, rows: Integers) -> LaneNodes:
         """Return the nodes of some lanes, rising, which are numbered anew."""
         if len(rows) == len(self.count):
             return self
@@ -104,7 +105,7 @@ class LaneNodes:
         other._enter(lanes[kept], self.s[kept], self.states[kept], len(rows))
         return other
 
-    def before(self, grid: Any, right: bool) -> Any:
+    def before(self, grid: Floats, right: bool) -> Integers:
         """Return by lane and place of a rising grid the nodes that come before it (k, m).
 
         With `right` those at the place itself count too.
@@ -114,18 +115,18 @@ class LaneNodes:
         hits = np.bincount(self.lanes * (m + 1) + at, minlength=k * (m + 1))
         return np.cumsum(hits.reshape(k, m + 1), axis=1)[:, :m]
 
-    def piece(self, lanes: Any, places: Any) -> Any:
+    def piece(self, lanes: Integers, places: Floats) -> Integers:
         """Return the pieces (n,) on which places (n,) of lanes lie, or the ones beside them."""
         apart = 2 * float(np.abs(self.s).max(initial=0.0) + np.abs(places).max(initial=0.0)) + 1
         found = np.searchsorted(self.lanes * apart + self.s, lanes * apart + places, "right") - 1
         first = self.first[lanes]
         return np.clip(found, first, np.maximum(first + self.count[lanes] - 2, first))
 
-    def guess(self, lanes: Any, piece: Any, places: Any) -> Any:
+    def guess(self, lanes: Integers, piece: Integers, places: Floats) -> Any:
         """Return unknowns (nx, n) at places (n,) on pieces (n,) of lanes, given in their order."""
         own: Any = slice(self.first[lanes[0]], self.first[lanes[-1] + 1])
-        here: Any = piece - own.start
-        after: Any = None
+        here: Integers | slice = piece - own.start
+        after: Integers | None = None
         if len(places) < own.stop - own.start:
             own, here, after = piece, slice(None), np.minimum(piece + 1, len(self.s) - 1)
         (x, v, a), h = np.ascontiguousarray(self.states[own].T.swapaxes(0, 1)), self.width[own]
@@ -177,8 +178,8 @@ class LanePoses:
                     self.users[place[column]] = [group in needed for group in groups]
 
     def __call__(
-        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Any, values: Any,
-        turns: bool, beta: Any = None,
+        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Floats, values: Any,
+        turns: bool, beta: Matrices | None = None,
     ) -> tuple[list[Any], Any]:  # fmt: skip
         """Return y, y', ... (columns, k, n) of the columns asked for, and which poses are whole.
 
@@ -224,7 +225,7 @@ class LanePoses:
         return results, whole
 
     def _solve(
-        self, lanes: Lanes, guess: Any, u: Any, n: int, living: Any
+        self, lanes: Lanes, guess: Unknowns, u: Floats, n: int, living: Booleans | None
     ) -> tuple[list[Any], Any, Any]:
         """Return y and its derivatives (columns, m), which poses (m,) are certified, beta."""
         consts, kappa, rho, sign, size = (
@@ -253,14 +254,16 @@ class LanePoses:
         y = np.split(results[-1], self.asked.order + 1)
         return y, good.all(axis=0), results[2]
 
-    def certified(self, lanes: Lanes, guess: Any, u: Any) -> tuple[Any, Any]:
+    def certified(self, lanes: Lanes, guess: Unknowns, u: Floats) -> tuple[Any, Any]:
         """Return y, y', ... below one another at one place of each lane, which are certified."""
         tiny = self.tiny[0] * lanes.consts[self.graphs.np] + self.tiny[1]
         results = self._evaluated(guess, u, lanes.consts, lanes.kappa, tiny)
         good = self._good(results, guess, lanes.kappa, lanes.rho, lanes.sign, lanes.size)
         return results[-1], good.all(axis=0)
 
-    def _evaluated(self, guess: Any, u: Any, consts: Any, kappa: Any, tiny: Any) -> list[Any]:
+    def _evaluated(
+        self, guess: Unknowns, u: Floats, consts: Floats, kappa: Floats, tiny: Floats
+    ) -> list[Floats]:
         """Return x, det, beta, eta^2 and y after as many steps as are needed."""
         results = [part.T for part in self.pose(guess.T, u[:, None], consts.T)]
         for _ in range(ROUNDS):
@@ -275,8 +278,14 @@ class LanePoses:
         return results
 
     def _good(
-        self, results: list[Any], guess: Any, kappa: Any, rho: Any, sign: Any, size: Any
-    ) -> Any:
+        self,
+        results: list[Floats],
+        guess: Unknowns,
+        kappa: Floats,
+        rho: Floats,
+        sign: Floats,
+        size: Floats,
+    ) -> Booleans:
         """Return which blocks (nb, m) are certified, on the branch of their lane."""
         x, det, beta, eta = results[:4]
         with np.errstate(invalid="ignore", over="ignore"):
@@ -289,7 +298,7 @@ class LanePoses:
         return good
 
 
-def _only(graphs: Graphs, asked: Asked) -> Any:
+def _only(graphs: Graphs, asked: Asked) -> Graph:
     """Return the pose kernel with what a study asks for: x, det, beta, eta^2, y, y', ..."""
     inputs = graphs.pose.sx_in()
     x, _, det, beta, eta, *y = graphs.pose(*inputs)
@@ -298,7 +307,7 @@ def _only(graphs: Graphs, asked: Asked) -> Any:
     return without_repeats("row", inputs, [ca.densify(part) for part in results])
 
 
-def _alive(trace: Followed, values: Any, turns: bool) -> tuple[Any, Any]:
+def _alive(trace: Followed, values: Floats, turns: bool) -> tuple[Booleans | None, Floats]:
     """Return which blocks have a pose (nb, k, n), None: all, and where on the path poses lie.
 
     Places are (n,), or (k, n) where lanes get to some of the poses the other way round.

@@ -20,6 +20,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.continuation.evaluate import TURN, in_time
+from mechdae.types import Booleans, Floats, Integers, Matrices
 
 SX = ca.SX
 LEAD = 0.2
@@ -29,13 +30,19 @@ LEAD = 0.2
 class Screening(SeriesBatch):
     """Computes series of a plain sweep for many sets in closed form; parameters as there."""
 
-    def rows(self, sets: Any) -> Rows:
+    def rows(self, sets: Floats) -> Rows:
         """Return the rows of some sets (k, m)."""
         return self.started(sets, self._screened)
 
     def _screened(
-        self, numbers: Numbers, lanes: Any, starts: Starts, s: Any, values: Any, table: list[Any]
-    ) -> tuple[Any, Any, int]:
+        self,
+        numbers: Numbers,
+        lanes: Integers,
+        starts: Starts,
+        s: Floats,
+        values: Floats,
+        table: list[Matrices],
+    ) -> tuple[Booleans, Booleans, int]:
         """Write series of lanes into the table; return which are left, which poses are there."""
         graphs, form = self.setting.graphs, self.modes.form
         key = ("screened", self.asked.order, tuple(self.asked.columns))
@@ -66,7 +73,7 @@ class Screening(SeriesBatch):
         return np.zeros(len(lanes), bool), there, 0
 
     def _turns(
-        self, u: Any, sign: Any, p: Any, start: Any, numbers: Numbers, some: Any, s: Any,
+        self, u: Any, sign: Any, p: Any, start: Any, numbers: Numbers, some: Any, s: Floats,
         starts: Starts,
     ) -> Any:  # fmt: skip
         """Return the whole turns (nx, m) of unknowns at poses, counted from the lanes' starts."""

@@ -6,7 +6,7 @@ samples and refined, so that what is read off does not depend on the poses.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from mechdae.motion.measures.stationary_places import AT_REST, SHORT
 from mechdae.motion.measures.track import FINEST
 from mechdae.numerics.roots import refined
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 Family = Callable[[list[Any], Any], tuple[Any, Any]]
 """From y, y', ... (columns, n) and the lanes (n,) to functions and their slopes, (m, n) each."""
@@ -25,10 +26,10 @@ Family = Callable[[list[Any], Any], tuple[Any, Any]]
 class Zeros:
     """Places at which functions vanish: which function, lane, place, whether it rises, (n,)."""
 
-    member: Any
-    lane: Any
+    member: Integers
+    lane: Integers
     s: Any
-    rising: Any
+    rising: Booleans
 
     def of(self, member: int) -> tuple[Any, Any, Any]:
         """Return lanes, places and senses of one function."""
@@ -67,9 +68,17 @@ class LaneTrack:
     """
 
     def __init__(
-        self, poses: LanePoses, lanes: Lanes, nodes: LaneNodes, first: Any, last: Any, scale: Any,
-        step: Any, is_angle: bool, sense: float = 1.0,
-    ) -> None:  # fmt: skip
+        self,
+        poses: LanePoses,
+        lanes: Lanes,
+        nodes: LaneNodes,
+        first: Floats,
+        last: Floats,
+        scale: Floats,
+        step: Floats,
+        is_angle: bool,
+        sense: float = 1.0,
+    ) -> None:
         self.poses, self.lanes, self.nodes = poses, lanes, nodes
         self.first, self.last, self.scale, self.step = first, last, scale, step
         self.sense = sense
@@ -80,7 +89,7 @@ class LaneTrack:
         self.y = self.at(self.lane, self.s, node)
         self.next = self.lane[:-1] == self.lane[1:]
 
-    def _places(self) -> tuple[Any, Any, Any]:
+    def _places(self) -> tuple[Integers, Floats, Integers]:
         """Return lanes and places of the sample: nodes, ends, and more where a body turns fast.
 
         The last part is the node that a place is, -1 where it is none.
@@ -106,7 +115,7 @@ class LaneTrack:
         order = np.lexsort((s, lane))
         return lane[order], s[order], node[order]
 
-    def at(self, lane: Any, s: Any, node: Any = None) -> list[Any]:
+    def at(self, lane: Any, s: Any, node: Integers | None = None) -> list[Any]:
         """Return y, y', ... (columns, n) at places of lanes (n,), `node` those that are nodes."""
         order = np.argsort(lane, kind="stable")  # a guess takes lanes in their order
         lane, s = lane[order], s[order]
@@ -124,7 +133,7 @@ class LaneTrack:
             y[:, order] = np.concatenate(parts, axis=1)
         return np.split(y, range(width, len(y), width)) if width else [y]
 
-    def _guess(self, lane: Any, piece: Any, s: Any, node: Any) -> Any:
+    def _guess(self, lane: Integers, piece: Integers, s: Floats, node: Integers) -> Unknowns:
         """Return unknowns (nx, n), those of nodes as they are."""
         known = node >= 0
         guess = np.empty((self.nodes.states.shape[2], len(s)))
@@ -134,11 +143,11 @@ class LaneTrack:
             guess[:, other] = self.nodes.guess(lane[other], piece[other], s[other])
         return guess
 
-    def column(self, y: list[Any], order: int, columns: Any) -> Any:
+    def column(self, y: list[Floats], order: int, columns: Sequence[int]) -> Floats:
         """Return columns of the outputs (m, n) from what `at` gives."""
         return y[order][[self.place[column] for column in columns]]
 
-    def zeros(self, family: Family, moving: Any = None) -> Zeros:
+    def zeros(self, family: Family, moving: Booleans | None = None) -> Zeros:
         """Return where functions vanish: sign changes between samples, refined.
 
         Where a function turns round between two samples without one, it is evaluated there once
@@ -162,7 +171,7 @@ class LaneTrack:
         a, b, first = (np.concatenate(p) for p in zip((a, b, first), turned[2:5], strict=True))
         rising = np.concatenate([rising, turned[5]])
 
-        def evaluate(rows: Any, places: Any) -> tuple[Any, Any]:
+        def evaluate(rows: Integers, places: Any) -> tuple[Any, Any]:
             values = family(self.at(lane[rows], places), lane[rows])
             which = np.arange(len(rows))
             return values[0][member[rows], which], values[1][member[rows], which]
@@ -172,7 +181,7 @@ class LaneTrack:
         kept = np.isfinite(s)
         return Zeros(member[kept], lane[kept], s[kept], rising[kept])
 
-    def _turned(self, family: Family, f: Any, df: Any, known: Any) -> tuple[Any, ...]:
+    def _turned(self, family: Family, f: Floats, df: Floats, known: Any) -> tuple[Any, ...]:
         """Return brackets of pairs of zeros between two samples: functions, lanes, ends, ..."""
         with np.errstate(invalid="ignore", divide="ignore"):
             one, two, before, after = f[:, :-1], f[:, 1:], df[:, :-1], df[:, 1:]
@@ -196,14 +205,14 @@ class LaneTrack:
 
     # -- what moves ------------------------------------------------------------------------
 
-    def travel(self, columns: Any) -> Any:
+    def travel(self, columns: Sequence[int]) -> Floats:
         """Return the greatest less the least value of columns (m,) over the sample, (m, k)."""
         values = self.column(self.y, 0, columns)
         start = np.searchsorted(self.lane, np.arange(len(self.first)))
         top = np.maximum.reduceat(values, start, axis=1)
         return top - np.minimum.reduceat(values, start, axis=1)
 
-    def moves(self, columns: Any, size: Any) -> Any:
+    def moves(self, columns: list[int], size: Floats) -> Booleans:
         """Return which columns move in which lanes (m, k), measured by `size` (m, k).
 
         Lanes in which one that moves rests in between are no longer `good`: where a rest ends takes

@@ -16,6 +16,7 @@ from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.design.synthesis.exact.coupler_curve import A_, B_, X_, Y_, A, B, X, Y
 from mechdae.design.synthesis.exact.curve_bounds import curve_bounds
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats
 
 LENGTH = 8
 NAMES = (
@@ -36,7 +37,7 @@ PROBES = 5
 class _Row:
     """z.Q z + (first + p own).z - p^power; a power of 0 stands for nothing."""
 
-    Q: Any
+    Q: Complexes
     first: Any
     own: Any
     power: int
@@ -70,7 +71,7 @@ class PathConditions:
 
     # -- the family ----------------------------------------------------------------------------
 
-    def rows(self, z: Any, p: Any, rate: Any) -> tuple[Any, Any, Any]:
+    def rows(self, z: Complexes, p: Complexes, rate: Complexes) -> tuple[Any, Any, Any]:
         """Return rows (n, N), derivatives (n, N, N), and along a rate of the numbers (n, N)."""
         k, n = self.places, len(z)
         d, e = p[:, :k], p[:, k : 2 * k]
@@ -95,7 +96,7 @@ class PathConditions:
             s = np.where(s > 0, s, 1.0)
             return F / s, J / s[:, :, None], Ft / s
 
-    def _value(self, p: Any, i: int) -> Any:
+    def _value(self, p: Complexes, i: int) -> Any:
         """Return the value (n,) of a given dimension."""
         if i < len(self.given):
             return p[:, 2 * self.places + i]
@@ -118,7 +119,7 @@ class PathConditions:
         own = [_dimension(name, z) for name in self.given]
         return np.concatenate([d, e, own]), z
 
-    def key(self, z: Any) -> Any:
+    def key(self, z: Complexes) -> Any:
         """Return what tells solutions apart: curves where nothing is given, else the unknowns."""
         if self.given:
             return z
@@ -141,7 +142,7 @@ class PathConditions:
         ]
         return np.concatenate([d, d.conj(), np.array(own, complex)])
 
-    def split(self, p: Any) -> tuple[Any, Any]:
+    def split(self, p: Complexes) -> tuple[Complexes, Complexes]:
         """Return places d, d' of numbers (m,)."""
         return p[: self.places], p[self.places : 2 * self.places]
 
@@ -150,7 +151,7 @@ class PathConditions:
         """Where the conjugate of each unknown stands."""
         return [*curve.CONJUGATE, LENGTH][: self.unknowns]
 
-    def variants(self, z: Any) -> Any:
+    def variants(self, z: Complexes) -> Complexes:
         """Return the six four-bars with the curve of each of some, where nothing is given."""
         return curve.variants(z).reshape(-1, 8)
 
@@ -161,7 +162,7 @@ class PathConditions:
 
     # -- certificates --------------------------------------------------------------------------
 
-    def symmetric(self, p: Any) -> bool:
+    def symmetric(self, p: Complexes) -> bool:
         """Return whether numbers are those of real points and dimensions."""
         d, e = self.split(p)
         rest = p[2 * self.places :]
@@ -169,7 +170,7 @@ class PathConditions:
         real = np.where(turned, np.abs(np.abs(rest) - 1) < 1e-12, rest.imag == 0)
         return bool((d.conj() == e).all() and real.all())
 
-    def residual(self, p: Any, z: Any) -> tuple[Any, Any, Any]:
+    def residual(self, p: Complexes, z: Complexes) -> tuple[Complexes, Complexes, Floats]:
         """Return rows (n, N) unscaled, those of points with twice the digits; slopes; roundings."""
         n, k, N = len(z), self.places, self.unknowns
         d, e = self.split(p)
@@ -188,7 +189,7 @@ class PathConditions:
             rounding[:, k + i] = 4 * N * UNIT * (size + np.abs(z) @ np.abs(first))
         return F, J, rounding
 
-    def bounds(self, p: Any, z: Any, r: Any) -> tuple[Any, Any]:
+    def bounds(self, p: Complexes, z: Complexes, r: Floats) -> tuple[Any, Any]:
         """Return bounds of second derivatives (n, N, N, N) over boxes, of roundings of slopes."""
         n, k, N = len(z), self.places, self.unknowns
         found = curve_bounds(z, *self.split(p), r[:, :8])
@@ -202,7 +203,7 @@ class PathConditions:
 
     # -- hyperplanes ---------------------------------------------------------------------------
 
-    def pencil(self, p: Any, weights: Any, probes: Any) -> Any:
+    def pencil(self, p: Complexes, weights: Complexes, probes: Complexes) -> Any:
         """Return (s0, s1) -> equations in which the last place is a hyperplane of curves.
 
         G(last place) - s sum(weights G(probes)) = 0, with places `probes` (2, q).
@@ -214,12 +215,18 @@ class _Pencil:
     """Rows whose last point is replaced by G(place) = s sum(w G(probes)), from s0 to s1."""
 
     def __init__(
-        self, own: PathConditions, p: Any, weights: Any, probes: Any, start: complex, end: complex
+        self,
+        own: PathConditions,
+        p: Complexes,
+        weights: Complexes,
+        probes: Complexes,
+        start: complex,
+        end: complex,
     ) -> None:
         self.own, self.p, self.weights, self.probes = own, p[None], weights, probes
         self.start, self.rate = start, end - start
 
-    def __call__(self, z: Any, t: Any) -> tuple[Any, Any, Any]:
+    def __call__(self, z: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
         own, last = self.own, self.own.places - 1
         F, J, Ft = own.rows(z, self.p, 0 * self.p)
         d, e = (values[-1:] for values in own.split(self.p[0]))
@@ -239,7 +246,7 @@ def _complex(generator: Any, *shape: int) -> Any:
     return generator.normal(size=shape) + 1j * generator.normal(size=shape)
 
 
-def _reached(z: Any, m: complex, which: int) -> tuple[complex, complex]:
+def _reached(z: Complexes, m: complex, which: int) -> tuple[complex, complex]:
     """Return a place d, d' that the coupler point reaches with a turn m, one of two."""
     rows = []
     for x, x_, a, a_ in ((z[i] for i in link) for link in curve.LINKS):
@@ -250,7 +257,7 @@ def _reached(z: Any, m: complex, which: int) -> tuple[complex, complex]:
     return d, -(w + u * d) / v
 
 
-def _form(size: int, *terms: tuple[int, int, complex]) -> Any:
+def _form(size: int, *terms: tuple[int, int, complex]) -> Complexes:
     """Return the symmetric matrix of a quadratic form."""
     Q = np.zeros((size, size), complex)
     for i, j, factor in terms:
@@ -259,7 +266,7 @@ def _form(size: int, *terms: tuple[int, int, complex]) -> Any:
     return Q
 
 
-def _line(size: int, *terms: tuple[int, complex]) -> Any:
+def _line(size: int, *terms: tuple[int, complex]) -> Complexes:
     found = np.zeros(size, complex)
     for i, factor in terms:
         found[i] += factor
@@ -290,7 +297,7 @@ def _quadric(name: str, long: bool) -> _Row:
     return _Row(_form(n, (u, u_, 1), (u, v_, -1), (v, u_, -1), (v, v_, 1)), nothing, nothing, 2)
 
 
-def _dimension(name: str, z: Any) -> complex:
+def _dimension(name: str, z: Complexes) -> complex:
     """Return the value of a dimension of a complex four-bar."""
     row = _quadric(name, len(z) > LENGTH)
     rest = z @ row.Q @ z + row.first @ z

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.numerics.double_double import WideComplex
+from mechdae.types import Complexes
 
 X, X_, A, A_, Y, Y_, B, B_ = range(8)
 """Places of the unknowns: pins and pivots of two links, each with its conjugate."""
@@ -30,12 +31,12 @@ CONJUGATE = [X_, X, A_, A, Y_, Y, B_, B]
 SWAPPED = [Y, Y_, B, B_, X, X_, A, A_]
 
 
-def value(z: Any, d: Any, e: Any) -> Any:
+def value(z: Any, d: Complexes, e: Complexes) -> Any:
     """Return G (n, k) of four-bars (n, 8) at places d, d' (k,)."""
     return _product(*_coefficients([z[:, i, None] for i in range(8)], d, e))
 
 
-def wide_value(z: Any, d: Any, e: Any) -> Any:
+def wide_value(z: Complexes, d: Complexes, e: Complexes) -> Any:
     """Return the same, computed with twice the digits from the doubles given."""
     parts = [WideComplex.of(z[:, i, None]) for i in range(8)]
     return _product(*_coefficients(parts, WideComplex.of(d), WideComplex.of(e))).rounded()
@@ -82,7 +83,7 @@ def turns(z: Any, d: Any, e: Any) -> Any:
         return (B1 * C2 - B2 * C1) / (A1 * B2 - A2 * B1)
 
 
-def variants(z: Any) -> Any:
+def variants(z: Complexes) -> Complexes:
     """Return the six four-bars (6, n, 8) of each curve: three cognates, each with links swapped."""
     x, x_, a, a_, y, y_, b, b_ = z.T
     with np.errstate(all="ignore"):

@@ -8,12 +8,13 @@ import numpy as np
 
 from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats
 
 
 class _Jet:
     """A function over boxes of half widths r: value, slope (8), bounds of both, of H (8, 8)."""
 
-    def __init__(self, v: Any, size: Any, g: Any, H: Any, r: Any) -> None:
+    def __init__(self, v: Complexes, size: Floats, g: Complexes, H: Floats, r: Floats) -> None:
         Hr = np.einsum("nkij,nj->nki", H, r)
         self.v, self.size, self.g, self.H, self.r = v, size, g, H, r
         self.most_g = np.abs(g) + Hr
@@ -38,12 +39,12 @@ class CurveBounds:
     the equations (n, k) and their slopes (n, k, 8) are computed from.
     """
 
-    H: Any
+    H: Floats
     size: Any
     slopes: Any
 
 
-def curve_bounds(z: Any, d: Any, e: Any, r: Any) -> CurveBounds:
+def curve_bounds(z: Complexes, d: Complexes, e: Complexes, r: Floats) -> CurveBounds:
     """Return bounds of the equations of curves through places (k,) over boxes r (n, 8) about z."""
     (A1, B1, C1), (A2, B2, C2) = (_link(z, d, e, r, link) for link in curve.LINKS)
     M, N, D = B1 * C2 - B2 * C1, C1 * A2 - C2 * A1, A1 * B2 - A2 * B1
@@ -55,7 +56,9 @@ def curve_bounds(z: Any, d: Any, e: Any, r: Any) -> CurveBounds:
     return CurveBounds(G.H, G.size, slopes)
 
 
-def _link(z: Any, d: Any, e: Any, r: Any, link: tuple[int, int, int, int]) -> Any:
+def _link(
+    z: Complexes, d: Complexes, e: Complexes, r: Floats, link: tuple[int, int, int, int]
+) -> tuple[_Jet, _Jet, _Jet]:
     """Return the three coefficients of a link as jets."""
     own = [z[:, i, None] for i in link]
     x, x_, a, a_ = own
@@ -63,7 +66,9 @@ def _link(z: Any, d: Any, e: Any, r: Any, link: tuple[int, int, int, int]) -> An
     n, k = len(z), len(d)
     d, e = d[None], e[None]
 
-    def jet(v: Any, size: Any, slopes: dict[int, Any], pairs: tuple[tuple[int, int], ...]) -> _Jet:
+    def jet(
+        v: Complexes, size: Floats, slopes: dict[int, Complexes], pairs: tuple[tuple[int, int], ...]
+    ) -> _Jet:
         g = np.zeros((n, k, 8), complex)
         for i, slope in slopes.items():
             g[:, :, link[i]] = slope

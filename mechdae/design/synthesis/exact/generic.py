@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from mechdae.design.synthesis.exact.dyad_conditions import COUNT, DyadConditions
 from mechdae.numerics.homotopy.families import round_trip
 from mechdae.numerics.homotopy.trace_check import TraceTest, trace_test
 from mechdae.records import dataclass
+from mechdae.types import Complexes
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 TRIPS = 60
 SILENT = 2
@@ -32,14 +37,14 @@ class GenericSolutions:
     """
 
     family: Any
-    p: Any
+    p: Complexes
     z: Any
     basis: str
     bent: float = 1.0
     """Of the trace, see `TraceTest`."""
 
 
-def traced(own: PathConditions, p: Any, z: Any, seed: int = 1) -> TraceTest:
+def traced(own: PathConditions, p: Any, z: Complexes, seed: int = 1) -> TraceTest:
     """Return the trace test of solutions at numbers p: of their curves, the last place moved."""
     generator = np.random.default_rng([seed, len(own.given)])
     angles = 2j * np.pi * generator.random((2, PROBES))
@@ -47,7 +52,7 @@ def traced(own: PathConditions, p: Any, z: Any, seed: int = 1) -> TraceTest:
     weights = _complex(generator, PROBES)
     forms = _complex(generator, PROBES, 4)
 
-    def coordinates(x: Any) -> Any:
+    def coordinates(x: Complexes) -> Any:
         G = curve.value(x, *probes[:, None])
         return G @ forms / (G @ weights)[:, None]
 
@@ -58,7 +63,7 @@ def traced(own: PathConditions, p: Any, z: Any, seed: int = 1) -> TraceTest:
 class Known:
     """What is known after so many ``trips``, the last ``silent`` of which brought no news."""
 
-    p: Any
+    p: Complexes
     z: Any
     trips: int = 0
     silent: int = 0
@@ -112,5 +117,5 @@ def generic_dyads(own: DyadConditions, seed: int = 1) -> GenericSolutions:
     return GenericSolutions(own, p, z, "theorem" if len(z) == COUNT else "none")
 
 
-def _complex(generator: Any, *shape: int) -> Any:
+def _complex(generator: Generator, *shape: int) -> Complexes:
     return generator.normal(size=shape) + 1j * generator.normal(size=shape)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import permutations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,11 @@ from mechdae.design.synthesis.fourbar.linkage import Linkage, linkage
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import Rows, solve_all
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Unknowns
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 UNKNOWNS = ("pivot_x", "pivot_y", "pin_x", "pin_y")
 STARTS = 1000
@@ -119,22 +124,22 @@ def dyads(
 class DyadRows:
     """Rows |p_j + R_j w - G|^2 - L^2 of scaled poses; unknowns Gx, Gy, wx, wy, L^2."""
 
-    def __init__(self, places: Any, rotations: Any, given: Mapping[str, float]) -> None:
+    def __init__(self, places: Complexes, rotations: Complexes, given: Mapping[str, float]) -> None:
         self.places, self.rotations = places, rotations
         self.values = np.array([given.get(name, 0.0) for name in UNKNOWNS] + [0.0])
         self.free = np.array([i for i in range(5) if i == 4 or UNKNOWNS[i] not in given])
 
-    def whole(self, x: Any) -> Any:
+    def whole(self, x: Unknowns) -> Any:
         """Return all five unknowns (n, 5)."""
         d = np.broadcast_to(self.values, (len(x), 5)).copy()
         d[:, self.free] = x
         return d
 
-    def _arms(self, d: Any) -> Any:
+    def _arms(self, d: Floats) -> Complexes:
         pin = (d[:, 2] + 1j * d[:, 3])[:, None]
         return self.places + self.rotations * pin - (d[:, 0] + 1j * d[:, 1])[:, None]
 
-    def __call__(self, x: Any, t: Any) -> Rows:
+    def __call__(self, x: Unknowns, t: Floats) -> Rows:
         d = self.whole(x)
         u = self._arms(d)
         F = np.abs(u) ** 2 - d[:, 4:]
@@ -144,7 +149,7 @@ class DyadRows:
         )
         return F[:, :, None], J[:, :, None, self.free], None
 
-    def draw(self, generator: Any, n: int) -> tuple[Any, Any]:
+    def draw(self, generator: Generator, n: int) -> tuple[Any, Any]:
         """Return starts of all sizes."""
         d = generator.normal(size=(n, 5))
         spread = 1.5 * np.exp(SPREAD * generator.normal(size=(n, 2)))
@@ -153,7 +158,7 @@ class DyadRows:
         d[:, 4] = np.mean(np.abs(self._arms(d)) ** 2, axis=1)
         return d[:, self.free], np.zeros((n, 0))
 
-    def usable(self, x: Any) -> Any:
+    def usable(self, x: Unknowns) -> Any:
         """Return which links have a length."""
         return self.whole(x)[:, 4] > LEAST**2
 

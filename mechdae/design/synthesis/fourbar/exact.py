@@ -11,7 +11,7 @@ and branches not prescribed here: `linkage.faults` tells which solutions move we
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
 from mechdae.numerics.linear_fits import linear_fit
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Matrices, Points, Unknowns
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 DIMENSIONS = (
     "pivot_x", "pivot_y", "other_x", "other_y", "crank", "rocker", "coupler", "along", "across",
@@ -68,7 +73,7 @@ class PathRows:
         Values of some dimensions, by name, in the same units.
     """
 
-    def __init__(self, targets: Any, given: Mapping[str, float]) -> None:
+    def __init__(self, targets: Complexes, given: Mapping[str, float]) -> None:
         self.targets = targets
         self.polar = any(name in POLAR for name in given)
         names = [POLAR.get(name, name) for name in given]
@@ -81,7 +86,7 @@ class PathRows:
             squared = name in ("crank", "rocker")
             self.values[DIMENSIONS.index(name)] = value * value if squared else value
 
-    def whole(self, x: Any) -> Any:
+    def whole(self, x: Unknowns) -> Any:
         """Return all dimensions (n, 9) with Cartesian pivots, lengths of crank, rocker squared."""
         d = self.full(x)
         if self.polar:
@@ -91,13 +96,13 @@ class PathRows:
             )
         return d
 
-    def full(self, x: Any) -> Any:
+    def full(self, x: Unknowns) -> Any:
         """Return all dimensions (n, 9), free ones from `x`."""
         d = np.broadcast_to(self.values, (len(x), 9)).copy()
         d[:, self.free] = x
         return d
 
-    def __call__(self, x: Any, t: Any) -> Rows:
+    def __call__(self, x: Unknowns, t: Floats) -> Rows:
         d = self.whole(x)
         u, v, e = self._arms(d, t)
         crank, rocker = d[:, 7] + 1j * d[:, 8], d[:, 7] - d[:, 6] + 1j * d[:, 8]
@@ -117,7 +122,9 @@ class PathRows:
         return F, J if len(self.free) == 9 else J[:, :, :, self.free], own
 
     @staticmethod
-    def _weighed(F: Any, J: Any, own: Any, crank: Any, rocker: Any) -> Rows:
+    def _weighed(
+        F: Matrices, J: Floats, own: Matrices, crank: Complexes, rocker: Complexes
+    ) -> Rows:
         """Divide the rows by the distance of pin and point: far pins shall weigh as near ones."""
         arms = np.stack([crank, rocker], axis=1)
         size = np.sqrt(1 + np.abs(arms) ** 2)
@@ -130,13 +137,13 @@ class PathRows:
         return F, J, own / size[:, None, :]
 
     @staticmethod
-    def _to_polar(J: Any, d: Any) -> None:
+    def _to_polar(J: Floats, d: Floats) -> None:
         c, s, r = np.cos(d[:, 3, None]), np.sin(d[:, 3, None]), d[:, 2, None]
         x, y = J[:, :, 1, 2].copy(), J[:, :, 1, 3].copy()
         J[:, :, 1, 0], J[:, :, 1, 1] = x, y
         J[:, :, 1, 2], J[:, :, 1, 3] = c * x + s * y, r * (c * y - s * x)
 
-    def draw(self, generator: Any, n: int) -> tuple[Any, Any]:
+    def draw(self, generator: Generator, n: int) -> tuple[Any, Any]:
         """Return starts: a crank that reaches all points, the rocker that fits its turns best."""
         d = np.zeros((n, 9))
         spread = np.exp(SPREAD * generator.normal(size=(n, 3)))
@@ -160,13 +167,13 @@ class PathRows:
             d[:, 2], d[:, 3] = _polar(d)
         return d[:, self.free], t
 
-    def _given(self, d: Any) -> Any:
+    def _given(self, d: Floats) -> Any:
         """Return dimensions (n, 9), Cartesian, with those that are given."""
         if self.polar:
             d[:, 2], d[:, 3] = _polar(d)
         return self.whole(d[:, self.free])
 
-    def _turns(self, pivot: Any, arm: Any, generator: Any) -> Any:
+    def _turns(self, pivot: Complexes, arm: Floats, generator: Generator) -> Any:
         """Return turns (n, k) of a coupler whose pin, at `arm` from its point, is on a circle.
 
         The circle about `pivot` is drawn among those that reach all points, and so is its side:
@@ -182,7 +189,7 @@ class PathRows:
         side = np.where(generator.random((len(p), 1)) < 0.5, one, each)
         return np.angle(p) + side * np.arccos(np.clip(cosine, -1, 1))
 
-    def _fitted(self, pivot: Any, t: Any) -> Any:
+    def _fitted(self, pivot: Complexes, t: Floats) -> Complexes:
         """Return the pin (from coupler point to pin, reversed) that keeps best to a circle."""
         q = self.targets - pivot[:, None]
         p = q * np.exp(-1j * t)
@@ -190,7 +197,7 @@ class PathRows:
         found = linear_fit(A, np.abs(q) ** 2, least=1e-9)
         return found[:, 0] + 1j * found[:, 1]
 
-    def _arms(self, d: Any, t: Any) -> tuple[Any, Any, Any]:
+    def _arms(self, d: Floats, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
         """Return vectors along crank and rocker (n, k) and the coupler's direction, complex."""
         e = np.exp(1j * t)
         crank = d[:, 7] + 1j * d[:, 8]
@@ -198,7 +205,7 @@ class PathRows:
         v = self.targets - (d[:, 2] + 1j * d[:, 3])[:, None] - (crank - d[:, 6])[:, None] * e
         return u, v, e
 
-    def usable(self, x: Any) -> Any:
+    def usable(self, x: Unknowns) -> Any:
         """Return which solutions are four-bars: pivots, pins, links of some length."""
         d = self.whole(x)
         ground = np.hypot(d[:, 2] - d[:, 0], d[:, 3] - d[:, 1])
@@ -210,7 +217,7 @@ class PathRows:
             good &= d[:, 6] > 0  # turned by pi and negative it is the same four-bar
         return good
 
-    def key(self, x: Any) -> Any:
+    def key(self, x: Unknowns) -> Any:
         """Return what tells solutions apart: up to cognates where all dimensions are free."""
         d = self.whole(x)
         pivot, other = d[:, 0] + 1j * d[:, 1], d[:, 2] + 1j * d[:, 3]
@@ -224,7 +231,7 @@ class PathRows:
         return d
 
 
-def _polar(d: Any) -> tuple[Any, Any]:
+def _polar(d: Floats) -> tuple[Any, Any]:
     """Return length and direction of the ground line of Cartesian pivots."""
     x, y = d[:, 2] - d[:, 0], d[:, 3] - d[:, 1]
     return np.hypot(x, y), np.arctan2(y, x)
@@ -283,7 +290,7 @@ def scaled_dimensions(given: Mapping[str, float], middle: complex, size: float) 
     }
 
 
-def check_path(points: Any, given: Mapping[str, float]) -> None:
+def check_path(points: Points, given: Mapping[str, float]) -> None:
     """Refuse points that are none or the same, and dimensions that are not as many as needed."""
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
         raise InputError("targets are finite points (x, y)", where="targets")

@@ -20,6 +20,7 @@ import numpy as np
 from mechdae.errors import InputError
 from mechdae.numerics.levenberg import Rows, descend
 from mechdae.records import dataclass
+from mechdae.types import Floats, Integers, Unknowns
 
 SAMPLES = 20_000
 TRIED, DRAWN = 400, 50
@@ -53,8 +54,8 @@ class FunctionStart:
 
 
 def function_starts(
-    inputs: Any,
-    outputs: Any,
+    inputs: Floats,
+    outputs: Floats,
     *,
     keep: int = 20,
     seed: int | np.random.Generator = 0,
@@ -148,7 +149,7 @@ class FunctionRows:
     """
 
     def __init__(
-        self, inputs: Any, outputs: Any, branch: int,
+        self, inputs: Floats, outputs: Floats, branch: int,
         given: tuple[float | None, float | None], lengths: tuple[float, float],
     ) -> None:  # fmt: skip
         self.inputs, self.outputs, self.branch = inputs, outputs, branch
@@ -156,13 +157,13 @@ class FunctionRows:
         self.free = np.array([True] * 3 + [value is None for value in given])
         self.values = np.array([0.0] * 3 + [value or 0.0 for value in given])
 
-    def whole(self, x: Any) -> Any:
+    def whole(self, x: Unknowns) -> Any:
         """Return all five unknowns (n, 5)."""
         d = np.broadcast_to(self.values, (len(x), 5)).copy()
         d[:, self.free] = x
         return d
 
-    def moved(self, d: Any) -> tuple[Any, Any, Any, Any]:
+    def moved(self, d: Floats) -> tuple[Any, Any, Any, Any]:
         """Return input, output (n, k), sin(theta4 - theta3); nan where nothing is assembled."""
         a, b, c = (np.exp(d[:, i, None]) for i in range(3))
         phi = d[:, 3:4] + self.inputs
@@ -176,12 +177,12 @@ class FunctionRows:
             sine = (rocker * coupler.conj()).imag / (b * c)
         return phi, np.angle(rocker), sine, crank
 
-    def errors(self, d: Any) -> tuple[Any, Any]:
+    def errors(self, d: Floats) -> tuple[Floats, Floats]:
         """Return errors of the output (n, k) and sin(theta4 - theta3)."""
         _, psi, sine, _ = self.moved(d)
         return np.mod(psi - d[:, 4:] - self.outputs + np.pi, 2 * np.pi) - np.pi, sine
 
-    def __call__(self, x: Any, t: Any) -> Rows:
+    def __call__(self, x: Unknowns, t: Floats) -> Rows:
         d = self.whole(x)
         error, _ = self.errors(d)
         a, b, c = (np.exp(d[:, i, None]) for i in range(3))
@@ -204,7 +205,7 @@ class FunctionRows:
         J[:, k + at, 0, at] = F[:, k + at, 0] != 0
         return SCALE * F, SCALE * J[:, :, :, self.free], None
 
-    def kept(self, d: Any) -> Any:
+    def kept(self, d: Floats) -> Floats:
         """Return the free unknowns of samples that assemble at all nodes."""
         error, _ = self.errors(d)
         return d[np.isfinite(error).all(axis=1)][:, self.free]
@@ -220,7 +221,7 @@ class FunctionRows:
         d = d[np.argsort(rms, kind="stable")[: int(np.isfinite(rms).sum())]]
         return d[_distinct(d, 2 * NEAR, DRAWN)][:, self.free]
 
-    def starts(self, x: Any, sense: int, least: float) -> list[FunctionStart]:
+    def starts(self, x: Unknowns, sense: int, least: float) -> list[FunctionStart]:
         """Return points within the bounds as starts."""
         d = self.whole(x)
         d[:, :3] = np.clip(d[:, :3], self.low, self.high)
@@ -238,9 +239,9 @@ class FunctionRows:
 
 
 def _screened(
-    inputs: Any, outputs: Any, generator: np.random.Generator, samples: int,
+    inputs: Floats, outputs: Floats, generator: np.random.Generator, samples: int,
     given: tuple[float | None, float | None], least: float,
-) -> tuple[Any, Any]:  # fmt: skip
+) -> tuple[Floats, Integers]:  # fmt: skip
     """Return the best distant samples (m, 5) as unknowns of `FunctionRows`, and their branches."""
     k = len(inputs)
     nodes = np.round((k - 1) * (1 - np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)) / 2)
@@ -282,7 +283,7 @@ def _screened(
     return d[chosen], np.sign(side[chosen, 0]).astype(int)
 
 
-def _distinct(d: Any, apart: float, count: int) -> list[int]:
+def _distinct(d: Floats, apart: float, count: int) -> list[int]:
     """Return the indices of unknowns (m, 5), each apart from all that are kept before it."""
     kept: list[int] = []
     chosen = np.zeros((count, d.shape[1]))

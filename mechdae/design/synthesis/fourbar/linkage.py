@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.design.synthesis.fourbar.projection import StartingFourBar
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats
 
 TURN = 2 * np.pi
 LEAST = 1e-12
@@ -28,7 +29,7 @@ class Linkage(StartingFourBar):
     rocker pin in the moving plane, where poses have one.
     """
 
-    branches: Any
+    branches: Floats
     frame: float = 0.0
 
     @property
@@ -41,7 +42,7 @@ class Linkage(StartingFourBar):
         crank, coupler, _ = self._links()
         return self.pivot + np.exp(1j * self.turn) * (crank + self.point * coupler)
 
-    def _links(self) -> tuple[Any, Any, Any]:
+    def _links(self) -> tuple[Complexes, Complexes, Complexes]:
         """Return crank pin, unit vectors of the coupler, rocker pin in the ground frame."""
         r1, r2, r3, r4 = self.lengths
         crank = r2 * np.exp(1j * self.turns)
@@ -52,7 +53,9 @@ class Linkage(StartingFourBar):
         return crank, coupler, crank + r3 * coupler
 
 
-def linkage(pivot: complex, other: complex, A: Any, B: Any, P: Any, frame: float = 0.0) -> Linkage:
+def linkage(
+    pivot: complex, other: complex, A: Complexes, B: Complexes, P: Complexes, frame: float = 0.0
+) -> Linkage:
     """Return the four-bar with crank pins `A` (k,), rocker pins `B` and coupler points `P`.
 
     Parameters
@@ -83,7 +86,7 @@ def linkage(pivot: complex, other: complex, A: Any, B: Any, P: Any, frame: float
     return made
 
 
-def visited(turns: Any) -> tuple[Any, int]:
+def visited(turns: Floats) -> tuple[Floats, int]:
     """Return angles unwrapped in the sense in which they follow each other within a turn.
 
     The second is that sense, 0 where neither is: then each angle is near the one before.
@@ -103,7 +106,7 @@ def swapped(design: Linkage) -> Linkage:
     return linkage(design.other_pivot, design.pivot, B, A, P, frame)
 
 
-def joints(design: Linkage) -> tuple[Any, Any, Any]:
+def joints(design: Linkage) -> tuple[Complexes, Complexes, Complexes]:
     """Return crank pins, rocker pins and coupler points (k,) from the angles of the links."""
     _, r2, _, r4 = design.lengths
     turn = np.exp(1j * design.turn)

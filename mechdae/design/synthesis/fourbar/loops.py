@@ -7,13 +7,18 @@ a point of the coupler has coordinates along A-B and across it.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.records import dataclass
+from mechdae.types import Sym
+
+if TYPE_CHECKING:
+    from mechdae.describe.joints.pairs import Revolute
+
 
 SX = ca.SX
 
@@ -35,15 +40,15 @@ class FourBar:
         crank's pivot (for the rocker: from its fixed pin).
     """
 
-    lengths: Any
-    pivot: Any
-    turn: Any
+    lengths: Sym
+    pivot: Sym
+    turn: Sym
     crank: str
     coupler: str
     rocker: str
-    offsets: dict[str, Any]
+    offsets: dict[str, Sym]
 
-    def point(self, scene: Scene, reference: str) -> Any:
+    def point(self, scene: Scene, reference: str) -> Sym:
         """Return a coupler point, or the origin of the coupler, along and across A-B, (2,)."""
         body = reference.split(".")[0]
         model = scene.model
@@ -96,7 +101,7 @@ def four_bar(scene: Scene) -> FourBar | None:
     return None
 
 
-def _end(joint: Any, body: str) -> str:
+def _end(joint: Revolute, body: str) -> str:
     first: str = joint.first
     second: str = joint.second
     return first if joint.first_body == body else second
@@ -112,10 +117,10 @@ def _described(
         "B": _end(inner, coupler), "B on rocker": _end(inner, rocker), "B0": _end(last, rocker),
     }  # fmt: skip
 
-    def gap(a: str, b: str) -> Any:
+    def gap(a: str, b: str) -> Sym:
         return model.local(b) - model.local(a)
 
-    def fixed_place(joint: Any, body: str) -> Any:
+    def fixed_place(joint: Revolute, body: str) -> Sym:
         other = joint.second if joint.first_body == body else joint.first
         return scene.expression(model.point(other))
 

@@ -8,12 +8,17 @@ least squares problem for all samples at once; the best and mutually distant one
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.numerics.linear_fits import linear_fit
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Integers, Points
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 RIDGE = 1e-12
 """Damping for each target, of coordinates of order one."""
@@ -33,17 +38,17 @@ class StartingFourBar:
     pivot: complex
     turn: float
     point: complex
-    turns: Any
-    couplers: Any
-    rockers: Any
+    turns: Floats
+    couplers: Floats
+    rockers: Floats
     branch: int
     sense: int
     residual: float
 
 
-def ratios(generator: Any, count: int, kind: str) -> Any:
+def ratios(generator: Generator, count: int, kind: str) -> Floats:
     """Return ratios (r1, r3, r4)/r2 (count, 3) of a Grashof class whose crank turns fully."""
-    found: list[Any] = []
+    found: list[Floats] = []
     total = 0
     while total < count:
         r = np.exp(generator.uniform(np.log(0.2), np.log(15.0), (4 * count, 3)))
@@ -57,7 +62,7 @@ def ratios(generator: Any, count: int, kind: str) -> Any:
     return np.concatenate(found)[:count]
 
 
-def spacings(generator: Any, count: int, k: int, closed: bool) -> Any:
+def spacings(generator: Generator, count: int, k: int, closed: bool) -> Floats:
     """Return angles (count, k) of a crank that visits k places in order within a turn."""
     gaps = generator.dirichlet(np.ones(k), count) * 2 * np.pi
     turned = np.cumsum(gaps, axis=1)
@@ -65,15 +70,15 @@ def spacings(generator: Any, count: int, k: int, closed: bool) -> Any:
 
 
 def screened(
-    targets: Any,
-    generator: Any,
+    targets: Points,
+    generator: Generator,
     count: int,
     keep: int,
     kind: str,
     programme: Any,
     mode: str,
     frame: tuple[complex, float] | None = None,
-    limits: Any = None,
+    limits: Points | None = None,
 ) -> list[StartingFourBar]:
     """Return the best mutually distant starts.
 
@@ -126,8 +131,8 @@ def screened(
 
 
 def _placed(
-    P: Any, e2: Any, e3: Any, frame: tuple[complex, float] | None
-) -> tuple[Any, Any, Any, Any, Any]:
+    P: Complexes, e2: Complexes, e3: Complexes, frame: tuple[complex, float] | None
+) -> tuple[Floats, Floats, Complexes, Complexes, Floats]:
     """Return sizes, turns, pivots and coupler points (n,) that fit best, and sums of squares."""
     count, k = e2.shape
     if frame is None:
@@ -149,7 +154,7 @@ def _placed(
     return size, turn, pivot, point, np.sum(np.abs(left) ** 2, axis=1)
 
 
-def _distant(rank: Any, logs: Any, branch: Any, keep: int) -> list[int]:
+def _distant(rank: Floats, logs: Floats, branch: Integers, keep: int) -> list[int]:
     """Return the best samples that are distant from each other, `keep` at most."""
     kept: list[int] = []
     for n in np.argsort(rank, kind="stable"):
@@ -164,7 +169,7 @@ def _distant(rank: Any, logs: Any, branch: Any, keep: int) -> list[int]:
     return kept
 
 
-def closed_loop(r: Any, theta2: Any, branch: Any) -> tuple[Any, Any]:
+def closed_loop(r: Floats, theta2: Floats, branch: Integers) -> tuple[Floats, Floats]:
     """Return angles of coupler and rocker (n, k) for ratios (n, 3), unwrapped along the poses."""
     d = r[:, :1] - np.exp(1j * theta2)
     size = np.abs(d)

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.design.synthesis.fourbar.projection import StartingFourBar, closed_loop, screened
 from mechdae.design.synthesis.space import DesignSpace
+from mechdae.types import Floats, Graph, Points
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 CORNERS = 1024
@@ -37,9 +42,15 @@ class FourBarStarts:
         return self.space.single_loop and self.point.split(".")[0] == self.loop.coupler
 
     def screened(
-        self, targets: Any, generator: Any, samples: int, count: int, kind: str, timing: str,
-        steps: Any,
-    ) -> list[StartingFourBar]:  # fmt: skip
+        self,
+        targets: Points,
+        generator: Generator,
+        samples: int,
+        count: int,
+        kind: str,
+        timing: str,
+        steps: Floats,
+    ) -> list[StartingFourBar]:
         """Return the best mutually distant starts of a Grashof class."""
         ordered = {"absolute": self.absolute(steps), "steps": steps}
         return screened(
@@ -47,11 +58,11 @@ class FourBarStarts:
             self._fixed_frame(), self.limits(),
         )  # fmt: skip
 
-    def posed(self, start: StartingFourBar) -> tuple[Any, Any, Any, Any]:
+    def posed(self, start: StartingFourBar) -> tuple[Floats, Floats, Points, Floats]:
         """Return the parameters of a start, its driver values, unknowns (k, nx) and branch."""
         return self.placed(start, self._fitted(start))
 
-    def placed(self, start: StartingFourBar, d: Any) -> tuple[Any, Any, Any, Any]:
+    def placed(self, start: StartingFourBar, d: Floats) -> tuple[Floats, Floats, Points, Floats]:
         """Return given parameters with the driver values, unknowns and branch of a start."""
         crank, coupler, rocker, _ = np.array(self._angles(d)).ravel()
         absolute = {
@@ -69,7 +80,7 @@ class FourBarStarts:
         """Return the length of the ground line at the values of the file."""
         return float(np.array(self._geometry(self.space.middle)[0]).ravel()[0])
 
-    def described(self, d: Any) -> StartingFourBar:
+    def described(self, d: Floats) -> StartingFourBar:
         """Return the four-bar of given parameters, without poses."""
         v = np.array(self._geometry(d)[0]).ravel()
         nothing = np.zeros(0)
@@ -104,7 +115,7 @@ class FourBarStarts:
     # -- geometry ------------------------------------------------------------------------------
 
     @cached_property
-    def _geometry(self) -> Any:
+    def _geometry(self) -> Graph:
         """(free) -> lengths, pivot, cos and sin of the ground line, coupler point; its Jacobian."""
         loop, size = self.loop, self.space.size
         d = SX.sym("d", len(self.space.names))
@@ -119,7 +130,7 @@ class FourBarStarts:
         return ca.Function("geometry", [d], [stacked, ca.jacobian(stacked, d)])
 
     @cached_property
-    def _angles(self) -> Any:
+    def _angles(self) -> Graph:
         """(free) -> directions of the lines of crank, coupler, rocker in their bodies, ground."""
         d = SX.sym("d", len(self.space.names))
         links = (self.loop.crank, self.loop.coupler, self.loop.rocker)
@@ -127,20 +138,20 @@ class FourBarStarts:
         return ca.Function("angles", [d], [self.space.over_free(stacked, d)])
 
     @cached_property
-    def _crank(self) -> Any:
+    def _crank(self) -> Graph:
         """(u, free) -> angle of the crank."""
         scene = self.space.poses.scene
         d, u = SX.sym("d", len(self.space.names)), SX.sym("u")
         angle = ca.substitute(scene.turn_of(self.loop.crank), scene.u, u)
         return ca.Function("crank", [u, d], [self.space.over_free(angle, d)])
 
-    def absolute(self, steps: Any) -> Any:
+    def absolute(self, steps: Floats) -> Any:
         """Return the crank's angles from the ground line at the driver's values."""
         middle = self.space.middle
         crank, _, _, ground = np.array(self._angles(middle)).ravel()
         return steps + float(self._crank(0.0, middle)) + crank - ground
 
-    def output(self, values: Any) -> Any:
+    def output(self, values: Floats) -> Any:
         """Return the rocker's angles from the ground line at angles of its body."""
         _, _, rocker, ground = np.array(self._angles(self.space.middle)).ravel()
         return values + rocker - ground
@@ -153,7 +164,7 @@ class FourBarStarts:
         x, y, c, s = value.ravel()[4:8]
         return complex(x, y), float(np.arctan2(s, c))
 
-    def limits(self) -> Any:
+    def limits(self) -> Points:
         """Return bounds (4, 2) of ground, crank, coupler, rocker over the box.
 
         A length that is a number of its own has them at its ends; one between points that are both
@@ -208,7 +219,7 @@ class FourBarStarts:
                 best, miss = other, further
         return best, miss
 
-    def _nearest(self, d: Any, wanted: Any, steps: int) -> tuple[Any, float]:
+    def _nearest(self, d: Floats, wanted: Floats, steps: int) -> tuple[Floats, float]:
         """Return the nearest parameters on the way of Gauss' and Newton's steps, and the miss."""
         low, high = self.space.box.T
         n = len(low)

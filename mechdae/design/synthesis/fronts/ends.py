@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats, Json
+
 
 SAME = 1e-3
 """Share of an objective and of its range by which the end of a front may be off its best."""
@@ -16,8 +20,12 @@ def part_of(k: int) -> str:
 
 
 def census(
-    runs: Sequence[Mapping[str, Any]], terms: Sequence[Any], k: int, best: float, span: float
-) -> dict[str, Any]:
+    runs: Sequence[Mapping[str, float | str]],
+    terms: Sequence[Floats],
+    k: int,
+    best: float,
+    span: float,
+) -> Json:
     """Return how the starts of an objective alone ended.
 
     Parameters

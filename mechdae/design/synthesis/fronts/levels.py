@@ -10,6 +10,7 @@ import numpy as np
 from mechdae.design.synthesis.fronts.holes import by_logs
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.search import MOST, NO_LIMIT, PICK
+from mechdae.types import Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +20,7 @@ class Point:
     kind: int
     given: dict[str, Any]
     found: Optimum
-    terms: Any
+    terms: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +28,9 @@ class Level:
     """An objective that is as small as possible, and the most that each of them may be, (m,)."""
 
     primary: int
-    most: Any
+    most: Floats
 
-    def allows(self, terms: Any) -> bool:
+    def allows(self, terms: Floats) -> bool:
         """Return whether objectives keep the level."""
         return bool((terms <= self.most + 1e-9 * (np.abs(self.most) + 1e-3)).all())
 
@@ -40,7 +41,7 @@ class Level:
         pick[self.primary] = 1.0
         return {PICK: pick, MOST: np.minimum(self.most, NO_LIMIT)}
 
-    def missed(self, terms: Any) -> float:
+    def missed(self, terms: Floats) -> float:
         """Return by how much objectives are above the level, relative to it."""
         gaps = np.maximum(terms - self.most, 0.0) / (np.abs(self.most) + 1e-300)
         return float(np.where(np.isfinite(gaps), gaps, 0.0).max())
@@ -60,7 +61,7 @@ class FrontGap:
         return self.width * (self.high - self.low)
 
 
-def spread(low: float, high: float, count: int) -> Any:
+def spread(low: float, high: float, count: int) -> Floats:
     """Return values between two ends."""
     share = np.arange(1, count + 1) / (count + 1)
     if by_logs(low, high):

@@ -13,8 +13,11 @@ from mechdae.design.synthesis.space import DesignSpace
 from mechdae.design.synthesis.verification.claims import Claim, Stated
 from mechdae.equations.model import Model
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym
 
 if TYPE_CHECKING:
+    from numpy.random import Generator
+
     from mechdae.design.synthesis.starts.spread import Spread
 
 
@@ -41,7 +44,7 @@ class Drawn:
     given: dict[str, Any]
     u: Any
     x: Any
-    sigma: Any
+    sigma: Sym
     residual: float
 
 
@@ -88,27 +91,31 @@ class Goal:
         """Return the bodies whose motion is needed."""
         return ()
 
-    def asks(self, model: Model) -> Mapping[str, Any]:
+    def asks(self, model: Model) -> Mapping[str, Sym]:
         """Return the expressions that are evaluated at poses, by name."""
         return {}
 
-    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+    def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         """Add variables and constraints; return the (dimensionless) term of the objective."""
         raise NotImplementedError
 
-    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         """Yield starts of a class, the most promising first."""
         raise NotImplementedError
 
-    def first(self, d: Any) -> float | None:
+    def first(self, d: Floats) -> float | None:
         """Return the driver's value at the goal's first pose, None where it is free."""
         return None
 
-    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+    def completed(
+        self, spread: Spread, drawn: Drawn
+    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
         """Return values of this goal's variables, and parameters, for a start of another goal."""
         raise NotImplementedError
 
-    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+    def programme(
+        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
+    ) -> tuple[Floats, Floats]:
         """Return driver values (k,) and unknowns (k, nx) of the goal's poses at a point."""
         raise NotImplementedError
 
@@ -117,7 +124,7 @@ class Goal:
         """What is asked, as the file of a design is measured."""
         return Stated(self.asked, self.bounds, self.unit, robust=self.deviations)
 
-    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
         """Return where a design is said to do it, as a point of the NLP has it."""
         return Claim(self.programme(values, given)[0])
 
@@ -125,12 +132,14 @@ class Goal:
         """Return whether the goal depends on a parameter that no pose depends on."""
         return False
 
-    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    def deviating(
+        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
+    ) -> dict[str, Floats]:
         """Return the variables of a robust goal that follow from the others."""
         return {}
 
     def refined(
-        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
         """Return variables and parameters that see the true extremes, None where they do."""
         return None
@@ -149,7 +158,7 @@ class Goal:
         """Return a free parameter."""
         return d[..., self.space.names.index(name)]
 
-    def poses_of(self, values: Mapping[str, Any], count: int) -> Any:
+    def poses_of(self, values: Mapping[str, Floats], count: int) -> Floats:
         """Return the unknowns (k, nx) of the goal's poses; `count` of them where nx is zero."""
         nx = self.space.poses.nx
         return np.reshape(values[self.own("x")], (-1 if nx else count, nx))

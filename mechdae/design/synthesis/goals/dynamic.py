@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,11 @@ from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.verification.claims import Claim
 from mechdae.design.synthesis.verify import sketched
 from mechdae.errors import MechdaeError
+from mechdae.types import Floats, Sym
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 TRIES = 8
@@ -54,7 +59,7 @@ class Dynamic(Goal):
     def words(self) -> str:
         return f"numbers of motions and equilibria ({self.asked.of})"
 
-    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+    def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         value = nlp.outside(self.own("value"), self._called, d) / self.unit
         if self.bounds is not None:
             low, high = (bound / self.unit for bound in self.bounds)
@@ -85,13 +90,15 @@ class Dynamic(Goal):
             return 0.0
         return float(found[0])
 
-    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+    def programme(
+        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
+    ) -> tuple[Floats, Floats]:
         x = np.reshape(values[self.own("x")], (1, self.space.poses.nx))
         return np.atleast_1d(given.get(self.own("start"), self.start)), x
 
     # -- starts ------------------------------------------------------------------------------
 
-    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         spread, space = Spread(self.space), self.space
         d = spread.designs(generator, TRIES * count)
         d = d[spread.turning(d, kind)]
@@ -109,15 +116,17 @@ class Dynamic(Goal):
             given = {self.own("start"): [u]}
             yield Drawn(own, {}, given, np.array([u]), x[None], branch, self.sense * value)
 
-    def first(self, d: Any) -> float | None:
+    def first(self, d: Floats) -> float | None:
         return self.start
 
-    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+    def completed(
+        self, spread: Spread, drawn: Drawn
+    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
         if self.bounds is not None:
             return {}, {}
         _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), [self.start])
         return {self.own("x"): x}, {}
 
-    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
         d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
         return Claim(value=self.outcome.value(d))

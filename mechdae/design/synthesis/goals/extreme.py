@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -33,6 +33,11 @@ from mechdae.equations.parameters import parameters_of
 from mechdae.errors import InputError
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Floats, Graph, Sym
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 SAMPLES = 4_000
@@ -97,7 +102,7 @@ class ExtremeGoal(Goal):
         return self.quantity.transmission and self.space.single_loop and turns and least
 
     @cached_property
-    def at_pose(self) -> Any:
+    def at_pose(self) -> Graph:
         """(x of the whole scene, u, free) -> values."""
         if self.deviations is not None:
             x, u, d = self._row.sx_in()
@@ -130,12 +135,12 @@ class ExtremeGoal(Goal):
         return bool(found.nnz())
 
     @cached_property
-    def _row(self) -> Any:
+    def _row(self) -> Graph:
         """(x, u, d) -> values (m,), their deviations (m, nt)."""
         assert self.deviations is not None
         return row_of(self.quantity, self.deviations)
 
-    def _deviated(self, row: Any, A: Any) -> Any:
+    def _deviated(self, row: Sym, A: Any) -> Any:
         """Return the size of the quantity at a pose with its standard deviations added."""
         assert self.deviations is not None
         value = SX.sym("value", row.numel())
@@ -145,7 +150,7 @@ class ExtremeGoal(Goal):
         added = self.deviations.factor * deviation(slope @ A)
         return size + added if self.asked.reduce == "peak" else size - added
 
-    def _robust_mean(self, nlp: Nlp, rows: list[Any]) -> Any:
+    def _robust_mean(self, nlp: Nlp, rows: list[Sym]) -> Any:
         """Return the (dimensionless) mean with standard deviations added, by the sense."""
         assert self.deviations is not None
         mean = self._mean([row for row, _ in rows])
@@ -153,10 +158,10 @@ class ExtremeGoal(Goal):
         sigma = sigma_of_mean(self.asked, sums, mean, self._powers([row for row, _ in rows]))
         return mean + self.sense * self.deviations.factor * sigma
 
-    def _sums(self, rows: list[Any]) -> Any:
+    def _sums(self, rows: list[Sym]) -> Any:
         return mean_slopes(self.asked, rows, self.quantity.weights, self.unit, self._mean_of)
 
-    def _powers(self, rows: list[Any]) -> tuple[Any, Any]:
+    def _powers(self, rows: list[Sym]) -> tuple[Any, Any]:
         """Return mean loss and power, where the goal is a mean of them."""
         if self.asked.path not in MEANS:
             return 0.0, 0.0
@@ -180,7 +185,7 @@ class ExtremeGoal(Goal):
 
     # -- the problem -------------------------------------------------------------------------
 
-    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+    def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         space = self.space
         if self.exactly and self.bounds is not None:
             most = float(np.cos(max(self.bounds[0], 0.0)))
@@ -223,7 +228,7 @@ class ExtremeGoal(Goal):
                 nlp.constrain("least", value - bound, 0.0, np.inf)
         return self.sense * worst
 
-    def _value(self, nlp: Nlp, x: Any, u: Any, d: Any) -> Any:
+    def _value(self, nlp: Nlp, x: Sym, u: Sym, d: Sym) -> Sym:
         """Return the values at a pose, kinks of a number of the user's rounded."""
         if not (self.asked.path.startswith("outputs/") and kinked(self.at_pose)):
             return self.at_pose(x, u, d)
@@ -237,7 +242,7 @@ class ExtremeGoal(Goal):
             return float(np.copysign(np.inf, bound - 1))
         return float(np.sin(bound))
 
-    def _size(self, row: Any) -> Any:
+    def _size(self, row: Sym) -> Sym:
         """Return the quantity at a pose in its typical size; of vectors the length."""
         if self.quantity.transmission:
             return row
@@ -246,7 +251,7 @@ class ExtremeGoal(Goal):
             return row if self.asked.reduce == "least" or self.bounds else ca.sqrt(row**2 + 1e-12)
         return ca.sqrt(ca.sumsqr(row[: self._dimension]) + 1e-12)
 
-    def _mean(self, rows: list[Any]) -> Any:
+    def _mean(self, rows: list[Sym]) -> Sym:
         weights = self.quantity.weights
         if self.asked.path in MEANS:
             loss, power = (
@@ -261,7 +266,7 @@ class ExtremeGoal(Goal):
             return ca.sqrt(sum(parts, SX(0)) / self.unit**2 + 1e-16)
         return sum((w * self._mean_of(r) for w, r in zip(weights, rows, strict=True)), SX(0))
 
-    def _mean_of(self, row: Any) -> Any:
+    def _mean_of(self, row: Sym) -> Any:
         if row.numel() == 1:
             return row / (1.0 if self.quantity.transmission else self.unit)
         return self._size(row)
@@ -273,7 +278,9 @@ class ExtremeGoal(Goal):
             return own
         return own if self.asked.path == "summary/efficiency" else own * self.unit
 
-    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+    def programme(
+        self, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[Floats, Floats]:
         nodes = given.get(self.own("nodes"), self.quantity.nodes)
         x = self.poses_of(values, len(nodes))
         return nodes[: len(x)], x
@@ -286,7 +293,7 @@ class ExtremeGoal(Goal):
         return self.asked.path in MEANS or self.asked.reduce in ("mean", "rms")
 
     def refined(
-        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
         if self._averaged or self.exactly or self.quantity.setting.plan.named:
             return None
@@ -295,7 +302,7 @@ class ExtremeGoal(Goal):
         trace = Trace(spread, d, u, x)
         size = Batch(self._size_at, ())
 
-        def curve(sign: float, at: Any) -> Any:
+        def curve(sign: float, at: Floats) -> Any:
             x, _, _, held = trace.poses(at)
             found = size(x, at[:, None], np.broadcast_to(d, (len(at), len(d))))[0][:, 0]
             return np.where(held, sign * found, np.nan)
@@ -334,7 +341,7 @@ class ExtremeGoal(Goal):
         return own, {self.own("nodes"): nodes}
 
     @cached_property
-    def _size_at(self) -> Any:
+    def _size_at(self) -> Graph:
         """(x, u, free) -> the (dimensionless) quantity that is bounded."""
         poses = self.space.poses
         x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
@@ -344,7 +351,7 @@ class ExtremeGoal(Goal):
 
     # -- starts ------------------------------------------------------------------------------
 
-    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         spread = Spread(self.space)
         d = spread.designs(generator, SAMPLES * 4)
         d = d[spread.turning(d, kind)][:SAMPLES]
@@ -367,7 +374,7 @@ class ExtremeGoal(Goal):
                 at = nodes[: len(poses)]
                 yield Drawn(d[i], own, {}, at, poses, sigma[i], float(found[i]))
 
-    def _rough(self, rows: Any) -> float:
+    def _rough(self, rows: Floats) -> float:
         if self.asked.path in MEANS:
             loss, power = rows.mean(axis=0)
             if self.asked.path == "summary/efficiency":
@@ -379,10 +386,12 @@ class ExtremeGoal(Goal):
         size = size / (1.0 if self.quantity.transmission else self.unit)
         return reduced(size, self.asked.reduce)
 
-    def first(self, d: Any) -> float | None:
+    def first(self, d: Floats) -> float | None:
         return float(self.quantity.nodes[0])
 
-    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+    def completed(
+        self, spread: Spread, drawn: Drawn
+    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
         if self.exactly:
             _, x, _ = spread.followed(
                 drawn.d, drawn.x[0], float(drawn.u[0]), self.quantity.nodes[:1]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -35,6 +35,11 @@ from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.design.synthesis.verification.claims import Claim
 from mechdae.equations.model import Model
 from mechdae.kernels.run.batch import Batch
+from mechdae.types import Floats, Sym
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 SAMPLES = 30_000
@@ -60,7 +65,7 @@ class Function(Goal):
         self.unit = self.size if self.minimax else self.size**2
         self.weight = 10.0 if self.minimax else 1.0
 
-    def _scales(self, count: int, even: bool = False) -> tuple[Any, Any]:
+    def _scales(self, count: int, even: bool = False) -> tuple[Floats, Floats]:
         """Return input and output at nodes, each from the start of its scale."""
         share = (1 - np.cos(np.pi * np.arange(count) / max(count - 1, 1))) / 2
         share = np.linspace(0, 1, count) if even else share
@@ -70,13 +75,13 @@ class Function(Goal):
     def bodies(self) -> tuple[str, ...]:
         return (self.asked.output,)
 
-    def asks(self, model: Model) -> Mapping[str, Any]:
+    def asks(self, model: Model) -> Mapping[str, Sym]:
         c = coordinate(model.mechanism, self.asked.output)
         return {self.asked.output: model.coordinate(c)}
 
     # -- the problem -------------------------------------------------------------------------
 
-    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+    def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         space, asked = self.space, self.asked
         count = len(self.inputs)
         sense = nlp.parameter(self.own("sense"), 1.0)
@@ -155,7 +160,7 @@ class Function(Goal):
                 for e, A in zip(errors, slopes, strict=True)]  # fmt: skip
         return {variables(self.name): moments(rows)}
 
-    def _start(self, nlp: Nlp, word: str, given: float | str | None, d: Any) -> Any:
+    def _start(self, nlp: Nlp, word: str, given: float | str | None, d: Sym) -> Sym:
         """Return where a scale starts: a number, a free parameter, or a variable of its own."""
         if isinstance(given, str):
             return d[self.space.names.index(given)]
@@ -163,26 +168,28 @@ class Function(Goal):
             return SX(given)
         return nlp.variable(self.own(word), 1, -WIDE, WIDE)
 
-    def _value(self, values: Mapping[str, Any], word: str, asked: float | str | None) -> float:
+    def _value(self, values: Mapping[str, Floats], word: str, asked: float | str | None) -> float:
         if isinstance(asked, str):
             return float(values["d"][self.space.names.index(asked)])
         return float(values[self.own(word)][0]) if asked is None else float(asked)
 
-    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+    def programme(
+        self, values: Mapping[str, Floats], given: Mapping[str, Any]
+    ) -> tuple[Floats, Floats]:
         begin = self._value(values, "begin", self.asked.input_start)
         inputs = given.get(self.own("inputs"), self.inputs)
         return begin + inputs, self.poses_of(values, len(inputs))
 
     # -- starts ------------------------------------------------------------------------------
 
-    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         """Yield designs that come nearest to the function."""
         starts = self._by_equation(kind, generator, count) or []
         yield from starts
         if len(starts) < count:
             yield from self._any(generator, count - len(starts))
 
-    def _by_equation(self, kind: str, generator: Any, count: int) -> list[Drawn] | None:
+    def _by_equation(self, kind: str, generator: Generator, count: int) -> list[Drawn] | None:
         """Return starts by Freudenstein's equation, None where it does not say all."""
         space, asked = self.space, self.asked
         if not space.single_loop or space.asked.choices or kind:
@@ -247,7 +254,7 @@ class Function(Goal):
         d[k] = min(value, high)
         return float(d[k])
 
-    def _any(self, generator: Any, count: int) -> Iterable[Drawn]:
+    def _any(self, generator: Generator, count: int) -> Iterable[Drawn]:
         """Yield designs drawn in the box that come nearest to the function."""
         spread = Spread(self.space)
         d = spread.designs(generator, SAMPLES)
@@ -283,7 +290,7 @@ class Function(Goal):
             given = {self.own("sense"): float(senses[i])}
             yield Drawn(d[k], own, given, u, poses, sigma, float(whole[i]))
 
-    def _first(self, d: Any, generator: Any) -> Any:
+    def _first(self, d: Floats, generator: Generator) -> Any:
         asked = self.asked.input_start
         if isinstance(asked, str):
             return self.of_free(asked, d)
@@ -291,7 +298,7 @@ class Function(Goal):
             return generator.uniform(0, TURN, len(d))
         return np.full(len(d), float(asked))
 
-    def _ends(self, d: Any, error: Any) -> Any:
+    def _ends(self, d: Floats, error: Floats) -> Any:
         asked = self.asked.output_start
         if asked is None:
             return error.mean(axis=1)
@@ -299,7 +306,7 @@ class Function(Goal):
             return self.of_free(asked, d)
         return np.full(len(error), float(asked))
 
-    def first(self, d: Any) -> float | None:
+    def first(self, d: Floats) -> float | None:
         given = self.asked.input_start
         return float(self.of_free(given, d)) if isinstance(given, str) else given
 
@@ -324,7 +331,7 @@ class Function(Goal):
     # -- the true extremes ---------------------------------------------------------------------
 
     def _extremes(
-        self, values: Mapping[str, Any], given: Mapping[str, Any]
+        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
     ) -> tuple[Trace, Any, Any, Any]:
         """Return the design, its nodes as shares of the interval, shares of extremes, errors."""
         begin = self._value(values, "begin", self.asked.input_start)
@@ -344,7 +351,7 @@ class Function(Goal):
         return trace, nodes, *maxima(error, grid_of(nodes))
 
     def refined(
-        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
         if not self.minimax or self.asked.targets:
             return None
@@ -363,7 +370,7 @@ class Function(Goal):
         }
         return own, {self.own("inputs"): inputs, self.own("outputs"): outputs}
 
-    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
         at, _ = self.programme(values, given)
         refined = self.minimax and not self.asked.targets
         return Claim(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -35,6 +35,13 @@ from mechdae.design.synthesis.timing import PLACES, closed_in, ordered
 from mechdae.design.synthesis.trace import around
 from mechdae.equations.model import Model
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Floats, Graph, Integers, Matrices, Points, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+    from mechdae.design.synthesis.fourbar.projection import StartingFourBar
+
 
 SX = ca.SX
 SAMPLES = 20_000
@@ -77,12 +84,12 @@ class VisitsGoal(Goal):
     def bodies(self) -> tuple[str, ...]:
         return (self.asked.what.split(".")[0],)
 
-    def asks(self, model: Model) -> Mapping[str, Any]:
+    def asks(self, model: Model) -> Mapping[str, Sym]:
         return {self.asked.what: self.visited.asks(model)}
 
     # -- the problem -------------------------------------------------------------------------
 
-    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+    def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         asked, k, space = self.asked, self.count, self.space
         sense = nlp.parameter(self.own("sense"), 1.0)
         targets = ca.reshape(nlp.parameter(self.own("targets"), self.targets), -1, k)
@@ -133,7 +140,7 @@ class VisitsGoal(Goal):
     # -- deviations by tolerances ------------------------------------------------------------
 
     @cached_property
-    def _row(self) -> Any:
+    def _row(self) -> Graph:
         """(x, u, d, target) -> residual (m,), its deviations (m, nt), both dimensionless."""
         assert self.deviations is not None
         poses, what = self.space.poses, self.asked.what
@@ -169,7 +176,9 @@ class VisitsGoal(Goal):
                  for _, gap, A in rows]  # fmt: skip
         return {self.own("worst"): [max(sizes)]}
 
-    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+    def programme(
+        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
+    ) -> tuple[Floats, Floats]:
         x = self.poses_of(values, self.count)
         if self.asked.timing == "free":
             return np.array(values[self.own("u")]), x
@@ -183,7 +192,7 @@ class VisitsGoal(Goal):
 
     # -- starts ------------------------------------------------------------------------------
 
-    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         space = self.space
         if space.loop is not None and not space.asked.choices:
             starts = FourBarStarts(space, self.asked.what)
@@ -217,16 +226,16 @@ class VisitsGoal(Goal):
                 self.sound += 1
                 yield drawn
 
-    def _of_four_bar(self, start: Any, starts: FourBarStarts) -> Drawn:
+    def _of_four_bar(self, start: StartingFourBar, starts: FourBarStarts) -> Drawn:
         return self._posed(start, starts.posed(start))
 
-    def _posed(self, start: Any, posed: tuple[Any, Any, Any, Any]) -> Drawn:
+    def _posed(self, start: StartingFourBar, posed: tuple[Floats, Floats, Points, Floats]) -> Drawn:
         d, u, x, sigma = posed
         own, given = self._own(u, float(start.sense))
         return Drawn(d, own, given, u, x, sigma, start.residual / self.size**2)
 
-    def _own(self, u: Any, sense: float) -> tuple[dict[str, Any], dict[str, Any]]:
-        own: dict[str, Any] = {}
+    def _own(self, u: Floats, sense: float) -> tuple[dict[str, Any], dict[str, Any]]:
+        own: dict[str, Floats] = {}
         if self.asked.timing in ("free", "any"):
             own[self.own("u")] = u
         elif self.asked.timing == "steps":
@@ -278,20 +287,22 @@ class VisitsGoal(Goal):
             own, given = self._own(u[i], float(sense[i]))
             yield Drawn(d[i], own, given, u[i], x[i], sigma[i], float(f[i]))
 
-    def _spread(self, generator: Any, shape: Any) -> Any:
+    def _spread(self, generator: Generator, shape: tuple[int, int] | int) -> Any:
         """Return driver values: within a turn, or some sizes to both sides."""
         if self.space.turned:
             return generator.uniform(0, TURN, shape)
         return generator.uniform(-SLIDES, SLIDES, shape) * self.space.way
 
-    def _squares(self, places: Any) -> Any:
+    def _squares(self, places: Matrices) -> Any:
         """Return the (dimensionless) weighted sum of squares of values (n, k, w)."""
         return self.visited.squares(places, self.targets) @ self.weights
 
-    def first(self, d: Any) -> float | None:
+    def first(self, d: Floats) -> float | None:
         return float(self.steps[0]) if self.asked.timing == "absolute" else None
 
-    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+    def completed(
+        self, spread: Spread, drawn: Drawn
+    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
         start = float(drawn.u[0])
         if self.asked.timing == "absolute":
             u = self.steps
@@ -308,7 +319,7 @@ class VisitsGoal(Goal):
 
     # -- the best times ------------------------------------------------------------------------
 
-    def _costs(self, values: Any, own: Any = None) -> Any:
+    def _costs(self, values: Floats, own: Integers | None = None) -> Any:
         """Return the (dimensionless) costs of asked values (n, w): of all targets, or of `own`."""
         places = self.space.poses.part(values, self.asked.what)
         if own is None:
@@ -319,8 +330,8 @@ class VisitsGoal(Goal):
         return squares if self.minimax else squares * weights
 
     def _best_times(
-        self, spread: Spread, d: Any, u: float, x: Any
-    ) -> tuple[dict[str, Any], dict[str, Any], float] | None:
+        self, spread: Spread, d: Floats, u: float, x: Unknowns
+    ) -> tuple[dict[str, Floats | list[float]], dict[str, float], float] | None:
         """Return variables and parameters of the best times of a design, and its costs there.
 
         Along all that is reached from a pose; None where times are not free.
@@ -354,7 +365,7 @@ class VisitsGoal(Goal):
         return own, given, worst if self.minimax else float(final.sum())
 
     def refined(
-        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
         if self.exact or self.asked.timing not in ("free", "any") or self.deviations is not None:
             return None
@@ -371,7 +382,7 @@ class VisitsGoal(Goal):
         return best[0], best[1]
 
 
-def wound(u: Any) -> Any:
+def wound(u: Floats) -> Any:
     """Return angles of a driver brought together on the shortest arc, whole turns left out."""
     turned = np.mod(u, TURN)
     order = np.sort(turned)

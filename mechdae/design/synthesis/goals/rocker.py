@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -21,6 +21,11 @@ from mechdae.design.synthesis.space import TURN, WIDE
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.verification.claims import Stated
 from mechdae.equations.model import Model
+from mechdae.types import Floats, Sym
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 SAMPLES = 4_000
@@ -84,7 +89,7 @@ class RockerGoal(Goal):
     def bodies(self) -> tuple[str, ...]:
         return (self.asked.coordinate if self.slides else self.part,)
 
-    def asks(self, model: Model) -> Mapping[str, Any]:
+    def asks(self, model: Model) -> Mapping[str, Sym]:
         text = self.asked.coordinate
         if self.slides:
             return {text: model.coordinate(coordinate(model.mechanism, text))}
@@ -96,7 +101,7 @@ class RockerGoal(Goal):
     def words(self) -> str:
         return f"ways and time ratios ({self.path or self.asked.coordinate})"
 
-    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+    def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         space, poses, text = self.space, self.space.poses, self.asked.coordinate
         sense = nlp.parameter(self.own("sense"), 1.0)
         upward = nlp.parameter(self.own("upward"), 1.0)
@@ -139,14 +144,16 @@ class RockerGoal(Goal):
     def value(self, term: float) -> float:
         return self.sense * term * self.unit if not self.exact else term
 
-    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+    def programme(
+        self, values: Mapping[str, Floats], given: Mapping[str, Any]
+    ) -> tuple[Floats, Floats]:
         begin = float(values[self.own("begin")][0])
         stroke = float(values[self.own("stroke")][0]) if self.stroke is None else self.stroke
         return begin + given[self.own("sense")] * stroke * np.arange(2), self.poses_of(values, 2)
 
     # -- starts ------------------------------------------------------------------------------
 
-    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         spread = Spread(self.space)
         d = spread.designs(generator, SAMPLES * 4)
         d = d[spread.turning(d, kind)][:SAMPLES]
@@ -196,7 +203,9 @@ class RockerGoal(Goal):
             own[self.own("stroke")] = [rise if sense > 0 else TURN - rise]
         return own, {self.own("sense"): sense, self.own("upward"): 1.0}
 
-    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+    def completed(
+        self, spread: Spread, drawn: Drawn
+    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
         start = float(drawn.u[0])
         u = start + TURN * np.arange(NODES) / NODES
         _, x, found = spread.followed(drawn.d, drawn.x[0], start, u)

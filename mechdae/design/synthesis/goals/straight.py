@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -24,6 +24,11 @@ from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.design.synthesis.verification.claims import Claim
 from mechdae.equations.model import Model
 from mechdae.kernels.run.batch import Batch
+from mechdae.types import Floats, Sym
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 SAMPLES = 40_000
@@ -51,12 +56,12 @@ class StraightGoal(Goal):
     def bodies(self) -> tuple[str, ...]:
         return (self.asked.point.split(".")[0],)
 
-    def asks(self, model: Model) -> Mapping[str, Any]:
+    def asks(self, model: Model) -> Mapping[str, Sym]:
         return {self.asked.point: model.point(self.asked.point)}
 
     # -- the problem -------------------------------------------------------------------------
 
-    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+    def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         space, count = self.space, len(self.inputs)
         nodes = nlp.parameter(self.own("nodes"), self.shares)
         begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
@@ -100,7 +105,7 @@ class StraightGoal(Goal):
 
     # -- deviations by tolerances ------------------------------------------------------------
 
-    def _deviation(self, x: Any, u: Any, d: Any, way: Any) -> Any:
+    def _deviation(self, x: Any, u: Any, d: Sym, way: Any) -> Any:
         """Return the (dimensionless) standard deviation of the point across the line."""
         assert self.deviations is not None
         normal = ca.horzcat(-ca.sin(way), ca.cos(way)) / self.space.size
@@ -115,7 +120,7 @@ class StraightGoal(Goal):
         sigma = self.space.size * self._deviation(x, u, d, way)
         return Batch(ca.Function("sigma", [x, u, d, way], [sigma]), ())
 
-    def _added(self, x: Any, u: Any, d: Any, way: float) -> Any:
+    def _added(self, x: Any, u: Any, d: Sym, way: float) -> Any:
         """Return what deviations add to errors (m,) at poses [m]."""
         if self.deviations is None:
             return 0.0
@@ -138,14 +143,16 @@ class StraightGoal(Goal):
 
     unit = 1e-3
 
-    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+    def programme(
+        self, values: Mapping[str, Floats], given: Mapping[str, Any]
+    ) -> tuple[Floats, Floats]:
         shares = given.get(self.own("nodes"), self.shares)
         x = self.poses_of(values, len(shares))
         return values[self.own("begin")][0] + self.asked.arc * shares, x
 
     # -- starts ------------------------------------------------------------------------------
 
-    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         space, spread = self.space, Spread(self.space)
         similar = Similar(space, self.asked.point)
         d = spread.designs(generator, SAMPLES, similar.lengths if similar.available else None)
@@ -189,7 +196,7 @@ class StraightGoal(Goal):
             sigma = np.sign(np.array(space.poses.function(poses[0], own_u[0], d[i])[1]).ravel())
             yield Drawn(d[i], own, {}, own_u, poses, sigma, float(rank[i]))
 
-    def _offset(self, similar: Similar, d: Any, u: Any, x: Any) -> tuple[Any, Any]:
+    def _offset(self, similar: Similar, d: Sym, u: Any, x: Any) -> tuple[Any, Any]:
         """Return designs with the point of the body that moves most nearly on a line.
 
         With the foot p and the direction e of the body at the poses, Re(n (p + c e)) - k is least
@@ -214,7 +221,9 @@ class StraightGoal(Goal):
         place = p + c[:, None] * e
         return new, np.stack([place.real, place.imag], axis=2)
 
-    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+    def completed(
+        self, spread: Spread, drawn: Drawn
+    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
         start = float(drawn.u[0])
         _, x, found = spread.followed(drawn.d, drawn.x[0], start, start + self.inputs)
         places = self.space.poses.part(found, self.asked.point)[None]
@@ -228,7 +237,7 @@ class StraightGoal(Goal):
     # -- the true extremes ---------------------------------------------------------------------
 
     def _extremes(
-        self, values: Mapping[str, Any], given: Mapping[str, Any]
+        self, values: Mapping[str, Floats], given: Mapping[str, Any]
     ) -> tuple[Trace, Any, Any]:
         """Return the design, shares of the arc where deviations are largest, and those."""
         begin = float(values[self.own("begin")][0])
@@ -248,7 +257,7 @@ class StraightGoal(Goal):
         return trace, *maxima(across, grid_of(nodes))
 
     def refined(
-        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
         trace, places, tops = self._extremes(values, given)
         way, begin = (float(values[self.own(word)][0]) for word in ("way", "begin"))
@@ -267,7 +276,7 @@ class StraightGoal(Goal):
         }
         return own, {self.own("nodes"): nodes}
 
-    def claim(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Claim:
+    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
         begin, way, offset = (float(values[self.own(w)][0]) for w in ("begin", "way", "offset"))
         between = self._extremes(values, given)[1]
         return Claim((begin,), direction=way, offset=offset, between=between)

@@ -17,6 +17,7 @@ from mechdae.design.synthesis.nlp import Nlp
 from mechdae.equations.model import Model
 from mechdae.errors import InputError
 from mechdae.results.rotations import matrices
+from mechdae.types import Floats, Sym
 
 
 class Visited:
@@ -39,22 +40,22 @@ class Visited:
         self.wanted = self._rows(asked)
         self.size = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
 
-    def _rows(self, asked: Visits) -> Any:
+    def _rows(self, asked: Visits) -> Floats:
         return np.array(asked.targets)
 
-    def asks(self, model: Model) -> Any:
+    def asks(self, model: Model) -> Sym:
         """Return what is compared with a row, over the coordinates of a model."""
         return model.point(self.what)
 
-    def gap(self, value: Any, wanted: Any) -> Any:
+    def gap(self, value: Sym, wanted: Sym) -> Sym:
         """Return the (dimensionless) distance of a pose from its target, by components."""
         return (value[: self.width] - wanted[: self.width]) / self.size
 
-    def met(self, nlp: Nlp, value: Any, wanted: Any) -> None:
+    def met(self, nlp: Nlp, value: Sym, wanted: Sym) -> None:
         """Add that a target is met exactly."""
         nlp.constrain("target", self.gap(value, wanted), unit=self.size)
 
-    def squares(self, values: Any, wanted: Any) -> Any:
+    def squares(self, values: Floats, wanted: Floats) -> Any:
         """Return the (dimensionless) squared distances of values (..., w) from wanted ones."""
         gap = values[..., : self.width] - wanted[..., : self.width]
         return np.sum(gap**2, axis=-1) / self.size**2
@@ -63,32 +64,32 @@ class Visited:
 class PlanarPoses(Visited):
     """Poses (k, 3) of a body: origin of its frame and angle."""
 
-    def asks(self, model: Model) -> Any:
+    def asks(self, model: Model) -> Sym:
         return ca.vertcat(model.origin(self.what), model.frame(self.what).angle)
 
-    def gap(self, value: Any, wanted: Any) -> Any:
+    def gap(self, value: Sym, wanted: Sym) -> Sym:
         turn = value[2] - wanted[2]
         return ca.vertcat(super().gap(value, wanted), ca.sin(turn), 1 - ca.cos(turn))
 
-    def met(self, nlp: Nlp, value: Any, wanted: Any) -> None:
+    def met(self, nlp: Nlp, value: Sym, wanted: Sym) -> None:
         gap = self.gap(value, wanted)
         nlp.constrain("target", gap[:3], unit=self.size)
         # the same direction, not the opposite one
         nlp.constrain("target", gap[3], -np.inf, 1.0, self.size)
 
-    def squares(self, values: Any, wanted: Any) -> Any:
+    def squares(self, values: Floats, wanted: Floats) -> Any:
         return super().squares(values, wanted) + 2 - 2 * np.cos(values[..., 2] - wanted[..., 2])
 
 
 class SpatialPoses(Visited):
     """Poses of a body: origin of its frame and rotation matrix by columns, rows (k, 12)."""
 
-    def _rows(self, asked: Visits) -> Any:
+    def _rows(self, asked: Visits) -> Floats:
         rows = np.array(asked.targets)
         e = rows[:, 3:] / np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
         return np.concatenate([rows[:, :3], _columns(e)], axis=1)
 
-    def asks(self, model: Model) -> Any:
+    def asks(self, model: Model) -> Sym:
         idle = getattr(model, "idle", {})
         if self.what in idle:
             raise InputError(
@@ -98,11 +99,11 @@ class SpatialPoses(Visited):
         frame: Any = model.frame(self.what)
         return ca.vertcat(model.origin(self.what), ca.vec(frame.R))
 
-    def gap(self, value: Any, wanted: Any) -> Any:
+    def gap(self, value: Sym, wanted: Sym) -> Sym:
         turned = (value[3:] - wanted[3:]) / np.sqrt(2)
         return ca.vertcat(super().gap(value, wanted), turned)
 
-    def met(self, nlp: Nlp, value: Any, wanted: Any) -> None:
+    def met(self, nlp: Nlp, value: Sym, wanted: Sym) -> None:
         nlp.constrain("target", super().gap(value, wanted), unit=self.size)
         Q = ca.reshape(wanted[3:], 3, 3).T @ ca.reshape(value[3:], 3, 3)
         sines = ca.vertcat(Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1]) / 2
@@ -110,7 +111,7 @@ class SpatialPoses(Visited):
         # the same orientation, not one half a turn away
         nlp.constrain("target", (3 - ca.trace(Q)) / 2, -np.inf, 1.0, self.size)
 
-    def squares(self, values: Any, wanted: Any) -> Any:
+    def squares(self, values: Floats, wanted: Floats) -> Any:
         turned = values[..., 3:] - wanted[..., 3:]
         return super().squares(values, wanted) + np.sum(turned**2, axis=-1) / 2
 

@@ -18,6 +18,7 @@ import numpy as np
 from mechdae import __version__
 from mechdae.design.jobs.log import JobLog
 from mechdae.design.synthesis.ipopt import Optimum
+from mechdae.types import Json
 
 if TYPE_CHECKING:
     from mechdae.design.synthesis.exact.complete import PathWork
@@ -99,7 +100,7 @@ class Log(JobLog):
             self.add({"paths": drawn, "unknowns": ends.shape[1], "ends": rows})
             self.paths[drawn] = ends
 
-    def _enter_paths(self, entry: dict[str, Any]) -> None:
+    def _enter_paths(self, entry: Json) -> None:
         """Take ends of paths; what cannot be read is followed again."""
         try:
             count = int(entry["unknowns"])
@@ -109,7 +110,7 @@ class Log(JobLog):
             return
         self.paths.setdefault(str(entry["paths"]), ends)
 
-    def _enter(self, entry: dict[str, Any]) -> None:
+    def _enter(self, entry: Json) -> None:
         """Take a finished start; what cannot be read is a start that is solved again."""
         if "paths" in entry:
             self._enter_paths(entry)
@@ -143,7 +144,7 @@ def fingerprint(work: PathWork) -> str:
     return found.hexdigest()[:32]
 
 
-def _plain(found: Optimum) -> dict[str, Any]:
+def _plain(found: Optimum) -> Json:
     return {entry.name: _text(getattr(found, entry.name)) for entry in fields(found)}
 
 

@@ -18,6 +18,7 @@ from mechdae.design.synthesis.poses import FreePoses
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.equations.parameters import parameters_of
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 PROBES = 9
@@ -56,7 +57,7 @@ class Deviations:
         """How many parameters deviate."""
         return len(self.names)
 
-    def deviated(self, d: Any, steps: Any) -> Any:
+    def deviated(self, d: Sym, steps: Sym) -> Sym:
         """Return free parameters and `others` that have deviated by so many standard deviations.
 
         Parameters
@@ -76,7 +77,7 @@ class Deviations:
         return found
 
     @cached_property
-    def _symbols(self) -> tuple[Any, Any, Any]:
+    def _symbols(self) -> tuple[Sym, Sym, Sym]:
         """d, steps, and the parameter vector over both."""
         poses = self.poses
         d, steps = SX.sym("d", len(poses.free)), SX.sym("steps", self.count)
@@ -84,7 +85,7 @@ class Deviations:
         return d, steps, parameters_of(poses.model, every, self.deviated(d, steps))
 
     @cached_property
-    def of_pose(self) -> Any:
+    def of_pose(self) -> Graph:
         """(x, u, d) -> deviations (nx, nt) of the unknowns of a pose."""
         g, (d, steps, p) = self.poses.graphs, self._symbols
         x, u = SX.sym("x", g.nx), SX.sym("u")
@@ -102,7 +103,7 @@ class Deviations:
         return without_repeats("of_pose", [x, u, d], [ca.densify(slopes)])
 
     @cached_property
-    def function(self) -> Any:
+    def function(self) -> Graph:
         """(x, u, d) -> deviations (na, nt) of the asked values."""
         g, (d, steps, p) = self.poses.graphs, self._symbols
         x, u = SX.sym("x", g.nx), SX.sym("u")
@@ -111,7 +112,7 @@ class Deviations:
         found = ca.substitute(moved + ca.jacobian(asked, steps), steps, SX.zeros(self.count))
         return without_repeats("deviations", [x, u, d], [ca.densify(found)])
 
-    def of(self, name: str, x: Any, u: Any, d: Any) -> Any:
+    def of(self, name: str, x: Sym, u: Sym, d: Sym) -> Sym:
         """Return the deviations (w, nt) of one asked value at a pose."""
         return self.function(x, u, d)[self.poses.span(name), :]
 

@@ -19,6 +19,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.design.synthesis.nlp import SPREAD, Nlp
+from mechdae.types import Floats, Matrices, Points, Sym
 
 SX = ca.SX
 FOURTH = 4 / 5
@@ -34,11 +35,11 @@ def variables(name: str) -> str:
     return f"{name}.spread"
 
 
-def moments(rows: Sequence[Row]) -> Any:
+def moments(rows: Sequence[Row]) -> Sym:
     """Return b and B of a sum of squares, stacked: nt numbers, then B by its lower triangle."""
     numbers = isinstance(rows[0][2], np.ndarray)
-    b: Any = 0.0
-    B: Any = 0.0
+    b: Sym = 0.0
+    B: Sym = 0.0
     for weight, gap, A in rows:
         b = b + weight * (A.T @ gap)
         B = B + weight * (A.T @ A)
@@ -47,7 +48,7 @@ def moments(rows: Sequence[Row]) -> Any:
     return ca.vertcat(b, *[B[j:, j] for j in range(B.shape[0])])
 
 
-def mean_and_sigma(stacked: Any, count: int, roots: Any) -> tuple[Any, Any]:
+def mean_and_sigma(stacked: Sym, count: int, roots: Any) -> tuple[Sym, Sym]:
     """Return tr B and sigma from stacked moments of `count` parameters."""
     b, rest, trace, variance = stacked[:count], stacked[count:], 0.0, 0.0
     for j in range(count):
@@ -59,7 +60,7 @@ def mean_and_sigma(stacked: Any, count: int, roots: Any) -> tuple[Any, Any]:
     return trace, roots(variance)
 
 
-def summed(nlp: Nlp, name: str, rows: Sequence[Row], factor: float, size: float) -> Any:
+def summed(nlp: Nlp, name: str, rows: Sequence[Row], factor: float, size: float) -> Sym:
     """Add the moments of a sum of squares as variables; return its robust value.
 
     As variables they keep second derivatives sparse: each pose acts on itself and the parameters.
@@ -79,13 +80,13 @@ def summed(nlp: Nlp, name: str, rows: Sequence[Row], factor: float, size: float)
     return nominal + trace + factor * sigma
 
 
-def deviation(A: Any) -> Any:
+def deviation(A: Sym) -> Sym:
     """Return the (dimensionless) standard deviation of a residual from its deviations (m, nt)."""
     return ca.sqrt(ca.sumsqr(A) + TINY)
 
 
 def of_squares(
-    errors: Any, slopes: Any, weights: Any, factor: float
+    errors: Points, slopes: Matrices, weights: Floats, factor: float
 ) -> tuple[float, dict[str, float]]:
     """Return the robust value of a sum of squares, and what it is made of.
 
@@ -104,7 +105,7 @@ def of_squares(
 
 
 def of_largest(
-    sizes: Any, slopes: Any, factor: float, unit: float = 1.0
+    sizes: Any, slopes: Matrices, factor: float, unit: float = 1.0
 ) -> tuple[float, dict[str, float]]:
     """Return the robust value of a largest error, and what it is made of.
 

@@ -7,7 +7,7 @@ but fitted to the targets, all samples at once.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -15,6 +15,11 @@ import numpy as np
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.linear_fits import linear_fit
+from mechdae.types import Booleans, Floats, Matrices, Sym
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 NOTHING = 1e-12
@@ -60,7 +65,7 @@ class Linear:
         self._function = ca.Function("point", inputs, [ca.vec(slopes[rows:, chosen])])
         self.width = value.numel()
 
-    def _bent(self, value: Any, inputs: list[Any], n: int, generator: Any) -> Any:
+    def _bent(self, value: Sym, inputs: list[Sym], n: int, generator: Generator) -> Booleans:
         """Return which parameters a value depends on other than linearly."""
         low, high = self.space.box.T
         d = inputs[2]
@@ -75,7 +80,9 @@ class Linear:
                 curved |= (np.diag(scaled) > NOTHING) | (scaled[:, :n].sum(axis=1) > NOTHING)
         return curved
 
-    def fitted(self, d: Any, u: Any, x: Any, places: Any, targets: Any, weights: Any) -> Any:
+    def fitted(
+        self, d: Floats, u: Any, x: Matrices, places: Any, targets: Any, weights: Any
+    ) -> Any:
         """Return designs (n, nd) fitted to targets (k, w), and the places (n, k, w) they give."""
         if not len(self.places) or not len(d):
             return d, places

@@ -9,7 +9,7 @@ once. Which parameters do what is measured at random poses, whatever they are ca
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,11 @@ import numpy as np
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.linear_fits import linear_fit
+from mechdae.types import Booleans, Floats, Matrices, Unknowns
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 NOTHING = 1e-9
@@ -53,7 +58,7 @@ class Similar:
         self.lengths = self._lengths()
         self.turn = self._turn()
 
-    def _drawn(self, generator: Any) -> list[tuple[Any, float, Any]]:
+    def _drawn(self, generator: Generator) -> list[tuple[Floats, float, Floats]]:
         space, n = self.space, len(self.space.box)
         low, high = space.box.T
         found = []
@@ -63,7 +68,7 @@ class Similar:
             found.append((x, float(generator.uniform(0, 6)), d))
         return found
 
-    def _at(self, x: Any, u: float, d: Any) -> tuple[Any, Any, Any]:
+    def _at(self, x: Unknowns, u: float, d: Floats) -> tuple[Any, Any, Any]:
         """Return slopes (nd,) of the point as complex numbers, the point, the closure (nx,)."""
         slopes, value = (np.array(part) for part in self._function(x, u, d))
         pairs = slopes.reshape(-1, 2)
@@ -105,7 +110,7 @@ class Similar:
                     return a, b
         return None
 
-    def _lengths(self) -> Any:
+    def _lengths(self) -> Booleans:
         """Return the parameters that enlarge the mechanism: all but the angles, or none."""
         n = len(self.space.box)
         chosen = ~self.space.periodic
@@ -149,7 +154,7 @@ class Similar:
 
     # -- the fit -----------------------------------------------------------------------------
 
-    def neutral(self, d: Any) -> Any:
+    def neutral(self, d: Floats) -> Any:
         """Return designs (n, nd) at the origin, not turned, with the point at its foot."""
         new = d.copy()
         for k in [*(self.shift or ()), *(self.offsets or ())]:
@@ -158,7 +163,7 @@ class Similar:
             new[:, self.turn] = 0.0
         return new
 
-    def at(self, d: Any, u: Any, x: Any) -> tuple[Any, Any]:
+    def at(self, d: Floats, u: Floats, x: Matrices) -> tuple[Any, Any]:
         """Return foot p and direction e of the point's body (n, k) at poses of neutral designs."""
         n, k = u.shape
         flat = [x.reshape(n * k, x.shape[-1]), u.reshape(-1, 1), np.repeat(d, k, axis=0)]

@@ -8,7 +8,7 @@ closure or whose determinants change sign are dropped.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,11 @@ from mechdae.design.synthesis.space import DesignSpace
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.kernels.run.numpy_backend import straight
+from mechdae.types import Booleans, Floats, Integers, Unknowns
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 SX = ca.SX
 FIRST, NEXT = 14, 4
@@ -48,7 +53,7 @@ class Spread:
         function = without_repeats("step", [g.x, g.u, d], results)
         return Batch(function, (), straight=lambda: straight(function))
 
-    def moved(self, d: Any, u: Any, generator: Any) -> tuple[Any, Any, Any, Any]:
+    def moved(self, d: Floats, u: Floats, generator: Generator) -> tuple[Any, Any, Any, Any]:
         """Return the samples that hold, their poses (m, k, nx), branches (m, nb), values (m, k, w).
 
         `d` (n, nd) are dimensions, `u` (n, k) the driver's values. The first pose is found from
@@ -58,8 +63,8 @@ class Spread:
         x = generator.uniform(-np.pi, np.pi, (n, self.poses.nx))
         x[:, ~self.space.turns] *= self.space.natural[~self.space.turns]
         kept, signs = np.arange(n), None
-        places: list[Any] = []
-        values: list[Any] = []
+        places: list[Floats] = []
+        values: list[Floats] = []
         with np.errstate(all="ignore"):
             for i in range(k):
                 at = u[kept, i : i + 1]
@@ -80,7 +85,9 @@ class Spread:
         assert signs is not None
         return kept, np.stack(places, axis=1), signs, np.stack(values, axis=1)
 
-    def followed(self, d: Any, x: Any, start: float, u: Any) -> tuple[bool, Any, Any]:
+    def followed(
+        self, d: Floats, x: Unknowns, start: float, u: Floats | list[float]
+    ) -> tuple[bool, Floats, Floats]:
         """Return whether a design reaches driver values (k,) from a pose, poses, asked values.
 
         Poses that are not reached keep Newton's last guess.
@@ -103,12 +110,12 @@ class Spread:
                 values.append(value[0])
         return held, np.array(places), np.array(values)
 
-    def reached(self, d: Any, x: Any, u: Any, start: float) -> tuple[Any, bool]:
+    def reached(self, d: Floats, x: Unknowns, u: Floats, start: float) -> tuple[Any, bool]:
         """Return the poses at driver values (k,) up to where a design opens, and whether it does.
 
         It is followed from a pose at `start`; the second is True where all are reached.
         """
-        found: list[Any] = []
+        found: list[Floats] = []
         last = np.array(x, float)
         sign = np.sign(self.newton(last[None], [[start]], np.asarray(d, float)[None])[2])
         before = start
@@ -123,7 +130,7 @@ class Spread:
 
     # -- dimensions ----------------------------------------------------------------------------
 
-    def designs(self, generator: Any, count: int, lengths: Any = None) -> Any:
+    def designs(self, generator: Generator, count: int, lengths: Booleans | None = None) -> Any:
         """Return dimensions (count, nd) within the bounds, and values of what is chosen.
 
         Positive ranges over more than a decade are drawn by their logarithm. All combinations
@@ -144,7 +151,7 @@ class Spread:
         choices = np.array(list(self.space.choices))
         return np.hstack([free, choices[np.arange(count) % len(choices)]])
 
-    def turning(self, d: Any, kind: str) -> Any:
+    def turning(self, d: Floats, kind: str) -> Any:
         """Return which designs are of a Grashof class; all of them where no class is asked for."""
         space = self.space
         if not kind or space.loop is None:
@@ -159,7 +166,7 @@ class Spread:
         low, high = self.space.box.T
         return (low > 0) & (high > 10 * low)
 
-    def distinct(self, d: Any, order: Any, count: int) -> list[int]:
+    def distinct(self, d: Floats, order: Integers, count: int) -> list[int]:
         """Return the first places of an order whose designs differ from those before.
 
         What is chosen gets its share of the places.

@@ -22,6 +22,7 @@ from mechdae.records import dataclass
 from mechdae.results import FINE, Result
 from mechdae.results.rotations import matrices
 from mechdae.solver.solve import solve
+from mechdae.types import Floats
 
 POSES = 721
 """Poses of a sweep over a turn."""
@@ -95,7 +96,9 @@ class DesignFile:
 
     # -- sweeps --------------------------------------------------------------------------------
 
-    def swept(self, at: Any, outputs: tuple[str, ...]) -> tuple[Result | None, list[str]]:
+    def swept(
+        self, at: Floats | list[float], outputs: tuple[str, ...]
+    ) -> tuple[Result | None, list[str]]:
         """Return the poses at driver values, and what is wrong with them."""
         task = Sweep(
             Driver(self.driver, at=tuple(float(value) for value in at)), outputs=outputs,
@@ -158,7 +161,7 @@ class DesignFile:
         angles = [e["min"] for e in self.turn[0].summary.get("transmission", {}).values()]
         return float(min(angles)) if angles else None
 
-    def transmissions(self, at: Any) -> dict[str, Any]:
+    def transmissions(self, at: Floats | list[float]) -> dict[str, Any]:
         """Return the transmission angles (k,) by joint at driver values."""
         task = Sweep(
             Driver(self.driver, at=tuple(float(value) for value in at)), derivatives=0,

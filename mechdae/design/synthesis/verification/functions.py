@@ -14,6 +14,7 @@ from mechdae.design.synthesis.robust.values import of_largest, of_squares
 from mechdae.design.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.design.synthesis.verification.design_file import TURN, DesignFile
 from mechdae.results import Result
+from mechdae.types import Floats
 
 FINE = 721
 """Places at which a formula is compared."""
@@ -99,7 +100,7 @@ def _path(c: NamedCoordinate) -> tuple[str, slice]:
     return f"joints/{c.part}/{c.text.rpartition('.')[2]}", slice(0, 1)
 
 
-def _series(found: Result, c: NamedCoordinate) -> Any:
+def _series(found: Result, c: NamedCoordinate) -> Floats:
     """Return the values of a coordinate."""
     path, columns = _path(c)
     values = np.asarray(found.value(path), float)

@@ -26,6 +26,7 @@ from mechdae.design.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.design.synthesis.verification.design_file import POSES, DesignFile
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import FINE, Result
+from mechdae.types import Floats
 
 NEAR = 2e-3
 """Share by which a limit may be missed between its nodes."""
@@ -128,7 +129,7 @@ def quantity_of(found: Result, asked: Asked) -> float:
     return reduced(series, asked.reduce)
 
 
-def reduced(series: Any, word: str) -> float:
+def reduced(series: Floats, word: str) -> float:
     """Return mean, rms, largest magnitude or least value."""
     if word == "mean":
         return float(np.mean(series))

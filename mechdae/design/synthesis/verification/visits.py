@@ -6,6 +6,7 @@ an angle phi between both counts 2 sin(phi/2) times the size of the targets.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from mechdae.design.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.design.synthesis.verification.design_file import AXES, ORIGIN, TURN, DesignFile
 from mechdae.results import Result
 from mechdae.results.rotations import matrices
+from mechdae.types import Floats
 
 EXACT = 1e-9
 """Error of an exact target, relative to the spread of the targets."""
@@ -60,7 +62,7 @@ def size_of(asked: Visits) -> float:
     return float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
 
 
-def _timing(asked: Visits, at: Any, turned: bool) -> list[str]:
+def _timing(asked: Visits, at: Floats, turned: bool) -> list[str]:
     """Return the defect of driver values that are not those, or not in the order, asked for."""
     if asked.timing == "any":
         return []
@@ -93,7 +95,7 @@ def _errors(asked: Visits, found: Result, design: DesignFile) -> Any:
     return size * np.sqrt(np.sum(gaps**2, axis=-1) / size**2 + np.sum(turned**2, axis=-1) / 2)
 
 
-def _deviated(asked: Visits, at: Any, design: DesignFile, names: Any) -> tuple[Any, Any]:
+def _deviated(asked: Visits, at: Any, design: DesignFile, names: Sequence[str]) -> tuple[Any, Any]:
     """Return residuals (k, m) [m] at driver values, and derivatives (k, m, nt) by names."""
     task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
     what, wanted, size = asked.what, np.array(asked.places), size_of(asked)
