@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.problem import Problem
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mechdae.draw.animation import Animation
+    from mechdae.results.kinds import SweepResult
+    from mechdae.types import Json
 
 
 MODES = 8
@@ -91,8 +94,8 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
 
 
 def _solved(
-    problem: Problem | Mechanism | str | Path, kind: str | None, options: dict[str, Any]
-) -> Any:
+    problem: Problem | Mechanism | str | Path, kind: str | None, options: Json
+) -> tuple[SweepResult, str]:
     """Return the result of the task that suits a kind of picture and its options, and the kind."""
     from mechdae.describe.file.load import load
 
@@ -110,7 +113,7 @@ def _solved(
     return solved(whole, task, needs, paths, None, measures), chosen
 
 
-def _variants() -> Any:
+def _variants() -> ModuleType:
     return importlib.import_module("mechdae.draw.variants")
 
 

@@ -6,7 +6,7 @@ import base64
 import io
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,6 +27,11 @@ from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import EquilibriumResult
+    from mechdae.results.result import Result
+
 
 MOVING = ("gif", "svg", *VIDEOS)
 """Formats of animations; films need ffmpeg."""
@@ -280,7 +285,7 @@ def animate(
 
 
 def _shape(
-    result: Any,
+    result: EquilibriumResult,
     number: int,
     frames: int,
     seconds: float,
@@ -378,7 +383,7 @@ def closes(scene: DrawnScene, run: Sequence[int]) -> bool:
     return True
 
 
-def draw(result: Any, ax: Any = None, **options: Any) -> Animation:
+def draw(result: Result, ax: Any = None, **options: Any) -> Animation:
     """Return the animation; ``ax`` is not possible, each frame has its own axes."""
     if ax is not None:
         raise InputError("an animation has a figure of its own", where="ax")

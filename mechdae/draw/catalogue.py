@@ -8,12 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.additions import Registry
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 DOCUMENTS: Registry[Callable[[Any], int]] = Registry("documents", {})
 """Kinds that are no pictures on axes: what writes one for the options of ``mechdae plot``."""
@@ -390,7 +394,7 @@ def kinds_with(option: str) -> list[str]:
     return [kind for kind, picture in PICTURES.items() if option in picture.options]
 
 
-def checked(kind: str, given: Mapping[str, Any], dashes: str = "") -> dict[str, Any]:
+def checked(kind: str, given: Mapping[str, Any], dashes: str = "") -> Json:
     """Return the options of a kind of picture under their names of today.
 
     ``dashes`` stand before the names in messages.
@@ -402,7 +406,7 @@ def checked(kind: str, given: Mapping[str, Any], dashes: str = "") -> dict[str, 
     InputError
         The kind of picture has none, or it is there under two names.
     """
-    options: dict[str, Any] = {}
+    options: Json = {}
     for word, value in given.items():
         name = next((own for own, option in OPTIONS.items() if word in (option.before or ())), word)
         if name not in OPTIONS:

@@ -20,9 +20,12 @@ WORDS = {
 
 
 def kind_and_task(
-    tasks: Mapping[str, Task], kind: str | None, name: str | None, asked: Mapping[str, Any],
+    tasks: Mapping[str, Task],
+    kind: str | None,
+    name: str | None,
+    asked: Mapping[str, int | str | list[str]],
     where: str,
-) -> tuple[str, str]:  # fmt: skip
+) -> tuple[str, str]:
     """Return the kind of picture and the task that are meant.
 
     Parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,12 +16,17 @@ from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.errors import InputError
 
+if TYPE_CHECKING:
+    from mechdae.draw.words import Words
+    from mechdae.results.result import Result
+
+
 PIXEL = 0.5
 """Gap of a joint that is not seen [pixel]."""
 
 
 def check_closes(
-    sheet: Sheet, scene: DrawnScene | SpatialScene, result: Any, pose: int, words: Any
+    sheet: Sheet, scene: DrawnScene | SpatialScene, result: Result, pose: int, words: Words
 ) -> None:
     """Refuse a pose whose joints would gape: its numbers are not those of the mechanism.
 
@@ -44,7 +49,7 @@ def check_closes(
         )
 
 
-def _planar(scene: DrawnScene, result: Any, pose: int) -> Iterator[tuple[str, float]]:
+def _planar(scene: DrawnScene, result: Result, pose: int) -> Iterator[tuple[str, float]]:
     """Yield what is off in the plane, and by how much [m]."""
     for reference, series in result.points.items():
         if scene.shown(reference.split(".")[0], pose):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,13 @@ from numpy.typing import NDArray
 from mechdae.draw.graphs.poles import clip_of, cuts
 from mechdae.draw.graphs.series import vector_of
 from mechdae.errors import MechdaeError
+
+if TYPE_CHECKING:
+    from mechdae.draw.diagram.scene import DrawnScene
+    from mechdae.draw.space.spatial_scene import SpatialScene
+    from mechdae.results.kinds import SweepResult
+    from mechdae.results.result import Result
+
 
 Array = NDArray[np.float64]
 PICTURE = 600.0
@@ -28,13 +35,13 @@ TIMES = 8
 ROUNDS = 3
 
 
-def few_named(result: Any) -> bool:
+def few_named(result: Result) -> bool:
     """Return whether a task names a few poses, without saying that there is a way between them."""
     task = getattr(result, "definition", None)
     return task is not None and task.way < 2
 
 
-def smooth(result: Any, seen: Callable[[Any], Iterable[Array]]) -> Any:
+def smooth(result: Result, seen: Callable[[Any], Iterable[Array]]) -> Result:
     """Return the same task at poses between which straight lines are drawn; itself if it may be.
 
     Parameters
@@ -64,10 +71,10 @@ def smooth(result: Any, seen: Callable[[Any], Iterable[Array]]) -> Any:
     return finest
 
 
-def traced(scene: Any, result: Any, read: Callable[[Any], Any]) -> Any:
+def traced(scene: DrawnScene | SpatialScene, result: Result, read: Callable[[Any], Any]) -> Any:
     """Return a scene whose paths are those of poses near each other; `read` makes scenes."""
 
-    def seen(own: Any) -> list[Array]:
+    def seen(own: SweepResult) -> list[Array]:
         known = scene if own is result else read(own)
         return in_picture(list(known.paths.values()))
 
@@ -75,7 +82,7 @@ def traced(scene: Any, result: Any, read: Callable[[Any], Any]) -> Any:
     return scene if finest is result else replace(scene, way=read(finest))
 
 
-def smooth_vectors(result: Any, paths: list[str]) -> Any:
+def smooth_vectors(result: SweepResult, paths: list[str]) -> Any:
     """Return a result at poses between which the ways of vectors are drawn as straight lines."""
     return smooth(result, lambda own: in_picture([vector_of(own, path)[3] for path in paths]))
 

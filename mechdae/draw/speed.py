@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -11,6 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from mechdae.draw import style
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 OURS, SLOWEST = "md.Solver", "rootfinder"
 """What is drawn for all numbers of poses, and what tells at which others are drawn."""
@@ -42,7 +46,7 @@ def written(axes: Axes, title: str, across: str, up: str) -> None:
     axes.set_title(title, loc="left", color=style.INK, fontsize=11, pad=12)
 
 
-def draw(records: Sequence[dict[str, Any]]) -> Axes:
+def draw(records: Sequence[Json]) -> Axes:
     """Return axes with time, as a ratio to the yardstick, over the largest error.
 
     One colour for each work, one mark for each method; warm calls of a solver for all numbers of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.results import Named, Series
+from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import EquilibriumResult
+
 
 TURN = 0.15
 """Largest turn of a link that is shown [rad]: motions are small."""
@@ -25,7 +30,7 @@ DECAY = 3.0
 """What does not swing is shown over so many of its time constants."""
 
 
-def shape_of(result: Any, number: int) -> dict[str, Any]:
+def shape_of(result: EquilibriumResult, number: int) -> Json:
     """Return an entry of the modes of an equilibrium, 1 is the slowest.
 
     Raises
@@ -45,11 +50,11 @@ def shape_of(result: Any, number: int) -> dict[str, Any]:
             f"there is no shape {number}", where="shape",
             hint=f"a whole number from 1 to {len(listed)}" if listed else "nothing can move",
         )  # fmt: skip
-    found: dict[str, Any] = listed[number - 1]
+    found: Json = listed[number - 1]
     return found
 
 
-def swinging(result: Any, number: int, frames: int) -> Any:
+def swinging(result: EquilibriumResult, number: int, frames: int) -> EquilibriumResult:
     """Return a result whose poses are a small motion, enlarged; the last pose is the one at rest.
 
     A shape that swings is shown over one period without its damping; what does not swing goes
@@ -118,7 +123,7 @@ def closed(scene: DrawnScene) -> DrawnScene:
     return moved(q)
 
 
-def enlargement(result: Any, mode: dict[str, Any]) -> float:
+def enlargement(result: EquilibriumResult, mode: Json) -> float:
     """Return the factor on a shape with which it is seen."""
     scene = read_scene(result)
     turns = [0.0]
@@ -140,7 +145,7 @@ def enlargement(result: Any, mode: dict[str, Any]) -> float:
     return least if np.isfinite(least) else 1.0
 
 
-def swing_text(result: Any, number: int, words: Words) -> str:
+def swing_text(result: EquilibriumResult, number: int, words: Words) -> str:
     """Return which shape it is, with frequency and damping."""
     mode = shape_of(result, number)
     parts = [str(result.task), words("shape of", number, len(result.summary["modes"]))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -24,6 +24,12 @@ from mechdae.draw.smooth import traced
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+    from mechdae.results.result import Result
+
 
 FEW = 2
 """Parameters by which variants are named at most."""
@@ -74,7 +80,7 @@ def before(ax: Axes) -> tuple[Any, list[Axes]]:
     return ax.get_position(), list(figure.axes)
 
 
-def remember(ax: Axes, kind: str, result: Any, options: dict[str, Any], before: Any) -> None:
+def remember(ax: Axes, kind: str, result: Result, options: Json, before: Any) -> None:
     """Remember what was drawn; ``before`` is place and axes of the figure before it was.
 
     A figure of its own is given None: its panels together are the place.
@@ -88,7 +94,7 @@ def remember(ax: Axes, kind: str, result: Any, options: dict[str, Any], before: 
     _KNOWN[ax] = Shared(kind, [(result, options)], marks, panels, place)
 
 
-def add(ax: Axes, shared: Shared, result: Any, options: dict[str, Any]) -> Axes:
+def add(ax: Axes, shared: Shared, result: SweepResult, options: Json) -> Axes:
     """Draw everything on the axes once more, with another variant."""
     entries = [*shared.entries, (result, options)]
     names = variant_names(entries)
@@ -127,7 +133,7 @@ def _cut(ax: Axes) -> float:
     return (max(tops, default=0.0) + 0.04 * figure.dpi) / height - 1.0
 
 
-def variant_names(entries: Sequence[tuple[Any, dict[str, Any]]]) -> list[str]:
+def variant_names(entries: Sequence[tuple[SweepResult, Json]]) -> list[str]:
     """Return the names of variants: as given, else what they differ in, else their numbers."""
     results = [result for result, _ in entries]
     values = [result.mechanism.values() for result in results]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,6 +29,10 @@ from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SynthesisResult
+
+
 SMALL = 100.0
 """Targets that take less of the picture are drawn once more, enlarged [unit of the sheet]."""
 BELOW, SHARE = 250.0, 0.45
@@ -38,7 +42,7 @@ STILL = 1e-9
 
 
 def draw(
-    result: Any,
+    result: SynthesisResult,
     ax: Axes | None = None,
     *,
     design: int = 0,

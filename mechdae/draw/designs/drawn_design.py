@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +28,10 @@ from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results import UNITS, Result
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SynthesisResult
+
+
 TURN = 2 * np.pi
 
 
@@ -45,7 +49,7 @@ def runs_of(result: Any) -> list[Mapping[str, Any]]:
     return runs
 
 
-def sense_of(result: Any) -> int:
+def sense_of(result: SynthesisResult) -> int:
     """Return 1 where less of the objective is better, -1 where more is."""
     counted = _counted(result)
     return -1 if len(counted) == 1 and isinstance(counted[0], Maximise) else 1
@@ -199,7 +203,7 @@ class DrawnDesign:
         return parts
 
 
-def design_of(result: Any, index: int) -> DrawnDesign:
+def design_of(result: SynthesisResult, index: int) -> DrawnDesign:
     """Return a design of a result."""
     designs = result.data["designs"]
     return DrawnDesign(result, index, len(designs), designs[index])
@@ -211,7 +215,7 @@ def class_name(name: str, words: Words) -> str:
     return words(name) if name in known else name
 
 
-def objective_text(result: Any, words: Words) -> str:
+def objective_text(result: SynthesisResult, words: Words) -> str:
     """Return what the objective is, for the label of an axis."""
     counted = _counted(result)
     if len(counted) != 1:

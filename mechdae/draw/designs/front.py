@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,6 +15,10 @@ from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SynthesisResult
+
+
 WIDE = 30.0
 """Ratio of largest to least value from which an axis is logarithmic."""
 ROOM = 0.08
@@ -23,7 +27,7 @@ NUMBERED = 20
 """Points that have their numbers; of more, every second or third."""
 
 
-def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
+def draw(result: SynthesisResult, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     """Draw the points of a front, numbered as the designs are, with what they dominate.
 
     Of three objectives the second and the third over the first. Returns the upper panel.

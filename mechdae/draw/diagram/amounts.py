@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate, names_in
-from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
+from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
 from mechdae.draw.sheet import Array
 from mechdae.errors import MechdaeError
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
 
 
 class KnownScene(Protocol):
@@ -33,7 +36,7 @@ STILL = 1e-9
 """A coordinate that changes less than this share of its range in a step stands still."""
 
 
-def sense(scene: KnownScene, result: Any, entry: NamedCoordinate, pose: int) -> float:
+def sense(scene: KnownScene, result: SweepResult, entry: NamedCoordinate, pose: int) -> float:
     """Return +1 or -1 as the coordinate grows or falls at a pose, 0 where that is not known.
 
     The change from pose to pose is turned into one with time by that of the driver.
@@ -54,12 +57,14 @@ def sense(scene: KnownScene, result: Any, entry: NamedCoordinate, pose: int) -> 
     return float(np.sign(way))
 
 
-def result_in_time(result: Any) -> bool:
+def result_in_time(result: SweepResult) -> bool:
     """Return whether the poses follow each other in time."""
     return getattr(result, "time", None) is not None
 
 
-def load_values(scene: KnownScene, result: Any, load: Any, pose: int) -> tuple[float, ...] | None:
+def load_values(
+    scene: KnownScene, result: SweepResult, load: Load, pose: int
+) -> tuple[float, ...] | None:
     """Return the values of a load in one pose, None where the description does not give them.
 
     A force has two, in space three, in the axes of its frame, and so has a torque in space; a
@@ -87,7 +92,7 @@ def load_values(scene: KnownScene, result: Any, load: Any, pose: int) -> tuple[f
 
 
 def load_axis(
-    scene: KnownScene, result: Any, load: TableLoad, pose: int
+    scene: KnownScene, result: SweepResult, load: TableLoad, pose: int
 ) -> tuple[float, ...] | None:
     """Return the axis of a table's torque in the axes of its frame, None where it is not known."""
     names = _Known(scene, result, pose)
@@ -108,7 +113,7 @@ class _Known:
     def __init__(self, scene: KnownScene, result: Any, pose: int) -> None:
         self.scene, self.result, self.pose = scene, result, pose
 
-    def value(self, load: Any, name: str, axis: int | None = None) -> float:
+    def value(self, load: Load, name: str, axis: int | None = None) -> float:
         number = getattr(load, name)
         number = number if axis is None else number[axis]
         if not isinstance(number, str):

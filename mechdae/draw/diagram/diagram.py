@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -36,6 +36,11 @@ from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.smooth import few_named, traced
 from mechdae.draw.words import ENGLISH, Words
 from mechdae.records import dataclass
+from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.results.result import Result
+
 
 FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
@@ -54,7 +59,7 @@ LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "Â
 
 
 def draw(
-    result: Any,
+    result: Result,
     ax: Axes | None = None,
     *,
     pose: int | None = None,
@@ -169,7 +174,7 @@ class View:
     overlay: Callable[[Sheet], str] | None = None
 
 
-def has_paths(result: Any, scene: DrawnScene) -> bool:
+def has_paths(result: Result, scene: DrawnScene) -> bool:
     """Return whether the poses of a result are a motion."""
     return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
 
@@ -177,7 +182,7 @@ def has_paths(result: Any, scene: DrawnScene) -> bool:
 def draw_pose(
     axes: Axes,
     scene: DrawnScene,
-    result: Any,
+    result: Result,
     pose: int,
     view: View,
     theme: style.Theme,
@@ -283,12 +288,12 @@ def extent(scene: DrawnScene, pose: int, traces: bool, ghosts: int) -> tuple[Arr
     return low, high, size
 
 
-def draw_traces(sheet: Sheet, result: Any, paths: Mapping[str, Array]) -> None:
+def draw_traces(sheet: Sheet, result: Result, paths: Mapping[str, Array]) -> None:
     """Draw the paths of points; between a few poses that are named there is no line."""
     dots = few_named(result)
     for reference, track in paths.items():
         points, gid = sheet.at(track), f"trace-{reference}"
-        look: dict[str, Any] = {"color": style.TRACE, "z": style.Z_TRACE, "gid": gid}
+        look: Json = {"color": style.TRACE, "z": style.Z_TRACE, "gid": gid}
         if dots:
             there = points[np.isfinite(points).all(axis=1)]
             sheet.strokes(there, there + 1e-3, width=DOT, **look)
@@ -450,7 +455,7 @@ def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
 
 
 def draw_frame(
-    sheet: Sheet, scene: JoinedScene, result: Any, pose: int, words: Words, extra: str = ""
+    sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, extra: str = ""
 ) -> None:
     """Draw the scale bar and the note on what is not drawn."""
     own = getattr(result, "units", SI).of("m")
@@ -473,7 +478,7 @@ def draw_frame(
         sheet.box((0.0, 2.0), (4.0 + (high - low)[0], 18.0))
 
 
-def outside_of(result: Any) -> set[str]:
+def outside_of(result: Result) -> set[str]:
     """Return the bodies that no output of the task depends on."""
     return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
 
@@ -565,7 +570,7 @@ def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]], lift: float) -
 
 def write_titles(
     sheet: Sheet,
-    result: Any,
+    result: Result,
     values: list[str],
     pose: int,
     words: Words = ENGLISH,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,12 +21,17 @@ from mechdae.draw.diagram.wheels import circles
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import ENGLISH, Words
 
+if TYPE_CHECKING:
+    from mechdae.results.result import Result
+    from mechdae.results.series import Series
+
+
 SPAN = np.deg2rad(80.0)
 NEAR = 3.0
 """A line covers what is so near."""
 
 
-def drivers_of(scene: JoinedScene, result: Any) -> list[NamedCoordinate]:
+def drivers_of(scene: JoinedScene, result: Result) -> list[NamedCoordinate]:
     """Return the coordinates that are given as functions of the pose, or of the time."""
     return [coordinate(scene.mechanism, text) for text in driver_names(result)]
 
@@ -41,7 +46,7 @@ def driven_bodies(scene: JoinedScene, drivers: Iterable[NamedCoordinate]) -> set
     }
 
 
-def held_drivers(result: Any, drivers: Sequence[NamedCoordinate]) -> set[str]:
+def held_drivers(result: Result, drivers: Sequence[NamedCoordinate]) -> set[str]:
     """Return the names of the drivers that keep their value while others move.
 
     In a motion and an equilibrium those with a value ``at`` are held, whatever else moves.
@@ -54,7 +59,7 @@ def held_drivers(result: Any, drivers: Sequence[NamedCoordinate]) -> set[str]:
     return still if len(still) < len(drivers) else set()
 
 
-def _rests(driver: Any) -> bool:
+def _rests(driver: Series) -> bool:
     """Return whether a driver has one value and no speed."""
     values = np.atleast_1d(np.asarray(driver.position, dtype=float))
     velocity = getattr(driver, "velocity", None)
@@ -64,7 +69,7 @@ def _rests(driver: Any) -> bool:
     return float(np.ptp(values)) == 0.0 and not np.nan_to_num(speeds).any()
 
 
-def values_of(result: Any, entry: NamedCoordinate) -> Array | None:
+def values_of(result: Result, entry: NamedCoordinate) -> Array | None:
     """Return a driver's value in each pose, (n,), None where the result has none."""
     given = getattr(result, "drivers", None) or {}
     if entry.text in given:
@@ -81,7 +86,7 @@ def values_of(result: Any, entry: NamedCoordinate) -> Array | None:
 
 
 def value_text(
-    result: Any, entry: NamedCoordinate, pose: int, words: Words = ENGLISH, held: bool = False
+    result: Result, entry: NamedCoordinate, pose: int, words: Words = ENGLISH, held: bool = False
 ) -> str:
     """Return the driver's value in one pose, in degrees or metres, and whether it is held."""
     values = values_of(result, entry)
@@ -97,7 +102,7 @@ def value_text(
     return f"{entry.text} = {_plain(value, 5, words)}{unit}{rest}"
 
 
-def time_text(result: Any, pose: int, words: Words = ENGLISH) -> str:
+def time_text(result: Result, pose: int, words: Words = ENGLISH) -> str:
     """Return the time of one pose of a motion or of laws, empty where there is none."""
     times = getattr(result, "time", None)
     return "" if times is None else f"t = {words.number(float(times[pose]), 5)} {words('s')}"
@@ -113,7 +118,7 @@ def _plain(value: float, digits: int, words: Words) -> str:
 def draw_drivers(
     sheet: Sheet,
     scene: DrawnScene,
-    result: Any,
+    result: Result,
     pose: int,
     drivers: list[NamedCoordinate],
     places: list[Place],
@@ -186,7 +191,7 @@ def arm_of(scene: DrawnScene, reference: str, pose: int) -> Array | None:
     return longest if np.hypot(*longest) > 0 else None
 
 
-def _sense(result: Any, entry: NamedCoordinate) -> float:
+def _sense(result: Result, entry: NamedCoordinate) -> float:
     """Return +1 or -1: the sign of the speed, or of the sweep, or plus."""
     driver = (getattr(result, "drivers", None) or {}).get(entry.text)
     velocity = getattr(driver, "velocity", None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from mechdae.draw.diagram.scene import DrawnScene, open_of
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+    from mechdae.results.result import Result
 
-def draw_gaps(sheet: Sheet, scene: DrawnScene, result: Any, words: Words) -> list[Mark]:
+
+def draw_gaps(sheet: Sheet, scene: DrawnScene, result: Result, words: Words) -> list[Mark]:
     """Draw the gap of each open joint as a dashed line; return what its size is written beside."""
     marks = []
     for entry in open_of(result):
@@ -33,13 +37,13 @@ def draw_gaps(sheet: Sheet, scene: DrawnScene, result: Any, words: Words) -> lis
     return marks
 
 
-def open_text(result: Any, words: Words) -> str:
+def open_text(result: Result, words: Words) -> str:
     """Return which joints stay open by how much, empty where all close."""
     gaps = [f"{own['joint']} {words.amount(own['gap'], 'm')}" for own in open_of(result)]
     return words("does not close", ", ".join(gaps)) if gaps else ""
 
 
-def blame_text(result: Any, words: Words) -> str:
+def blame_text(result: SweepResult, words: Words) -> str:
     """Return which lengths are too short or too long."""
     summary = getattr(result, "summary", None) or {}
     parts = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from math import cos, sin
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,11 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import InputError, UnavailableError
 from mechdae.records import dataclass
+from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.results.result import Result
+
 
 Array = NDArray[np.float64]
 
@@ -202,7 +207,7 @@ def turned(angle: Array, vector: Array) -> Array:
     return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]], axis=-1)
 
 
-def read_scene(result: Any) -> DrawnScene:
+def read_scene(result: Result) -> DrawnScene:
     """Return the placements that a result holds or implies.
 
     A body is placed by its angle and one point; what a task left out of its result is
@@ -255,12 +260,12 @@ def read_scene(result: Any) -> DrawnScene:
     )
 
 
-def open_of(result: Any) -> list[dict[str, Any]]:
+def open_of(result: Result) -> list[Json]:
     """Return the joints of a pose that does not close: names, gaps, places."""
     return list((getattr(result, "summary", None) or {}).get("open", ()))
 
 
-def driver_names(result: Any) -> list[str]:
+def driver_names(result: Result) -> list[str]:
     """Return the coordinates that a task drives, in a motion also those that it holds."""
     given = getattr(result, "drivers", None)
     if given:

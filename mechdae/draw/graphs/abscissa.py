@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,6 +15,11 @@ from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+from mechdae.types import Texts
+
+if TYPE_CHECKING:
+    from mechdae.results.result import Result
+
 
 REFINED = {"jammed": "jammed_arcs", "ambiguous": "ambiguous_arcs"}
 """Statuses whose arcs a cycle locates between the poses."""
@@ -74,7 +79,7 @@ class StatusArc:
     end: float
 
 
-def abscissa_of(result: Any, against: str | None = None) -> Abscissa:
+def abscissa_of(result: Result, against: str | None = None) -> Abscissa:
     """Return time where there is one, else the driver that moves, else the poses' numbers."""
     if against is not None:
         lines = lines_of(result, against)
@@ -96,7 +101,7 @@ def abscissa_of(result: Any, against: str | None = None) -> Abscissa:
     return Abscissa("driver", name, scale, values, names.index(name))
 
 
-def arcs_of(result: Any, axis: Abscissa) -> list[StatusArc]:
+def arcs_of(result: Result, axis: Abscissa) -> list[StatusArc]:
     """Return the arcs without a plain answer, from their refined ends where the result has them.
 
     Elsewhere an arc reaches half way to the neighbouring poses.
@@ -122,7 +127,7 @@ def arcs_of(result: Any, axis: Abscissa) -> list[StatusArc]:
     return arcs
 
 
-def _failed(result: Any, axis: Abscissa) -> Iterator[StatusArc]:
+def _failed(result: Result, axis: Abscissa) -> Iterator[StatusArc]:
     status, x = np.asarray(result.status), axis.values
     for entry in result.summary.get("failed", ()):
         low, high = sorted(_ends(entry, axis))
@@ -140,7 +145,7 @@ def _ends(entry: dict[str, Any], axis: Abscissa) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _runs(status: Any, values: Array, word: str) -> Iterator[StatusArc]:
+def _runs(status: Texts, values: Array, word: str) -> Iterator[StatusArc]:
     order = np.argsort(values, kind="stable")
     x, there = values[order], np.asarray(status)[order] == word
     edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
@@ -150,7 +155,7 @@ def _runs(status: Any, values: Array, word: str) -> Iterator[StatusArc]:
         yield StatusArc(word, float(low), float(high))
 
 
-def events_of(result: Any, axis: Abscissa) -> list[tuple[str, float]]:
+def events_of(result: Result, axis: Abscissa) -> list[tuple[str, float]]:
     """Return (kind, place) of the events that are drawn as lines, within the poses."""
     if axis.kind in ("pose", "path") or not len(axis.values):
         return []
@@ -195,7 +200,11 @@ def key_of(
 
 
 def draw_axis(
-    panels: Sequence[Axes], axis: Abscissa, arcs: Sequence[StatusArc], events: Any, k: float
+    panels: Sequence[Axes],
+    axis: Abscissa,
+    arcs: Sequence[StatusArc],
+    events: list[tuple[str, float]],
+    k: float,
 ) -> None:
     """Set limits and ticks, shade the arcs and draw the events in all panels."""
     x = axis.shown[np.isfinite(axis.shown)]

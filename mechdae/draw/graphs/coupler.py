@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +16,11 @@ from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.graphs.series import SMALL, Array, vector_of
 from mechdae.draw.smooth import smooth_vectors
 from mechdae.errors import InputError
+from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 MOST = 6
 """Points that are drawn if none are named."""
@@ -31,7 +36,7 @@ NEAR = 1.5
 
 
 def draw(
-    result: Any,
+    result: SweepResult,
     ax: Axes | None = None,
     *,
     of: Sequence[str] | None = None,
@@ -72,7 +77,7 @@ def draw(
 
 
 def draw_all(
-    results: Sequence[Any],
+    results: Sequence[SweepResult],
     labels: Sequence[str],
     ax: Axes | None,
     *,
@@ -121,7 +126,7 @@ def draw_all(
     return frame.panels[0]
 
 
-def default_points(result: Any) -> list[str]:
+def default_points(result: SweepResult) -> list[str]:
     """Return the points whose paths say most: coupler points, else those of floating links."""
     mechanism = result.mechanism
     joined: dict[str, str] = {}
@@ -160,7 +165,7 @@ def _same(first: Array, second: Array, near: float) -> bool:
     return bool(np.allclose(first, second, rtol=0.0, atol=near, equal_nan=True))
 
 
-def pivots_of(result: Any, points: Array) -> list[tuple[str, Any]]:
+def pivots_of(result: SweepResult, points: Array) -> list[tuple[str, Floats]]:
     """Return name and place of the ground's points on joints, near the curves."""
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,6 +29,12 @@ from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of
 from mechdae.draw.smooth import few_named, in_panel, smooth
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError
+from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+    from mechdae.results.result import Result
+
 
 FEW = 25
 """Up to so many poses are marked by dots."""
@@ -38,7 +44,7 @@ MARGIN = 0.2
 
 
 def draw(
-    result: Any,
+    result: Result,
     ax: Axes | None = None,
     *,
     of: Sequence[str] | None = None,
@@ -91,7 +97,7 @@ def draw(
 
 
 def draw_all(
-    results: Sequence[Any],
+    results: Sequence[Result],
     names: Sequence[str],
     ax: Axes | None,
     *,
@@ -138,7 +144,7 @@ def _lines(result: Any, of: Sequence[str] | None) -> list[Line]:
     return [line for path in of for line in lines_of(result, path)]
 
 
-def _along(finest: Any, result: Any, against: str | None) -> Abscissa:
+def _along(finest: Result, result: Result, against: str | None) -> Abscissa:
     """Return the abscissa of a result at more poses, which are counted as those asked for."""
     axis = abscissa_of(finest, against)
     if axis.kind != "pose" or len(axis.values) < 2:
@@ -146,11 +152,11 @@ def _along(finest: Any, result: Any, against: str | None) -> Abscissa:
     return replace(axis, values=np.linspace(0.0, len(result.status) - 1.0, len(axis.values)))
 
 
-def _smooth(result: Any, of: Sequence[str] | None, against: str | None) -> Any:
+def _smooth(result: Result, of: Sequence[str] | None, against: str | None) -> Result:
     """Return a result at poses between which its series are drawn as straight lines."""
     names = [(line.path, line.name) for line in _lines(result, of)]
 
-    def seen(own: Any) -> list[Array]:
+    def seen(own: Result) -> list[Array]:
         x = _along(own, result, against).values
         lines = [line for line in _lines(own, of) if line.quantity not in LOGARITHMIC]
         return [track for line in lines for track in in_panel(x, line.values)]
@@ -160,7 +166,7 @@ def _smooth(result: Any, of: Sequence[str] | None, against: str | None) -> Any:
     return finest if same else result
 
 
-def _line_of(variant: int) -> dict[str, Any]:
+def _line_of(variant: int) -> Json:
     return {"color": style.SERIES[variant % len(style.SERIES)], "linewidth": 1.5}
 
 
@@ -172,7 +178,7 @@ def _end(line: Line, group: Sequence[Line], names: Sequence[str]) -> str:
     return names[line.variant] if len(own) == 1 else f"{_label(line, own)}, {names[line.variant]}"
 
 
-def subtitle_of(result: Any, *more: str) -> str:
+def subtitle_of(result: Result, *more: str) -> str:
     """Return problem, task and number of poses in one line."""
     count = len(result.status)
     poses = f"{count} poses" if count > 1 else "1 pose"
@@ -359,7 +365,7 @@ def _mark(
     line: Line,
     scale: Scale,
     axis: Abscissa,
-    result: Any,
+    result: SweepResult,
     color: str,
 ) -> None:
     """Mark least and greatest values where the result has them, refined between the poses."""
@@ -386,7 +392,7 @@ def _mark(
         places.write(place, height, text, color, above=word == "max")
 
 
-def _extremes(result: Any, line: Line) -> Iterator[tuple[str, float, float]]:
+def _extremes(result: SweepResult, line: Line) -> Iterator[tuple[str, float, float]]:
     found = result.summary.get("extremes", {}).get(line.extreme)
     if found:
         for word in ("min", "max"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,6 +19,11 @@ from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.smooth import few_named
 from mechdae.records import dataclass
+from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 HEIGHT = 330.0
 ROOM = 26.0
@@ -103,7 +108,7 @@ def draw_loci(
     return frame
 
 
-def ticks_of(result: Any, axis: Abscissa) -> Ticks | None:
+def ticks_of(result: SweepResult, axis: Abscissa) -> Ticks | None:
     """Return poses at equal steps of time, None where the poses are not even.
 
     A driver of constant speed goes through equal angles in equal times; the steps divide a
@@ -138,7 +143,7 @@ def ticks_of(result: Any, axis: Abscissa) -> Ticks | None:
     return Ticks(poses, poses[::every], _step_text(result, axis, best * h))
 
 
-def _step_text(result: Any, axis: Abscissa, step: float) -> str:
+def _step_text(result: SweepResult, axis: Abscissa, step: float) -> str:
     size = float(f"{abs(step):.6g}")
     if axis.kind == "time":
         return f"every {size:g} s"
@@ -181,7 +186,7 @@ def _limits(
     loci: Sequence[Locus],
     clips: Sequence[tuple[Clip | None, Clip | None]],
     scale: Scale,
-    pivots: Sequence[tuple[str, Any]],
+    pivots: Sequence[tuple[str, Floats]],
     origin: bool,
 ) -> float:
     """Set equal scales on both axes; return the size of a point [unit shown]."""

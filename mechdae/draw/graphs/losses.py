@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,6 +18,11 @@ from mechdae.draw.graphs.series import Array
 from mechdae.draw.smooth import in_panel, smooth
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError
+from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import ReactionsResult, SweepResult
+
 
 HATCHES = ("", "//", "..", "\\\\", "--", "xx", "||")
 REST = "others"
@@ -97,14 +102,14 @@ def draw(
 def _smooth(result: Any, of: Sequence[str] | None) -> Any:
     """Return a result at poses between which its losses are drawn as straight lines."""
 
-    def seen(own: Any) -> list[Array]:
+    def seen(own: ReactionsResult) -> list[Array]:
         x = abscissa_of(own).values
         return [track for loss in _losses(own, of).values() for track in in_panel(x, loss)]
 
     return smooth(result, seen)
 
 
-def _losses(result: Any, of: Sequence[str] | None) -> dict[str, Array]:
+def _losses(result: SweepResult, of: Sequence[str] | None) -> dict[str, Array]:
     """Return the losses of joints, without names of those that lose power."""
     names = [name for name in (of or result.joints) if "loss" in result.joints[name]]
     if not names:
@@ -162,7 +167,7 @@ def _areas(
     return ends
 
 
-def _layers(losses: dict[str, Any]) -> list[tuple[str, Any]]:
+def _layers(losses: dict[str, Floats]) -> list[tuple[str, Any]]:
     """Return losses from the largest to the smallest, the last of many added up."""
     order = sorted(losses, key=lambda name: -float(np.nansum(losses[name])))
     if len(order) <= MOST:

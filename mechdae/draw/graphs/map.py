@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,6 +22,11 @@ from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.draw.sheet import font
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
+from mechdae.types import Texts
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import StudyResult
+
 
 HEIGHT = 300.0
 LEVELS = 9
@@ -51,7 +56,7 @@ class Plane:
 
 
 def draw(
-    result: Any,
+    result: StudyResult,
     ax: Axes | None = None,
     *,
     of: Sequence[str] | None = None,
@@ -106,7 +111,9 @@ def draw(
     return _draw_map(result, ax, replace(planes[0], plane=planes[0].plane or equal))
 
 
-def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | None) -> list[Plane]:
+def _of_study(
+    result: StudyResult, paths: Sequence[str] | None, along: Sequence[str] | None
+) -> list[Plane]:
     count = len(result.status)
     known = {
         name: (unit, array)
@@ -155,7 +162,7 @@ def _amount(value: float, unit: str, units: Units) -> str:
     return f"{number(float(scale(value)))} {scale.unit}".strip()
 
 
-def _of_drivers(result: Any, paths: Sequence[str] | None) -> Plane:
+def _of_drivers(result: StudyResult, paths: Sequence[str] | None) -> Plane:
     lines = [line for path in paths or ["condition"] for line in lines_of(result, path)]
     if len(lines) != 1:
         raise InputError(
@@ -282,11 +289,11 @@ def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
     return panel
 
 
-def _bad(status: Any) -> list[str]:
+def _bad(status: Texts) -> list[str]:
     return [word for word in style.ARCS if (status == word).any()]
 
 
-def _subtitle(result: Any, plane: Plane, *more: str) -> str:
+def _subtitle(result: StudyResult, plane: Plane, *more: str) -> str:
     if result.kind != "study":
         return subtitle_of(result, *more)
     of = result.summary.get("of", "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,13 @@ from mechdae.draw.graphs.poles import cuts
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
 from mechdae.results import KINDS, UNITS, centre_unit, effort_unit, reaction_parts
+from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+    from mechdae.results.result import Result
+    from mechdae.results.series import Series
+
 
 Array = NDArray[np.float64]
 PRINCIPAL = {
@@ -53,7 +60,7 @@ class Line:
     variant: int = 0
 
 
-def lines_of(result: Any, path: str) -> list[Line]:
+def lines_of(result: Result, path: str) -> list[Line]:
     """Return the scalar series a path names: components of vectors one by one.
 
     Raises
@@ -95,7 +102,7 @@ def lines_of(result: Any, path: str) -> list[Line]:
     raise UnknownName("path", path, [*known, *parts])
 
 
-def vector_of(result: Any, path: str) -> tuple[str, str, str, Array]:
+def vector_of(result: SweepResult, path: str) -> tuple[str, str, str, Array]:
     """Return name, quantity, unit and (n, 2) values of a vector: of a point or a joint.
 
     A point's name stands for its position.
@@ -117,7 +124,7 @@ def vector_of(result: Any, path: str) -> tuple[str, str, str, Array]:
     return part, lines[0].quantity, lines[0].unit, values
 
 
-def default_lines(result: Any) -> list[Line]:
+def default_lines(result: Result) -> list[Line]:
     """Return the series that are drawn if none are named.
 
     Of reactions: efforts, losses, normal forces and sizes of the pin forces. Of a sweep: the
@@ -131,7 +138,7 @@ def default_lines(result: Any) -> list[Line]:
     return [line for k, line in enumerate(moving) if not _known_already(line, moving[:k])]
 
 
-def _default_paths(result: Any) -> list[str]:
+def _default_paths(result: Result) -> list[str]:
     if result.kind == "reactions":
         return list(_force_paths(result))
     if result.outputs:
@@ -174,7 +181,7 @@ def _force_paths(result: Any) -> Iterator[str]:
     yield from (f"joints/{name}/loss" for name in losses[:MOST])
 
 
-def _of_part(result: Any, path: str, kind: str, rest: Sequence[str]) -> list[Line]:
+def _of_part(result: Result, path: str, kind: str, rest: Sequence[str]) -> list[Line]:
     table = getattr(result, kind)
     if not rest:
         raise UnknownName(kind, path, [f"{kind}/{name}" for name in table])
@@ -246,7 +253,7 @@ def _line(
     path: str,
     name: str,
     quantity: str,
-    values: Any,
+    values: Floats,
     unit: str,
     extreme: str = "",
     partner: str = "",
@@ -254,7 +261,7 @@ def _line(
     return Line(path, name, quantity, unit, np.asarray(values, float), extreme, partner)
 
 
-def _known(kind: str, name: str, table: Any) -> Any:
+def _known(kind: str, name: str, table: Series) -> Any:
     if name not in table:
         raise UnknownName(kind, name, list(table))
     return table[name]
@@ -269,7 +276,7 @@ def _known_already(line: Line, others: Sequence[Line]) -> bool:
     )
 
 
-def _moves(values: Any) -> bool:
+def _moves(values: Floats | None) -> bool:
     if values is None:
         return False
     rows = np.reshape(values, (len(values), -1))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,11 +13,15 @@ from mechdae.draw.formulas.notations import mathtext
 from mechdae.draw.plans.relations import STILL, Relation, Relations, Spot, small_letter
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
+
 MANY = 6
 """Of more letters at one end the rest is left out."""
 
 
-def motion_plan(result: Any, scene: DrawnScene, pose: int, word: str) -> Plan:
+def motion_plan(result: SweepResult, scene: DrawnScene, pose: int, word: str) -> Plan:
     """Return the plan of ``"velocity"`` or ``"acceleration"`` of one pose."""
     return _Builder(result, scene, pose, word).plan()
 
@@ -25,7 +29,7 @@ def motion_plan(result: Any, scene: DrawnScene, pose: int, word: str) -> Plan:
 class _Builder(Relations):
     """Arrows, ends with letters and images of links from the relations of a pose."""
 
-    def __init__(self, result: Any, scene: DrawnScene, pose: int, word: str) -> None:
+    def __init__(self, result: SweepResult, scene: DrawnScene, pose: int, word: str) -> None:
         super().__init__(result, scene, pose, word)
         self.count = Counter[str]()
 

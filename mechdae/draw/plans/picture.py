@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,6 +26,10 @@ from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError, UnknownName
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
+
 KINDS = ("velocity", "acceleration", "force", "friction", "lever")
 PAPER = (297.0, 210.0)
 """Page of several plans [mm]: A4, on its side."""
@@ -42,7 +46,7 @@ CLOSE = 0.9
 
 
 def draw(
-    result: Any,
+    result: SweepResult,
     ax: Axes | None = None,
     *,
     pose: int | None = None,
@@ -94,7 +98,7 @@ def draw(
 
 
 def _drawn(
-    result: Any,
+    result: SweepResult,
     ax: Axes | None,
     pose: int | None,
     which: str | None,
@@ -124,7 +128,7 @@ def _drawn(
     return _page(result, scene, index, ax, plans, scales, whole=which is None)
 
 
-def _check(result: Any, which: str | None, group: str | None) -> None:
+def _check(result: SweepResult, which: str | None, group: str | None) -> None:
     """Refuse plans that there are not, and those of forces where there are none."""
     if which is not None and which not in KINDS:
         raise UnknownName("kind of plan", str(which), KINDS)
@@ -157,7 +161,7 @@ def _scales(scale: float | Mapping[str, float] | None, which: str | None) -> Map
     return scales
 
 
-def _pose(result: Any, scene: DrawnScene, pose: int | None, which: str | None) -> int:
+def _pose(result: SweepResult, scene: DrawnScene, pose: int | None, which: str | None) -> int:
     """Return the pose to draw: it has the rates, and for forces the efforts."""
     order = 1 if which == "velocity" else 2
     names = ("velocity", "acceleration")[:order]
@@ -199,7 +203,7 @@ def _key(plan: Plan) -> str:
 
 
 def _single(
-    result: Any,
+    result: SweepResult,
     scene: DrawnScene,
     pose: int,
     ax: Axes | None,
@@ -212,7 +216,7 @@ def _single(
     return axes
 
 
-def _titles(sheet: Sheet, result: Any, scene: DrawnScene, pose: int) -> None:
+def _titles(sheet: Sheet, result: SweepResult, scene: DrawnScene, pose: int) -> None:
     drivers = drivers_of(scene, result)
     held = held_drivers(result, drivers)
     values = [value_text(result, own, pose, held=own.text in held) for own in drivers]
@@ -235,7 +239,7 @@ def _paper() -> Axes:
 
 
 def _outer(
-    result: Any,
+    result: SweepResult,
     scene: DrawnScene,
     pose: int,
     ax: Axes | None,
@@ -286,7 +290,7 @@ def _panel(axes: Axes, left: float, low: float, right: float, high: float) -> Ax
 
 
 def _page(
-    result: Any,
+    result: SweepResult,
     scene: DrawnScene,
     pose: int,
     ax: Axes | None,
@@ -328,7 +332,7 @@ def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
     ]
 
 
-def _diagram(result: Any, scene: DrawnScene, pose: int, panel: Axes) -> Sheet:
+def _diagram(result: SweepResult, scene: DrawnScene, pose: int, panel: Axes) -> Sheet:
     """Draw the diagram to a round scale and state it."""
     found: list[float] = []
 
@@ -377,7 +381,7 @@ def _lines(rows: Sequence[tuple[str, tuple[str, ...]]], room: float) -> list[str
     return lines
 
 
-def _friction(result: Any, scene: DrawnScene, pose: int, ax: Axes | None) -> Axes:
+def _friction(result: SweepResult, scene: DrawnScene, pose: int, ax: Axes | None) -> Axes:
     pins = pins_of(result, scene, pose)
     if getattr(result.definition, "friction", "coupled") != "coupled" or not pins:
         raise InputError(

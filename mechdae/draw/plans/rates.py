@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import normal
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 ZERO = np.zeros(2)
 NAMES = ("velocity", "acceleration")
@@ -27,7 +31,7 @@ class Rates:
         Index of the pose.
     """
 
-    def __init__(self, result: Any, scene: DrawnScene, pose: int) -> None:
+    def __init__(self, result: SweepResult, scene: DrawnScene, pose: int) -> None:
         self.result, self.scene, self.pose = result, scene, pose
         self.spins = {GROUND: (0.0, 0.0)}
         for body, series in result.bodies.items():

@@ -11,7 +11,7 @@ the gap of the relation.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +31,10 @@ from mechdae.draw.formulas.notations import mathtext, written_letter
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}
 STILL = 1e-9
@@ -132,7 +136,7 @@ class Relations:
         ``"velocity"`` or ``"acceleration"``.
     """
 
-    def __init__(self, result: Any, scene: DrawnScene, pose: int, word: str) -> None:
+    def __init__(self, result: SweepResult, scene: DrawnScene, pose: int, word: str) -> None:
         self.word, self.scene, self.pose = word, scene, pose
         self.symbol, self.unit, self.pole = SYMBOLS[word]
         self.rates = Rates(result, scene, pose)
@@ -299,7 +303,7 @@ class Relations:
         return Relation(body, gid, self.symbol, start, end, terms, STILL * self.size)
 
 
-def groups_of(result: Any, scene: DrawnScene) -> list[tuple[str, tuple[str, ...]]]:
+def groups_of(result: SweepResult, scene: DrawnScene) -> list[tuple[str, tuple[str, ...]]]:
     """Return the Assur groups in the order of their computation: name and bodies."""
     listed = result.summary.get("groups")
     if listed:

@@ -7,7 +7,7 @@ they touch along the axis of that pose.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,11 @@ from mechdae.draw.space.viewpoint import Array, Viewpoint
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
+from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 HALF = 0.7
 """Half length of a ruling in sizes of the mechanism."""
@@ -40,7 +45,9 @@ class Rulings:
     ends: Array
 
 
-def rulings(result: Any, scene: SpatialScene, bodies: Sequence[str], pose: int) -> list[Rulings]:
+def rulings(
+    result: SweepResult, scene: SpatialScene, bodies: Sequence[str], pose: int
+) -> list[Rulings]:
     """Return both axodes of bodies as they lie in a pose.
 
     Raises
@@ -94,7 +101,9 @@ def _ends(point: Array, direction: Array, middle: Array, size: float) -> Array:
     return ends
 
 
-def with_room(bounds: tuple[Array, Array], every: Sequence[Rulings], view: Viewpoint) -> Any:
+def with_room(
+    bounds: tuple[Array, Array], every: Sequence[Rulings], view: Viewpoint
+) -> tuple[Floats, Floats]:
     """Return the corners of a picture that shows the surfaces too."""
     low, high = bounds
     for own in every:

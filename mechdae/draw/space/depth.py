@@ -17,6 +17,7 @@ import numpy as np
 from mechdae.draw import style
 from mechdae.draw.sheet import Array, Sheet, unit
 from mechdae.records import dataclass
+from mechdae.types import Booleans
 
 NEARER = 0.5
 """Depths that differ by less are those of one place,"""
@@ -179,7 +180,7 @@ def dense(points: Array, step: float = STEP) -> Array:
     return np.vstack(found)
 
 
-def within(places: Array, corners: Array) -> Any:
+def within(places: Array, corners: Array) -> Booleans:
     """Return which places (k, 2) lie inside a polygon (m, 2), (k,)."""
     result = np.zeros(len(places), dtype=bool)
     x, y = places.T

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND
@@ -21,7 +19,7 @@ SAME = 1e-6
 
 
 def choose(
-    scene: SpatialScene, kind: str, pose: int | None, view: Any
+    scene: SpatialScene, kind: str, pose: int | None, view: tuple[float, float] | str | None
 ) -> tuple[int, Viewpoint, dict[str, float]]:
     """Return the pose, the viewpoint, and how far symbols are moved along their axes.
 

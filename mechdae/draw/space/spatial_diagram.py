@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 
@@ -19,9 +19,12 @@ from mechdae.draw.space.three_views import draw_three
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 def draw(
-    result: Any,
+    result: SweepResult,
     ax: Axes | None = None,
     *,
     pose: int | None = None,
@@ -33,7 +36,7 @@ def draw(
     lang: str = "en",
     scale: float | Callable[[float], float] | None = None,
     label: str = "",
-    view: Any = None,
+    view: tuple[float, float] | str | None = None,
     axodes: Sequence[str] | None = None,
 ) -> Axes:
     """Draw the kinematic diagram of one pose in parallel projection.

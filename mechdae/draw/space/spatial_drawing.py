@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -39,6 +39,10 @@ from mechdae.draw.space.vector_arrows import vector_items, vector_names
 from mechdae.draw.space.viewpoint import Array, Viewpoint
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 FAR = 1.5
 """Paths are in the picture up to so many sizes of the mechanism beside it."""
@@ -85,7 +89,7 @@ class SpatialView:
     overlay: Callable[[Sheet], str] | None = None
 
 
-def has_paths(result: Any, scene: SpatialScene) -> bool:
+def has_paths(result: SweepResult, scene: SpatialScene) -> bool:
     """Return whether the poses of a result are a motion."""
     return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
 
@@ -190,7 +194,7 @@ def draw_spatial_pose(
 
 def titles(
     sheet: Sheet,
-    result: Any,
+    result: SweepResult,
     scene: SpatialScene,
     index: int,
     shown: SpatialView,
@@ -204,7 +208,7 @@ def titles(
     write_titles(sheet, result, texts, index, words, shown.subtitle)
 
 
-def sense_of(result: Any, driver: str) -> float:
+def sense_of(result: SweepResult, driver: str) -> float:
     """Return +1 or -1: the sign of a driver's speed, or of its sweep."""
     own = (getattr(result, "drivers", None) or {}).get(driver)
     for name in ("velocity", "position"):

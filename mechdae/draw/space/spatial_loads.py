@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,6 +35,10 @@ from mechdae.draw.space.spatial_pose import SpatialPose
 from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT
 from mechdae.draw.words import Words
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
+
 END_ON = 9.0
 """Arrows that look shorter than this are drawn as rings."""
 ASIDE = 7.0
@@ -58,7 +62,9 @@ class SpatialLoads:
         The force [N] whose arrow has full length; without it the largest in this pose.
     """
 
-    def __init__(self, pose: SpatialPose, result: Any, words: Words, peak: float | None = None):
+    def __init__(
+        self, pose: SpatialPose, result: SweepResult, words: Words, peak: float | None = None
+    ):
         self.pose, self.result, self.words, self.peak = pose, result, words, peak
         self.scene, self.sheet = pose.scene, pose.sheet
         self.marks: list[Mark] = []
@@ -333,7 +339,7 @@ class SpatialLoads:
             symbols.mass_center(self.sheet, self.pose.at(place)[:2], f"mass-{name}")
 
 
-def peak_in_space(scene: Any, result: Any, poses: Sequence[int]) -> float | None:
+def peak_in_space(scene: Any, result: SweepResult, poses: Sequence[int]) -> float | None:
     """Return the largest of the forces with a straight arrow that are known, in some poses."""
     sizes = []
     for load in scene.mechanism.loads.values():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results.rotations import matrices
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 MOVES = 1e-9
 """A point whose path is shorter than this share of the longest one stands still."""
@@ -217,7 +221,7 @@ def read_spatial(result: Any) -> SpatialScene:
     return scene
 
 
-def _coordinates(result: Any) -> dict[str, Array]:
+def _coordinates(result: SweepResult) -> dict[str, Array]:
     """Return the joint coordinates that a result holds, (n,) each, by name."""
     found = {
         f"{name}.{word}": np.asarray(own[word], dtype=float)
@@ -229,7 +233,7 @@ def _coordinates(result: Any) -> dict[str, Array]:
     return found | driven
 
 
-def _vectors(result: Any, values: Mapping[str, float]) -> dict[str, Array]:
+def _vectors(result: SweepResult, values: Mapping[str, float]) -> dict[str, Array]:
     """Return the ways (n, 3) from tail to head of the vectors whose coordinates are known."""
     found = {}
     for joint in result.mechanism.joints.values():
