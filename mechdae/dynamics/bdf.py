@@ -20,6 +20,7 @@ from mechdae.dynamics.integrate import LEAST, Integrator, Nodes
 from mechdae.kernels.graphs.stepper import CLOSED, ROUNDING, SLOW
 from mechdae.kernels.run.casadi_warnings import quiet
 from mechdae.numerics import radau
+from mechdae.types import Floats, Graph, Sym, Unknowns
 
 NAME = "bdf, CVODES"
 
@@ -75,7 +76,7 @@ class Bdf(Integrator):
         return True
 
     @cached_property
-    def _equations(self) -> dict[str, Any]:
+    def _equations(self) -> dict[str, Sym]:
         """Rates of (x, v) over natural sizes in a time from 0 to 1, and powers."""
         k, n, stepper = self.kernel, self.kernel.n, self.stepper
         sym = stepper.kind.sym
@@ -91,7 +92,7 @@ class Bdf(Integrator):
         found = {"t": s, "x": y, "p": p, "ode": rates}
         return found | ({"quad": span * power / energy} if stepper.works else {})
 
-    def _limited(self, share: float) -> Any:
+    def _limited(self, share: float) -> Graph:
         """Return the solver of a window whose steps are not longer than about a share of it."""
         if share >= 1:
             return self._window
@@ -100,7 +101,7 @@ class Bdf(Integrator):
             self._short[power] = self._solver(COUNT, 2.0**power)
         return self._short[power]
 
-    def _solver(self, count: int, longest: float = 0.0) -> Any:
+    def _solver(self, count: int, longest: float = 0.0) -> Graph:
         tolerance = STRICT * self.setup.tolerance
         options = {
             "reltol": ROUNDED, "abstol": tolerance, "max_num_steps": STEPS,
@@ -112,14 +113,14 @@ class Bdf(Integrator):
             return ca.integrator("bdf", "cvodes", self._equations, 0.0, grid, options)
 
     @cached_property
-    def _window(self) -> Any:
+    def _window(self) -> Graph:
         return self._solver(COUNT)
 
     @cached_property
-    def _single(self) -> Any:
+    def _single(self) -> Graph:
         return self._solver(1)
 
-    def _integrated(self, solver: Any, state: Any, span: float, signs: Any) -> Any:
+    def _integrated(self, solver: Graph, state: Any, span: float, signs: Any) -> Any:
         """Return the states (n, .) of a window on the constraints, None where CVODES fails."""
         lay, n = self.layout, self.layout.n
         sizes = self.kernel.sizes
@@ -174,7 +175,9 @@ class Bdf(Integrator):
         M = k.value("parts", 0.0, none + 0.1 * k.sizes, none, self.setup.loose)[0]
         return float(np.mean(np.diag(M) * k.sizes**2)) if k.n else 1.0
 
-    def _closed(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any, bool]:
+    def _closed(
+        self, t: Floats, x: Unknowns, v: Floats, signs: Floats
+    ) -> tuple[Floats, Floats, bool]:
         """Return states (n, .) on the constraints, and whether they are."""
         miss = np.inf
         for _ in range(PROJECTIONS):
@@ -186,7 +189,7 @@ class Bdf(Integrator):
         return x, v, miss <= CLOSED * self.setup.tolerance + grain
 
     def steps(
-        self, state: Any, signs: Any, end: float | None = None, longest: float = np.inf
+        self, state: Floats, signs: Floats, end: float | None = None, longest: float = np.inf
     ) -> Iterator[Nodes]:
         """Yield accepted steps, windows of states once a force is stiff, until a time."""
         end = self.setup.end if end is None else end
@@ -200,7 +203,7 @@ class Bdf(Integrator):
                 return
         yield from self._windows(state, signs, end, longest)
 
-    def _windows(self, state: Any, signs: Any, end: float, limit: float) -> Iterator[Nodes]:
+    def _windows(self, state: Floats, signs: Floats, end: float, limit: float) -> Iterator[Nodes]:
         """Yield windows of states until a time or one of no length; no step is beyond a limit."""
         lay = self.layout
         longest = np.inf
@@ -238,7 +241,7 @@ class Bdf(Integrator):
             return min(fine, least)
         return float(gaps[0] / max(1.0, np.ceil(gaps[0] / min(fine, least))))
 
-    def between(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+    def between(self, nodes: Nodes, times: Floats) -> tuple[Any, Any, Any]:
         """Return x, v and works (n, .) at times between states of a window."""
         if not self.active:
             return super().between(nodes, times)
@@ -259,7 +262,7 @@ class Bdf(Integrator):
         found = np.array(rows)
         return lay.of(found, "x"), lay.of(found, "v"), lay.of(found, "w")
 
-    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+    def stepped(self, state: Floats, h: float, signs: Floats) -> Any:
         """Return the state a time later."""
         if not self.active:
             return super().stepped(state, h, signs)
@@ -300,7 +303,7 @@ class Radau(Bdf):
 
         return k.batch("powers", made)
 
-    def _along(self, state: Any, end: float, signs: Any, first: float, limit: float) -> Any:
+    def _along(self, state: Floats, end: float, signs: Floats, first: float, limit: float) -> Any:
         """Yield the states behind each step up to a time.
 
         Raises
@@ -315,10 +318,10 @@ class Radau(Bdf):
         def placed(y: Any) -> tuple[Any, Any]:
             return y[..., :n] * sizes, y[..., n:] * sizes * omega
 
-        def natural(x: Any, v: Any) -> Any:
+        def natural(x: Unknowns, v: Floats) -> Any:
             return np.concatenate([x / sizes, v / (sizes * omega)], axis=-1)
 
-        def rates(times: Any, y: Any) -> Any:
+        def rates(times: Floats, y: Any) -> Any:
             x, v = placed(y)
             a = self.rates(times[:, None], x, v, signs)[0]
             return np.concatenate([v / sizes, a / sizes / omega], axis=1)
@@ -350,7 +353,7 @@ class Radau(Bdf):
             state[lay["h"]] = step.next_length
             yield state
 
-    def _windows(self, state: Any, signs: Any, end: float, limit: float) -> Iterator[Nodes]:
+    def _windows(self, state: Floats, signs: Floats, end: float, limit: float) -> Iterator[Nodes]:
         lay, found = self.layout, [state]
         try:
             for behind in self._along(state, end, signs, float(lay.of(state, "h")), limit):
@@ -364,7 +367,7 @@ class Radau(Bdf):
         if len(found) > 1:
             yield Nodes(np.array(found), signs)
 
-    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+    def stepped(self, state: Floats, h: float, signs: Floats) -> Floats:
         """Return the state a time later; its steps do not count."""
         counts, last = (self.accepted, self.rejected), state
         end = float(self.layout.of(state, "t")) + h

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -18,6 +16,7 @@ from mechdae.errors import (
 )
 from mechdae.kernels.run.call import Call
 from mechdae.numerics.null_space import dependences, freedoms, rank, unit_rows
+from mechdae.types import Floats, Graph, Unknowns
 
 SX = ca.SX
 CLOSED = 1e-9
@@ -73,7 +72,7 @@ def check_start(setup: MotionProblem, begin: Start) -> None:
             )
 
 
-def check_inertia(setup: MotionProblem, x: Any, v: Any) -> None:
+def check_inertia(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
     """Raise for freedoms without inertia.
 
     Raises
@@ -112,7 +111,7 @@ def check_inertia(setup: MotionProblem, x: Any, v: Any) -> None:
     )
 
 
-def check_friction(setup: MotionProblem, x: Any, v: Any) -> None:
+def check_friction(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
     """Raise for friction on forces that superfluous equations leave open.
 
     Multipliers that balance without any load must not press where there is friction, at the
@@ -127,7 +126,7 @@ def check_friction(setup: MotionProblem, x: Any, v: Any) -> None:
     if not k.rubs or not r.rows:
         return
 
-    def gradient() -> Any:
+    def gradient() -> Graph:
         rows = ca.vertcat(*[row.expression for row in r.rows])
         found = SX(ca.jacobian(rows, r.model.q))
         for name, mesh in r.rubbing.meshes.items():
@@ -167,7 +166,7 @@ def check_friction(setup: MotionProblem, x: Any, v: Any) -> None:
         )
 
 
-def check_rest(setup: MotionProblem, x: Any, v: Any) -> None:
+def check_rest(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
     """Raise where superfluous equations contradict each other in their accelerations.
 
     J x'' = gamma is a question of the pose, the speeds and the laws alone: forces are not asked.

@@ -13,6 +13,7 @@ import numpy as np
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.numerics.null_space import freedoms
 from mechdae.numerics.roots import halved
+from mechdae.types import Floats, Integers, Unknowns
 
 RESTS = 10.0
 """Speed, over the slope speed, below which a pair is one that would stick."""
@@ -39,12 +40,12 @@ class Creep:
         self._values = k.batch("sticking", lambda: k.sticking, ())
         self._rhs = k.batch("rhs", lambda: k.rhs, ())
 
-    def look(self, t: Any, x: Any, v: Any) -> None:
+    def look(self, t: Floats, x: Unknowns, v: Floats) -> None:
         """Look at states (n, .)."""
         for i in np.linspace(0, len(t) - 1, min(len(t), MOST)).astype(int).tolist():
             self._state(float(t[i]), x[i], v[i])
 
-    def _state(self, t: float, x: Any, v: Any) -> None:
+    def _state(self, t: float, x: Unknowns, v: Floats) -> None:
         k, count = self.kernel, len(self.slips)
         self.setup.pieces = self.setup.pieces_at(t)
         loose = self.setup.loose
@@ -66,7 +67,7 @@ class Creep:
         elif len(slow) and along.shape[1] == 1:
             self._together(t, x, basis[:, 0], slow)
 
-    def _together(self, t: float, x: Any, way: Any, slow: Any) -> None:
+    def _together(self, t: float, x: Unknowns, way: Floats, slow: Integers) -> None:
         """Keep the creep of pairs of one freedom: its speed leaves no acceleration."""
         loose = self.setup.loose
         way = way / np.linalg.norm(way / self.kernel.sizes)
@@ -98,10 +99,10 @@ class Creep:
                                       "time": t}  # fmt: skip
 
     @property
-    def _units(self) -> Any:
+    def _units(self) -> Floats:
         return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
 
-    def _at(self, function: Any, t: float, x: Any, v: Any, signs: Any) -> list[Any]:
+    def _at(self, function: Any, t: float, x: Unknowns, v: Floats, signs: Floats) -> list[Any]:
         found = function(np.array([[t]]), x[None, :], v[None, :], signs[None, :])
         return [part[0] for part in found]
 

@@ -12,6 +12,7 @@ from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.errors import InfeasibleMotionError
 from mechdae.numerics.null_space import rank
+from mechdae.types import Floats, Unknowns
 
 DEAD = 1e-6
 """Singular value, over the largest, from which a start is one at a dead point."""
@@ -33,7 +34,9 @@ HOPELESS = 1e9
 """Natural sizes that a growth would run through until the end: no number of steps does that."""
 
 
-def singular_values(setup: MotionProblem, t: float, x: Any, v: Any) -> tuple[Any, Any, Any]:
+def singular_values(
+    setup: MotionProblem, t: float, x: Unknowns, v: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return left vectors and singular values of the scaled Jacobian, and the laws' part of J v."""
     k = setup.kernel
     _, J, phi_t = k.value("place", t, x, v, setup.loose)
@@ -42,7 +45,7 @@ def singular_values(setup: MotionProblem, t: float, x: Any, v: Any) -> tuple[Any
 
 
 def dead_point(
-    setup: MotionProblem, t: float, x: Any, v: Any, share: float
+    setup: MotionProblem, t: float, x: Unknowns, v: Floats, share: float
 ) -> tuple[float, str, dict[str, float]] | None:
     """Return what J v = -phi_t leaves at a pose where J has lost rank, None where nothing.
 
@@ -69,7 +72,7 @@ def dead_point(
     return size, f"{names[worst]}{units}", {name: own for name, own in found.items() if own}
 
 
-def feasible(setup: MotionProblem, t: Any, x: Any, v: Any, signs: Any) -> Any:
+def feasible(setup: MotionProblem, t: Any, x: Unknowns, v: Floats, signs: Any) -> Any:
     """Return which states (n, .) have speeds that meet the constraints and the laws of time."""
     k = setup.kernel
     gaps = np.empty(len(t))
@@ -81,7 +84,7 @@ def feasible(setup: MotionProblem, t: Any, x: Any, v: Any, signs: Any) -> Any:
     return gaps <= MEETS
 
 
-def check_dead_start(setup: MotionProblem, x: Any, v: Any) -> None:
+def check_dead_start(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
     """Raise where the laws of time ask for speeds that the joints do not have at the start.
 
     Raises
@@ -152,7 +155,7 @@ class Growth:
         self._before = (t, height)
         return grown > 0
 
-    def _hopeless(self, state: Any) -> bool:
+    def _hopeless(self, state: Floats) -> bool:
         """Return whether speeds grow like exp(t) and would run through too much until the end.
 
         The last doublings took as long each as those before.
@@ -169,7 +172,7 @@ class Growth:
         way = speed * np.expm1(min(rate * left, 600.0)) / rate
         return bool(np.abs(lay.of(state, "x") / sizes).max() > AWAY and way > HOPELESS)
 
-    def _cut(self, state: Any) -> Cut:
+    def _cut(self, state: Floats) -> Cut:
         """Return the end of the motion at a state."""
         lay, sizes = self.integrator.layout, self.setup.kernel.sizes
         t, v, w = (lay.of(state, name) for name in "tvw")
@@ -236,7 +239,7 @@ def stalled(
 
 
 def crawling(
-    setup: MotionProblem, integrator: Integrator, state: Any, steps: int
+    setup: MotionProblem, integrator: Integrator, state: Floats, steps: int
 ) -> tuple[str, dict[str, Any]]:
     """Return the fault and the event of a motion that takes too many steps."""
     t, h = (float(integrator.layout.of(state, name)) for name in "th")

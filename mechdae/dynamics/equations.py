@@ -36,6 +36,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.motion.kinematics import prepared
 from mechdae.motion.kinematics.shapes import free_numbers, size_of
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym, Unknowns
 
 SX = ca.SX
 TOLERANCE = 1e-9
@@ -88,7 +89,7 @@ class MotionProblem:
     held: dict[tuple[str, str], float] = field(default_factory=dict)
     meshes: dict[str, Mesh | SpatialMesh] = field(default_factory=dict)
     longest: float | None = None
-    pieces: Any = field(default_factory=lambda: np.zeros(0))
+    pieces: Floats = field(default_factory=lambda: np.zeros(0))
     likely: tuple[str, ...] = ()
 
     @structure_property
@@ -147,21 +148,21 @@ class MotionProblem:
         return self._with(self._rubbing(False))
 
     @property
-    def loose(self) -> Any:
+    def loose(self) -> Floats:
         """Inputs of dry friction that neither rubs nor locks, and `fixed`."""
         return np.concatenate([np.zeros(self.rubbing.signs.numel()), self.fixed])
 
     @property
-    def fixed(self) -> Any:
+    def fixed(self) -> Floats:
         """The pieces of tables, and the values of what is held."""
         return np.concatenate([self.pieces, list(self.held.values())])
 
-    def pieces_at(self, t: float) -> Any:
+    def pieces_at(self, t: float) -> Floats:
         """Return the pieces of tables over the time that hold right behind a time."""
         found = [table.piece(t) for table in self.loads.timed]
         return np.concatenate(found) if found else np.zeros(0)
 
-    def laws_at(self, t: float, pieces: Any) -> list[Any]:
+    def laws_at(self, t: float, pieces: Floats) -> list[Floats]:
         """Return the values and the rates of the laws of time, for pieces of tables."""
         loads, model = self.loads, self.model
 
@@ -173,7 +174,7 @@ class MotionProblem:
 
         return list(self.cache("laws", made)(t, pieces, model.p_values))
 
-    def sided(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    def sided(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Floats:
         """Return inputs (n, k) of dry friction with the signs that smoothed friction has."""
         if not self.smooth:
             return signs
@@ -184,7 +185,7 @@ class MotionProblem:
         )[0]
         return found
 
-    def renewed(self, signs: Any) -> Any:
+    def renewed(self, signs: Floats) -> Floats:
         """Return inputs of dry friction with the pieces of tables that hold now."""
         return np.concatenate([signs[: self.rubbing.signs.numel()], self.fixed])
 
@@ -213,7 +214,7 @@ class MotionProblem:
         return self.task.friction == "smooth" and self.rubbing.count > 0
 
     @cached_property
-    def widths(self) -> Any:
+    def widths(self) -> Floats:
         """Slope speeds of smoothed friction by slip; of a pin without omega_s, v_s over its radius.
 
         Raises
@@ -270,7 +271,7 @@ class MotionProblem:
             powers.append(r.driven_power(a) + sum(lost, SX(0)))
         return Stepper(self.kernel, ca.vertcat(*powers) if powers else SX(0, 1), a, m)
 
-    def _part(self, j: int) -> Any:
+    def _part(self, j: int) -> Sym:
         """Return the share of its size that a force of friction has: below 1 where smoothed."""
         owner = self.released.rubbing.owners[j] if self.smooth else None
         return SX(1) if owner is None else ca.fabs(self.released.signs[owner])
@@ -346,7 +347,7 @@ def as_motion(task: Equilibrium) -> Motion:
     return Motion(start=task.start, drivers=task.drivers, until=1.0, friction=task.friction)
 
 
-def _times(task: Motion, known: Mapping[str, float]) -> tuple[float, Any]:
+def _times(task: Motion, known: Mapping[str, float]) -> tuple[float, Floats | None]:
     """Return the end and the times of output, None for the steps."""
     times = None
     if task.at is not None:
@@ -382,7 +383,7 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
                 raise problem.inside(f"drivers[{i}].table") from None
             laws.append(Law(coordinate(model.mechanism, driver.coordinate), value))
             continue
-        text: Any = driver.law if driver.law is not None else (driver.at or (0.0,))[0]
+        text: float | str = driver.law if driver.law is not None else (driver.at or (0.0,))[0]
         try:
             value = SX(build(text, known, FUNCTIONS)) if isinstance(text, str) else SX(text)
         except MechdaeError as problem:
@@ -487,7 +488,7 @@ def idle(setup: MotionProblem) -> list[tuple[str, str]]:
     M, f, J, _ = kernel.parts(*kernel.inputs[:4], SX(ca.DM(kernel.numbers)))
     found = []
     for i in np.flatnonzero(~moved).tolist():
-        own: list[Any] = [*SX(M[:, i]).nonzeros(), *SX(J[:, i]).nonzeros(), SX(f)[i]]
+        own: list[Sym] = [*SX(M[:, i]).nonzeros(), *SX(J[:, i]).nonzeros(), SX(f)[i]]
         if all(entry.is_zero() for entry in own):
             found.append(setup.plain.coordinates.keys[i])
     return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -15,16 +14,17 @@ from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.run.batch import Batch
+from mechdae.types import Floats, Sym, Unknowns
 
 SX = ca.SX
 
 
 def over_states(
-    model: Model, loads: Loads, text: str, more: Mapping[str, Any], seen: tuple[str, ...] = ()
-) -> Any:
+    model: Model, loads: Loads, text: str, more: Mapping[str, Sym], seen: tuple[str, ...] = ()
+) -> Sym:
     """Return an expression over (q, v, a, t, p) of the model; `more` are further names."""
     mechanism = model.mechanism
-    known: dict[str, Any] = dict(more)
+    known: dict[str, Sym] = dict(more)
     for used in names_in(text):
         if used in known:
             continue
@@ -73,7 +73,9 @@ class WithReactions:
         self._batch = Batch(function, [5])
         self.function = function
 
-    def __call__(self, q: Any, v: Any, a: Any, t: Any, forces: Mapping[str, Any], p: Any) -> Any:
+    def __call__(
+        self, q: Unknowns, v: Floats, a: Floats, t: Floats, forces: Mapping[str, Floats], p: Floats
+    ) -> Floats:
         """Return the values (n, names)."""
         flat = np.hstack([forces[joint] for joint in self.joints])
         return self._batch(q, v, a, t[:, None], flat, p)[0]

@@ -19,6 +19,7 @@ from mechdae.dynamics.watchers.lift_off import HoldingContacts
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.forces.friction_solutions import SAME, apart, solutions_of
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Floats, Graph, Matrices, Unknowns
 
 LEAST = 1e-150
 
@@ -65,14 +66,16 @@ class Sizes:
     def _coupling(self) -> Any:
         k = self.kernel
 
-        def made() -> Any:
+        def made() -> Graph:
             columns, starts, slopes = k.coupling(*k.inputs)
             results = [ca.vec(columns), starts, ca.vec(slopes)]
             return without_repeats("coupling", k.inputs, results)
 
         return k.batch("coupling", made)
 
-    def _growths(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
+    def _growths(
+        self, t: Floats | float, x: Unknowns, v: Floats, signs: Floats
+    ) -> tuple[Matrices, Floats]:
         """Return (n, k, k) bounds of how sizes change each other, and weights (n, k) of them."""
         _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
                                       signs)  # fmt: skip
@@ -96,12 +99,12 @@ class Sizes:
             K[:, j] = norm
         return K, 1 + K.sum(axis=2)
 
-    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    def contractions(self, t: Floats | float, x: Unknowns, v: Floats, signs: Floats) -> Any:
         """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
         K, weights = self._growths(t, x, v, signs)
         return (np.einsum("nij,nj->ni", K, weights) / weights).max(axis=1, initial=0.0)
 
-    def _share(self, t: float, x: Any, v: Any, signs: Any) -> float:
+    def _share(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> float:
         """Return the share of the coefficients with which one solution is sure, 0 for none.
 
         Forces of teeth on bearings stay as they are.
@@ -116,7 +119,9 @@ class Sizes:
     def _laws(self) -> list[str]:
         return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
 
-    def _parts(self, t: float, x: Any, v: Any, signs: Any) -> tuple[Any, Any, Any]:
+    def _parts(
+        self, t: float, x: Unknowns, v: Floats, signs: Floats
+    ) -> tuple[Floats, Floats, Floats]:
         """Return solutions by unit of friction, the linear forms and their slopes, see `Kernel`."""
         columns, starts, slopes = (
             part[0] for part in self._coupling(np.array([[t]]), x[None, :], v[None, :], signs)
@@ -124,7 +129,7 @@ class Sizes:
         rubs = self.kernel.rubs
         return columns.reshape(rubs + 1, -1).T, starts, slopes.reshape(rubs, -1).T
 
-    def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
+    def solutions(self, t: float, x: Any, v: Floats, signs: Floats) -> list[tuple[Floats, Floats]]:
         """Return all sizes of friction that fit their laws, and accelerations of x with each."""
         columns, starts, slopes = self._parts(t, x, v, signs)
         n, places = self.kernel.n, self.kernel.places
@@ -138,7 +143,7 @@ class Sizes:
         own = self.setup.released.rubbing.feedbacks
         return list(dict.fromkeys(feedback.joint for feedback in own if feedback.friction))
 
-    def pulls(self, t: float, x: Any, v: Any, signs: Any, m: Any = None) -> bool:
+    def pulls(self, t: float, x: Unknowns, v: Floats, signs: Floats, m: Any = None) -> bool:
         """Return whether a contact that is declared one-sided would have to pull.
 
         With the sizes of friction that Newton's method finds, or others.
@@ -156,7 +161,7 @@ class Sizes:
         return bool((self._contacts.holding(*at, signs, a, inner) < 0).any())
 
     def _one_left(
-        self, t: float, x: Any, v: Any, signs: Any, found: list[Any],
+        self, t: float, x: Unknowns, v: Floats, signs: Floats, found: list[Any],
         agrees: Callable[[Any], bool] | None,
     ) -> bool:  # fmt: skip
         """Return whether all solutions but one are ruled out.
@@ -194,7 +199,12 @@ class Sizes:
         return True
 
     def check(
-        self, t: float, x: Any, v: Any, signs: Any, agrees: Callable[[Any], bool] | None = None
+        self,
+        t: float,
+        x: Unknowns,
+        v: Floats,
+        signs: Floats,
+        agrees: Callable[[Any], bool] | None = None,
     ) -> bool:
         """Raise where the laws of friction give no accelerations, or several.
 

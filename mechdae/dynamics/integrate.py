@@ -14,6 +14,7 @@ from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
+from mechdae.types import Floats, Unknowns
 
 LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""
@@ -36,10 +37,10 @@ class Nodes:
     """
 
     states: Any
-    signs: Any
+    signs: Floats
     stalled: bool = False
 
-    def until(self, state: Any) -> Nodes:
+    def until(self, state: Floats) -> Nodes:
         """Return the steps up to a state inside one of them."""
         before = self.states[:, 0] < state[0]
         return Nodes(np.vstack([self.states[before], state[None, :]]), self.signs)
@@ -53,7 +54,7 @@ class Cut:
     leaves no way, ``end`` (what to say, event) why it ends; none of them: it is to stop here.
     """
 
-    state: Any
+    state: Floats
     turn: Any = None
     verdict: NoWay | None = None
     end: tuple[str, dict[str, Any]] | None = None
@@ -122,14 +123,16 @@ class Integrator:
         """(t, x, v, signs) -> x'', lambda for many states."""
         return self.kernel.batch("rhs", lambda: self.kernel.rhs)
 
-    def acceleration(self, t: float, x: Any, v: Any, signs: Any) -> Any:
+    def acceleration(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> Any:
         """Return x'' at one state."""
         self.rhs += 1
         return self._rhs(t, x, v, signs)[0]
 
     # -- states --------------------------------------------------------------------------------
 
-    def first(self, t: float, x: Any, v: Any, w: Any, signs: Any, h: float = 0.0) -> Any:
+    def first(
+        self, t: float, x: Unknowns, v: Floats, w: Floats, signs: Floats, h: float = 0.0
+    ) -> Any:
         """Return the state that an integration starts from."""
         self.rhs += 1
         a, inner = self._rhs(t, x, v, signs)
@@ -151,7 +154,7 @@ class Integrator:
         state[lay["omega"]] = top if top > 0 else 1 / span
         return state
 
-    def _driven(self, t: float, x: Any, v: Any, signs: Any) -> float:
+    def _driven(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> float:
         """Return the frequency of what laws of time turn in space, 0 without any.
 
         Beside a shaft that turns steadily, arms may rest: rounding of their speeds is no motion.
@@ -163,12 +166,12 @@ class Integrator:
         sizes = setup.model.coordinates.sizes(setup.length)
         return float(np.max(np.abs(rates(t, x, v, signs)[0]) / sizes, initial=0.0))
 
-    def _frequency(self, v: Any, a: Any) -> float:
+    def _frequency(self, v: Floats, a: Floats) -> float:
         sizes = self.kernel.sizes
         return float(np.maximum(np.abs(v) / sizes, np.sqrt(np.abs(a) / sizes)).max(initial=0.0))
 
     def steps(
-        self, state: Any, signs: Any, end: float | None = None, longest: float = np.inf
+        self, state: Floats, signs: Floats, end: float | None = None, longest: float = np.inf
     ) -> Iterator[Nodes]:
         """Yield accepted steps, none longer than `longest`, until a time or a step of nothing."""
         lay, end = self.layout, self.setup.end if end is None else end
@@ -193,7 +196,7 @@ class Integrator:
             if stalled:
                 return
 
-    def between(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+    def between(self, nodes: Nodes, times: Floats) -> tuple[Any, Any, Any]:
         """Return x, v and works (n, .) at times inside accepted steps, on the constraints."""
         lay, states = self.layout, nodes.states
         starts = lay.of(states, "t")
@@ -219,7 +222,7 @@ class Integrator:
             x[k], v[k], w[k] = (node[lay[name]] for name in ("x", "v", "w"))
         return x, v, w
 
-    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+    def stepped(self, state: Floats, h: float, signs: Floats) -> Floats:
         """Return the state after one step of a given size."""
         lay = self.layout
         parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
@@ -232,11 +235,11 @@ class Integrator:
         after[lay["t"]] = state[lay["t"]] + h
         return after
 
-    def projected(self, t: float, x: Any, v: Any, signs: Any) -> Any:
+    def projected(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> Any:
         """Return the rates of x on the constraints and with locks."""
         return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
 
-    def located(self, state: Any, h: float, signs: Any, value: Callable[[Any], float]) -> Any:
+    def located(self, state: Floats, h: float, signs: Floats, value: Callable[[Any], float]) -> Any:
         """Return the state inside a step where a value over states vanishes.
 
         The step is repeated with other sizes: the root is as exact as the integration. The value
@@ -248,10 +251,10 @@ class Integrator:
 
     def met(
         self,
-        state: Any,
-        low: tuple[float, Any],
-        high: tuple[float, Any],
-        signs: Any,
+        state: Floats,
+        low: tuple[float, Floats],
+        high: tuple[float, Floats],
+        signs: Floats,
         value: Callable[[Any], float],
     ) -> Any:
         """Return the state between two others where a value over states vanishes.

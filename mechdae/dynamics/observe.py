@@ -19,6 +19,7 @@ from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.records import dataclass
+from mechdae.types import Floats, Graph, Integers, Sym, Unknowns
 
 SX = ca.SX
 
@@ -29,14 +30,14 @@ class States:
 
     t: Any
     x: Any
-    v: Any
+    v: Floats
     a: Any
-    lam: Any
+    lam: Floats
     w: Any
     signs: Any
 
 
-def alike(patterns: Any, rows: Any = None) -> Iterator[tuple[Any, Any]]:
+def alike(patterns: Any, rows: Integers | None = None) -> Iterator[tuple[Any, Integers]]:
     """Yield each pattern (n, k) among some rows with the rows that have it."""
     rows = np.arange(len(patterns)) if rows is None else rows
     while len(rows):
@@ -65,7 +66,7 @@ class Observer:
         `made` gives its results and further inputs.
         """
 
-        def function() -> Any:
+        def function() -> Graph:
             results, more = made()
             return self.kernel.function(name, [ca.densify(e) for e in results], more)
 
@@ -75,14 +76,14 @@ class Observer:
         """Return absolute coordinates with their rates and accelerations, (n, nq) each."""
         r = self.r
 
-        def made() -> tuple[list[Any], list[Any]]:
+        def made() -> tuple[list[Sym], list[Sym]]:
             a = SX.sym("a", r.x.numel())
             return [r.q, r.qd, r.bias + r.V @ a], [a]
 
         q, v, a = self.many("absolute", made)(s.t[:, None], s.x, s.v, s.signs, s.a)
         return q, v, a
 
-    def energies(self, s: States) -> tuple[Any, dict[str, Any]]:
+    def energies(self, s: States) -> tuple[Floats, dict[str, Floats]]:
         """Return the kinetic energy (n,) and the potential ones by load."""
         r = self.r
         energies = self.many("energies", lambda: ([ca.vertcat(r.kinetic, *r.stores.values())], []))
@@ -99,7 +100,7 @@ class Observer:
         function = ca.Function("gaps", inputs, [ca.densify(rows), ca.densify(rate)])
         return Batch(function, [4], straight=lambda: None)
 
-    def gaps(self, s: States, q: Any, v: Any) -> tuple[Any, Any]:
+    def gaps(self, s: States, q: Unknowns, v: Floats) -> tuple[Any, Any]:
         """Return the largest gap of all equations at each state, and that of their rates.
 
         Over a length of the mechanism, angles as they are.
@@ -124,7 +125,7 @@ class Observer:
             lam[rows] = rates(s.t[rows, None], s.x[rows], s.v[rows], signs)[1]
         return replace(s, lam=lam)
 
-    def _multipliers(self) -> tuple[list[Any], list[Any]]:
+    def _multipliers(self) -> tuple[list[Sym], list[Sym]]:
         """(..., a, lambda of what is left, forces of locks, sizes) -> multipliers of all."""
         r, k = self.r, self.kernel
         a, inner = SX.sym("a", r.x.numel()), SX.sym("lam", k.inner)
@@ -135,16 +136,16 @@ class Observer:
             push += r.rubbed @ inner[k.m + k.slips :]
         return [recovered(r, push, inner[: k.m])], [a, inner]
 
-    def multipliers(self, s: States) -> Any:
+    def multipliers(self, s: States) -> Floats:
         """Return the multipliers of all equations, (n, rows)."""
         if not self.r.rows:
             return np.zeros((len(s.t), 0))
         inner = self._inner(s)
         multipliers = self.many("multipliers", self._multipliers)
-        found: Any = multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner)[0]
+        found: Floats = multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner)[0]
         return found
 
-    def _inner(self, s: States) -> Any:
+    def _inner(self, s: States) -> Floats:
         inner = np.zeros((len(s.t), self.kernel.inner))
         inner[:, : s.lam.shape[1]] = s.lam
         return inner
@@ -181,7 +182,7 @@ class Observer:
         function = ca.Function("reactions", inputs, [ca.vertcat(*results)])
         return Batch(function, [4], straight=lambda: None)
 
-    def reactions(self, s: States, q: Any, lam: Any) -> dict[str, Any]:
+    def reactions(self, s: States, q: Unknowns, lam: Floats) -> dict[str, Any]:
         """Return force and moment about the second body's point, on the second body.
 
         (n, 3), in space (n, 6); friction of the joint is in them.
@@ -192,14 +193,14 @@ class Observer:
         flat = flat.reshape(len(q), -1, 3)
         return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}
 
-    def _in_space(self, s: States, lam: Any) -> dict[str, Any]:
+    def _in_space(self, s: States, lam: Floats) -> dict[str, Floats]:
         """Return them in space; beside teeth whose forces are not known there are none."""
         joints = list(self.model.mechanism.joints)
         if not set(meshed(self.model)) <= self.r.rubbing.meshes.keys():
             return {name: np.full((len(s.t), 6), np.nan) for name in joints}
         r, k = self.r, self.kernel
 
-        def made() -> tuple[list[Any], list[Any]]:
+        def made() -> tuple[list[Sym], list[Sym]]:
             a, every = SX.sym("a", r.x.numel()), SX.sym("lam", len(r.rows))
             inner = SX.sym("inner", k.inner)
             _, held, sizes = ca.vertsplit(inner, [0, k.m, k.m + k.slips, k.inner])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
@@ -18,6 +18,11 @@ from mechdae.motion.setup.named_outputs import NamedOutputs, requests
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
 from mechdae.results import Named, Series
+from mechdae.types import Floats, Reactions, Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.tree.joint_chains import WayProducts
+    from mechdae.results.lazy import LazyPart
 
 
 @dataclass(frozen=True)
@@ -28,10 +33,10 @@ class Whole:
     selection: Selection
     groups: tuple[Any, ...] = ()
 
-    def expression(self, absolute: Any) -> Any:
+    def expression(self, absolute: Sym) -> Sym:
         return absolute
 
-    def keep_reaches(self, values: Any, reaches: Any) -> None:
+    def keep_reaches(self, values: list[Sym], reaches: list[WayProducts | None]) -> None:
         """Reaches serve bounds, which motions do not have."""
 
 
@@ -76,7 +81,7 @@ class Reported:
         self.notes: list[str] = []
 
     def evaluate(
-        self, coordinates: tuple[Any, Any, Any], t: Any, there: Any
+        self, coordinates: tuple[Floats, Floats, Floats], t: Any, there: Any
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Return the tables and the series of the outputs without reactions.
 
@@ -94,12 +99,15 @@ class Reported:
         columns = self._outputs.columns(self._expressions.coordinates)
         found, lost = self._expressions.evaluate([part[:, columns] for part in y], t, there)
         self.notes = self._expressions.notes + lost
-        tables: dict[str, Any] = self._outputs.named(y if self.moves else y[:1])
+        tables: dict[str, Named] = self._outputs.named(y if self.moves else y[:1])
         return tables, {own: dict(found[own]) for own in found}
 
     def of_forces(
-        self, coordinates: tuple[Any, Any, Any], t: Any, reactions: Mapping[str, Any]
-    ) -> dict[str, dict[str, Any]]:
+        self,
+        coordinates: tuple[Floats, Floats, Floats],
+        t: Floats,
+        reactions: Mapping[str, Reactions],
+    ) -> dict[str, dict[str, Floats]]:
         """Return the series of the outputs that use reactions."""
         if not self.forced:
             return {}
@@ -110,11 +118,11 @@ class Reported:
         values = function(*coordinates, t, reactions, setup.model.p_values)
         return {own: {"value": values[:, k]} for k, own in enumerate(self.forced)}
 
-    def with_reactions(self, joints: Named, reactions: Mapping[str, Any]) -> Named:
+    def with_reactions(self, joints: Named, reactions: Mapping[str, Floats | LazyPart]) -> Named:
         """Return the series of joints with their reactions."""
         found = {}
         for joint in self.chosen.joints:
-            own: dict[str, Any] = dict(joints.get(joint, {}))
+            own: dict[str, Floats | LazyPart] = dict(joints.get(joint, {}))
             if joint in reactions:
                 own["reaction"] = reactions[joint]
             found[joint] = Series(own)

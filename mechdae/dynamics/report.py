@@ -29,6 +29,7 @@ from mechdae.results import (
     events_of,
     statuses,
 )
+from mechdae.types import Json
 
 BALANCED = 1e-3
 """Gap of the energy balance, over the energies that move, that is a fault."""
@@ -234,7 +235,7 @@ def _summary(run: MotionRun, drift: Any, rates: Any) -> dict[str, Any]:
 
 def _events(run: MotionRun) -> tuple[Event, ...]:
     lay = run.integrator.layout
-    found: list[dict[str, Any]] = [
+    found: list[Json] = [
         {"kind": "singular", "code": "S1", "at": t, "time": t, "rank_drop": drop}
         for t, drop in run.passages.found
     ]

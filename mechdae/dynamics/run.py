@@ -24,6 +24,7 @@ from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+from mechdae.types import Floats, Json
 
 MOST = 400_000
 """States that are kept."""
@@ -52,11 +53,11 @@ class MotionRun:
     first_energy: float = 0.0
     states: States = field(init=False)
     last: Any = None
-    last_signs: Any = None
+    last_signs: Floats | None = None
     rests: float | None = None
     fault: str | None = None
     ends: dict[str, Any] | None = None
-    marks: list[tuple[Any, Any]] = field(default_factory=list)
+    marks: list[tuple[Floats, Floats]] = field(default_factory=list)
     undecided: tuple[float, str] = (-1.0, "")
     turns: list[tuple[float, str]] = field(default_factory=list)
 
@@ -91,7 +92,7 @@ class MotionRun:
         event = {"kind": verdict.status, "code": verdict.code, "at": t, "time": t}
         self.end(f"at t = {t:.9g} s: {verdict}", event | verdict.facts)
 
-    def end(self, fault: str, event: dict[str, Any]) -> None:
+    def end(self, fault: str, event: Json) -> None:
         """Keep why a motion ends before its time, and the event of it."""
         self.fault = fault
         self.ends = event
@@ -115,7 +116,7 @@ class OutputStates:
         signs = np.broadcast_to(np.asarray(signs, float), (len(t), len(signs)))
         self.rows.append((t, *(np.atleast_2d(part) for part in (x, v, w)), signs))
 
-    def stacked(self) -> tuple[Any, ...]:
+    def stacked(self) -> tuple[Floats, ...]:
         """Return all of them."""
         return tuple(np.concatenate(parts) for parts in zip(*self.rows, strict=True))
 
@@ -158,7 +159,7 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
 
 
 def _stretched(
-    run: MotionRun, kept: OutputStates, state: Any, signs: Any, stretch: StepLimit
+    run: MotionRun, kept: OutputStates, state: Floats, signs: Floats, stretch: StepLimit
 ) -> Cut | None:
     """Integrate over a stretch of time; return where the motion does not go on as it did."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
@@ -182,7 +183,7 @@ def _stretched(
     return None
 
 
-def _turned(run: MotionRun, turn: Turn, signs: Any) -> tuple[Any, Any]:
+def _turned(run: MotionRun, turn: Turn, signs: Floats) -> tuple[Any, Any]:
     """Return the state and the inputs of friction right behind an event of friction."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay, after = integrator.layout, turn.state
@@ -211,7 +212,7 @@ def _turned(run: MotionRun, turn: Turn, signs: Any) -> tuple[Any, Any]:
     return state, signs
 
 
-def _resumed(run: MotionRun, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
+def _resumed(run: MotionRun, state: Floats, signs: Floats, t: float) -> tuple[Floats, Floats]:
     """Return the state and the inputs of friction right behind a breakpoint."""
     integrator, lay = run.integrator, run.integrator.layout
     run.setup.pieces = run.setup.pieces_at(t)
@@ -222,7 +223,7 @@ def _resumed(run: MotionRun, state: Any, signs: Any, t: float) -> tuple[Any, Any
     return found, signs
 
 
-def _rest(run: MotionRun, kept: OutputStates, state: Any, signs: Any) -> None:
+def _rest(run: MotionRun, kept: OutputStates, state: Floats, signs: Floats) -> None:
     """Keep the states of a mechanism that rests until the end."""
     setup, lay = run.setup, run.integrator.layout
     last = state.copy()
@@ -237,7 +238,7 @@ def _rest(run: MotionRun, kept: OutputStates, state: Any, signs: Any) -> None:
         kept.add(ahead, x, v, w, signs)
 
 
-def _keep(kept: OutputStates, nodes: Nodes, integrator: Integrator, times: Any) -> None:
+def _keep(kept: OutputStates, nodes: Nodes, integrator: Integrator, times: Floats | None) -> None:
     """Keep the states of output inside accepted steps."""
     lay, states = integrator.layout, nodes.states
     if len(states) < 2:

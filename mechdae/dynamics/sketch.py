@@ -24,6 +24,7 @@ from mechdae.motion.kinematics.driverless import assembled, independent, likely_
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.setup.drivers import Sketch
 from mechdae.numerics.null_space import freedoms
+from mechdae.types import Floats, Unknowns
 
 CLOSED = 1e-12
 """Left-over of a constraint, over its natural size, that counts as closed."""
@@ -55,8 +56,8 @@ class JointClosing(Protocol):
     sizes: Any
     scales: Any
 
-    def rows(self, x: Any) -> tuple[Any, Any]: ...
-    def close(self, x: Any, aims: Any, short: float = ...) -> tuple[Any, float]: ...
+    def rows(self, x: Unknowns) -> tuple[Any, Any]: ...
+    def close(self, x: Unknowns, aims: Any, short: float = ...) -> tuple[Any, float]: ...
     def sketched_places(self) -> dict[int, float]: ...
 
 
@@ -72,7 +73,7 @@ class AssembledSketch:
         drawn = closing.drawn.coordinates(self.setup.problem.mechanism)
         self.known = drawn | closing.places
 
-    def pose(self, rough: Any) -> Any:
+    def pose(self, rough: Floats) -> Any:
         """Return the free coordinates of the assembled sketch, None where no sweep assembles it.
 
         `rough` is a pose next to the sketch.
@@ -108,7 +109,7 @@ class AssembledSketch:
             )
         return None
 
-    def _drivers(self, x: Any) -> list[NamedCoordinate]:
+    def _drivers(self, x: Unknowns) -> list[NamedCoordinate]:
         """Return as many coordinates as there are freedoms, none where they do not tell them."""
         closing, problem = self.closing, self.setup.problem
         named = [c.text for c in closing.named]
@@ -118,7 +119,7 @@ class AssembledSketch:
         found = independent(every, lambda c: self._slope(c, x)[1] * closing.sizes, basis)
         return found if len(found) == basis.shape[1] else []
 
-    def _slope(self, c: NamedCoordinate, x: Any) -> tuple[float, Any]:
+    def _slope(self, c: NamedCoordinate, x: Any) -> tuple[float, Floats]:
         """Return the value of a coordinate and its gradient by the free ones."""
         r, model = self.r, self.setup.model
 
@@ -161,7 +162,7 @@ class PlanarSketch:
         open_chain = not self.closing.m and not self.closing.said & self.closing.places.keys()
         if open_chain or (not loose and self._exact(*first, guess, lengths)):
             return first[0], first[0]
-        closed: list[Any] = []
+        closed: list[Floats] = []
         nearest = first
         for x, left in itertools.chain([first], tries):
             nearest = min(nearest, (x, left), key=lambda own: own[1])
@@ -181,7 +182,7 @@ class PlanarSketch:
             )
         return closed[0], closed[0]
 
-    def _guess(self) -> tuple[Any, list[int], list[int]]:
+    def _guess(self) -> tuple[Unknowns, list[int], list[int]]:
         """Return what the sketch says of coordinates, and constrained ones that it leaves out.
 
         The last result are lengths that joints hold.
@@ -203,7 +204,7 @@ class PlanarSketch:
         lengths = np.flatnonzero(self.r.coordinates.lengths).tolist()
         return guess, [i for i in unknown if i in held], [i for i in lengths if i in held]
 
-    def _closings(self, guess: Any, loose: list[int]) -> Iterator[tuple[Any, float]]:
+    def _closings(self, guess: Unknowns, loose: list[int]) -> Iterator[tuple[Floats, float]]:
         """Yield poses closed from a guess with `loose` turned about, and what is left of each."""
         closing = self.closing
         tried = itertools.product(CORNERS, repeat=len(loose))
@@ -216,7 +217,7 @@ class PlanarSketch:
                 x, _ = closing.close(x, closing.sketched_places(), short=0.5)
             yield closing.close(x, {}, short=0.5)
 
-    def _placed(self, x: Any) -> Any:
+    def _placed(self, x: Unknowns) -> Floats:
         """Return x with its lengths fitted while its angles stay."""
         closing = self.closing
         moved = np.flatnonzero(self.r.coordinates.lengths)
@@ -232,7 +233,7 @@ class PlanarSketch:
             x[moved] += closing.sizes[moved] * step
         return x
 
-    def _exact(self, x: Any, left: float, guess: Any, lengths: list[int]) -> bool:
+    def _exact(self, x: Unknowns, left: float, guess: Unknowns, lengths: list[int]) -> bool:
         """Return whether a closed pose is all that the sketch says, and that says all of it."""
         if left >= CLOSED:
             return False
@@ -245,7 +246,7 @@ class PlanarSketch:
         gaps += list(((x - guess) / closing.sizes)[self.r.coordinates.turns])
         return bool(np.max(np.abs(gaps), initial=0.0) < EXACT)
 
-    def _same(self, x: Any, other: Any) -> bool:
+    def _same(self, x: Unknowns, other: Any) -> bool:
         gap = (x - other) / self.closing.sizes
         turns = self.r.coordinates.turns
         gap[turns] = np.remainder(gap[turns] + np.pi, 2 * np.pi) - np.pi

@@ -23,6 +23,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.motion.assembly.closure import bar_lengths, straight
 from mechdae.motion.setup.drivers import sketched
 from mechdae.records import dataclass
+from mechdae.types import Floats, Unknowns
 
 STEPS = 60
 OPEN = 1e-6
@@ -42,7 +43,7 @@ class Start:
     """Absolute coordinates and rates at t = 0, and how far the numbers given were corrected."""
 
     q: Any
-    qd: Any
+    qd: Floats
     correction: float
 
 
@@ -96,13 +97,15 @@ class _Starter:
         """Return the speed below which a coordinate stands still until the end."""
         return STILL * (1.0 if c.is_angle else self.setup.length) / self.setup.end
 
-    def rows(self, x: Any) -> tuple[Any, Any]:
+    def rows(self, x: Unknowns) -> tuple[Any, Any]:
         """Return constraints and moved coordinates, and their Jacobian, over natural sizes."""
         phi, J = self._rows(x, self.setup.model.p_values)
         J = np.reshape(J, (len(phi), self.n))
         return phi / self.scales, J * self.sizes / self.scales[:, None]
 
-    def close(self, x: Any, aims: Mapping[int, float], short: float = np.inf) -> tuple[Any, float]:
+    def close(
+        self, x: Unknowns, aims: Mapping[int, float], short: float = np.inf
+    ) -> tuple[Any, float]:
         """Return x with the constraints closed and some moved coordinates on their aims.
 
         `aims` are values over natural sizes by place in `moving`. The second result is the
@@ -181,7 +184,7 @@ class _Starter:
 
     # -- the start -----------------------------------------------------------------------------
 
-    def positions(self) -> tuple[Any, float]:
+    def positions(self) -> tuple[Floats, float]:
         """Return the free coordinates of the start and the largest correction of numbers given."""
         x = self.sketch()
         places = {k: c for k, c in enumerate(self.moving) if c in self.aims}
@@ -203,7 +206,7 @@ class _Starter:
         found, _ = self.close(x, {})
         return found, float(np.max(np.abs((found - x) / self.sizes), initial=0.0))
 
-    def _direct(self, x: Any, goals: Mapping[int, float]) -> tuple[Any, float] | None:
+    def _direct(self, x: Unknowns, goals: Mapping[int, float]) -> tuple[Floats, float] | None:
         """Return the start where it is near the sketch."""
         values, _ = self.rows(x)
         far = max(abs(values[self.m + k] - goal) for k, goal in goals.items())
@@ -219,7 +222,7 @@ class _Starter:
         # more numbers than freedoms fit each other at their end only
         return (found, left) if extra < len(goals) else None
 
-    def _way(self, x: Any, goals: Mapping[int, float]) -> tuple[Any, float]:
+    def _way(self, x: Any, goals: Mapping[int, float]) -> tuple[Floats, float]:
         """Return the start at the end of a way from the sketch, in short steps."""
         values, _ = self.rows(x)
         first = {k: values[self.m + k] for k in goals}
@@ -242,13 +245,13 @@ class _Starter:
                 self._contradiction(found, goals)
         return x, left
 
-    def _side(self, x: Any, goals: Mapping[int, float]) -> float:
+    def _side(self, x: Unknowns, goals: Mapping[int, float]) -> float:
         """Return the sign of the Jacobian with the named coordinates given; 0 where it is none."""
         _, J = self.rows(x)
         own = J[[*range(self.m), *(self.m + k for k in goals)]]
         return float(np.linalg.slogdet(own)[0]) if own.shape[0] == own.shape[1] else 0.0
 
-    def _contradiction(self, x: Any, goals: Mapping[int, float]) -> None:
+    def _contradiction(self, x: Unknowns, goals: Mapping[int, float]) -> None:
         values, _ = self.rows(x)
         left = {
             self.r.rows[i].name: float(values[k] * self.gaps[k])
@@ -273,7 +276,7 @@ class _Starter:
         error.residuals = dict(left)
         return error
 
-    def velocities(self, x: Any) -> Any:
+    def velocities(self, x: Unknowns) -> Any:
         """Return the rates of the free coordinates.
 
         Raises

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from mechdae.errors import InputError, MechanismError, UnavailableError
 from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
+from mechdae.types import Floats, Json, Unknowns
 
 INTEGRATORS: dict[str, Callable[[MotionProblem], Integrator]] = {
     "explicit": Integrator,
@@ -37,7 +37,7 @@ INTEGRATORS: dict[str, Callable[[MotionProblem], Integrator]] = {
 }
 
 
-def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, Any, Any]:
+def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, Floats, Floats]:
     """Return what a motion is computed with, its start, free coordinates and their rates.
 
     Raises
@@ -78,7 +78,7 @@ def _meshes(whole: MotionProblem, begin: Start) -> dict[str, Mesh | SpatialMesh]
         return {}
 
 
-def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Any, Any]:
+def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Floats, Floats]:
     """Return a run that has not begun, and what it starts from.
 
     Raises
@@ -108,7 +108,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     return report(problem, name, task, run, observer, data)
 
 
-def _linear(problem: Problem, task: Motion) -> dict[str, Any]:
+def _linear(problem: Problem, task: Motion) -> Json:
     """Return the linear system at the time asked for: the motion is computed up to there.
 
     Raises
@@ -144,7 +144,7 @@ def _linear(problem: Problem, task: Motion) -> dict[str, Any]:
     return LinearSystem(run.setup, state, basis, names, task.inputs, task.outputs).told()
 
 
-def _integrated(run: MotionRun, x: Any, v: Any) -> Observer:
+def _integrated(run: MotionRun, x: Unknowns, v: Floats) -> Observer:
     """Integrate a run and complete its states."""
     whole, integrator = run.setup, run.integrator
     kept = OutputStates()
@@ -162,7 +162,7 @@ def _integrated(run: MotionRun, x: Any, v: Any) -> Observer:
     return observer
 
 
-def _energy(observer: Observer, x: Any, v: Any) -> float:
+def _energy(observer: Observer, x: Unknowns, v: Floats) -> float:
     """Return the energy of the start."""
     setup = observer.setup
     rest, signs = np.zeros((1, len(x))), setup.loose[None, :]

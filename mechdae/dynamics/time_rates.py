@@ -19,6 +19,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo, signals
 from mechdae.numerics.roots import halved
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym, Unknowns
 
 SX = ca.SX
 SMOOTH = 1e-6
@@ -76,7 +77,9 @@ class Clock:
         Further expressions over (t, q, velocity) that are looked at along the motion.
     """
 
-    def __init__(self, setup: MotionProblem, x: Any, v: Any, more: list[Any] | None = None) -> None:
+    def __init__(
+        self, setup: MotionProblem, x: Unknowns, v: Floats, more: list[Sym] | None = None
+    ) -> None:
         self.setup, self.end = setup, setup.end
         self.tables = setup.loads.timed
         self._tempo, self._gaps = self._expressions(x, v, more or [])
@@ -84,7 +87,9 @@ class Clock:
         self._until = 0.0
         self._begun = 0.0
 
-    def _expressions(self, x: Any, v: Any, more: list[Any]) -> tuple[Tempo | None, Tempo | None]:
+    def _expressions(
+        self, x: Unknowns, v: Floats, more: list[Sym]
+    ) -> tuple[Tempo | None, Tempo | None]:
         """Return what varies with the time, and what makes its corners."""
         setup, r = self.setup, self.setup.released
         model, time = setup.model, setup.loads.time
@@ -108,7 +113,7 @@ class Clock:
         corners = Tempo(time, gaps) if gaps.numel() else None
         return Tempo(time, ca.vertcat(*kept)), corners
 
-    def _finite(self, time: Any, part: Any) -> bool:
+    def _finite(self, time: Sym, part: Sym) -> bool:
         """Return whether an expression of the time has a value over the motion."""
         values = Tempo(time, part).values(np.linspace(0.0, self.end, SAMPLES))
         return bool(np.isfinite(values).all())
@@ -181,13 +186,13 @@ class Clock:
 
     # -- cells ---------------------------------------------------------------------------------
 
-    def _cells(self, begin: float) -> tuple[Any, Any]:
+    def _cells(self, begin: float) -> tuple[Floats, Floats]:
         """Return starts and ends of cells over which all is smooth, from a time on."""
         if self._tempo is None:
             return np.array([begin]), np.array([self.end])
         edges = np.linspace(begin, self.end, FIRST + 1)
         starts, ends = edges[:-1], edges[1:]
-        done: list[tuple[Any, Any]] = []
+        done: list[tuple[Floats, Floats]] = []
         low = np.full(self._tempo.count, np.inf)
         high, until = -low, self.end
         while len(starts):
@@ -213,7 +218,7 @@ class Clock:
 
     # -- breakpoints ---------------------------------------------------------------------------
 
-    def _bends(self, starts: Any, ends: Any) -> list[tuple[float, float]]:
+    def _bends(self, starts: Floats, ends: Floats) -> list[tuple[float, float]]:
         """Return the times right before and behind each breakpoint, sorted."""
         found = set()
         for table in self.tables:
@@ -224,7 +229,7 @@ class Clock:
             found |= self._corners(starts, ends)
         return sorted(found)
 
-    def _corners(self, starts: Any, ends: Any) -> set[tuple[float, float]]:
+    def _corners(self, starts: Floats, ends: Floats) -> set[tuple[float, float]]:
         """Return the times right before and behind each corner of expressions."""
         assert self._gaps is not None
         share = (1 - np.cos(np.pi * np.arange(SAMPLES) / (SAMPLES - 1))) / 2

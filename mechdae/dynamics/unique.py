@@ -7,6 +7,7 @@ holds a locked pair is one more multiplier.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import field
 from typing import Any
@@ -24,6 +25,7 @@ from mechdae.forces.unique_in_space import Orientations
 from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, in_space, shared_bodies
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers, Matrix, Reactions, Unknowns
 
 
 @dataclass
@@ -36,8 +38,8 @@ class Unique:
     of `Result.unique`; ``summary`` and ``notes`` go to the result.
     """
 
-    lost: Any
-    multipliers: Any
+    lost: Booleans
+    multipliers: Booleans
     dependent: list[str]
     joints: dict[str, dict[str, Any]] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
@@ -99,7 +101,7 @@ class _Holding:
             other.maps.weights = np.array([1.0] * 3 + [1 / length] * 3)
         return other
 
-    def stresses(self, B: Any, locked: Any) -> Any:
+    def stresses(self, B: Matrix, locked: Booleans) -> Floats:
         """Return a basis (columns, k) of what balances without any load, some slips locked."""
         used = np.zeros(B.shape[1], bool)
         used[: self.rows] = True
@@ -110,7 +112,7 @@ class _Holding:
             used[k] = bool(np.abs(N[own]).max(initial=0.0) > ZERO)
         return self._null(B, used) if used[self.rows + self.slips :].any() else N
 
-    def left(self, q: Any, rows: Any, locked: Any) -> tuple[Stressed, Any, Any]:
+    def left(self, q: Unknowns, rows: Integers, locked: Booleans) -> tuple[Stressed, Any, Any]:
         """Return what is unique at poses, some slips locked: as a whole, joints, multipliers."""
         if not self.rows or not len(rows):
             nothing = Stressed(None, rows, q[rows], [])
@@ -119,7 +121,7 @@ class _Holding:
         open_ = np.max([np.abs(N).max(axis=1, initial=0.0) for N in found.null], axis=0)
         return found, np.isin(self.names, found.lost), open_[: self.rows] <= ZERO
 
-    def _null(self, B: Any, used: Any) -> Any:
+    def _null(self, B: Matrix, used: Booleans) -> Matrix:
         held = np.abs(B[:, used]).max(axis=1, initial=0.0) > 0
         N = np.zeros((len(used), 0))
         if held.any() and self.model.space.behind:
@@ -182,7 +184,7 @@ def _least(left: Stressed, name: str) -> int:
 
 
 def _describe(
-    found: Unique, model: Model, left: Stressed, q: Any, reactions: dict[str, Any]
+    found: Unique, model: Model, left: Stressed, q: Unknowns, reactions: Mapping[str, Reactions]
 ) -> None:
     """Fill in what superfluous equations leave unique."""
     joints = model.mechanism.joints
@@ -207,7 +209,7 @@ def _describe(
         sums.append({"body": body, "joints": names, "force": sum(parts)})
 
 
-def _together(holding: _Holding, locked: Any, lost: list[str], t: float) -> str:
+def _together(holding: _Holding, locked: Booleans, lost: list[str], t: float) -> str:
     stuck = list(dict.fromkeys(holding.r.rubbing.slips[k].owner for k in np.flatnonzero(locked)))
     return (
         f"at t = {t:.6g} s {', '.join(stuck)} stick together, more of them than freedoms: the "
@@ -215,7 +217,7 @@ def _together(holding: _Holding, locked: Any, lost: list[str], t: float) -> str:
     )
 
 
-def dependence_note(found: dict[str, Any]) -> str:
+def dependence_note(found: dict[str, list[str]]) -> str:
     """Return what to say about equations that depend on each other."""
     equations, unique = ", ".join(found["equations"]), ", ".join(found["unique"]) or "none"
     return (

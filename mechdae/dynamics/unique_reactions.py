@@ -62,7 +62,7 @@ class Determined:
     def efforts(self) -> Series:
         """Return the efforts of the laws of coordinates, nan where they are not unique."""
 
-        def found() -> dict[str, Any]:
+        def found() -> dict[str, Floats]:
             return {
                 row.owner: -own if alone else np.full(len(own), np.nan)
                 for row, own, alone in self._rows()

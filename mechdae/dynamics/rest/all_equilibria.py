@@ -17,6 +17,7 @@ import numpy as np
 from mechdae.dynamics.rest.balance import ACCEPTED, SOLVED, EquilibriumEquations, stability
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.records import dataclass
+from mechdae.types import Floats, Unknowns
 
 NEAR = 0.35
 """Distance from the sketch within which an unstable equilibrium may be meant: 20 degrees."""
@@ -48,7 +49,7 @@ class Rest:
     """
 
     x: Any
-    lam: Any
+    lam: Floats
     left: float
     steps: int
     far: float
@@ -78,7 +79,7 @@ class Rests:
         Whether all circuits of the modes at the sketch were followed to their ends.
     """
 
-    def __init__(self, balance: EquilibriumEquations, chart: Chart, x: Any) -> None:
+    def __init__(self, balance: EquilibriumEquations, chart: Chart, x: Unknowns) -> None:
         self.balance, self.chart, self.x = balance, chart, x
         self.sizes = balance.sizes
         self.wheel = balance.setup.released.coordinates.periods / self.sizes
@@ -117,15 +118,15 @@ class Rests:
 
     # -- what was found --------------------------------------------------------------------
 
-    def _far(self, x: Any, y: Any, wound: bool = True) -> float:
+    def _far(self, x: Unknowns, y: Floats, wound: bool = True) -> float:
         gap = (self._alike(x, y) - x) / self.sizes
         return float(np.linalg.norm(gap if wound else gap - self._turns(gap)))
 
-    def _turns(self, gap: Any) -> Any:
+    def _turns(self, gap: Floats) -> Any:
         """Return the whole turns in gaps: of angles and of places on closed curves."""
         return self.wheel * np.round(gap / np.where(self.wheel > 0, self.wheel, 1.0))
 
-    def _equal(self, x: Any, y: Any) -> bool:
+    def _equal(self, x: Unknowns, y: Floats) -> bool:
         """Return whether whole turns between two poses change no force: a spring may tell them."""
         turns = self._turns((self._alike(x, y) - x) / self.sizes)
         if not turns.any():
@@ -133,7 +134,7 @@ class Rests:
         moved = self.balance.light(x + self.sizes * turns)[0] - self.balance.light(x)[0]
         return float(np.max(np.abs(moved))) <= EQUAL * self.balance.weight(x)
 
-    def _alike(self, x: Any, y: Any) -> Any:
+    def _alike(self, x: Unknowns, y: Floats) -> Floats:
         """Return y with unit quaternions of the sign that is nearer to x: they are the same."""
         for ball in self.balls:
             if x[ball] @ y[ball] < 0:
@@ -142,7 +143,12 @@ class Rests:
         return y
 
     def _enter(
-        self, x: Any, own: bool, circuit: bool | None, most: float = SAME, downhill: bool = False
+        self,
+        x: Unknowns,
+        own: bool,
+        circuit: bool | None,
+        most: float = SAME,
+        downhill: bool = False,
     ) -> None:
         """Enter the equilibrium at x, polished; it must not move by more than `most`."""
         y, lam, left, steps = (x, *self._still(x)) if most == 0 else self.balance.newton(x)
@@ -161,18 +167,18 @@ class Rests:
         far = self._far(self.x, y, wound=circuit is not False)
         self.found.append(Rest(y, lam, left, steps, far, own, circuit, stability(K), downhill))
 
-    def _still(self, x: Any) -> tuple[Any, float, int]:
+    def _still(self, x: Unknowns) -> tuple[Any, float, int]:
         f, J, _ = self.balance.light(x)
         return self.balance.multipliers(f, J), self.balance.left(x), 1
 
-    def _others(self) -> list[Any]:
+    def _others(self) -> list[Floats]:
         """Return the poses of the modes at the sketch's coordinates."""
         found = [self.balance.closed(x) for x in self.chart.modes(self.x)]
         return [x for x in found if x is not None]
 
     # -- one freedom -----------------------------------------------------------------------
 
-    def _force(self, x: Any, along: Any) -> tuple[float, Any, float]:
+    def _force(self, x: Unknowns, along: Floats) -> tuple[float, Floats, float]:
         """Return the force along the circuit over the loads, the tangent, and the load's size."""
         f, J, _ = self.balance.light(x)
         basis = self.balance.freedoms(J)
@@ -182,11 +188,11 @@ class Rests:
         size = self.balance.weight(x)
         return float(f @ tangent) / size if size > 0 else 0.0, tangent, length
 
-    def _met(self, x: Any) -> bool:
+    def _met(self, x: Unknowns) -> bool:
         """Return whether a circuit that was followed passes a pose."""
         return any(self._far(y, x, wound=False) < STEP and self._same(y, x) for y in self._passed)
 
-    def _same(self, y: Any, x: Any) -> bool:
+    def _same(self, y: Floats, x: Unknowns) -> bool:
         return self.chart.signs(y) == self.chart.signs(x)
 
     def _followed(self, start: Any, own: bool) -> None:
@@ -199,14 +205,14 @@ class Rests:
         for way in (1.0, -1.0):
             self._along(start, way * first, own)
 
-    def _along(self, start: Any, along: Any, own: bool) -> None:
+    def _along(self, start: Floats, along: Floats, own: bool) -> None:
         """Follow a circuit one way."""
         force, tangent, _ = self._force(start, along)
         downhill = own and force > 0
         home, on = self.chart.signs(start), own
         before = home
         x, step, way = start, STEP, 0.0
-        trail: list[tuple[Any, Any, float, float]] = []
+        trail: list[tuple[Floats, Floats, float, float]] = []
         behind = self.balance.closed(start - self.sizes * STEP * tangent)
         if behind is not None:
             pushed, turned, _ = self._force(behind, tangent)
@@ -249,7 +255,7 @@ class Rests:
             step = min(1.5 * step, STEP)
         self.whole = False
 
-    def _passes(self, x: Any, tangent: Any) -> float:
+    def _passes(self, x: Unknowns, tangent: Floats) -> float:
         """Return the rate of the coordinate that tells the mode along a tangent."""
         return float(self.chart.slope(x)[-1] @ (self.sizes * tangent))
 
@@ -283,7 +289,7 @@ class Rests:
                     break
         return []
 
-    def _root(self, x: Any, step: float, tangent: Any, force: float) -> Any:
+    def _root(self, x: Unknowns, step: float, tangent: Floats, force: float) -> Floats:
         """Return the place in a step where the force vanishes, by bisection."""
         low, high, best = 0.0, step, x
         for _ in range(BISECTIONS):
@@ -313,8 +319,8 @@ class Rests:
             if sign != home:
                 self._from(x, sign, False, False)
 
-    def _from(self, x: Any, sign: str, own: bool, sketch: bool) -> None:
-        def kept(pose: Any) -> bool:
+    def _from(self, x: Unknowns, sign: str, own: bool, sketch: bool) -> None:
+        def kept(pose: Unknowns) -> bool:
             return self.chart.signs(pose) == sign
 
         circuit = True if own else None
@@ -329,7 +335,7 @@ class Rests:
             if left <= ACCEPTED and kept(z) and self._far(y, z) < 1e-2:
                 self._enter(z, own, circuit, downhill=sketch)
 
-    def _around(self, sign: str) -> Iterator[Any]:
+    def _around(self, sign: str) -> Iterator[Floats]:
         """Yield poses around the sketch that are reached on its mode."""
         generator = np.random.default_rng(0)
         k = len(self.chart.coordinates)
@@ -339,7 +345,7 @@ class Rests:
                              lambda pose: self.chart.signs(pose) == sign)  # fmt: skip
             yield x
 
-    def _walked(self, along: Any, way: float, kept: Callable[[Any], bool]) -> Any:
+    def _walked(self, along: Floats, way: float, kept: Callable[[Any], bool]) -> Floats:
         """Return the pose at the end of a way from the sketch, or where the mode ends."""
         x, before = self.x, None
         while way > 0:

@@ -15,6 +15,7 @@ import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.numerics.null_space import freedoms
+from mechdae.types import Floats, Graph, Jacobian, Matrix, Unknowns
 
 STEPS = 150
 SOLVED = 1e-13
@@ -43,14 +44,14 @@ class EquilibriumEquations:
         self.setup, k = setup, setup.kernel
         r = setup.released
 
-        def whole() -> Any:
+        def whole() -> Graph:
             lam = ca.SX.sym("lam", k.m)
             force = ca.densify(r.f) - r.J.T @ lam
             slopes = [ca.jacobian(force, r.x), ca.jacobian(ca.densify(r.f), r.v)]
             parts = [r.f, r.J, r.phi, *slopes, r.M]
             return k.function("statics", [ca.densify(part) for part in parts], [lam])
 
-        def light() -> Any:
+        def light() -> Graph:
             return k.function("balance", [ca.densify(part) for part in (r.f, r.J, r.phi)])
 
         self._call, self._light = k.call("statics", whole), k.call("balance", light)
@@ -60,7 +61,7 @@ class EquilibriumEquations:
         self.signs = setup.loose
         self.still = np.zeros(self.n)
 
-    def at(self, x: Any, lam: Any) -> list[Any]:
+    def at(self, x: Unknowns, lam: Any) -> list[Any]:
         """Return f, J, phi, stiffness, damping and mass with natural sizes as units."""
         found = self._call(0.0, x, self.still, self.signs, lam / self.gaps)
         shapes = [(self.n,), (self.m, self.n), (self.m,), *[(self.n, self.n)] * 3]
@@ -71,7 +72,7 @@ class EquilibriumEquations:
         both = np.outer(s, s)
         return [f * s, J * s / g[:, None], phi / g, -K * both, -C * both, M * both]
 
-    def light(self, x: Any) -> tuple[Any, Any, Any]:
+    def light(self, x: Unknowns) -> tuple[Floats, Floats, Floats]:
         """Return f, J and phi with natural sizes as units."""
         f, J, phi = self._light(0.0, x, self.still, self.signs)
         J = np.reshape(J, (self.m, self.n), order="F")
@@ -81,20 +82,20 @@ class EquilibriumEquations:
             np.ravel(phi) / self.gaps,
         )
 
-    def weight(self, x: Any) -> float:
+    def weight(self, x: Unknowns) -> float:
         """Return the largest load on a body, times a length of the mechanism."""
         applied = self._applied(0.0, x, self.still, self.signs)[0]
         return float(np.max(np.abs(applied) * self._weights))
 
-    def multipliers(self, f: Any, J: Any) -> Any:
+    def multipliers(self, f: Floats, J: Jacobian) -> Any:
         """Return the shortest multipliers, over natural sizes, that balance forces best."""
         return np.linalg.lstsq(J.T, f, rcond=RANK)[0] if self.m else np.zeros(0)
 
-    def freedoms(self, J: Any) -> Any:
+    def freedoms(self, J: Jacobian) -> Floats:
         """Return a basis (n, k) of what the constraints leave at a Jacobian in natural sizes."""
         return freedoms(J * self.gaps[:, None] / self.sizes, self.sizes)
 
-    def closed(self, x: Any) -> Any:
+    def closed(self, x: Unknowns) -> Any:
         """Return the pose on the constraints next to x, None where Newton's method finds none."""
         for _ in range(CLOSINGS):
             _, J, phi = self.light(x)
@@ -106,14 +107,14 @@ class EquilibriumEquations:
             x = x - self.sizes * np.linalg.lstsq(J, phi, rcond=RANK)[0]
         return None
 
-    def left(self, x: Any) -> float:
+    def left(self, x: Unknowns) -> float:
         """Return what is left of the forces at a pose, over the largest load on a body."""
         f, J, _ = self.light(x)
         size = self.weight(x)
         left = np.abs(f - J.T @ self.multipliers(f, J)).max(initial=0.0)
         return float(left) / size if size > 0 else 0.0
 
-    def stiffness(self, x: Any) -> tuple[Any, Any]:
+    def stiffness(self, x: Unknowns) -> tuple[Floats, tuple[Matrix, Matrix]]:
         """Return the forces (k,) and the stiffness (k, k) along the freedoms, and their basis."""
         f, J, _ = self.light(x)
         basis = self.freedoms(J)
@@ -121,15 +122,15 @@ class EquilibriumEquations:
         return basis.T @ f, (basis.T @ K @ basis, basis)
 
     def newton(
-        self, x: Any, kept: Callable[[Any], bool] | None = None
-    ) -> tuple[Any, Any, float, int]:
+        self, x: Unknowns, kept: Callable[[Any], bool] | None = None
+    ) -> tuple[Floats, Floats, float, int]:
         """Return coordinates, multipliers, what is left of the forces, and steps.
 
         A step that is not `kept` (it leaves the assembly mode) is halved; where halving does not
         help the method ends.
         """
         lam, left = np.zeros(self.m), math.inf
-        best: tuple[float, Any, Any] = (math.inf, x, lam)
+        best: tuple[float, Floats, Floats] = (math.inf, x, lam)
         stalled = steps = 0
         while steps < STEPS:
             steps += 1
@@ -161,7 +162,7 @@ class EquilibriumEquations:
         left, x, lam = best
         return x, lam, left, steps
 
-    def _ahead(self, x: Any, step: Any, kept: Callable[[Any], bool] | None) -> Any:
+    def _ahead(self, x: Unknowns, step: Any, kept: Callable[[Any], bool] | None) -> Any:
         for _ in range(HALVINGS):
             after = x + self.sizes * step
             if kept is None or np.max(np.abs(step), initial=0.0) < 1e-6:
@@ -172,7 +173,7 @@ class EquilibriumEquations:
             step = step / 2
         return None
 
-    def settled(self, x: Any, kept: Callable[[Any], bool]) -> Any:
+    def settled(self, x: Unknowns, kept: Callable[[Any], bool]) -> Any:
         """Return the pose in which the mechanism comes to rest from here, or None.
 
         It follows the forces, in steps of |K|^-1, as far as the assembly mode goes.
@@ -200,7 +201,7 @@ class EquilibriumEquations:
         return None
 
 
-def stability(K: Any) -> str:
+def stability(K: Matrix) -> str:
     """Return "stable", "unstable" or "neutral" by the stiffness along the freedoms."""
     if not len(K):
         return "stable"

@@ -24,6 +24,7 @@ from mechdae.errors import InputError, MechdaeError
 from mechdae.motion.assembly.start import mode_by_label
 from mechdae.motion.kinematics.driverless import independent, likely_drivers
 from mechdae.motion.kinematics.prepared import Setting, prepare
+from mechdae.types import Floats, Graph, Matrix, Unknowns
 
 GROUPS = 8
 """Groups up to which the modes of a scene are counted."""
@@ -51,7 +52,7 @@ class Chart:
         Their names.
     """
 
-    def __init__(self, setup: MotionProblem, x: Any, basis: Any, names: list[str]) -> None:
+    def __init__(self, setup: MotionProblem, x: Unknowns, basis: Matrix, names: list[str]) -> None:
         self.setup = setup
         self.in_space = setup.problem.mechanism.dimension == 3
         self.coordinates = self._chosen(x, basis, names)
@@ -62,7 +63,7 @@ class Chart:
         values = [model.coordinate(c) for c in self.drivers]
         k = setup.kernel
 
-        def made() -> Any:
+        def made() -> Graph:
             moved = r.moved(ca.vertcat(r.model.q, *values))
             rows = r.moved(ca.vertcat(*values[len(held) :])) if self.coordinates else ca.SX(0, 1)
             slope = ca.jacobian(ca.vertcat(r.phi, rows), r.x)
@@ -72,7 +73,7 @@ class Chart:
         self.setting = self._setting()
         self._rows: list[int] | None = None
 
-    def _chosen(self, x: Any, basis: Any, names: list[str]) -> list[NamedCoordinate]:
+    def _chosen(self, x: Unknowns, basis: Matrix, names: list[str]) -> list[NamedCoordinate]:
         """Return independent coordinates at a pose, the preferred ones first."""
         setup, k = self.setup, self.setup.kernel
         turns = turns_of_balls(setup.model) if self.in_space else []
@@ -90,7 +91,7 @@ class Chart:
             )
         return found
 
-    def _slope(self, c: NamedCoordinate) -> Any:
+    def _slope(self, c: NamedCoordinate) -> Graph:
         """Return the function of the slope of a coordinate by the free ones."""
         r = self.setup.released
         row = r.moved(self.setup.model.coordinate(c))
@@ -108,23 +109,23 @@ class Chart:
 
     # -- a pose ----------------------------------------------------------------------------
 
-    def _at(self, x: Any) -> tuple[Any, Any, Any]:
+    def _at(self, x: Unknowns) -> tuple[Any, Any, Any]:
         """Return absolute coordinates, values of the drivers, and the Jacobian with their rows."""
         moved, slope = self._place(0.0, x, np.zeros(len(x)), self.setup.loose)
         moved, nq = np.ravel(moved), self.setup.model.q.numel()
         rows = self.setup.released.phi.numel() + len(self.coordinates)
         return moved[:nq], moved[nq:], np.reshape(slope, (rows, len(x)), order="F")
 
-    def slope(self, x: Any) -> Any:
+    def slope(self, x: Unknowns) -> Any:
         """Return the gradients of constraints and coordinates at a pose, by rows."""
         return self._at(x)[2]
 
-    def values(self, x: Any) -> dict[str, float]:
+    def values(self, x: Unknowns) -> dict[str, float]:
         """Return the values of the coordinates."""
         own = self._at(x)[1][len(self.drivers) - len(self.coordinates) :]
         return dict(zip(self.names, own.tolist(), strict=True))
 
-    def _scene(self, q: Any) -> Any:
+    def _scene(self, q: Unknowns) -> Any:
         assert self.setting is not None
         model = self.setting.scene.model
         if self.in_space:  # its tree is another one
@@ -142,7 +143,7 @@ class Chart:
         made: Transfer = self.setup.cache(key, lambda: Transfer(*pair))
         return made.at(*pair)
 
-    def signs(self, x: Any) -> str:
+    def signs(self, x: Unknowns) -> str:
         """Return the signs of the groups' Jacobians at a pose."""
         q, u, slope = self._at(x)
         if self.setting is None:
@@ -177,7 +178,7 @@ class Chart:
         dyads = all(group.is_dyad and not group.superfluous for group in groups)
         return dyads and not scene.redundant and 0 < len(groups) <= GROUPS
 
-    def label(self, x: Any) -> str:
+    def label(self, x: Unknowns) -> str:
         """Return the label of a pose's mode: that of a task of modes, or the groups' signs."""
         if not self.counted:
             return ",".join(self.signs(x))
@@ -185,7 +186,7 @@ class Chart:
         q, u, _ = self._at(x)
         return self.setting.assembler.labels.of_pose(self._scene(q), u)
 
-    def modes(self, x: Any) -> list[Any]:
+    def modes(self, x: Unknowns) -> list[Floats]:
         """Return the free coordinates of all modes at the coordinates of a pose, if counted."""
         if not self.counted:
             return []
@@ -193,7 +194,7 @@ class Chart:
         q, u, _ = self._at(x)
         return [self._lifted(q, mode.x, u) for mode in self.setting.assembler.modes(u)]
 
-    def on_mode(self, x: Any, label: str) -> Any:
+    def on_mode(self, x: Unknowns, label: str) -> Any:
         """Return the free coordinates of the mode with that label at the coordinates of a pose.
 
         Raises
@@ -213,7 +214,7 @@ class Chart:
             raise error.inside("mode") from None
         return self._lifted(q, mode.x, u)
 
-    def _lifted(self, q: Any, pose: Any, u: Any) -> Any:
+    def _lifted(self, q: Unknowns, pose: Unknowns, u: Floats) -> Any:
         assert self.setting is not None
         found: Mapping[tuple[str, str], float] = self.setting.assembler.coordinates(pose, u)
         model, q = self.setup.model, q.copy()

@@ -5,8 +5,6 @@ Which equilibrium is meant is told by `Rests`; small motions around it are those
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.describe.assumed import about_motion
@@ -26,6 +24,7 @@ from mechdae.errors import InputError, SolveError
 from mechdae.forces.meshes import meshed
 from mechdae.records import dataclass
 from mechdae.results import EquilibriumResult, Named, Series, Summary, statuses
+from mechdae.types import Floats, Json, Matrix, Unknowns
 
 MOST = 20
 """Equilibria that are listed."""
@@ -43,7 +42,7 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> EquilibriumRe
         freedoms.
     """
     found = at_rest(problem, task)
-    summary: dict[str, Any] = {
+    summary: Json = {
         "poses": 1,
         "status": {"ok": 1},
         "freedoms": found.basis.shape[1],
@@ -60,7 +59,7 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> EquilibriumRe
     if task.linearise:
         summary |= small_motions(found.balance, task, found.rest.x, found.basis, found.along)
     notes = found.notes
-    data: dict[str, Any] = {}
+    data: dict[str, Json] = {}
     if task.linearise and found.basis.shape[1] + len(found.balance.setup.laws):
         data["linear"] = _linear(found, task)
     lam = found.rest.lam / found.balance.gaps
@@ -69,7 +68,7 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> EquilibriumRe
     )
 
 
-def _linear(found: AtRest, task: Equilibrium) -> dict[str, Any]:
+def _linear(found: AtRest, task: Equilibrium) -> Json:
     """Return the linear system of small motions."""
     rest, n = found.rest, found.balance.n
     still = np.zeros(n)
@@ -89,10 +88,10 @@ class AtRest:
 
     balance: EquilibriumEquations
     rest: Rest
-    basis: Any
-    along: list[Any]
-    phi: Any
-    listed: dict[str, Any]
+    basis: Matrix
+    along: list[Floats]
+    phi: Floats
+    listed: Json
     notes: list[str]
 
 
@@ -113,7 +112,7 @@ def at_rest(problem: Problem, task: Equilibrium) -> AtRest:
     return AtRest(balance, rest, basis, along, phi, listed, notes)
 
 
-def _prepared(problem: Problem, task: Equilibrium) -> tuple[MotionProblem, Any]:
+def _prepared(problem: Problem, task: Equilibrium) -> tuple[MotionProblem, Floats]:
     whole = setup(problem, as_motion(task), moves=False)
     if whole.loads.uses_time:
         raise InputError("it uses t", where=f"loads.{whole.loads.uses_time[0]}")
@@ -124,8 +123,8 @@ def _prepared(problem: Problem, task: Equilibrium) -> tuple[MotionProblem, Any]:
 
 
 def _chosen(
-    balance: EquilibriumEquations, task: Equilibrium, x: Any
-) -> tuple[Rest, dict[str, Any], list[str]]:
+    balance: EquilibriumEquations, task: Equilibrium, x: Unknowns
+) -> tuple[Rest, Json, list[str]]:
     """Return the equilibrium that the task means, facts about all of them, and notes."""
     closed = balance.closed(x)
     x = x if closed is None else closed
@@ -146,7 +145,7 @@ def _chosen(
             where="start",
             hint="sketch a pose nearer to it, or hold coordinates with drivers",
         )
-    listed: dict[str, Any] = {"mode": chart.label(rest.x), "mode_coordinates": chart.names}
+    listed: Json = {"mode": chart.label(rest.x), "mode_coordinates": chart.names}
     listed["sketched_mode"] = rest.own
     listed["equilibria"] = [
         {
@@ -208,11 +207,11 @@ def _report(
     name: str,
     task: Equilibrium,
     whole: MotionProblem,
-    x: Any,
-    lam: Any,
-    summary: dict[str, Any],
+    x: Unknowns,
+    lam: Floats,
+    summary: Json,
     more: list[str],
-    data: dict[str, Any],
+    data: dict[str, Json],
 ) -> EquilibriumResult:
     model, n = whole.model, len(x)
     observer = Observer(whole)
@@ -262,7 +261,7 @@ def _report(
     )
 
 
-def _lifted(whole: MotionProblem, q: Any, reactions: dict[str, Any]) -> list[str]:
+def _lifted(whole: MotionProblem, q: Unknowns, reactions: dict[str, Floats]) -> list[str]:
     """Return what is said of one-sided contacts."""
     joints = whole.model.mechanism.joints
     if not any(getattr(joint, "one_sided", None) for joint in joints.values()):

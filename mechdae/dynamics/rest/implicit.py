@@ -29,6 +29,7 @@ from mechdae.dynamics.rest.small_motions import SETTLED
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import MechdaeError, SolveError
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Complexes, Floats, Graph, Matrix, Points, Sym
 
 SX = ca.SX
 CLOSES = 1e-6
@@ -73,7 +74,7 @@ class Implicit:
         """Return whether a path has an exact derivative here."""
         return self.able and (self._place(path) is not None or self._motion(path) is not None)
 
-    def _function(self, *results: Any) -> list[Any]:
+    def _function(self, *results: Sym) -> list[Floats]:
         found = ca.Function("part", self.inputs, [ca.densify(part) for part in results])(*self.at)
         return [np.array(part) for part in (found if isinstance(found, tuple) else (found,))]
 
@@ -142,7 +143,7 @@ class Implicit:
     # -- small motions -----------------------------------------------------------------------
 
     @cached_property
-    def motions(self) -> list[tuple[complex, Any]]:
+    def motions(self) -> list[tuple[complex, Complexes]]:
         """Eigenvalues in the order of the summary, with their derivatives (names,).
 
         Raises
@@ -169,7 +170,7 @@ class Implicit:
             result.append((s, self._slope(s, M, C, K)))
         return result
 
-    def _slope(self, s: complex, M: Any, C: Any, K: Any) -> Any:
+    def _slope(self, s: complex, M: Any, C: Matrix, K: Matrix) -> Any:
         """Return ds/d names."""
         k, found = self.whole.kernel, self.found
         left, _, right = np.linalg.svd(s * s * M + s * C + K)
@@ -194,13 +195,13 @@ class Implicit:
         return -moved / (w @ (2 * s * full_M + full_C) @ v)
 
     @cached_property
-    def _matrices(self) -> list[Any]:
+    def _matrices(self) -> list[Matrix]:
         r = self.r
         K, C = -ca.jacobian(self.force, r.x), -ca.jacobian(ca.densify(r.f), r.v)
         return self._function(r.M, C, K, r.J)
 
     @cached_property
-    def _forms(self) -> Any:
+    def _forms(self) -> Graph:
         """(inputs, a, b) -> gradients of a^T M b, a^T C b, and of K with J, (3, n + m + p)."""
         r, n, m = self.r, self.whole.kernel.n, self.whole.kernel.m
         a, b = SX.sym("a", n + m), SX.sym("b", n + m)
@@ -215,7 +216,7 @@ class Implicit:
         result = ca.densify(ca.jacobian(forms, every))
         return without_repeats("forms", [*self.inputs, a, b], [result])
 
-    def _bilinear(self, a: Any, b: Any) -> Any:
+    def _bilinear(self, a: Floats, b: Floats) -> Floats:
         return np.array(self._forms(*self.at, a, b))
 
     def _motion(self, path: str) -> tuple[str, int | None] | None:
@@ -269,6 +270,6 @@ def _number(word: str, s: complex, ds: Any) -> tuple[Any, Any]:
     return -s.real / size, -ds.real / size + s.real * grown / size**2
 
 
-def _companion(M: Any, C: Any, K: Any) -> Any:
+def _companion(M: Matrix, C: Matrix, K: Matrix) -> Points:
     n, inverse = len(M), np.linalg.inv(M)
     return np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ C]])

@@ -32,6 +32,7 @@ from mechdae.equations.motion_equations import Law, Released
 from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.kernels.run.call import Call
 from mechdae.records import dataclass
+from mechdae.types import Floats, Json, Matrix, Sym
 
 SX = ca.SX
 RANK = 1e-11
@@ -47,7 +48,7 @@ class LinearisedState:
     x: Any
     v: Any
     a: Any
-    lam: Any
+    lam: Floats
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class _Input:
     """An input: its name, and its generalised force over q or the driver it accelerates."""
 
     name: str
-    column: Any = None
+    column: dict[int, Sym] | None = None
     driver: int | None = None
 
 
@@ -85,7 +86,7 @@ class LinearSystem:
         self,
         setup: MotionProblem,
         state: LinearisedState,
-        basis: Any,
+        basis: Matrix,
         names: list[str],
         inputs: Sequence[str] | None,
         outputs: tuple[str, ...] | None,
@@ -101,7 +102,7 @@ class LinearSystem:
         )
         self._solve(outputs)
 
-    def _driven(self, moved: list[int]) -> tuple[Released, Any, Any]:
+    def _driven(self, moved: list[int]) -> tuple[Released, Sym, Sym]:
         """Return the equations with laws that deviate, the time from which, the deviations."""
         setup, k = self.setup, len(moved)
         begin, d = SX.sym("begin"), SX.sym("d", 3 * k)
@@ -179,7 +180,7 @@ class LinearSystem:
         names, y = self._outputs(outputs, a)
         both = ca.vertcat(a, lam)
         parts = [ca.vertcat(r.phi, h), ca.vertcat(rate_phi, rate_h), residual, second, y]
-        wanted: list[Any] = []
+        wanted: list[Sym] = []
         for part in parts:
             wanted += [ca.jacobian(part, s) for s in (r.x, r.v, both, self.d, u)]
         inputs = [r.t, r.x, r.v, r.signs, a, lam, model.p, self.since, self.d, u]
@@ -209,7 +210,7 @@ class LinearSystem:
         z, zd = np.eye(k, whole), np.eye(k, whole, k)
         d, push_ = np.eye(3 * nd, whole, 2 * k), np.eye(nu, whole, 2 * k + 3 * nd)
 
-        def solved(left: Any, right: Any, rows: Any, columns: Any) -> Any:
+        def solved(left: Floats, right: Floats, rows: Floats, columns: Floats) -> Floats:
             scaled, wanted = left * np.outer(1 / rows, columns), right / rows[:, None]
             answer = np.linalg.lstsq(scaled, wanted, rcond=RANK)[0]
             miss = float(np.max(np.abs(scaled @ answer - wanted), initial=0.0))
@@ -234,7 +235,7 @@ class LinearSystem:
         dy = out[0] @ dx + out[1] @ dv + out[2] @ da + out[3] @ d + out[4] @ push_
         self._put(k, nd, nu, zdd, dy, names)
 
-    def _put(self, k: int, nd: int, nu: int, zdd: Any, dy: Any, names: list[str]) -> None:
+    def _put(self, k: int, nd: int, nu: int, zdd: Floats, dy: Floats, names: list[str]) -> None:
         """Keep the matrices: states (z, driven, their speeds), inputs in the order asked for."""
         own = 2 * k
         order = [*range(k), *range(own, own + nd), *range(k, own), *range(own + nd, own + 2 * nd)]
@@ -255,12 +256,12 @@ class LinearSystem:
         self.states = [*states, *(f"{name}.speed" for name in states)]
         self.outputs = names
 
-    def _outputs(self, outputs: tuple[str, ...] | None, a: Any) -> tuple[list[str], Any]:
+    def _outputs(self, outputs: tuple[str, ...] | None, a: Sym) -> tuple[list[str], Sym]:
         """Return names and expressions over (x, v, a, d, t) of the outputs."""
         model, mechanism, r = self.model, self.model.mechanism, self.r
         chosen = selection(mechanism, outputs, forces=True)
         chosen = model.reported(chosen, outputs is not None)
-        found: dict[str, Any] = {}
+        found: dict[str, Sym] = {}
         for name in chosen.named:
             if not reactions_of(mechanism, name):
                 text = mechanism.outputs[name]
@@ -282,7 +283,7 @@ class LinearSystem:
         at = [r.q, r.qd, r.bias + r.V @ a, r.t, model.p]
         return list(found), function(*at)
 
-    def told(self) -> dict[str, Any]:
+    def told(self) -> Json:
         """Return the system as plain data."""
         matrices = {name: getattr(self, name).tolist() for name in "ABCD"}
         place = self.chart.values(self.state.x)

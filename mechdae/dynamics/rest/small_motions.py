@@ -16,14 +16,15 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.rest.balance import NEUTRAL, EquilibriumEquations
 from mechdae.equations.forces.generalised import spin
 from mechdae.errors import InputError, SingularMassError
+from mechdae.types import Floats, Graph, Json, Matrix, Sym, Unknowns
 
 SETTLED = math.log(50)
 """Time, in those of the slowest small motion, after which 2 % of it are left."""
 
 
 def small_motions(
-    balance: EquilibriumEquations, task: Equilibrium, x: Any, basis: Any, along: list[Any]
-) -> dict[str, Any]:
+    balance: EquilibriumEquations, task: Equilibrium, x: Any, basis: Any, along: list[Floats]
+) -> Json:
     """Return eigenvalues of the small motions with frequencies, damping and shapes."""
     M, C, K = along
     n = len(M)
@@ -43,7 +44,7 @@ def small_motions(
     scaled = gradient * whole.kernel.sizes @ basis if len(names) else basis
     labels = names or [".".join(c.key) for c in whole.released.coordinates]
     placed = _placements(whole, x) * whole.kernel.sizes @ basis
-    modes: list[dict[str, Any]] = []
+    modes: list[Json] = []
     largest = float(np.max(np.abs(values)))
     rounding = NEUTRAL * largest
     for k in np.lexsort((values.imag, np.abs(values))):
@@ -92,7 +93,7 @@ def small_motions(
     }
 
 
-def _placements(whole: MotionProblem, x: Any) -> Any:
+def _placements(whole: MotionProblem, x: Unknowns) -> Any:
     """Return the gradients of origin and angle of each body by the free coordinates.
 
     In space small turns about the world's axes take the place of the angle.
@@ -112,11 +113,11 @@ def _placed_bodies(whole: MotionProblem) -> list[str]:
     return [body for body in whole.problem.mechanism.bodies if body not in whole.model.spinning]
 
 
-def _turned(whole: MotionProblem, x: Any) -> Any:
+def _turned(whole: MotionProblem, x: Any) -> Floats:
     """Return the gradients of origin and turn of each body in space."""
     r, k, model = whole.released, whole.kernel, whole.model
 
-    def made() -> Any:
+    def made() -> Graph:
         rows = []
         for body in _placed_bodies(whole):
             rows.append(ca.jacobian(model.origin(body), model.q))
@@ -127,18 +128,18 @@ def _turned(whole: MotionProblem, x: Any) -> Any:
     return np.reshape(found, (-1, k.n), order="F")
 
 
-def _gradient(whole: MotionProblem, x: Any, name: str, rows: list[Any]) -> Any:
+def _gradient(whole: MotionProblem, x: Unknowns, name: str, rows: list[Sym]) -> Matrix:
     """Return the gradients (rows, n) of expressions over q by the free coordinates."""
     r, k = whole.released, whole.kernel
 
-    def made() -> Any:
+    def made() -> Graph:
         return k.function("gradient", [ca.densify(ca.jacobian(r.moved(ca.vertcat(*rows)), r.x))])
 
     found = k.call(name, made)(0.0, x, np.zeros(k.n), whole.loose)[0]
     return np.reshape(found, (-1, k.n), order="F")
 
 
-def told(whole: MotionProblem, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:
+def told(whole: MotionProblem, task: Equilibrium, x: Unknowns, count: int) -> tuple[list[str], Any]:
     """Return the names and gradients of the coordinates in which shapes are given."""
     if task.free is None:
         return [], None

@@ -10,13 +10,12 @@ at every state. What the mass matrix, gyroscopic moments or accelerations have w
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.observe import Observer, States
 from mechdae.numerics.null_space import freedoms
+from mechdae.types import Sym
 
 SX = ca.SX
 MOST = 48
@@ -31,7 +30,7 @@ def left_over(observer: Observer, s: States) -> float:
         return 0.0
     chosen = there[np.linspace(0, len(there) - 1, min(MOST, len(there))).astype(int)]
 
-    def made() -> tuple[list[Any], list[Any]]:
+    def made() -> tuple[list[Sym], list[Sym]]:
         a, inner = SX.sym("a", r.x.numel()), SX.sym("inner", k.inner)
         momentum = ca.gradient(r.kinetic, r.v)
         at, along = ca.vertcat(r.x, r.v, r.t), ca.vertcat(r.v, a, SX(1))

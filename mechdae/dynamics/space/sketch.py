@@ -19,6 +19,7 @@ from mechdae.dynamics.sketch import CLOSED, EXACT, AssembledSketch, JointClosing
 from mechdae.equations.tree.reading import WIDTH, placements
 from mechdae.errors import MechanismError
 from mechdae.kernels.run.call import Call
+from mechdae.types import Floats, Unknowns
 
 STARTS = 48
 TIE = 1e-6
@@ -66,7 +67,7 @@ class SpatialSketch:
             The sketch does not tell which pose is meant.
         """
         guess, unknown, held = self._guess()
-        found: list[tuple[float, Any]] = []
+        found: list[tuple[float, Floats]] = []
         least, nearest = np.inf, guess
         for start in self._starts(guess, unknown):
             x, left = self._tried(start)
@@ -100,7 +101,7 @@ class SpatialSketch:
             )
         return x, x
 
-    def _guess(self) -> tuple[Any, list[str], bool]:
+    def _guess(self) -> tuple[Unknowns, list[str], bool]:
         """Return what the sketch says of coordinates, and owners of those that are to be found.
 
         The last result tells whether joints hold any coordinates, said or not.
@@ -127,7 +128,7 @@ class SpatialSketch:
                 unknown.append(own.owner)
         return guess, list(dict.fromkeys(unknown)), bool(columns)
 
-    def _starts(self, guess: Any, unknown: list[str]) -> Iterator[Any]:
+    def _starts(self, guess: Unknowns, unknown: list[str]) -> Iterator[Floats]:
         """Yield the guess, then poses with what is not known drawn at random."""
         yield guess
         draw, coordinates = np.random.default_rng(0), self.closing.r.coordinates
@@ -143,7 +144,7 @@ class SpatialSketch:
                     x[ball] = e / np.linalg.norm(e)
             yield x
 
-    def _tried(self, x: Any) -> tuple[Any, float]:
+    def _tried(self, x: Unknowns) -> tuple[Floats, float]:
         """Return x fitted to the sketch and closed, and what is left of the joints."""
         closing, m = self.closing, self.closing.m
         places = [*range(m), *self.given]
@@ -163,7 +164,7 @@ class SpatialSketch:
         found, left = closing.close(x, {}, short=0.5)
         return found, left
 
-    def _far(self, x: Any) -> float:
+    def _far(self, x: Unknowns) -> float:
         """Return the distance from what the sketch says, over natural sizes."""
         if not self.given:
             return 0.0
@@ -176,18 +177,18 @@ class SpatialSketch:
         ]
         return float(np.linalg.norm(gaps))
 
-    def _told(self, x: Any) -> bool:
+    def _told(self, x: Unknowns) -> bool:
         """Return whether the sketch leaves no freedom open at a pose."""
         _, J = self.closing.rows(x)
         rows = J[[*range(self.closing.m), *self.given]]
         return bool(np.linalg.matrix_rank(rows, RANK) == self.closing.n)
 
-    def _right(self, x: Any) -> bool:
+    def _right(self, x: Unknowns) -> bool:
         """Return whether the axes of cut joints have the sense they should have."""
         senses = self._look(x, self.p)[0]
         return bool(np.all(senses > 0))
 
-    def _same(self, x: Any, other: Any, turned: bool = True) -> bool:
+    def _same(self, x: Unknowns, other: Floats, turned: bool = True) -> bool:
         """Return whether all bodies have the same places in two poses, or all of their points."""
         one, two = (np.ravel(self._look(own, self.p)[1]) for own in (x, other))
         size = np.tile([self.closing.setup.length] * 3 + [1.0] * 9, len(one) // WIDTH)
@@ -207,7 +208,7 @@ class SpatialSketch:
                 found.append(own[:3] + turn @ local)
         return np.array(found).reshape(-1, 3)
 
-    def _turned(self, x: Any) -> float:
+    def _turned(self, x: Unknowns) -> float:
         """Return how far angles are from those said, from zero where nothing is."""
         guess, turns = self._guess()[0], self.closing.r.coordinates.turns
         away = np.remainder((x - guess)[turns] + np.pi, 2 * np.pi) - np.pi

@@ -13,6 +13,7 @@ import numpy as np
 from mechdae.equations.coordinates import QUATERNION, Coordinates
 from mechdae.kernels.run.call import Call
 from mechdae.motion.setup.angular_rates import quaternions
+from mechdae.types import Floats, Unknowns
 
 SX = ca.SX
 
@@ -30,7 +31,7 @@ class Transfer:
         self.source, self.target = source, target
 
     @cached_property
-    def _function(self) -> Any:
+    def _function(self) -> Call:
         from mechdae.equations.tree.reading import placements, reading
 
         source, target = self.source, self.target
@@ -45,7 +46,7 @@ class Transfer:
         other.source, other.target = source, target
         return other
 
-    def __call__(self, q: Any) -> Any:
+    def __call__(self, q: Unknowns) -> Floats:
         """Return the coordinates (nq,) of the target at a pose (nq,) of the source."""
         found, turns = self._function(q, self.source.p_values, self.target.p_values)
         found = found.copy()
@@ -57,7 +58,7 @@ class Transfer:
         return found
 
 
-def wound(coordinates: Coordinates, x: Any, near: Mapping[tuple[str, str], float]) -> Any:
+def wound(coordinates: Coordinates, x: Unknowns, near: Mapping[tuple[str, str], float]) -> Floats:
     """Return x with angles moved by whole turns to the values they are said to be near to."""
     x = x.copy()
     for i, own in enumerate(coordinates):

@@ -15,6 +15,7 @@ from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.errors import MechdaeError
 from mechdae.records import dataclass
+from mechdae.types import Floats, Graph, Sym, Unknowns
 
 SX = ca.SX
 ROUNDING = 4e-15
@@ -28,7 +29,7 @@ class LocatedEvent:
     crossing: Watched
     state: Any
     rises: bool
-    signs: Any
+    signs: Floats
 
 
 class Crossings:
@@ -40,7 +41,7 @@ class Crossings:
         self.found: list[LocatedEvent] = []
 
     @cached_property
-    def expressions(self) -> list[Any]:
+    def expressions(self) -> list[Sym]:
         """What is left to each crossing, over time and absolute coordinates."""
         found = []
         for i, crossing in enumerate(self.wanted):
@@ -51,7 +52,7 @@ class Crossings:
             found.append(own - crossing.crosses)
         return found
 
-    def rows(self) -> list[Any]:
+    def rows(self) -> list[Sym]:
         """Return what is left to each crossing, over time and state."""
         return [self.setup.released.moved(own) for own in self.expressions]
 
@@ -60,7 +61,7 @@ class Crossings:
         """(t, x, v, signs) -> what is left to each crossing, and the size of its rounding."""
         r, k = self.setup.released, self.setup.kernel
 
-        def made() -> Any:
+        def made() -> Graph:
             rows = ca.vertcat(*self.rows())
             omega, sizes = SX.sym("omega"), k.given["sizes"]
             size = ca.fabs(rows)
@@ -71,7 +72,7 @@ class Crossings:
         wanted = tuple((own.coordinate, own.crosses) for own in self.wanted)
         return k.batch(f"events {wanted}", made)
 
-    def values(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    def values(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Any:
         """Return what is left to each crossing, (n, crossings); what is rounding is 0."""
         omega = np.max(np.abs(v) / self.setup.kernel.sizes, axis=1, initial=0.0)
         left, size = self._function(t, x, v, signs, omega[:, None])
@@ -83,7 +84,7 @@ class Crossings:
             return None
         lay, signs = self.integrator.layout, nodes.signs
 
-        def values(t: Any, x: Any, v: Any) -> Any:
+        def values(t: Floats, x: Unknowns, v: Floats) -> Any:
             return self.values(t, x, v, signs)
 
         looker = Looker(self.integrator, nodes, values)

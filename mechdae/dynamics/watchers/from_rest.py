@@ -22,6 +22,7 @@ from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.dynamics.watchers.onset import Onset
 from mechdae.dynamics.watchers.sliding import IDLE, RANK, RESTS, SLACK, STRAIGHT, Slips, Turn
 from mechdae.records import dataclass
+from mechdae.types import Floats, Unknowns
 
 MOST = 6
 """Units at rest of which all ways to go on are tried."""
@@ -41,7 +42,7 @@ class Way:
     rates it does or misses; locks of a ``dependent`` one are more than the freedoms.
     """
 
-    sides: Any
+    sides: Floats
     shared: int
     locked: int
     fits: bool
@@ -62,7 +63,7 @@ class _Unit:
 
     slips: list[int]
     shared: bool
-    choices: list[Any]
+    choices: list[Floats]
 
 
 @dataclass(frozen=True)
@@ -74,14 +75,14 @@ class _Tries:
     """
 
     at: tuple[float, Any, Any]
-    sides: Any
+    sides: Floats
     rest: list[int]
-    along: Any
-    free: Any
+    along: Floats
+    free: Floats
     units: list[_Unit]
     slack: float
 
-    def ways(self) -> Iterator[Any]:
+    def ways(self) -> Iterator[Floats]:
         """Yield the sides to be tried, (rest,) each."""
         place = {k: i for i, k in enumerate(self.rest)}
         order = [place[k] for unit in self.units for k in unit.slips]
@@ -94,7 +95,7 @@ class _Tries:
 class WaysFromRest(Slips):
     """Finds the way to go on where some slips are at rest."""
 
-    def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+    def first(self, t: float, x: Unknowns, v: Floats) -> tuple[Any, Any]:
         """Return the inputs of dry friction at the start, and the speeds with locks."""
         if self.setup.smooth:
             self.sizes.check(t, x, v, self.setup.loose)
@@ -102,7 +103,9 @@ class WaysFromRest(Slips):
             return self.setup.loose, v
         return self.settled(t, x, v, np.zeros(self.k), None)
 
-    def settled(self, t: float, x: Any, v: Any, sides: Any, turn: Turn | None) -> tuple[Any, Any]:
+    def settled(
+        self, t: float, x: Unknowns, v: Floats, sides: Floats, turn: Turn | None
+    ) -> tuple[Floats, Floats]:
         """Return inputs of dry friction for the way to go on, and the rates of x with its locks.
 
         Raises
@@ -134,8 +137,8 @@ class WaysFromRest(Slips):
         return signs, v
 
     def _at_rest(
-        self, t: float, x: Any, v: Any, sides: Any, turn: Turn | None
-    ) -> tuple[Any, set[int], set[int]]:
+        self, t: float, x: Unknowns, v: Floats, sides: Floats, turn: Turn | None
+    ) -> tuple[Floats, set[int], set[int]]:
         """Return the sides of slips that move, those at rest, and those that an event lets go."""
         free = self.values(t, x, v, self.setup.loose)
         speeds, pull = (part[0] / self._sizes() for part in free[:2])
@@ -164,7 +167,9 @@ class WaysFromRest(Slips):
             rest.add(turn.slip)
         return sides, rest, fixed
 
-    def _soon(self, t: float, x: Any, v: Any, sides: Any, rest: list[int], chosen: Any) -> Any:
+    def _soon(
+        self, t: float, x: Unknowns, v: Floats, sides: Floats, rest: list[int], chosen: Floats
+    ) -> Floats:
         """Return the way that fits a moment later: here what is chosen is on an edge."""
         locked = [k for k in rest if self.glides.still(chosen)[k]]
         a = self.integrator.acceleration(t, x, v, self.signs(chosen, locked))
@@ -181,7 +186,13 @@ class WaysFromRest(Slips):
         return chosen
 
     def _checked(
-        self, t: float, x: Any, v: Any, signs: Any, sides: tuple[Any, Any], started: list[int]
+        self,
+        t: float,
+        x: Unknowns,
+        v: Floats,
+        signs: Floats,
+        sides: tuple[Floats, Floats],
+        started: list[int],
     ) -> None:
         """Raise where the laws of friction give no accelerations for a way, or several."""
         before, chosen = sides
@@ -199,8 +210,8 @@ class WaysFromRest(Slips):
     # -- trying ----------------------------------------------------------------------------
 
     def _way(
-        self, t: float, x: Any, v: Any, sides: Any, rest: list[int], slack: float
-    ) -> tuple[Any, bool]:
+        self, t: float, x: Unknowns, v: Floats, sides: Floats, rest: list[int], slack: float
+    ) -> tuple[Floats, bool]:
         """Return sides for the way to go on with some slips at rest, and whether it is sure."""
         if not rest:
             return sides, True
@@ -236,7 +247,7 @@ class WaysFromRest(Slips):
             joints=joints,
         )
 
-    def _units(self, along: Any, rest: list[int]) -> list[_Unit]:
+    def _units(self, along: Floats, rest: list[int]) -> list[_Unit]:
         """Return the slips at rest, those together that only move together.
 
         The two sides of a slot are one too; where there are several freedoms with nothing else.
@@ -256,14 +267,14 @@ class WaysFromRest(Slips):
                 unit += own
         return [self._unit(along, own) for own in found]
 
-    def _together(self, along: Any, slips: list[int]) -> bool:
+    def _together(self, along: Floats, slips: list[int]) -> bool:
         """Return whether the speeds of slips, none of them in a slot, are in a fixed ratio."""
         size = np.linalg.norm(along[slips], axis=1)
         if not size.min() > RANK or any(k in self._other for k in slips):
             return False
         return bool(np.linalg.matrix_rank(along[slips] / size[:, None], RANK) == 1)
 
-    def _unit(self, along: Any, slips: list[int]) -> _Unit:
+    def _unit(self, along: Floats, slips: list[int]) -> _Unit:
         """Return slips with the sides they may have."""
         dependent = len(slips) > 1 and np.linalg.matrix_rank(along[slips], RANK) < len(slips)
         if dependent and (along.shape[1] == 1 or slips[0] not in self._other):
@@ -281,7 +292,7 @@ class WaysFromRest(Slips):
                 choices.append(np.array(own))
         return _Unit(slips, False, choices)
 
-    def _forward(self, along: Any, slips: list[int]) -> Any:
+    def _forward(self, along: Floats, slips: list[int]) -> Floats:
         """Return the sides of slips that move together one way."""
         one = along.shape[1] == 1
         direction = np.ones(1) if one else along[slips[0]] / np.linalg.norm(along[slips[0]])
@@ -291,7 +302,7 @@ class WaysFromRest(Slips):
             found[group] = rates[group] / max(float(np.linalg.norm(rates[group])), LEAST)
         return found[slips]
 
-    def _tried(self, tries: _Tries, way: Any, only: Sequence[int] | None = None) -> Way:
+    def _tried(self, tries: _Tries, way: Floats, only: Sequence[int] | None = None) -> Way:
         """Return what becomes of a way to go on; `only` some slips are asked whether it fits."""
         rest, along = tries.rest, tries.along
         own = tries.sides.copy()
@@ -309,7 +320,7 @@ class WaysFromRest(Slips):
         fits, margin = self._fits(tries, own, asked) if asked else FREE
         return Way(own, len(shared), count, fits, margin)
 
-    def _rests(self, sides: Any, unit: _Unit) -> bool:
+    def _rests(self, sides: Floats, unit: _Unit) -> bool:
         return bool(self.glides.still(sides)[unit.slips].any() or (sides[unit.slips] == IDLE).any())
 
     def _relaxed(self, tries: _Tries) -> list[Way]:
@@ -344,8 +355,8 @@ class WaysFromRest(Slips):
         return found
 
     def _turned(
-        self, t: float, x: Any, v: Any, sides: Any, rest: list[int], along: Any
-    ) -> tuple[Any, list[int]]:
+        self, t: float, x: Unknowns, v: Floats, sides: Any, rest: list[int], along: Floats
+    ) -> tuple[Floats, list[int]]:
         """Return the sides of slips, those reversed that turn round for any friction.
 
         No freedom moves them at this pose, so that what they do next depends on speeds alone: where
@@ -365,7 +376,7 @@ class WaysFromRest(Slips):
         sides = np.where(sure & np.isin(np.arange(self.k), rest), ways, sides)
         return sides, [k for k in rest if not sure[k]]
 
-    def _headed(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> Any:
+    def _headed(self, t: float, x: Unknowns, v: Floats, sides: Floats, rest: list[int]) -> Floats:
         """Return sides with the headings of pairs that start."""
         if not np.isnan(sides).any():
             return sides
@@ -373,12 +384,12 @@ class WaysFromRest(Slips):
         free = self.values(t, x, v, self.setup.loose)[1][0]
         held = self.values(t, x, v, self.signs(stuck, rest))[2][0]
 
-        def rates(own: Any) -> Any:
+        def rates(own: Floats) -> Any:
             return self.values(t, x, v, self.signs(own, rest))[1][0]
 
         return self.glides.headed(sides, rates, free, held)
 
-    def _stuck(self, rest: list[int]) -> list[Any]:
+    def _stuck(self, rest: list[int]) -> list[Floats]:
         """Return the ways in which all slips at rest stick, each slot on one of its sides."""
         pairs = [k for k in rest if self._other.get(k, -1) > k and self._other[k] in rest]
         found = []
@@ -388,7 +399,7 @@ class WaysFromRest(Slips):
             found.append(np.array([IDLE if k in idle else 0.0 for k in rest]))
         return found
 
-    def _fits(self, tries: _Tries, sides: Any, asked: list[int]) -> tuple[bool, float]:
+    def _fits(self, tries: _Tries, sides: Floats, asked: list[int]) -> tuple[bool, float]:
         """Return whether sides agree with what they lead to, for some of the slips at rest.
 
         And by which share of limits and rates they do, below 0 where they miss.
@@ -401,7 +412,7 @@ class WaysFromRest(Slips):
             worst = max(worst, float(margins.min(initial=np.inf)))
         return fits, worst
 
-    def _answers(self, t: float, x: Any, v: Any, signs: Any) -> Iterator[list[Any]]:
+    def _answers(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> Iterator[list[Floats]]:
         """Yield rates, holding forces, least and largest ones, of all solutions of friction."""
         if not self.kernel.rubs or self.sizes.contractions(t, x, v, signs)[0] < 1:
             _, *found, miss = (part[0] for part in self.values(t, x, v, signs))
@@ -417,7 +428,9 @@ class WaysFromRest(Slips):
     def _values_of(self) -> Any:
         return self.kernel.batch("sticking of", lambda: self.kernel.sticking_of, ())
 
-    def _margins(self, sides: Any, asked: list[int], answer: list[Any], free: Any) -> Any:
+    def _margins(
+        self, sides: Floats, asked: list[int], answer: list[Floats], free: Floats
+    ) -> Floats:
         """Return by how much accelerations and forces are what slips need, (asked,).
 
         A share of the limit of a force that holds, or of the rate of a speed that begins, beside

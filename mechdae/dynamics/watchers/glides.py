@@ -15,6 +15,7 @@ import numpy as np
 
 from mechdae.equations.forces.feedback import Slip
 from mechdae.kernels.run.call import Call
+from mechdae.types import Floats, Sym
 
 FIRST = 1e-14
 """Speed, over the largest so far, up to which the heading stands for the direction."""
@@ -42,7 +43,7 @@ class Glides:
         Place of a component -> place of the first one of its pair.
     """
 
-    def __init__(self, slips: list[Slip], weights: Any) -> None:
+    def __init__(self, slips: list[Slip], weights: Floats) -> None:
         self.weights = weights
         self.groups = [
             list(range(k, k + slip.parts))
@@ -55,21 +56,21 @@ class Glides:
         """Return the places of the slips that stick with one."""
         return next((own for own in self.groups if k in own), [k])
 
-    def spread(self, values: Any) -> Any:
+    def spread(self, values: Floats) -> Floats:
         """Return values (..., k) with the length of their vector at all components of a pair."""
         found = np.abs(values)
         for own in self.groups:
             found[..., own] = np.linalg.norm(values[..., own], axis=-1, keepdims=True)
         return found
 
-    def still(self, sides: Any) -> Any:
+    def still(self, sides: Floats) -> Any:
         """Return which slips are locked (k,): of pairs that glide those without a heading."""
         found = np.asarray(sides) == 0
         for own in self.groups:
             found[own] = found[own].all()
         return found
 
-    def headings(self, values: Any) -> Any:
+    def headings(self, values: Floats) -> Floats:
         """Return values (k,) with the components of pairs divided by their length."""
         found = np.array(values, float)
         for own in self.groups:
@@ -81,13 +82,15 @@ class Glides:
         """Return the slips at rest, those of a pair that glides together."""
         return [self.group(k) for k in rest if self.first.get(k, k) == k]
 
-    def holding(self, held: Any, high: Any, k: int) -> tuple[Any, Any]:
+    def holding(self, held: Floats, high: Floats, k: int) -> tuple[Any, Any]:
         """Return the size of the force that holds a pair, and its limit, (n,) each."""
         own = self.group(k)
         squares = self.weights[own] * held[..., own] ** 2
         return np.sqrt(squares.sum(axis=-1)), high[..., own[0]]
 
-    def headed(self, sides: Any, rates: Callable[[Any], Any], free: Any, held: Any) -> Any:
+    def headed(
+        self, sides: Floats, rates: Callable[[Any], Any], free: Floats, held: Floats
+    ) -> Floats:
         """Return sides with headings where they are not known yet (nan).
 
         A pair starts the way it is pulled: rates (k,) of its speeds for these sides are along its
@@ -123,7 +126,7 @@ class Glides:
         return found
 
 
-def weights_of(slips: list[Slip], p: Any, values: Any, kept: Callable[..., Any]) -> Any:
+def weights_of(slips: list[Slip], p: Sym, values: Floats, kept: Callable[..., Any]) -> Floats:
     """Return the weights (k,) of slips for values of the parameters.
 
     Parameters

@@ -16,6 +16,7 @@ from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.watchers.zeros import DEGREE, Looker, fitted
 from mechdae.forces.lift_off import OneSidedContacts, arcs, sentence, unwatched
+from mechdae.types import Floats, Points, Unknowns
 
 PLACES = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
 """Samples in a part of a step, as `fitted` takes them."""
@@ -30,7 +31,9 @@ class HoldingContacts:
         self.names = self.contacts.names
         self.observer = Observer(setup) if self.names else None
 
-    def holding(self, t: Any, x: Any, v: Any, signs: Any, a: Any, lam: Any) -> Any:
+    def holding(
+        self, t: Floats, x: Unknowns, v: Floats, signs: Floats, a: Floats, lam: Points
+    ) -> Any:
         """Return the forces (n, k) by which contacts hold, at states with the same signs.
 
         `a` and `lam` are accelerations and what goes with them, (n, .) each.
@@ -57,7 +60,7 @@ class Lifting:
             return
         lay, signs = self.integrator.layout, nodes.signs
 
-        def values(t: Any, x: Any, v: Any) -> Any:
+        def values(t: Floats, x: Unknowns, v: Floats) -> Any:
             return self.contacts.holding(t, x, v, signs, *self.integrator.rates(t, x, v, signs))
 
         looker, k = Looker(self.integrator, nodes, values), len(self.contacts.names)
@@ -68,7 +71,7 @@ class Lifting:
             (begins[rows] + np.diff(begins)[rows] * shares.T).T, return_index=True
         )
 
-        def force(t: Any) -> Any:
+        def force(t: Floats) -> Any:
             row = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 2)
             share = (t - begins[row]) / (begins[row + 1] - begins[row])
             pairs = zip(row.tolist(), share.tolist(), strict=True)

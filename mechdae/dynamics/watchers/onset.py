@@ -14,6 +14,7 @@ from mechdae.dynamics.friction_sizes import Sizes
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.zeros import inside
+from mechdae.types import Floats
 
 STRONG = 0.5
 """Coupling from which steps are looked at, beside a largest value their inside too."""
@@ -64,7 +65,7 @@ class Onset:
                 return self._located(states[i], high, signs)
         return None
 
-    def _coupling(self, states: Any, signs: Any) -> Any:
+    def _coupling(self, states: Floats, signs: Floats) -> Any:
         """Return the coupling of friction at states, (n,)."""
         t, x, v = (self.layout.of(states, name) for name in ("t", "x", "v"))
         return self.sizes.contractions(t, x, v, signs)
@@ -77,7 +78,7 @@ class Onset:
         found = np.nan_to_num(self.sizes.contractions(*places, nodes.signs))
         return found.reshape(count, len(INSIDE)).max(axis=1, initial=0.0)
 
-    def _strongest(self, begin: Any, h: float, signs: Any) -> float:
+    def _strongest(self, begin: Floats, h: float, signs: Floats) -> float:
         """Return where inside a step the coupling is strongest if there is a verdict, else 0."""
         shares = SAMPLES
         for _ in range(FINER):
@@ -92,7 +93,7 @@ class Onset:
             shares = np.linspace(low, high, len(SAMPLES) + 2)[1:-1]
         return 0.0
 
-    def _located(self, begin: Any, high: float, signs: Any) -> tuple[Any, NoWay] | None:
+    def _located(self, begin: Floats, high: float, signs: Floats) -> tuple[Any, NoWay] | None:
         """Return the last state with one solution, and the verdict right behind it."""
         low, before = 0.0, begin
         found = self._verdict(self.integrator.stepped(begin, high, signs), signs)
@@ -108,7 +109,7 @@ class Onset:
                 high, found = middle, verdict
         return None if found is None else (before, found)
 
-    def _verdict(self, state: Any, signs: Any) -> NoWay | None:
+    def _verdict(self, state: Any, signs: Floats) -> NoWay | None:
         t, x, v = (self.layout.of(state, name) for name in ("t", "x", "v"))
         if not np.isfinite(x).all() or not np.isfinite(v).all():
             return None
@@ -118,7 +119,7 @@ class Onset:
             return verdict
         return None
 
-    def ahead(self, state: Any, signs: Any) -> NoWay | None:
+    def ahead(self, state: Any, signs: Floats) -> NoWay | None:
         """Return the verdict right behind a state at which the step size went to nothing, if any.
 
         Where the coupling of friction is 1 no step gets beyond it.

@@ -16,6 +16,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.kernels.graphs.ldl import Factor
 from mechdae.numerics.null_space import rank
+from mechdae.types import Floats, Graph, Jacobian, Matrices, Unknowns
 
 SINGULAR = 1e-6
 NEAR = 0.5
@@ -54,13 +55,15 @@ class Passages:
     def _jacobian(self) -> Any:
         k, r = self.kernel, self.kernel.released
 
-        def made() -> Any:
+        def made() -> Graph:
             results = [ca.vec(ca.densify(part)) for part in (r.J, r.rate(r.J))]
             return k.function("J", results)
 
         return k.batch("J", made)
 
-    def _scaled(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
+    def _scaled(
+        self, t: Floats, x: Unknowns, v: Floats, signs: Floats
+    ) -> tuple[Matrices, Matrices]:
         """Return Jacobians (n, m, nx) and their rates over natural sizes."""
         k, n = self.kernel, len(t)
         factor = k.sizes[None, :] / k.gaps[:, None]
@@ -99,7 +102,7 @@ class Passages:
         if len(values) >= 2:
             self._tail = (states[-2], values[-2])
 
-    def _values(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    def _values(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Any:
         """Return values (n,) that vanish with the least singular value.
 
         That itself, or where there are many equations the root of the least pivot, which is no
@@ -152,7 +155,7 @@ class Passages:
             self.found.append((t, drop))
 
     @staticmethod
-    def _least(J: Any, k: int) -> tuple[float, Any, Any]:
+    def _least(J: Jacobian, k: int) -> tuple[float, Floats, Floats]:
         """Return the singular value that falls first, the last of the rank, and its vectors."""
         if len(J) <= MANY or len(J) != k + 1:
             left, sigma, right = np.linalg.svd(J)
@@ -179,7 +182,7 @@ class Passages:
         lay = self.integrator.layout
         first, last = (float(lay.of(nodes.states[i], "t")) for i in (0, -1))
 
-        def values(times: Any) -> Any:
+        def values(times: Floats) -> Any:
             x, v, _ = self.integrator.between(nodes, times)
             J = self._scaled(times, x, v, nodes.signs)[0]
             return np.linalg.svd(J, compute_uv=False)[:, place]

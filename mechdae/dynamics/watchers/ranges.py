@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
+from mechdae.types import Graph, Sym
 
 SLACK = 1e-9
 """Share of a table's range by which an abscissa may lie outside."""
@@ -26,7 +25,7 @@ class Ranges:
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.left: dict[str, tuple[float, float]] = {}
-        self._at: list[Any] = []
+        self._at: list[Sym] = []
         self._ends: list[tuple[str, float, float]] = []
         for signal in setup.loads.signals:
             if not signal.load.periodic:
@@ -42,7 +41,7 @@ class Ranges:
                 self._at.append(contact.s)
                 self._ends.append((f"joint {name}", *contact.range))
 
-    def _abscissae(self) -> Any:
+    def _abscissae(self) -> Graph:
         at = self.setup.released.moved(ca.vertcat(*self._at))
         return self.setup.kernel.function("abscissae", [ca.densify(at)])
 

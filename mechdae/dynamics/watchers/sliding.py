@@ -14,6 +14,7 @@ side is idle: it has neither a sign nor a lock until it is pressed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +25,7 @@ from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.watchers.glides import FIRST, LEAST, Glides, weights_of
 from mechdae.numerics.null_space import freedoms
 from mechdae.records import dataclass
+from mechdae.types import Floats, Unknowns
 
 RESTS = 1e-9
 """Speed, as a share of the largest so far, that is none."""
@@ -46,7 +48,7 @@ class Turn:
     the line of its load.
     """
 
-    state: Any
+    state: Floats
     slip: int
     released: bool
     from_rest: bool
@@ -90,13 +92,13 @@ class Slips:
     def _values(self) -> Any:
         return self.kernel.batch("sticking", lambda: self.kernel.sticking)
 
-    def values(self, t: Any, x: Any, v: Any, signs: Any) -> list[Any]:
+    def values(self, t: Floats | float, x: Unknowns, v: Floats, signs: Floats) -> list[Any]:
         """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
         at = (np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
-        found: list[Any] = self._values(*at)
+        found: list[Floats] = self._values(*at)
         return found
 
-    def _along(self, t: float, x: Any, v: Any) -> Any:
+    def _along(self, t: float, x: Unknowns, v: Floats) -> Any:
         """Return the speeds (slips, freedoms) that the freedoms give slips, over natural sizes."""
         k = self.kernel
         J = k.value("place", t, x, v, self.setup.loose)[1]
@@ -109,7 +111,7 @@ class Slips:
 
     # -- signs ---------------------------------------------------------------------------------
 
-    def signs(self, sides: Any, resting: Any = ()) -> Any:
+    def signs(self, sides: Any, resting: Sequence[int] = ()) -> Floats:
         """Return the inputs of dry friction: sides -1, 0 (locked), 1, IDLE; slips at rest."""
         sides = np.asarray(sides, float)
         still = np.zeros(self.k)
@@ -121,12 +123,12 @@ class Slips:
         locks = np.where(self.glides.still(sides), 1.0, 0.0)
         return np.concatenate([own, locks, still, self.setup.fixed])
 
-    def resumed(self, signs: Any) -> Any:
+    def resumed(self, signs: Floats) -> Floats:
         """Return inputs of dry friction with the pieces of tables that hold now."""
         self._last = self.setup.renewed(self._last)
         return self.setup.renewed(signs)
 
-    def sides(self, signs: Any) -> Any:
+    def sides(self, signs: Floats) -> Floats:
         """Return -1, 0 (locked), 1 or IDLE by slip, of pairs that glide their headings."""
         own, locks = signs[: self.k], signs[self.k : 2 * self.k]
         found = np.where((own == 0) & (locks == 0), IDLE, own)
@@ -134,7 +136,7 @@ class Slips:
             found[group] = own[group]
         return self.glides.headings(found)
 
-    def mode(self, signs: Any) -> dict[str, float]:
+    def mode(self, signs: Floats) -> dict[str, float]:
         """Return -1, 0 or 1 by joint or load; of pairs that glide 1 while they do."""
         sides = self.sides(signs)
         still = self.glides.still(sides)

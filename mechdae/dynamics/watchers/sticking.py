@@ -14,6 +14,7 @@ from mechdae.dynamics.watchers.from_rest import WaysFromRest
 from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.dynamics.watchers.sliding import IDLE, RANK, SLACK, Turn
 from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
+from mechdae.types import Floats, Unknowns
 
 CLOSE = 1e-13
 """Share of its limit by which a force that holds may exceed it between steps."""
@@ -30,7 +31,7 @@ RELEASED = ("below", "above", "slack")
 class Sticking(WaysFromRest):
     """Watches the slips of a motion for events, see `Slips`."""
 
-    def _starts(self, k: int, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    def _starts(self, k: int, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Any:
         """Return what is left (n,) until locks that share their forces give way.
 
         The accelerations to both sides with friction at rest, over those without friction.
@@ -65,7 +66,7 @@ class Sticking(WaysFromRest):
             worst = np.maximum(worst, slowest)
         return STARTS * size - worst
 
-    def _slowest(self, sides: Any, unit: list[int], rates: Any) -> Any:
+    def _slowest(self, sides: Floats, unit: list[int], rates: Floats) -> Any:
         """Return the least rate (n,) of speeds of slips to their sides, over natural sizes."""
         found = rates[:, unit] * sides[unit] / self._sizes()[unit]
         for group in self.glides.groups:
@@ -73,7 +74,7 @@ class Sticking(WaysFromRest):
             found[:, at] = found[:, at].sum(axis=1, keepdims=True)
         return found.min(axis=1)
 
-    def _sharing(self, along: Any, sides: Any) -> list[list[int]]:
+    def _sharing(self, along: Floats, sides: Floats) -> list[list[int]]:
         """Return the locked slips, those together that hold with forces that are not unique."""
         locked = np.flatnonzero(self.glides.still(sides)).tolist()
         if np.linalg.matrix_rank(along[locked], RANK) == len(locked):
@@ -149,7 +150,7 @@ class Sticking(WaysFromRest):
                 found = Turn(state, k, False, False, word == "sharp")
         return found
 
-    def _watched(self, sides: Any, sharing: list[list[int]]) -> list[tuple[int, str]]:
+    def _watched(self, sides: Floats, sharing: list[list[int]]) -> list[tuple[int, str]]:
         """Return what is watched, and what happens to a slip where it falls below zero.
 
         `sharing` are the locked slips whose forces are not unique, those together that start so.
@@ -178,7 +179,9 @@ class Sticking(WaysFromRest):
                 found += [(k, "pressed")] if side == IDLE else [(k, "below"), (k, "above")]
         return found
 
-    def _nearing(self, t: float, x: Any, v: Any, signs: Any, sides: Any) -> list[tuple[int, str]]:
+    def _nearing(
+        self, t: float, x: Unknowns, v: Floats, signs: Floats, sides: Floats
+    ) -> list[tuple[int, str]]:
         """Return the pairs that glide and are not at rest at the beginning: they may come to it."""
         moving = [own for own in self.glides.groups if not self.glides.still(sides)[own[0]]]
         if not moving:
@@ -202,7 +205,7 @@ class Sticking(WaysFromRest):
         words = {word for _, word in watched}
         headings = self.sides(signs)
 
-        def values(t: Any, x: Any, v: Any) -> Any:
+        def values(t: Any, x: Any, v: Floats) -> Any:
             found = np.empty((len(t), len(watched)))
             moving = words & {"speed", "glide", "near"}
             speeds: Any = self._speeds(t, x, v, signs)[0] if moving else None
@@ -250,12 +253,12 @@ class Sticking(WaysFromRest):
         k = self.kernel
         return k.batch("speeds", lambda: ca.Function("speeds", k.inputs, [k.locking(*k.inputs)[2]]))
 
-    def _faster(self, t: Any, x: Any, v: Any, signs: Any) -> None:
+    def _faster(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> None:
         """Keep the largest speed of all slips."""
         speeds = np.abs(self._speeds(t[:, None], x, v, signs)[0]) / self._sizes()
         self._fastest = max(self._fastest, float(np.max(speeds, initial=0.0)))
 
-    def note(self, t: float, turn: Turn, before: Any, signs: Any) -> None:
+    def note(self, t: float, turn: Turn, before: Floats, signs: Floats) -> None:
         """Keep what an event changes: all that slip, stick or turn back in that instant.
 
         Not sides of a slot that nothing presses, nor pairs whose direction turns alone.
@@ -294,7 +297,7 @@ class Sticking(WaysFromRest):
             found = {name: sides_of[name] for name in self.names if name in sides_of}
             self.found.append((t, found, kind))
 
-    def final(self, signs: Any, t: float, x: Any, v: Any) -> bool:
+    def final(self, signs: Floats, t: float, x: Unknowns, v: Floats) -> bool:
         """Return whether nothing moves any more: all freedoms stick and nothing depends on t."""
         setup = self.setup
         if setup.laws or setup.loads.uses_time or not self.k:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.numerics.null_space import freedoms
+from mechdae.types import Graph, Json
 
 SLOW = 0.05
 """Share of the natural step, tol^(1/8) over the frequency, below which steps are small."""
@@ -37,7 +37,7 @@ class Stiffness:
         self.turned = False
         self._ratios: deque[float] = deque(maxlen=STEPS)
 
-    def _slopes(self) -> Any:
+    def _slopes(self) -> Graph:
         """Return the function of mass, Jacobian and the slopes of each load by x' and x."""
         r, k = self.setup.released, self.setup.kernel
         results = [r.M, r.J]
@@ -80,7 +80,7 @@ class Stiffness:
             self.found = (float(t), worst[1], worst[0], h)
             self.turned = self.integrator.turn_stiff()
 
-    def events(self) -> list[dict[str, Any]]:
+    def events(self) -> list[Json]:
         """Return the event of it."""
         if self.found is None:
             return []

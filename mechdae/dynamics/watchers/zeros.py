@@ -9,12 +9,17 @@ so that what is found is as exact as the integration, and nothing is found that 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.records import dataclass
+from mechdae.types import Floats, Integers, Matrices
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.stepper import Layout
+
 
 DEGREE = 8
 RESOLVED = 1e-4
@@ -68,7 +73,9 @@ class Sign:
     dip: bool
 
 
-def inside(lay: Any, states: Any, rows: Any, shares: Any) -> tuple[Any, Any, Any]:
+def inside(
+    lay: Layout, states: Floats, rows: Integers, shares: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return t, x and v (n, .) inside steps: the quintics through both ends of them."""
     first, last = states[rows], states[np.asarray(rows) + 1]
     s = np.asarray(shares, float)[:, None]
@@ -86,7 +93,7 @@ def inside(lay: Any, states: Any, rows: Any, shares: Any) -> tuple[Any, Any, Any
 
 
 def fitted(
-    lay: Any, nodes: Nodes, values: Callable[[Any, Any, Any], Any]
+    lay: Layout, nodes: Nodes, values: Callable[[Any, Any, Any], Any]
 ) -> tuple[Any, Any, Any, Any]:
     """Return the parts of accepted steps over which fits of functions converge.
 
@@ -130,7 +137,9 @@ def fitted(
     return tuple(part[order] for part in stacked)
 
 
-def _sampled(lay: Any, nodes: Nodes, values: Any, rows: Any, lows: Any, highs: Any) -> Any:
+def _sampled(
+    lay: Layout, nodes: Nodes, values: Any, rows: Integers, lows: Floats, highs: Floats
+) -> Any:
     """Return values at Chebyshev's places of parts of steps."""
     shares = lows[:, None] + (highs - lows)[:, None] * _NODES
     at = np.repeat(rows, DEGREE + 1)
@@ -139,7 +148,7 @@ def _sampled(lay: Any, nodes: Nodes, values: Any, rows: Any, lows: Any, highs: A
 
 
 def changes(
-    lay: Any, nodes: Nodes, values: Callable[[Any, Any, Any], Any], falls: bool = False
+    lay: Layout, nodes: Nodes, values: Callable[[Any, Any, Any], Any], falls: bool = False
 ) -> list[Sign]:
     """Return where functions may change their signs in accepted steps, in the order of time.
 
@@ -181,7 +190,7 @@ def changes(
     return sorted(found, key=lambda sign: (sign.row, sign.low, sign.high))
 
 
-def _crossed(before: Any, after: Any) -> Any:
+def _crossed(before: Matrices, after: Matrices) -> Any:
     """Return where a sign turns to the other one or to zero; from zero nothing turns."""
     return (before != 0) & (after != before)
 
@@ -210,7 +219,7 @@ class Looker:
         self.lay = integrator.layout
         self._known: dict[tuple[int, float], Any] = {}
 
-    def value(self, state: Any, which: int) -> float:
+    def value(self, state: Floats, which: int) -> float:
         """Return a function at a state."""
         t, x, v = (self.lay.of(state, name) for name in ("t", "x", "v"))
         at = (np.reshape(t, (1, 1)), x[None, :], v[None, :])
@@ -218,7 +227,7 @@ class Looker:
             return float(self.some(which)(*at)[0, 0])
         return float(self.values(*at)[0, which])
 
-    def _step(self, row: int) -> tuple[Any, float]:
+    def _step(self, row: int) -> tuple[Floats, float]:
         states = self.nodes.states
         return states[row], float(self.lay.of(states[row + 1], "t") - self.lay.of(states[row], "t"))
 
