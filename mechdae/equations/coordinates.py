@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, PLACE, CoordinateKind
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Sym
 
 QUATERNION = ("e0", "e1", "e2", "e3")
 """Coordinates of what turns about a ball joint, or hangs on bars: a unit quaternion."""
@@ -36,7 +37,7 @@ class Coordinate:
 
     owner: str
     name: str
-    symbol: Any
+    symbol: Sym
     period: float = 0.0
     extent: float = 1.0
     extent_symbol: Any = None
@@ -55,11 +56,11 @@ class Coordinate:
     def unit(self) -> str:
         return self.kind.unit
 
-    def size(self, length: Any) -> Any:
+    def size(self, length: Sym) -> Any:
         """Return the natural size: 1 rad, a `length`, or the range of a curve over 2 pi."""
         return length if self.kind is LENGTH else self.extent
 
-    def size_symbol(self, length: Any) -> Any:
+    def size_symbol(self, length: Sym) -> Sym:
         """Return the natural size in symbols."""
         return self.extent_symbol if self.kind is PLACE else self.size(length)
 
@@ -77,14 +78,14 @@ def of_owner(owner: str, names: Sequence[str]) -> tuple[Coordinate, ...]:
 class Coordinates(tuple[Coordinate, ...]):
     """Several coordinates in order, and what arrays of their values need."""
 
-    def of_kind(self, kind: CoordinateKind) -> Any:
+    def of_kind(self, kind: CoordinateKind) -> Booleans:
         """Return which are of a kind, (n,) booleans."""
         result = np.array([c.kind is kind for c in self], bool)
         result.flags.writeable = False
         return result
 
     @cached_property
-    def turns(self) -> Any:
+    def turns(self) -> Booleans:
         """Which are angles, (n,) booleans."""
         return self.of_kind(ANGLE)
 
@@ -99,7 +100,7 @@ class Coordinates(tuple[Coordinate, ...]):
         return self.of_kind(PLACE)
 
     @cached_property
-    def periods(self) -> Any:
+    def periods(self) -> Floats:
         """Their periods (n,): a turn of angles, the range of a closed curve, 0 without one."""
         return np.array([c.period for c in self])
 

@@ -12,13 +12,18 @@ import math
 from collections.abc import Mapping
 from copy import copy
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from mechdae.describe.expression import build
 from mechdae.describe.joints.curve import PARAMETER, Curve, follows_curve, repeats, span
 from mechdae.equations.coordinates import Coordinate, of_owner
+from mechdae.types import Sym
+
+if TYPE_CHECKING:
+    from mechdae.describe.mechanism import Mechanism
+
 
 SX = ca.SX
 CORNERS = {ca.OP_FABS, ca.OP_SIGN, ca.OP_FMIN, ca.OP_FMAX}
@@ -56,8 +61,8 @@ class Contact:
     def __init__(
         self,
         joint: Curve,
-        parameters: Mapping[str, Any],
-        numbers: Mapping[str, Any],
+        parameters: Mapping[str, Sym],
+        numbers: Mapping[str, Sym],
         values: Mapping[str, float],
         functions: Mapping[str, Any],
     ) -> None:
@@ -106,19 +111,19 @@ class Contact:
         return (self.range[1] - self.range[0]) / (2 * math.pi)
 
     @property
-    def direction(self) -> Any:
+    def direction(self) -> Sym:
         """Unit tangent of a roller's contact in the first body, by its angle."""
         return ca.vertcat(ca.cos(self.angle), ca.sin(self.angle))
 
     @property
-    def normal(self) -> Any:
+    def normal(self) -> Sym:
         """Unit normal towards a roller in the first body, by the tangent's angle."""
         along = self.direction
         right = ca.vertcat(along[1], -along[0])
         return right if self.joint.side == "right" else -right
 
 
-def place(joint: Curve, known: Mapping[str, Any], functions: Mapping[str, Any]) -> Any:
+def place(joint: Curve, known: Mapping[str, Sym], functions: Mapping[str, Any]) -> Sym:
     """Return x and y of a curve (2,) with its parameter and all names as `known`."""
     texts = (joint.x, joint.y)
     return ca.vertcat(
@@ -127,9 +132,9 @@ def place(joint: Curve, known: Mapping[str, Any], functions: Mapping[str, Any]) 
 
 
 def contacts(
-    mechanism: Any,
-    parameters: Mapping[str, Any],
-    numbers: Mapping[str, Any],
+    mechanism: Mechanism,
+    parameters: Mapping[str, Sym],
+    numbers: Mapping[str, Sym],
     functions: Mapping[str, Any],
 ) -> dict[str, Contact]:
     """Return the contacts of all curve joints by name."""

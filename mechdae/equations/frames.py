@@ -7,13 +7,12 @@ only, so that other coordinates (or a third axis) need no second set of joints.
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
 from mechdae.equations.coordinates import Coordinate, of_owner
 from mechdae.equations.space import PLANE
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -22,21 +21,21 @@ SX = ca.SX
 class Frame:
     """Placement of one body: ``r`` (d,), ``R`` (d, d), turning ``angle`` and coordinates."""
 
-    r: Any
-    R: Any
-    angle: Any
+    r: Sym
+    R: Sym
+    angle: Sym
     coordinates: tuple[Coordinate, ...]
 
-    def point(self, s: Any) -> Any:
+    def point(self, s: Sym) -> Sym:
         """Return the place of a point with local coordinates `s`."""
         return self.r + self.R @ s
 
-    def direction(self, d: Any) -> Any:
+    def direction(self, d: Sym) -> Sym:
         """Return a body-fixed direction in the fixed frame."""
         return self.R @ d
 
 
-def rotation(angle: Any) -> Any:
+def rotation(angle: Sym) -> Sym:
     """Return the planar rotation matrix."""
     c, s = ca.cos(angle), ca.sin(angle)
     return ca.vertcat(ca.horzcat(c, -s), ca.horzcat(s, c))

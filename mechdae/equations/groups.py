@@ -15,7 +15,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 
@@ -29,6 +28,7 @@ from mechdae.equations.redundant_constraints import redundant_blocks, square_blo
 from mechdae.equations.space import PLANE
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
+from mechdae.types import Integers, Json
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 SPATIAL = "spatial"
@@ -197,8 +197,8 @@ def _components(size: int, arrows: set[tuple[int, int]]) -> list[int]:
 def _ordered(
     model: Model,
     rows: Sequence[Row],
-    block_of_row: Any,
-    block_of_column: Any,
+    block_of_row: Integers,
+    block_of_column: Integers,
     component: list[int],
     members: dict[int, list[str]],
     after: dict[int, set[int]],
@@ -253,7 +253,7 @@ def _ordered(
 
 def _classify(
     mechanism: Mechanism, bodies: set[str], names: Sequence[str], driven: bool, over: bool
-) -> dict[str, Any]:
+) -> Json:
     """Return class, order, kind, inner joints and count of higher pairs of a group."""
     joints = [mechanism.joints[name] for name in names]
     inner = [j for j in joints if {j.first_body, j.second_body} <= bodies]
@@ -349,7 +349,7 @@ def formula(groups: Sequence[Group]) -> str:
     return " -> ".join(parts)
 
 
-def count_mobility(mechanism: Mechanism) -> dict[str, Any]:
+def count_mobility(mechanism: Mechanism) -> Json:
     """Return n, p5, p4 and W = 3 n - 2 p5 - p4 (Chebyshev); a weld joins two links to one.
 
     In space n, p5 to p1, W = 6 n - 5 p5 - ... - p1 and the ``idle`` links.
@@ -363,7 +363,7 @@ def count_mobility(mechanism: Mechanism) -> dict[str, Any]:
     return {"n": n, "p5": p5, "p4": p4, "W": PLANE.mobility(n, p5, p4)}
 
 
-def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
+def _count_in_space(mechanism: Mechanism) -> Json:
     """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
     from mechdae.describe.spinning_links import points_of, spins
 

@@ -16,6 +16,7 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.equations.curve_contacts import Contact
 from mechdae.equations.frames import Frame
 from mechdae.errors import UnavailableError
+from mechdae.types import Sym
 
 Rows = list[tuple[str, Any, str]]
 
@@ -28,7 +29,7 @@ class Ends:
         joint: Joint,
         frame: Callable[[str], Frame],
         point: Callable[[str], Any],
-        number: Mapping[str, Any],
+        number: Mapping[str, Sym],
         contact: Contact | None = None,
     ) -> None:
         self.contact = contact
@@ -37,22 +38,22 @@ class Ends:
         self.p1, self.p2 = point(joint.first), point(joint.second)
         self.gap = self.p2 - self.p1
 
-    def number(self, entry: str) -> Any:
+    def number(self, entry: str) -> Sym:
         """Return the symbol of one of the joint's numbers."""
         return self._number[f"{self.joint.name}.{entry}"]
 
     @property
-    def carrier_angle(self) -> Any:
+    def carrier_angle(self) -> Sym:
         """Angle of the carrier; zero on the ground."""
         carrier = getattr(self.joint, "carrier", None)
         return self._frame(carrier).angle if carrier else ca.SX(0)
 
-    def axis(self) -> Any:
+    def axis(self) -> Sym:
         """Direction of the guide in the fixed frame."""
         a = self.number("axis")
         return self.first.direction(ca.vertcat(ca.cos(a), ca.sin(a)))
 
-    def normal(self) -> Any:
+    def normal(self) -> Sym:
         """Normal of the guide in the fixed frame, left of the axis."""
         a = self.number("axis")
         return self.first.direction(ca.vertcat(-ca.sin(a), ca.cos(a)))

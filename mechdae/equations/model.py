@@ -26,6 +26,7 @@ from mechdae.equations.joints import Ends, rows_of
 from mechdae.equations.space import PLANE
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym
 
 SX = ca.SX
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -49,7 +50,7 @@ class Row:
 
     owner: str
     part: str
-    expression: Any
+    expression: Sym
     unit: str
     driver: bool = False
     reach: Any = None
@@ -125,7 +126,7 @@ class Model:
     def _make_parameters(self) -> None:
         mechanism = self.mechanism
         symbols = {name: SX.sym(name) for name in mechanism.parameter_values}
-        self.numbers: dict[str, Any] = {}
+        self.numbers: dict[str, Sym] = {}
         for name, number in mechanism.numbers():
             if isinstance(number, str):
                 self.numbers[name] = SX(build(number, symbols, FUNCTIONS))
@@ -141,7 +142,7 @@ class Model:
         """Return whether a number is no parameter unless the caller frees it."""
         return False
 
-    def _values_of(self, mechanism: Mechanism) -> Any:
+    def _values_of(self, mechanism: Mechanism) -> Floats:
         """Return the values of p (np,) in a mechanism of the same structure."""
         values = mechanism.values()
         return np.array([values[name] for name in self.p_names])
@@ -175,7 +176,7 @@ class Model:
         """Return the frame of a body or of the ground; its origin is `anchor`."""
         return self._frames[body]
 
-    def of_symbol(self, symbol: Any) -> Coordinate | None:
+    def of_symbol(self, symbol: Sym) -> Coordinate | None:
         """Return the coordinate that a symbol is, None for any other symbol."""
         return self._of_symbol.get(symbol.element_hash())
 
@@ -195,7 +196,7 @@ class Model:
         """
         return self._anchors.get(body)
 
-    def local(self, reference: str) -> Any:
+    def local(self, reference: str) -> Sym:
         """Return ``body.point`` (or ``body.center``) in the body's frame, from its anchor."""
         body = reference.split(".")[0]
         axes = self.mechanism.axes
@@ -208,7 +209,7 @@ class Model:
             ]
         )
 
-    def center(self, body: str) -> Any:
+    def center(self, body: str) -> Sym:
         """Return the centre of mass in the body's frame, from its anchor.
 
         It is the origin of the frame where none is given.
@@ -217,17 +218,17 @@ class Model:
             return self.local(f"{body}.center")
         return self.local_origin(body)
 
-    def local_origin(self, body: str) -> Any:
+    def local_origin(self, body: str) -> Sym:
         """Return the origin of a body in its frame, from its anchor."""
         anchor = self.anchor(body)
         axes = self.mechanism.axes
         return ca.vertcat(*[-self.numbers[f"{body}.{anchor}.{a}"] if anchor else 0 for a in axes])
 
-    def origin(self, body: str) -> Any:
+    def origin(self, body: str) -> Sym:
         """Return the place of a body's origin, where its points' coordinates are zero."""
         return self.frame(body).point(self.local_origin(body))
 
-    def point(self, reference: str) -> Any:
+    def point(self, reference: str) -> Sym:
         """Return the place of ``body.point`` in the fixed frame."""
         return self.frame(reference.split(".")[0]).point(self.local(reference))
 
@@ -235,7 +236,7 @@ class Model:
         """Return what of a selection has a value; `listed`: the task names it."""
         return chosen
 
-    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+    def coordinate(self, coordinate: NamedCoordinate) -> Sym:
         """Return the expression of a named coordinate."""
         if coordinate.kind == "body angle":
             return self.frame(coordinate.part).angle
@@ -256,7 +257,7 @@ class Model:
         """Return what a unit of force or moment along a coordinate does."""
         return gradients(self.coordinate(coordinate), self.q)[0]
 
-    def mass_center(self, body: str) -> Any:
+    def mass_center(self, body: str) -> Sym:
         """Return the place of a body's centre of mass."""
         return self.frame(body).point(self.center(body))
 
@@ -264,7 +265,7 @@ class Model:
         """Return joints and drivers whose equations depend on each other, by those of the rows."""
         return owners
 
-    def driven(self, coordinates: Iterable[NamedCoordinate]) -> tuple[list[Row], Any]:
+    def driven(self, coordinates: Iterable[NamedCoordinate]) -> tuple[list[Row], Sym]:
         """Return all rows, those of the drivers last, and the drivers' symbols u."""
         rows = list(self.rows)
         inputs = []
@@ -276,7 +277,7 @@ class Model:
             inputs.append(u)
         return rows, ca.vertcat(*inputs) if inputs else SX(0, 1)
 
-    def driver_reach(self, coordinate: NamedCoordinate, u: Any) -> Any:
+    def driver_reach(self, coordinate: NamedCoordinate, u: Sym) -> Any:
         """Return what bounds of a driver's equation are made of, None: its terms."""
         return None
 
@@ -284,22 +285,22 @@ class Model:
         """Raise for a coordinate that has no value."""
 
     @structure_property
-    def phi(self) -> Any:
+    def phi(self) -> Sym:
         """Residuals of all joints, (m,)."""
         return ca.vertcat(*[row.expression for row in self.rows])
 
     @structure_property
-    def phi_q(self) -> Any:
+    def phi_q(self) -> Sym:
         """Constraint Jacobian, (m, nq)."""
         return ca.jacobian(self.phi, self.q)
 
     @structure_property
-    def velocity(self) -> Any:
+    def velocity(self) -> Sym:
         """Symbols of the coordinates' rates, (nq,)."""
         return SX.sym("v", self.q.numel())
 
     @structure_property
-    def acceleration(self) -> Any:
+    def acceleration(self) -> Sym:
         """Symbols of the coordinates' accelerations, (nq,)."""
         return SX.sym("a", self.q.numel())
 
@@ -309,7 +310,7 @@ class Model:
         return {key: i for i, key in enumerate(self.q_names)}
 
     @structure_property
-    def gamma(self) -> Any:
+    def gamma(self) -> Sym:
         """Right-hand side of Phi_q qdd = gamma: -(Phi_q v)_q v, (m,)."""
         rate = ca.jtimes(self.phi, self.q, self.velocity)
         return -ca.jtimes(rate, self.q, self.velocity)
@@ -320,7 +321,7 @@ class Model:
         return SX.zeros(len(self.rows))
 
     @structure_property
-    def mass_matrix(self) -> Any:
+    def mass_matrix(self) -> Sym:
         """Mass matrix in the absolute coordinates, (nq, nq); a body's rows belong to its anchor."""
         blocks = []
         for name in self.mechanism.bodies:

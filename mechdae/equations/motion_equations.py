@@ -33,6 +33,7 @@ from mechdae.equations.model import Model, Row
 from mechdae.equations.reduction import eliminate, with_unknowns
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -42,7 +43,7 @@ class Law:
     """A coordinate that follows an expression of the time."""
 
     coordinate: NamedCoordinate
-    value: Any
+    value: Sym
 
 
 AUXILIARY = ("norm", "spin", "angle", "angle2")
@@ -137,44 +138,44 @@ class Released:
 
     # -- kinematics --------------------------------------------------------------------------
 
-    def rate(self, expression: Any) -> Any:
+    def rate(self, expression: Sym) -> Sym:
         """Return the derivative in time of an expression over (x, t), or (x, v, t) at x'' = 0."""
         at, along = ca.vertcat(self.x, self.t), ca.vertcat(self.v, SX(1))
         return ca.jtimes(expression, at, along)
 
     @cached_property
-    def V(self) -> Any:
+    def V(self) -> Sym:
         """dq/dx, (nq, n)."""
         return ca.jacobian(self.q, self.x)
 
     @cached_property
-    def qd(self) -> Any:
+    def qd(self) -> Sym:
         return self.rate(self.q)
 
     @cached_property
-    def bias(self) -> Any:
+    def bias(self) -> Sym:
         """The acceleration of q at x'' = 0."""
         return self.rate(self.qd)
 
     @cached_property
-    def J(self) -> Any:
+    def J(self) -> Sym:
         """Jacobian of the constraints that are left, (m, n)."""
         return ca.jacobian(self.phi, self.x)
 
     @cached_property
-    def phi_t(self) -> Any:
+    def phi_t(self) -> Sym:
         """Explicit derivative of the constraints in time, (m,)."""
         return ca.jacobian(self.phi, self.t) if self.laws else SX.zeros(self.phi.numel())
 
     @cached_property
-    def gamma(self) -> Any:
+    def gamma(self) -> Sym:
         """Right-hand side of J x'' = gamma, (m,)."""
         return -self.rate(self.rate(self.phi))
 
     # -- dynamics ----------------------------------------------------------------------------
 
     @property
-    def signs(self) -> Any:
+    def signs(self) -> Sym:
         """Inputs that are fixed between events.
 
         Those of dry friction, pieces of tables over the time, values of what is held.
@@ -183,18 +184,18 @@ class Released:
         return ca.vertcat(self.rubbing.signs, *pieces, self.values)
 
     @cached_property
-    def slips(self) -> Any:
+    def slips(self) -> Sym:
         """Speeds whose signs are inputs."""
         return self.moved(self.rubbing.speeds)
 
     @cached_property
-    def held_back(self) -> Any:
+    def held_back(self) -> Sym:
         """Generalised forces of locks per unit, at the absolute coordinates, (nq, k)."""
         columns = ca.jacobian(self.rubbing.speeds, self.model.velocity).T
         return self.moved(columns)
 
     @cached_property
-    def rubbed(self) -> Any:
+    def rubbed(self) -> Sym:
         """Generalised forces of friction and bearings per unit of size, (nq, feedbacks)."""
         columns = [self.stack(feedback.column) for feedback in self.rubbing.feedbacks]
         return self.moved(ca.horzcat(*columns))
@@ -210,7 +211,7 @@ class Released:
         rows = enumerate(self.rows)
         return [i for i, row in rows if row.owner == feedback.joint and not row.driver]
 
-    def pressing(self, feedback: Feedback) -> Any:
+    def pressing(self, feedback: Feedback) -> Sym:
         """Return what has to be unique for a feedback, by multipliers of all rows, (k, rows)."""
         forms = feedback.forms if feedback.needs is None else feedback.needs
         forms = self.moved(SX(forms))
@@ -221,9 +222,9 @@ class Released:
         return found
 
     @cached_property
-    def losses(self) -> dict[str, list[tuple[int, Any]]]:
+    def losses(self) -> dict[str, list[tuple[int, Sym]]]:
         """By joint its places among the sizes, and the power lost per unit of each."""
-        result: dict[str, list[tuple[int, Any]]] = {}
+        result: dict[str, list[tuple[int, Sym]]] = {}
         for j, own in enumerate(self.rubbing.feedbacks):
             if own.friction:
                 result.setdefault(own.joint, []).append((j, self.moved(own.rate)))
@@ -233,7 +234,7 @@ class Released:
         """Return natural sizes of the rows that are left: a `length`, or 1."""
         return [row_size(unit, length) for unit in self.units]
 
-    def moved(self, absolute: Any, acceleration: Any = None) -> Any:
+    def moved(self, absolute: Sym, acceleration: Any = None) -> Sym:
         """Return an expression over (q, v, a, t) as one over (x, v, t), at x'' = 0 or another."""
         model = self.model
         result = SX(absolute)
@@ -249,7 +250,7 @@ class Released:
         at = [self.q, self.qd, turned, self.t, model.p, self.signs]
         return function(*at)
 
-    def stack(self, wrench: Wrench) -> Any:
+    def stack(self, wrench: Wrench) -> Sym:
         """Return a generalised force as a column over the absolute coordinates."""
         size, wrench = self.model.q.numel(), of_coordinates(wrench)
         pattern = ca.Sparsity.triplet(size, 1, list(wrench), [0] * len(wrench))
@@ -259,12 +260,12 @@ class Released:
         return column
 
     @cached_property
-    def applied(self) -> Any:
+    def applied(self) -> Sym:
         """Generalised force of loads and pretensions at the absolute coordinates, (nq,)."""
         return self.moved(self.stack(add(self.loads.total, self.rubbing.steady)))
 
     @cached_property
-    def acting(self) -> Any:
+    def acting(self) -> Sym:
         """Loads on the bodies: of the plane `applied`, in space sizes of the forces and moments.
 
         The generalised forces of a tree vanish where loads are in balance.
@@ -283,34 +284,34 @@ class Released:
         return np.tile([length] * 3 + [1.0] * 3, len(self.model.mechanism.bodies))
 
     @cached_property
-    def push(self) -> Any:
+    def push(self) -> Sym:
         """Loads less the inertia at x'' = 0, at the absolute coordinates, (nq,)."""
         return self.applied - self.moved(self.stack(inertia(self.model)))
 
     @cached_property
-    def f(self) -> Any:
+    def f(self) -> Sym:
         """Generalised force at x, inertia at x'' = 0 in it, (n,)."""
         return ca.densify(self.V.T @ self.push)
 
     @cached_property
-    def mass(self) -> Any:
+    def mass(self) -> Sym:
         """Mass matrix of the absolute coordinates, (nq, nq)."""
         return self.moved(self.model.mass_matrix)
 
     @cached_property
-    def M(self) -> Any:
+    def M(self) -> Sym:
         """Mass matrix of x, (n, n)."""
         return self.V.T @ self.mass @ self.V
 
     # -- energy ------------------------------------------------------------------------------
 
     @cached_property
-    def kinetic(self) -> Any:
+    def kinetic(self) -> Sym:
         """Kinetic energy."""
         return self.moved(kinetic_energy(self.model)[0])
 
     @cached_property
-    def stores(self) -> dict[str, Any]:
+    def stores(self) -> dict[str, Sym]:
         """Potential energies by load: gravity, springs without time in their numbers."""
         model, result = self.model, {}
         for name, load in model.mechanism.loads.items():
@@ -332,7 +333,7 @@ class Released:
         used = {name for number in numbers if isinstance(number, str) for name in names_in(number)}
         return used <= set(self.model.mechanism.parameters)
 
-    def _strain(self, load: Spring) -> Any:
+    def _strain(self, load: Spring) -> Sym:
         """Return preload s + k s^2/2 with s = L - L0."""
         k, free, preload = (
             self.loads._number(load, name) for name in ("stiffness", "free_length", "preload")
@@ -341,9 +342,9 @@ class Released:
         return preload * stretch + k * stretch**2 / 2
 
     @cached_property
-    def powers(self) -> dict[str, Any]:
+    def powers(self) -> dict[str, Sym]:
         """Powers that are no rate of a stored energy, by load."""
-        result: dict[str, Any] = {}
+        result: dict[str, Sym] = {}
         for name, wrench in self.loads.wrenches.items():
             if name == "gravity":
                 continue
@@ -356,13 +357,13 @@ class Released:
             result[name] = self.moved(total)
         return result
 
-    def _damping_power(self, load: Spring) -> Any:
+    def _damping_power(self, load: Spring) -> Sym:
         """Return the power of a spring's damper, <= 0."""
         c, model = self.loads._number(load, "damping"), self.model
         speed = ca.jtimes(self._length(load), model.q, model.velocity)
         return -c * speed**2
 
-    def _length(self, load: Spring) -> Any:
+    def _length(self, load: Spring) -> Sym:
         """Return the length of a spring, or the coordinate it acts on."""
         model = self.model
         if load.coordinate is not None:
@@ -370,7 +371,7 @@ class Released:
         first, second = load.between or ("", "")
         return ca.sqrt(ca.sumsqr(model.point(second) - model.point(first)))
 
-    def driven_power(self, acceleration: Any) -> Any:
+    def driven_power(self, acceleration: Sym) -> Sym:
         """Return the power that the laws put in: rate of the energy less that of the loads."""
         whole = self.push - self.mass @ (self.V @ acceleration)
         return -ca.dot(whole, self.qd)
@@ -396,5 +397,5 @@ def row_size(unit: str, length: float) -> float:
     return 1.0 if unit == "rad" else length
 
 
-def _column(items: list[Any]) -> Any:
+def _column(items: list[Sym]) -> Sym:
     return ca.vertcat(*items) if items else SX(0, 1)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import casadi as ca
 
 from mechdae.describe.expression import build, names_in
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.errors import UnknownName
+from mechdae.types import Sym
 
 SX = ca.SX
 
 
-def parameters_of(model: Model, names: Sequence[str], values: Any, numbers: Any = None) -> Any:
+def parameters_of(
+    model: Model, names: Sequence[str], values: Sym, numbers: Sym | None = None
+) -> Sym:
     """Return p (np,) with some entries replaced by `values` (SX).
 
     The others are those of the model, or `numbers` (SX).
@@ -31,9 +33,9 @@ def parameters_of(model: Model, names: Sequence[str], values: Any, numbers: Any 
         if name not in known:
             raise UnknownName("parameter", name, known)
     numbers = model.mechanism.parameters
-    done: dict[str, Any] = {}
+    done: dict[str, Sym] = {}
 
-    def value(name: str) -> Any:
+    def value(name: str) -> Sym:
         if name not in done:
             number = numbers.get(name)
             if name in changed:

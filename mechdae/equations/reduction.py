@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
@@ -28,6 +28,11 @@ from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.equations.tree.choice import groups_of, is_tree
 from mechdae.errors import FreedomError, MechanismError
 from mechdae.records import dataclass
+from mechdae.types import Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.tree.joint_chains import WayProducts
+
 
 SX = ca.SX
 
@@ -44,10 +49,10 @@ class Block:
     group: int
     x: tuple[int, ...]
     uses: tuple[int, ...]
-    residual: Any
+    residual: Sym
     units: tuple[str, ...]
     owners: tuple[str, ...]
-    reaches: tuple[Any, ...] = ()
+    reaches: tuple[WayProducts | None, ...] = ()
 
     @property
     def redundant(self) -> bool:
@@ -60,7 +65,7 @@ class Check:
     """An equation of a redundant group that holds none of the group's own unknowns."""
 
     group: int
-    residual: Any
+    residual: Sym
     unit: str
     owner: str
     reach: Any = None
@@ -92,7 +97,7 @@ class Scene:
     model: Model
     drivers: tuple[NamedCoordinate, ...]
     rows: list[Row]
-    u: Any
+    u: Sym
     all_groups: list[Group]
     groups: list[Group]
     selection: Selection
@@ -101,9 +106,9 @@ class Scene:
     unknowns: Coordinates = field(default_factory=Coordinates)
     blocks: list[Block] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
-    recover: dict[tuple[str, str], Any] = field(default_factory=dict)
+    recover: dict[tuple[str, str], Sym] = field(default_factory=dict)
     cache: StructureCache = field(default_factory=StructureCache)
-    reaches: dict[int, Any] = field(default_factory=dict)
+    reaches: dict[int, tuple[Sym, WayProducts]] = field(default_factory=dict)
     solved_from: dict[int, Row] = field(default_factory=dict)
 
     def at(self, model: Model) -> Scene:
@@ -130,7 +135,7 @@ class Scene:
             for i, symbol in enumerate(vector.elements())
         }
 
-    def held(self, expression: Any) -> tuple[list[int], list[int], list[int]]:
+    def held(self, expression: Sym) -> tuple[list[int], list[int], list[int]]:
         """Return the positions in x, u and p of the symbols that an expression holds."""
         held: tuple[list[int], list[int], list[int]] = ([], [], [])
         for symbol in ca.symvar(SX(expression)):
@@ -140,13 +145,13 @@ class Scene:
             positions.sort()
         return held
 
-    def keep_reaches(self, values: Sequence[Any], reaches: Sequence[Any]) -> None:
+    def keep_reaches(self, values: Sequence[Sym], reaches: Sequence[WayProducts | None]) -> None:
         """Keep the reaches of scalars over (x, u, p)."""
         for value, reach in zip(values, reaches, strict=True):
             if reach is not None and not value.is_constant() and not value.is_leaf():
                 self.reaches[value.element_hash()] = (value, reach)
 
-    def reaches_of(self, values: Any) -> list[Any]:
+    def reaches_of(self, values: Sym) -> list[WayProducts | None]:
         """Return the reaches of scalars, None of those that are not known."""
         return [self.reaches.get(v.element_hash(), (v, None))[1] for v in values.elements()]
 
@@ -195,11 +200,11 @@ class Scene:
         solved = set(self.bodies)
         return [name for name in self.model.mechanism.bodies if name not in solved]
 
-    def turn_of(self, body: str) -> Any:
+    def turn_of(self, body: str) -> Sym:
         """Return the angle of a body over (x, u, p), None of one that is not in the scene."""
         return self.recover.get(self.model.q_names[self.model.turn(body)])
 
-    def expression(self, absolute: Any) -> Any:
+    def expression(self, absolute: Sym) -> Sym:
         """Return an expression over q as one over (x, u, p)."""
         held = [self.model.of_symbol(s) for s in ca.symvar(SX(absolute))]
         used = [(c.symbol, self.recover[c.key]) for c in held if c and c.key in self.recover]
@@ -312,8 +317,8 @@ def reduce(scene: Scene) -> None:
         for name, joint in model.mechanism.joints.items()
         for entry in joint.pivots
     ]
-    result: list[Any] = []
-    pending: list[tuple[int, list[Any], list[Equation]]] = []
+    result: list[Sym] = []
+    pending: list[tuple[int, list[Sym], list[Equation]]] = []
     for group in scene.groups:
         rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
         equations = [(rows[k], scene.rows[i].unit, str(i)) for k, i in enumerate(group.rows)]
@@ -357,7 +362,7 @@ Solved = tuple[Any, Any, str]
 
 
 def with_unknowns(
-    equations: list[Equation], unknowns: list[Any]
+    equations: list[Equation], unknowns: list[Sym]
 ) -> tuple[list[Equation], list[Equation]]:
     """Return the equations that hold an unknown, and those that do not."""
     if not equations:
@@ -371,7 +376,7 @@ def with_unknowns(
     )
 
 
-def _check_free(group: Group, model: Model, rest: list[Equation], left: list[Any]) -> None:
+def _check_free(group: Group, model: Model, rest: list[Equation], left: list[Sym]) -> None:
     """Raise when the equations left cannot fix all unknowns, whatever the dimensions."""
     if not left:
         return
@@ -395,8 +400,8 @@ def own_freedom(group: Group, bodies: Sequence[str], joints: Sequence[str] = ())
 
 
 def eliminate(
-    equations: list[Equation], unknowns: list[Any], nonzero: Sequence[Any]
-) -> tuple[list[Solved], list[Equation], list[Any]]:
+    equations: list[Equation], unknowns: list[Sym], nonzero: Sequence[Sym]
+) -> tuple[list[Solved], list[Equation], list[Sym]]:
     """Eliminate variables with constant pivots.
 
     Returns
@@ -429,7 +434,7 @@ def eliminate(
     return solved, rest, left
 
 
-def _best_pivot(jacobian: Any, nonzero: Sequence[Any]) -> tuple[int, int, Any] | None:
+def _best_pivot(jacobian: Sym, nonzero: Sequence[Sym]) -> tuple[int, int, Sym] | None:
     """Return row, column and value of the constant pivot in the row with fewest entries."""
     pattern = jacobian.sparsity()
     rows, columns = pattern.get_triplet()
@@ -454,7 +459,7 @@ def _best_pivot(jacobian: Any, nonzero: Sequence[Any]) -> tuple[int, int, Any] |
     return best[1:] if best else None
 
 
-def split(rest: list[Equation], left: list[Any]) -> list[tuple[list[Any], list[Equation]]]:
+def split(rest: list[Equation], left: list[Sym]) -> list[tuple[list[Sym], list[Equation]]]:
     """Return the blocks (unknowns, equations) of a system in solve order.
 
     Where equations are superfluous, the parts that share them come first: they depend on
@@ -480,7 +485,7 @@ def split(rest: list[Equation], left: list[Any]) -> list[tuple[list[Any], list[E
 
 
 def _connected(
-    pattern: Any, rows: Sequence[int], columns: Sequence[int]
+    pattern: Sym, rows: Sequence[int], columns: Sequence[int]
 ) -> list[tuple[list[int], list[int]]]:
     """Return rows and columns of the connected parts of a pattern."""
     touched: dict[int, set[int]] = {i: set() for i in rows}

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -25,12 +24,13 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.equations.model import Model, Row
 from mechdae.numerics.null_space import freedoms
 from mechdae.records import dataclass
+from mechdae.types import Integers, Sym
 
 SEED = 7
 LOOSE = 1e-6
 
 
-def square_blocks(pattern: Any) -> tuple[int, Any, Any]:
+def square_blocks(pattern: Sym) -> tuple[int, Integers, Integers]:
     """Return count and labels of rows and of columns of the block-triangular form."""
     count, rowperm, colperm, rowblock, colblock, _, _ = pattern.btf()
     of_row, of_column = np.empty(pattern.size1(), int), np.empty(pattern.size2(), int)
@@ -41,8 +41,8 @@ def square_blocks(pattern: Any) -> tuple[int, Any, Any]:
 
 
 def redundant_blocks(
-    model: Model, rows: Sequence[Row], pattern: Any, coarse: bool
-) -> tuple[int, Any, Any]:
+    model: Model, rows: Sequence[Row], pattern: Sym, coarse: bool
+) -> tuple[int, Integers, Integers]:
     """Return blocks as `square_blocks` does, where equations are superfluous.
 
     The bodies with superfluous equations, and those they depend on, are cut into determined
@@ -71,7 +71,7 @@ def redundant_blocks(
     return len(sets) + count, of_row, of_column
 
 
-def _overdetermined(pattern: Any, body_of: list[str], touched: list[set[str]]) -> set[str]:
+def _overdetermined(pattern: Sym, body_of: list[str], touched: list[set[str]]) -> set[str]:
     """Return the bodies that superfluous equations touch, and those they depend on."""
     count, rowperm, colperm, rowblock, colblock, coarse_rows, coarse_cols = pattern.btf()
     rows_for: dict[str, set[int]] = {name: set() for name in body_of}

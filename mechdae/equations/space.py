@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -39,15 +40,15 @@ class Space:
         """
         return False
 
-    def moment(self, arm: Any, force: Any) -> Any:
+    def moment(self, arm: Any, force: Any) -> Sym:
         """Return arm x force, the component along the axis of turning."""
         return arm[0] * force[1] - arm[1] * force[0]
 
-    def velocity(self, twist: Any, arm: Any) -> Any:
+    def velocity(self, twist: Sym, arm: Sym) -> Sym:
         """Return the velocity of a point, `arm` from the anchor of a body with a `twist` (3,)."""
         return ca.vertcat(twist[0], twist[1]) + twist[2] * left(arm)
 
-    def acceleration(self, twist: Any, rate: Any, arm: Any) -> Any:
+    def acceleration(self, twist: Any, rate: Any, arm: Any) -> Sym:
         """Return the acceleration of a point by the twist, its rate and the arm of the point."""
         spin, alpha = twist[2], rate[2]
         return ca.vertcat(
@@ -55,7 +56,7 @@ class Space:
             rate[1] + alpha * arm[0] - spin * spin * arm[1],
         )
 
-    def inertia(self, mass: Any, moment: Any, arm: Any) -> Any:
+    def inertia(self, mass: Sym, moment: Sym, arm: Any) -> Sym:
         """Return the matrix (3, 3) of a body at its anchor, `arm` from there to the centre c.
 
         [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, I + m c.c]].
@@ -68,31 +69,31 @@ class Space:
 
     # -- forces on the bodies of a model -----------------------------------------------------
 
-    def push(self, model: Any, body: str, place: Any, force: Any) -> dict[Any, Any]:
+    def push(self, model: Any, body: str, place: Sym, force: Sym) -> dict[int, Sym]:
         """Return the generalised force of a `force` at a `place` on a body that moves."""
         arm = place - model.frame(body).r
         parts = (force[0], force[1], self.moment(arm, force))
         return dict(zip(model.twist(body), parts, strict=True))
 
-    def couple(self, model: Any, body: str, moment: Any) -> dict[Any, Any]:
+    def couple(self, model: Any, body: str, moment: Sym) -> dict[int, Sym]:
         """Return the generalised force of a couple on a body that moves."""
         return {model.turn(body): moment}
 
-    def point_velocity(self, model: Any, body: str, place: Any) -> Any:
+    def point_velocity(self, model: Any, body: str, place: Sym) -> Sym:
         """Return the velocity of a moving body's material point that is now at `place`."""
         twist = model.velocity[model.twist(body)]
         return self.velocity(twist, place - model.frame(body).r)
 
-    def spin(self, model: Any, body: str) -> Any:
+    def spin(self, model: Any, body: str) -> Sym:
         """Return the angular velocity of a body that moves."""
         return model.velocity[model.turn(body)]
 
-    def on_body(self, model: Any, wrench: dict[Any, Any], body: str, place: Any) -> tuple[Any, ...]:
+    def on_body(self, model: Any, wrench: dict[int, Sym], body: str, place: Sym) -> tuple[Sym, ...]:
         """Return force and moment about `place` of the part of a wrench that acts on a body."""
         x, y, moment = (wrench.get(i, SX(0)) for i in model.twist(body))
         return x, y, moment - self.moment(place - model.frame(body).r, (x, y))
 
-    def at_origin(self, model: Any, wrench: dict[Any, Any], body: str) -> Any:
+    def at_origin(self, model: Any, wrench: dict[int, Sym], body: str) -> Sym | None:
         """Return the force and the moment about the body's origin of what acts on it, or None."""
         places = model.twist(body)
         if not any(i in wrench for i in places):
@@ -102,7 +103,7 @@ class Space:
         arm = model.frame(body).r - model.origin(body)
         return ca.vertcat(acting, moment + self.moment(arm, acting))
 
-    def reaction(self, model: Any, name: str, wrench: dict[Any, Any]) -> list[Any]:
+    def reaction(self, model: Any, name: str, wrench: dict[int, Sym]) -> list[Sym]:
         """Return force and moment about the second body's point, on the second body, of a joint."""
         joint, place = model.mechanism.joints[name], model.ends[name].p2
         if joint.second_body not in model.mechanism.bodies:
@@ -110,19 +111,23 @@ class Space:
         return list(self.on_body(model, wrench, joint.second_body, place))
 
     def imbalance(
-        self, model: Any, bodies: Sequence[str], parts: Sequence[Any], reactions: Mapping[str, Any]
-    ) -> Any:
+        self,
+        model: Any,
+        bodies: Sequence[str],
+        parts: Sequence[dict[tuple[int | str, ...] | int, Sym]],
+        reactions: Mapping[str, Sym],
+    ) -> Sym:
         """Return what is left of the balance of bodies under all `parts` and reactions.
 
         Of the plane the balance has it itself: its wrenches are those of the bodies.
         """
         raise NotImplementedError
 
-    def moves(self, model: Any, joint: str) -> Any:
+    def moves(self, model: Any, joint: str) -> Sym:
         """Return how a joint lets the second body move; in the plane its rows tell."""
         raise NotImplementedError
 
-    def inertia_force(self, model: Any, name: str) -> dict[Any, Any]:
+    def inertia_force(self, model: Any, name: str) -> dict[int, Sym]:
         """Return M qdd + h of one body: mass times acceleration of its centre, at its anchor."""
         mass, moment, arm = _numbers(model, name)
         places = model.twist(name)
@@ -131,7 +136,7 @@ class Space:
         turning = moment * rate[-1] + self.moment(arm, force)
         return dict(zip(places, (force[0], force[1], turning), strict=True))
 
-    def kinetic_energy(self, model: Any, name: str) -> Any:
+    def kinetic_energy(self, model: Any, name: str) -> Sym:
         """Return the kinetic energy of one body."""
         mass, moment, arm = _numbers(model, name)
         twist = model.velocity[model.twist(name)]
@@ -143,12 +148,12 @@ class Space:
         return self.freedoms * links - (self.freedoms - 1) * lower - (self.freedoms - 2) * higher
 
 
-def left(direction: Any) -> Any:
+def left(direction: Sym) -> Sym:
     """Return a direction of the plane turned by +90 degrees."""
     return ca.vertcat(-direction[1], direction[0])
 
 
-def _numbers(model: Any, name: str) -> tuple[Any, Any, Any]:
+def _numbers(model: Any, name: str) -> tuple[Sym, Sym, Sym]:
     mass, moment = (model.numbers.get(f"{name}.{entry}", SX(0)) for entry in ("mass", "inertia"))
     return mass, moment, model.frame(name).direction(model.center(name))
 

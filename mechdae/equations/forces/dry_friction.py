@@ -12,7 +12,6 @@ gradient of the equation that holds the wheels together is one more force with a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 
@@ -24,6 +23,7 @@ from mechdae.equations.forces.meshes import Mesh
 from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.equations.gradients import gradients
 from mechdae.equations.model import Model
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -117,12 +117,12 @@ class Rubbing:
         return any(feedback.friction for feedback in self.feedbacks)
 
     @property
-    def speeds(self) -> Any:
+    def speeds(self) -> Sym:
         """Relative speeds over (q, velocity), (k,)."""
         return ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
 
     @property
-    def limits(self) -> tuple[Any, Any]:
+    def limits(self) -> tuple[Sym, Sym]:
         """Magnitudes of resistances along falling and growing coordinates, (k,), 0 for joints."""
         falls = [SX(0) if slip.falls is None else SX(slip.falls) for slip in self.slips]
         grows = [SX(0) if slip.grows is None else SX(slip.grows) for slip in self.slips]

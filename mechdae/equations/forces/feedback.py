@@ -8,6 +8,7 @@ import casadi as ca
 
 from mechdae.equations.forces.generalised import Wrench
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym
 
 SX = ca.SX
 ACROSS = ("across x", "across y", "across z")
@@ -29,16 +30,16 @@ class Slip:
     """
 
     owner: str
-    speed: Any
+    speed: Sym
     unit: str
-    sign: Any
-    falls: Any = None
-    grows: Any = None
-    resting: Any = None
+    sign: Sym
+    falls: Sym | None = None
+    grows: Sym | None = None
+    resting: Sym | None = None
     column: Wrench | None = None
     part: int = 0
     parts: int = 1
-    weight: Any = 1.0
+    weight: Sym = 1.0
 
 
 @dataclass(frozen=True)
@@ -73,16 +74,16 @@ class Feedback:
 
     joint: str
     law: str
-    forms: Any
+    forms: Sym
     column: Wrench
-    rate: Any
+    rate: Sym
     friction: bool = True
-    strength: Any = 0.0
-    falling: Any = None
+    strength: Sym = 0.0
+    falling: Sym | None = None
     slip: Slip | None = None
     needs: Any = None
 
-    def idle(self, p: Any, values: Any) -> bool:
+    def idle(self, p: Sym, values: Floats) -> bool:
         """Return whether it is nothing for these numbers: a coefficient or a radius of zero."""
         found = ca.substitute(SX(self.strength), p, ca.DM(values))
         return bool(ca.simplify(found).is_zero())

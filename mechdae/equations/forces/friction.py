@@ -11,7 +11,6 @@ in a guide that tilts); sliding pins after the same book.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import casadi as ca
 
@@ -23,6 +22,7 @@ from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.equations.joints import Ends
 from mechdae.equations.model import Model
 from mechdae.equations.space import left
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -84,7 +84,7 @@ class Laws:
         return adheres or self._given(name, "friction")
 
     def _slip(
-        self, name: str, speed: Any, unit: str, column: Wrench | None = None, **more: Any
+        self, name: str, speed: Sym, unit: str, column: Wrench | None = None, **more: Sym
     ) -> Slip:
         resting = SX.sym(f"resting_{name}_{len(self.slips)}") if self.adhesion else None
         sign = SX.sym(f"sign_{name}_{len(self.slips)}")
@@ -92,7 +92,7 @@ class Laws:
         self.slips.append(slip)
         return slip
 
-    def _friction(self, slip: Slip) -> Any:
+    def _friction(self, slip: Slip) -> Sym:
         name = slip.owner
         sliding = self.model.numbers.get(f"{name}.friction", SX(0))
         if self.adhesion and self._given(name, "friction_static"):
@@ -127,7 +127,7 @@ class Laws:
         forms = ca.vertcat(forms, -forms)
         return [self._along(ends, forms, ends.axis(), ends.p2)]
 
-    def _along(self, ends: Ends, forms: Any, axis: Any, place: Any) -> Feedback:
+    def _along(self, ends: Ends, forms: Sym, axis: Sym, place: Sym) -> Feedback:
         """Return friction along an axis at a place, of the size of the largest form."""
         joint = ends.joint
         v2 = velocity(self.model, joint.second_body, place)
@@ -185,7 +185,7 @@ class Laws:
         return result
 
 
-def tangent_of(ends: Ends) -> Any:
+def tangent_of(ends: Ends) -> Sym:
     """Return the unit tangent of a curve at its contact, in the fixed frame."""
     contact = ends.contact
     assert contact is not None
@@ -195,7 +195,7 @@ def tangent_of(ends: Ends) -> Any:
     return tangent / ca.sqrt(ca.sumsqr(tangent))
 
 
-def normal_form(ends: Ends) -> Any:
+def normal_form(ends: Ends) -> Sym:
     """Return the linear form of a joint's multipliers that is minus its normal force, (1, n).
 
     The force acts on the second body, + along the left normal of guide, slot or curve.

@@ -12,6 +12,7 @@ import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.model import Model
+from mechdae.types import Sym
 
 SX = ca.SX
 Wrench = dict[Any, Any]
@@ -26,62 +27,62 @@ def add(*parts: Wrench) -> Wrench:
     return total
 
 
-def put(total: Wrench, factor: Any, part: Wrench) -> None:
+def put(total: Wrench, factor: Sym, part: Wrench) -> None:
     """Add a generalised force, multiplied by a number, to another one in place."""
     for i, value in part.items():
         own = factor * value
         total[i] = total[i] + own if i in total else own
 
 
-def times(factor: Any, wrench: Wrench) -> Wrench:
+def times(factor: Sym, wrench: Wrench) -> Wrench:
     """Return a generalised force multiplied by a number."""
     return {i: factor * value for i, value in wrench.items()}
 
 
-def push(model: Model, body: str, place: Any, force: Any) -> Wrench:
+def push(model: Model, body: str, place: Sym, force: Sym) -> Wrench:
     """Return the generalised force of a `force` (d,) at a `place` (d,), world axes, on a body."""
     return {} if body == GROUND else model.space.push(model, body, place, force)
 
 
-def couple(model: Model, body: str, moment: Any) -> Wrench:
+def couple(model: Model, body: str, moment: Sym) -> Wrench:
     """Return the generalised force of a couple on a body."""
     return {} if body == GROUND else model.space.couple(model, body, moment)
 
 
-def pair(model: Model, first: str, second: str, place: Any, force: Any) -> Wrench:
+def pair(model: Model, first: str, second: str, place: Sym, force: Sym) -> Wrench:
     """Return that of a force on the second body, and its opposite on the first, at a place."""
     return add(push(model, second, place, force), push(model, first, place, -force))
 
 
-def couples(model: Model, first: str, second: str, moment: Any) -> Wrench:
+def couples(model: Model, first: str, second: str, moment: Sym) -> Wrench:
     """Return that of a couple on the second body, and its opposite on the first."""
     return add(couple(model, second, moment), couple(model, first, -moment))
 
 
-def reaction(model: Model, name: str, wrench: Wrench) -> list[Any]:
+def reaction(model: Model, name: str, wrench: Wrench) -> list[Sym]:
     """Return force and moment about the second body's point, on the second body, of a joint."""
     return model.space.reaction(model, name, wrench)
 
 
-def velocity(model: Model, body: str, place: Any) -> Any:
+def velocity(model: Model, body: str, place: Sym) -> Sym:
     """Return the velocity (d,) of a body's material point that is now at `place`."""
     if body == GROUND:
         return SX.zeros(len(model.space.axes))
     return model.space.point_velocity(model, body, place)
 
 
-def spin(model: Model, body: str) -> Any:
+def spin(model: Model, body: str) -> Sym:
     """Return the angular velocity of a body, a vector in space."""
     if body == GROUND:
         return SX.zeros(3) if len(model.space.axes) == 3 else SX(0)
     return model.space.spin(model, body)
 
 
-def power(model: Model, wrench: Wrench) -> list[Any]:
+def power(model: Model, wrench: Wrench) -> list[Sym]:
     """Return the powers of the parts of a generalised force."""
     return [force * model.velocity[i] for i, force in of_coordinates(wrench).items()]
 
 
-def of_coordinates(wrench: Wrench) -> dict[int, Any]:
+def of_coordinates(wrench: Wrench) -> dict[int, Sym]:
     """Return what of a generalised force acts on coordinates."""
     return {i: force for i, force in wrench.items() if isinstance(i, int)}

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any
 
 import casadi as ca
 
 from mechdae.equations.forces.generalised import Wrench, add, power
 from mechdae.equations.model import Model
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -27,7 +27,7 @@ def inertia(model: Model, among: Collection[str] | None = None) -> Wrench:
     return add(*[model.space.inertia_force(model, name) for name in massive(model, among)])
 
 
-def kinetic_energy(model: Model, among: Collection[str] | None = None) -> tuple[Any, Any]:
+def kinetic_energy(model: Model, among: Collection[str] | None = None) -> tuple[Sym, Sym]:
     """Return the kinetic energy and its rate in time."""
     each = (model.space.kinetic_energy(model, name) for name in massive(model, among))
     return sum(each, SX(0)), sum(power(model, inertia(model, among)), SX(0))

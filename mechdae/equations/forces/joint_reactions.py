@@ -15,6 +15,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.equations.forces.generalised import Wrench, add, reaction, times
 from mechdae.equations.forces.inertia import inertia
 from mechdae.equations.model import Model
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -89,11 +90,11 @@ class JointReactions:
         )
         self.by_acceleration = turned @ r.V
 
-    def _told(self, model: Model, wrench: Wrench) -> Any:
+    def _told(self, model: Model, wrench: Wrench) -> Sym:
         parts = [part for name in self.names for part in reaction(model, name, wrench)]
         return ca.vertcat(SX(0, 1), *parts)
 
-    def _stacked(self, model: Model, columns: Sequence[Wrench], sign: float) -> Any:
+    def _stacked(self, model: Model, columns: Sequence[Wrench], sign: float) -> Sym:
         told = [ca.sparsify(sign * self._told(model, own)) for own in columns]
         return ca.horzcat(SX(6 * len(self.names), 0), *told)
 
@@ -102,7 +103,7 @@ class JointReactions:
         k = 6 * self.names.index(name)
         return slice(k, k + 6)
 
-    def at(self, acceleration: Any, multipliers: Any, locks: Any, sizes: Any, acts: Any = 1) -> Any:
+    def at(self, acceleration: Sym, multipliers: Sym, locks: Sym, sizes: Sym, acts: Sym = 1) -> Sym:
         """Return reactions; without what `acts` by itself they are those of a change."""
         return (
             acts * self.still

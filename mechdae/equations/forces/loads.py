@@ -22,6 +22,7 @@ from mechdae.equations.forces.time_tables import Timed
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 SLOW = 1e-100
@@ -36,8 +37,8 @@ class Signal:
     """A table's value at a pose: ``piece`` = (abscissa, value, slope) of the piece it is on."""
 
     load: TableLoad
-    at: Any
-    piece: Any
+    at: Sym
+    piece: Sym
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Direction:
     """A spring between points needs a direction where ``pull`` does not vanish at ``length`` 0."""
 
     load: Spring
-    length: Any
-    pull: Any
+    length: Sym
+    pull: Sym
 
 
 class Loads:
@@ -97,11 +98,11 @@ class Loads:
         self.directions: list[Direction] = []
         self.time = SX.sym(TIME)
         self.uses_time: list[str] = []
-        self.varying: list[Any] = []
+        self.varying: list[Sym] = []
         self.timed: list[Timed] = []
         self.wrenches: dict[str, Wrench] = {}
         self.bodies: set[str] = set()
-        self._known: dict[str, Any] = {
+        self._known: dict[str, Sym] = {
             name: model.p[i]
             for i, name in enumerate(model.p_names)
             if name in model.mechanism.parameters
@@ -129,7 +130,7 @@ class Loads:
 
     # -- numbers and expressions -----------------------------------------------------------
 
-    def _number(self, load: Load, entry: str) -> Any:
+    def _number(self, load: Load, entry: str) -> Sym:
         """Return a number of a load: a symbol, or an expression of coordinates, speeds, t."""
         name, _, axis = entry.partition(".")
         value = getattr(load, name)
@@ -159,10 +160,10 @@ class Loads:
     def _note(self, c: NamedCoordinate) -> None:
         self.bodies |= {*c.bodies(self.model.mechanism)}
 
-    def _speed(self, c: NamedCoordinate, velocity: Any) -> Any:
+    def _speed(self, c: NamedCoordinate, velocity: Sym) -> Sym:
         return ca.jtimes(self.model.coordinate(c), self.model.q, velocity)
 
-    def _on_coordinate(self, text: str, force: Any) -> Wrench:
+    def _on_coordinate(self, text: str, force: Sym) -> Wrench:
         """Return the generalised force of a force along a coordinate."""
         c = coordinate(self.model.mechanism, text)
         self._note(c)
@@ -182,11 +183,11 @@ class Loads:
             return couple(self.model, load.body, self._number(load, "value"))
         return couple(self.model, load.body, self._turned(load, self._vector(load)))
 
-    def _vector(self, load: Load) -> Any:
+    def _vector(self, load: Load) -> Sym:
         axes = self.model.space.axes
         return ca.vertcat(*[self._number(load, f"value.{axis}") for axis in axes])
 
-    def _turned(self, load: Force | Torque | TableLoad, value: Any) -> Any:
+    def _turned(self, load: Force | Torque | TableLoad, value: Sym) -> Sym:
         """Return the components of a load in world axes."""
         if load.frame == "world":
             return value
@@ -255,7 +256,7 @@ class Loads:
         self.uses_time.append(load.name)
         return result
 
-    def _placed(self, load: TableLoad, value: Any) -> Wrench:
+    def _placed(self, load: TableLoad, value: Sym) -> Wrench:
         """Return the force or the torque of a table's value."""
         value = self._number(load, "factor") * value
         if load.body is not None:

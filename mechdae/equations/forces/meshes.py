@@ -12,8 +12,6 @@ Artobolevsky, Theory of Mechanisms and Machines, 1988 (belts).
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
 from mechdae.equations.forces.generalised import (
@@ -30,6 +28,7 @@ from mechdae.equations.forces.generalised import (
 from mechdae.equations.joints import Ends
 from mechdae.equations.model import Model
 from mechdae.equations.space import left
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -72,14 +71,14 @@ class Mesh:
         KINDS[joint.kind](self)
 
     @property
-    def kept_by(self) -> Any:
+    def kept_by(self) -> bool:
         """What decides its equations beside its joint."""
         return self.column is not None
 
-    def number(self, entry: str) -> Any:
+    def number(self, entry: str) -> Sym:
         return self.ends.number(entry)
 
-    def _teeth(self, along: Any, place: Any, away: Any) -> None:
+    def _teeth(self, along: Sym, place: Sym, away: Sym) -> None:
         """Set the forces of teeth at a pitch point.
 
         `along` is the common tangent, `away` the direction on the second body in which the teeth
@@ -172,7 +171,7 @@ class Mesh:
             press = -sense * self.number("press") * centres
             self.steady = pair(self.model, self.first, self.second, place, press)
 
-    def _rolls(self, place: Any) -> None:
+    def _rolls(self, place: Sym) -> None:
         """Set the speed of the wheels against each other where they touch, and its size."""
         gap = velocity(self.model, self.second, place) - velocity(self.model, self.first, place)
         self.closing = ca.sqrt(ca.sumsqr(gap))
@@ -181,7 +180,7 @@ class Mesh:
             ca.sumsqr(velocity(self.model, self.second, place))
         )
 
-    def lost(self, loss: Any, side: int, sign: Any) -> tuple[Any, Wrench]:
+    def lost(self, loss: Sym, side: int, sign: Sym) -> tuple[Sym, Wrench]:
         """Return arm and generalised force of the loss per unit of tangential force.
 
         `side` is the sign of the multiplier, `sign` that of the rubbing speed: they tell which

@@ -18,6 +18,7 @@ from mechdae.equations.joints import Ends
 from mechdae.equations.model import Model
 from mechdae.equations.space import left
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 POSITIVE = ("left", "positive", "push")
@@ -35,7 +36,7 @@ class OneSided:
 
     name: str
     unit: str
-    form: Any
+    form: Sym
     half: Any = None
 
 
@@ -64,7 +65,7 @@ def _across(ends: Ends) -> Any:
     return ca.vertcat(ends.normal(), SX(0))
 
 
-def _beside(ends: Ends) -> Any:
+def _beside(ends: Ends) -> Sym:
     return ca.vertcat(left(tangent_of(ends)), SX(0))
 
 
@@ -93,7 +94,7 @@ FORMS = {
 sense, or away from the first body."""
 
 
-def _gap_in_space(model: Any, joint: Joint) -> Any:
+def _gap_in_space(model: Any, joint: Joint) -> Sym:
     gap = model.point(joint.second) - model.point(joint.first)
     return ca.vertcat(gap / ca.norm_2(gap), SX(3, 1))
 

@@ -14,12 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from mechdae.equations.forces.feedback import ACROSS, Feedback, Slip
 from mechdae.equations.forces.generalised import times
+from mechdae.types import Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.tree.solid import Solid
+
 
 SX = ca.SX
 
@@ -70,11 +75,11 @@ class _Pair:
         other.a, other.n, other.m = (A2[:, k] for k in range(3))
         return other
 
-    def speed(self, word: str) -> Any:
+    def speed(self, word: str) -> Sym:
         model: Any = self.model
         return ca.jtimes(model.relative(self.name, word), model.q, model.velocity)
 
-    def planes(self) -> list[Any]:
+    def planes(self) -> list[Sym]:
         """Return the forms (2, 6) of the normal forces in the planes, over force and moment."""
         length = self.number("contact_length")
         n, m, none = self.n.T, self.m.T, SX(1, 3)
@@ -88,7 +93,9 @@ class _Pair:
     def assume(self, text: str) -> None:
         self.laws.assumptions.append(f"joint {self.name}: {text}")
 
-    def along(self, word: str, strengths: list[tuple[str, Any, Any]]) -> list[Feedback]:
+    def along(
+        self, word: str, strengths: list[tuple[str, Sym, Callable[..., Any]]]
+    ) -> list[Feedback]:
         """Return friction against a coordinate: sizes by law and forms, each with its strength."""
         speed = self.speed(word)
         unit, space = "m" if word == "slide" else "rad", self.model.space
@@ -107,7 +114,11 @@ class _Pair:
         return found
 
     def gliding(
-        self, speeds: Any, unit: str, columns: list[Any], weights: tuple[Any, ...]
+        self,
+        speeds: Sym,
+        unit: str,
+        columns: list[dict[tuple[int | str, ...] | int, Sym]],
+        weights: tuple[Sym, ...],
     ) -> tuple[Slip | None, Any, Any]:
         """Return the slip of a speed with several components, its direction and its size.
 
@@ -132,7 +143,7 @@ class _Pair:
         direction = ca.if_else(size > 0, way / ca.fmax(size, 1e-300), SX.zeros(count))
         return slips[0], direction, ca.sqrt(ca.sumsqr(speeds))
 
-    def both(self, row: Any) -> Any:
+    def both(self, row: Sym) -> Sym:
         """Return a form and its opposite: the largest is its size."""
         return ca.vertcat(row, -row)
 
@@ -209,13 +220,15 @@ def _spherical(pair: _Pair) -> list[Feedback]:
     return found
 
 
-def _spin(model: Any, body: str) -> Any:
+def _spin(model: Any, body: str) -> Sym:
     return model.space.spin(model, body)
 
 
 def _prismatic(pair: _Pair) -> list[Feedback]:
     """Return F = f (|N1| + |N2| + |M_a| / w)."""
-    sizes: list[tuple[str, Any, Any]] = [("length", plane, lambda f: f) for plane in pair.planes()]
+    sizes: list[tuple[str, Sym, Callable[..., Any]]] = [
+        ("length", plane, lambda f: f) for plane in pair.planes()
+    ]
     width = pair.number("contact_width")
     if width is None:
         pair.assume("a moment about its axis causes no friction (contact_width would count it)")
@@ -232,7 +245,7 @@ def _cylindrical(pair: _Pair) -> list[Feedback]:
     if r is None:
         return pair.along("slide", [("length", plane, lambda f: f) for plane in pair.planes()])
     f = pair.laws.factor * pair.model.numbers[f"{pair.name}.friction"]
-    space: Any = pair.model.space
+    space: Solid = pair.model.space
     held = [space.holding(pair.model, pair.name, word) for word in ("slide", "angle")]
     columns = [held[0], times(r, held[1])]  # of a force around at the surface
     slip, way, v = pair.gliding(ca.vertcat(sliding, r * turning), "m", columns, (1.0, 1 + f * f))

@@ -28,6 +28,7 @@ from mechdae.describe.meshes import bearings
 from mechdae.equations.forces.generalised import Wrench, add, couples, pair, times
 from mechdae.equations.tree.solid import entries
 from mechdae.equations.tree.teeth import AxesOfMesh
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -54,11 +55,11 @@ class SpatialMesh:
         self._forces()
 
     @property
-    def kept_by(self) -> Any:
+    def kept_by(self) -> AxesOfMesh:
         """What decides its equations beside its joint."""
         return self.lies
 
-    def number(self, entry: str) -> Any:
+    def number(self, entry: str) -> Sym:
         return self.model.numbers[f"{self.joint.name}.{entry}"]
 
     def _on_carrier(self, name: str) -> str:
@@ -66,11 +67,11 @@ class SpatialMesh:
         joint, carrier = self.model.mechanism.joints[name], getattr(self.joint, "carrier", None)
         return str(joint.first if joint.first_body == (carrier or GROUND) else joint.second)
 
-    def _second_velocity(self, place: Any) -> Any:
+    def _second_velocity(self, place: Sym) -> Sym:
         """Return the velocity of the second member on the carrier at a place, a unit of its own."""
         return self.a2 if self.ratio is None else ca.cross(self.a2, place - self.O2)
 
-    def _place(self) -> tuple[Any, Any]:
+    def _place(self) -> tuple[Sym, Sym]:
         """Return the pitch point and the normal of the pitch plane."""
         point = getattr(self.joint, "point", None)
         P = None if point is None else self.model.point(point)
@@ -115,7 +116,7 @@ class SpatialMesh:
         along = along * ca.sign(ca.dot(along, self.a1))
         self.rolling_helix = ca.atan(ca.dot(slip, round_) / ca.dot(slip, along))
 
-    def _bend(self, axis: Any, place: Any) -> Any:
+    def _bend(self, axis: Sym, place: Sym) -> Sym:
         """Return the curvature of a pitch surface, positive with its axis along the normal."""
         arm = self.P - place
         arm = arm - axis * ca.dot(axis, arm)
@@ -134,7 +135,7 @@ class SpatialMesh:
         self.bends = first * second
         ends = (joint.first_body, joint.second_body)
 
-        def force(value: Any) -> Wrench:
+        def force(value: Sym) -> Wrench:
             moment = ca.cross(self.P - place, value)
             acting = pair(model, *ends, self.P, value)
             return add(acting, entries((joint.name,), value, moment))
@@ -174,5 +175,5 @@ class SpatialMesh:
         return arm, self._couple(-sign * arm * self._axis)
 
 
-def _unit(vector: Any) -> Any:
+def _unit(vector: Sym) -> Sym:
     return vector / ca.norm_2(vector)

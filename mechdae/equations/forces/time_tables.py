@@ -14,6 +14,7 @@ import numpy as np
 
 from mechdae.describe.loads import TableLoad, TimeTable
 from mechdae.errors import InputError, MechdaeError
+from mechdae.types import Floats, Points, Sym, Unknowns
 
 SX = ca.SX
 ROUNDING = 8
@@ -52,11 +53,11 @@ class Timed:
         self,
         name: str,
         table: TableLoad | TimeTable,
-        time: Any,
-        shift: Any,
-        period: Any,
-        p: Any,
-        p_values: Any,
+        time: Sym,
+        shift: Sym,
+        period: Sym | None,
+        p: Sym,
+        p_values: Floats,
         where: str = "",
     ) -> None:
         self.name, self.table, self.where, self.repeats = name, table, where, period is not None
@@ -68,7 +69,7 @@ class Timed:
         self.value = terms[0] + at * (terms[1] + at * (terms[2] + at * terms[3]))
         self._put(p_values)
 
-    def at(self, p_values: Any) -> Timed:
+    def at(self, p_values: Floats) -> Timed:
         """Return the same table with other values of the parameters."""
         other = copy(self)
         try:
@@ -77,7 +78,7 @@ class Timed:
             raise problem.inside(self.where) from None
         return other
 
-    def _put(self, p_values: Any) -> None:
+    def _put(self, p_values: Floats) -> None:
         table = self.table
         result = np.array(self._numbers(p_values)).ravel()
         self.shift = float(result[0])
@@ -99,7 +100,9 @@ class Timed:
         self.pieces = _spline(X, Y, self.period is not None) if spline else _lines(X, Y)
 
     @staticmethod
-    def _period(table: TableLoad | TimeTable, X: Any, given: bool, value: float) -> float | None:
+    def _period(
+        table: TableLoad | TimeTable, X: Unknowns, given: bool, value: float
+    ) -> float | None:
         span = float(X[-1] - X[0])
         if not given:
             return span if table.periodic else None
@@ -141,7 +144,7 @@ class Timed:
         turn = (knot - self.shift - self.X[0]) / self.period
         return bool(abs(turn - round(turn)) * self.period < 1e-6 * np.diff(self.X).min())
 
-    def piece(self, t: Any) -> Any:
+    def piece(self, t: Any) -> Floats:
         """Return what stands for `symbols` right behind times, (..., 6)."""
         t = np.asarray(t, float)
         size = np.maximum(np.abs(t), abs(self.shift) + np.abs(self.X).max())
@@ -156,13 +159,13 @@ class Timed:
         )
 
 
-def _lines(X: Any, Y: Any) -> Any:
+def _lines(X: Unknowns, Y: Floats) -> Floats:
     """Return the coefficients (n - 1, 4) of straight lines."""
     none = np.zeros(len(X) - 1)
     return np.column_stack([Y[:-1], np.diff(Y) / np.diff(X), none, none])
 
 
-def _spline(X: Any, Y: Any, closed: bool) -> Any:
+def _spline(X: Unknowns, Y: Floats, closed: bool) -> Floats:
     """Return the coefficients (n - 1, 4) of the cubic spline.
 
     Closed ones go on smoothly behind their end, others have the same cubic on both sides of the
@@ -192,7 +195,7 @@ def _spline(X: Any, Y: Any, closed: bool) -> Any:
     return np.column_stack([Y[:-1], slopes, bend[:-1] / 2, np.diff(bend) / (6 * h)])
 
 
-def _tridiagonal(below: Any, middle: Any, above: Any, right: Any) -> Any:
+def _tridiagonal(below: Floats, middle: Floats, above: Floats, right: Points) -> Points:
     """Return the solution of equations of three bands; the first of `below` is not used."""
     n = len(middle)
     middle, right = middle.copy(), right.copy()
@@ -207,7 +210,7 @@ def _tridiagonal(below: Any, middle: Any, above: Any, right: Any) -> Any:
     return right
 
 
-def _cyclic(below: Any, middle: Any, above: Any, right: Any) -> Any:
+def _cyclic(below: Floats, middle: Any, above: Floats, right: Any) -> Any:
     """Return the solution of equations of three bands that close in a ring."""
     n = len(middle)
     if n < 4:

@@ -29,11 +29,12 @@ from mechdae.describe.spinning_links import (
 )
 from mechdae.equations.tree.teeth import axes_of_mesh
 from mechdae.errors import InputError, UnavailableError
+from mechdae.types import Sym
 
 SX = ca.SX
 
 
-def tensor(model: Any, name: str) -> Any:
+def tensor(model: Any, name: str) -> Sym | None:
     """Return the inertia (3, 3) about the centre in the body's frame, None where none is given.
 
     What spins freely has none about its line: its frame turns about it as no body does.
@@ -62,16 +63,16 @@ class SpinningBar:
         self.joints = (link.joint, *link.others)
         self.places = tuple(model.point(end) for end in link.ends)
 
-    def shares(self, place: Any) -> tuple[Any, Any]:
+    def shares(self, place: Sym) -> tuple[Sym, Sym]:
         """Return the shares of the two ends in a force at a place of the line."""
         way = self.places[1] - self.places[0]
         second = ca.dot(place - self.places[0], way) / ca.sumsqr(way)
         return 1 - second, second
 
-    def _own(self, reference: str) -> Any:
+    def _own(self, reference: str) -> Sym:
         return ca.vertcat(*[self.model.numbers[f"{reference}.{axis}"] for axis in "xyz"])
 
-    def mass_shares(self) -> tuple[Any, Any]:
+    def mass_shares(self) -> tuple[Sym, Sym]:
         """Return the shares of the ends in the weight."""
         start, end = (self._own(reference) for reference in self.link.own)
         centre = f"{self.link.name}.center"
@@ -79,7 +80,7 @@ class SpinningBar:
         second = ca.dot(middle - start, end - start) / ca.sumsqr(end - start)
         return 1 - second, second
 
-    def matrix(self) -> tuple[Any, Any, Any]:
+    def matrix(self) -> tuple[Sym, Sym, Sym]:
         """Return the entries 11, 12, 22 of the mass matrix of the ends."""
         mass = self.model.numbers.get(f"{self.link.name}.mass", SX(0))
         start, end = (self._own(reference) for reference in self.link.own)
@@ -95,7 +96,7 @@ class SpinningBar:
             mass * second**2 + across,
         )
 
-    def _rates(self) -> tuple[list[Any], list[Any]]:
+    def _rates(self) -> tuple[list[Sym], list[Sym]]:
         """Return velocities and accelerations of the ends."""
         model, velocities, accelerations = self.model, [], []
         twists = model.space.kinetics(model).twists
@@ -107,7 +108,7 @@ class SpinningBar:
             accelerations.append(twists[body].acceleration_at(arm))
         return velocities, accelerations
 
-    def inertia(self) -> tuple[Any, Any]:
+    def inertia(self) -> tuple[Sym, Sym]:
         """Return mass times acceleration as forces at the two ends."""
         (first, second), (m11, m12, m22) = self._rates()[1], self.matrix()
         return m11 * first + m12 * second, m12 * first + m22 * second

@@ -26,6 +26,7 @@ from mechdae.equations.tree.joint_chains import (
 )
 from mechdae.equations.tree.spatial_frames import placed
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -53,22 +54,22 @@ class CutJoint:
     sides. ``hung`` are the parts of the gap that a quaternion turns, with their senses and lengths.
     """
 
-    gap: Any
-    A1: Any
-    A2: Any
-    own: Mapping[str, Any] = field(default_factory=dict)
+    gap: Sym
+    A1: Sym
+    A2: Sym
+    own: Mapping[str, Sym] = field(default_factory=dict)
     length: Any = None
     lead: Any = None
     ways: tuple[Way, Way] | None = None
-    hung: tuple[tuple[float, Any, Any], ...] = ()
+    hung: tuple[tuple[float, Sym, Sym], ...] = ()
 
-    def n(self, side: int) -> Any:
+    def n(self, side: int) -> Sym:
         return (self.A1, self.A2)[side - 1][:, 0]
 
-    def m(self, side: int) -> Any:
+    def m(self, side: int) -> Sym:
         return (self.A1, self.A2)[side - 1][:, 1]
 
-    def a(self, side: int) -> Any:
+    def a(self, side: int) -> Sym:
         return (self.A1, self.A2)[side - 1][:, 2]
 
     @cached_property
@@ -76,7 +77,7 @@ class CutJoint:
         """The way from the first side to the second."""
         return None if self.ways is None else joined(back(self.ways[0]), self.ways[1])
 
-    def reach(self, start: int, tip: int | None = None, rest: Any = 0) -> WayProducts | None:
+    def reach(self, start: int, tip: int | None = None, rest: Sym = 0) -> WayProducts | None:
         """Return that of a column of the first side and one of the second, None: the point."""
         if self.way is None:
             return None
@@ -95,7 +96,7 @@ class CutJoint:
         return "ball" in words[1:-1] or words.count("ball") != len(self.hung)
 
     @cached_property
-    def half_square(self) -> Any:
+    def half_square(self) -> Sym:
         """Half the square of the gap; quaternions turn their parts of it, whatever their norm."""
         if self.way is not None and self._inside:
             return half_square_of(self.way)
@@ -106,14 +107,14 @@ class CutJoint:
             total += sum(sense * other * ca.dot(part, own) for other, own, _ in self.hung[:k])
         return total
 
-    def square_reach(self, factor: Any, rest: Any) -> WayProducts | None:
+    def square_reach(self, factor: Sym, rest: Sym) -> WayProducts | None:
         """Return that of half the square of the gap."""
         if self.way is None:
             return None
         return WayProducts((WayProduct(self.way, None, None, factor),), SX(rest))
 
 
-def half_square_of(way: Way) -> Any:
+def half_square_of(way: Way) -> Sym:
     """Return half the square of the length of a way: what a quaternion turns stays as long.
 
     Of two parts v and R(e) w it is |v|^2 / 2 + v.R(e) w + |w|^2 / 2, and so on for those of w.
@@ -201,7 +202,7 @@ def rows_of(kind: str, cut: CutJoint) -> Rows:
     return [row for part in ROWS[kind] for row in part(cut)]
 
 
-def angles_of(cut: CutJoint, crossed: bool) -> list[tuple[str, Any, Any]]:
+def angles_of(cut: CutJoint, crossed: bool) -> list[tuple[str, Sym, Sym]]:
     """Return sine and cosine of the angles that a cut joint has, by the coordinate's name."""
     if not crossed:
         return [("angle", ca.dot(cut.m(1), cut.n(2)), ca.dot(cut.n(1), cut.n(2)))]
@@ -211,7 +212,7 @@ def angles_of(cut: CutJoint, crossed: bool) -> list[tuple[str, Any, Any]]:
     ]
 
 
-def turned(cut: CutJoint, word: str, sine: Any, cosine: Any) -> tuple[Closed, Any]:
+def turned(cut: CutJoint, word: str, sine: Sym, cosine: Sym) -> tuple[Closed, Sym]:
     """Return the equation of an angle with that sine and cosine, and what must be positive."""
     angle = cut.own[word]
     s, c = ca.sin(angle), ca.cos(angle)
@@ -224,7 +225,7 @@ def turned(cut: CutJoint, word: str, sine: Any, cosine: Any) -> tuple[Closed, An
     return Closed(word, cosine * s - sine * c, "rad", reach), cosine * c + sine * s
 
 
-def senses(parts: tuple[Any, ...], cut: CutJoint) -> list[Any]:
+def senses(parts: tuple[Any, ...], cut: CutJoint) -> list[Sym]:
     """Return what must be positive where a cut joint is closed."""
     found = []
     if parallel in parts:

@@ -33,6 +33,7 @@ from mechdae.equations.tree.joint_chains import (
 )
 from mechdae.equations.tree.spatial_frames import TreeFrame, placed
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -53,7 +54,7 @@ class Hung:
 
     frame: TreeFrame
     parent: TreeFrame
-    ball: Any
+    ball: Sym
     joint: Joint
     before: Joint | None
     driven: bool
@@ -65,7 +66,7 @@ class Hung:
         return crossed(self.joint)
 
     @property
-    def c(self) -> Any:
+    def c(self) -> Sym:
         """From the anchor to the ball in the frame's basis."""
         return ca.sparsify(self.frame.turn.T @ self.ball)
 
@@ -78,7 +79,7 @@ class Invariants:
     positive: list[Any]
 
 
-def invariants(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invariants | None:
+def invariants(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
     """Return the rows of a ball joint of a hung body; None: the plain ones are as good.
 
     Parameters
@@ -103,7 +104,7 @@ def _form(own: Hung) -> Callable[..., Invariants | None] | None:
     return _on_leg if own.joint.guide and crossed(own.before) else None
 
 
-def _gap(start: Way, place: Any, other: TreeFrame, centre: Any) -> CutJoint:
+def _gap(start: Way, place: Sym, other: TreeFrame, centre: Sym) -> CutJoint:
     """Return what is between the end of a way, its place, and the ball's centre on the other."""
     eye, way = SX.eye(3), other.to(centre, SX.eye(3))
     hung = ((1.0, other.direction(centre), centre),) if other.on_ball else ()
@@ -111,7 +112,7 @@ def _gap(start: Way, place: Any, other: TreeFrame, centre: Any) -> CutJoint:
     return CutJoint(other.point(centre) - place, eye, eye, ways=(start, way), hung=hung)
 
 
-def _along(part: str, start: Any, basis: Any, d: CutJoint, known: Any) -> Closed:
+def _along(part: str, start: Sym, basis: Sym, d: CutJoint, known: Sym) -> Closed:
     """Return start.d - known = 0 for a direction in a basis."""
     assert d.ways is not None
     way = joined(back(d.ways[0]), d.ways[1])
@@ -119,7 +120,7 @@ def _along(part: str, start: Any, basis: Any, d: CutJoint, known: Any) -> Closed
     return Closed(part, ca.dot(ca.sparsify(basis @ start), d.gap) - known, "m", reach)
 
 
-def _on_axis(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invariants | None:
+def _on_axis(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
     frame, c = own.frame, own.c
     pin = X if own.crossed and own.forward else Z
     normal = ca.sparsify(ca.cross(UNIT[pin], c))
@@ -139,7 +140,7 @@ def _on_axis(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invariant
     return Invariants(rows, [ca.dot(frame.basis @ across, d.gap)])
 
 
-def _on_slide(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invariants | None:
+def _on_slide(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
     frame, c = own.frame, own.c
     assert frame.way is not None
     slide = frame.way[-1]
@@ -152,7 +153,7 @@ def _on_slide(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invarian
     return Invariants([_along(w, e, basis, d, k + s) for w, e, k, s in parts], [])
 
 
-def _on_leg(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invariants | None:
+def _on_leg(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
     frame, parent = own.frame, own.parent
     assert frame.way is not None
     assert parent.way is not None

@@ -14,6 +14,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 X, Z = 0, 2
@@ -23,8 +24,8 @@ X, Z = 0, 2
 class RigidPart:
     """From one frame to the next of one body: place (3,) and rotation (3, 3), constants."""
 
-    place: Any
-    turn: Any
+    place: Sym
+    turn: Sym
 
     def back(self) -> RigidPart:
         return RigidPart(-self.turn.T @ self.place, self.turn.T)
@@ -39,15 +40,15 @@ class Freedom:
     """
 
     word: str
-    symbols: tuple[Any, ...]
+    symbols: tuple[Sym, ...]
     axis: int = Z
-    lead: Any = 0
+    lead: Sym = 0
     sense: int = 1
 
     def back(self) -> Freedom:
         return replace(self, sense=-self.sense)
 
-    def is_slide_of(self, symbol: Any) -> bool:
+    def is_slide_of(self, symbol: Sym) -> bool:
         """Return whether this is the slide with that coordinate."""
         return self.word == "slide" and self.symbols[0].element_hash() == symbol.element_hash()
 
@@ -74,8 +75,8 @@ class WayProduct:
 
     way: Way
     start: Any = None
-    tip: Any = None
-    factor: Any = 1.0
+    tip: Sym | None = None
+    factor: Sym = 1.0
 
     @property
     def unslid(self) -> WayProduct:
@@ -91,14 +92,14 @@ class WayProducts:
     """A scalar as a sum of products along ways and of a ``rest`` that is bounded by its terms."""
 
     products: tuple[WayProduct, ...]
-    rest: Any = field(default_factory=lambda: SX(0))
+    rest: Sym = field(default_factory=lambda: SX(0))
 
     @property
     def unslid(self) -> WayProducts:
         """The same sum along ways without slides that move nothing."""
         return replace(self, products=tuple(product.unslid for product in self.products))
 
-    def without(self, slide: Any, factor: Any, rest: Any) -> WayProducts:
+    def without(self, slide: Sym, factor: Sym, rest: Sym) -> WayProducts:
         """Return the sum times a factor where a slide, by its symbol, is zero; `rest` is so."""
         products = []
         for product in self.products:
@@ -137,7 +138,7 @@ def apart(first: Way, second: Way) -> tuple[Way, Way]:
     return first[count:], second[count:]
 
 
-def freedoms(at: Mapping[str, Any], crossed: bool, lead: Any) -> Way:
+def freedoms(at: Mapping[str, Sym], crossed: bool, lead: Sym | None) -> Way:
     """Return the freedoms of a joint with these coordinates, from its first side."""
     if "e0" in at:
         ball = Freedom("ball", tuple(at[f"e{k}"] for k in range(4)))

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.meshes import bearings
 
+if TYPE_CHECKING:
+    from mechdae.types import Sym
+
 
 def meshed(
     mechanism: Mechanism, mesh: Joint, number: Callable[[str], Any], value: Callable[..., Any]
-) -> tuple[Any, str]:
+) -> tuple[Sym, str]:
     """Return the equation of a mesh and its unit.
 
     Parameters

@@ -8,18 +8,19 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.joints.joint import Joint
+from mechdae.types import Sym
 
 WORDS = ("length", "elevation", "azimuth")
 
 
-def span(joint: Joint, numbers: Mapping[str, Any], own: Mapping[str, Any]) -> Any:
+def span(joint: Joint, numbers: Mapping[str, Sym], own: Mapping[str, Sym]) -> Sym:
     """Return head less tail (3,): what is no number of the mechanism is a coordinate."""
     length, e, a = (own.get(w, numbers.get(f"{joint.name}.{w}")) for w in WORDS)
     level = length * ca.cos(e)
     return ca.vertcat(level * ca.cos(a), length * ca.sin(e), level * ca.sin(a))
 
 
-def told(joint: Joint, numbers: Mapping[str, Any], way: Any) -> dict[str, Any]:
+def told(joint: Joint, numbers: Mapping[str, Sym], way: Any) -> dict[str, Any]:
     """Return the coordinates of a vector that is `way` (3,), the usual one of equal triples."""
     length, e, a = (numbers.get(f"{joint.name}.{w}") for w in WORDS)
     x, y, z = ca.vertsplit(way)
@@ -43,7 +44,7 @@ def told(joint: Joint, numbers: Mapping[str, Any], way: Any) -> dict[str, Any]:
     return {word: value for word, value in found.items() if word in joint.coordinates}
 
 
-def structure_rows(joint: Joint, gap: Any) -> list[tuple[str, Any, str]]:
+def structure_rows(joint: Joint, gap: Sym) -> list[tuple[str, Sym, str]]:
     """Return as many equations between the two points as the vector takes freedoms.
 
     For the structure: only which coordinates are in them counts.

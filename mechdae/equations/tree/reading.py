@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 
@@ -12,19 +11,20 @@ from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.tree.pointers import told
 from mechdae.equations.tree.spatial_frames import TreeFrame
 from mechdae.equations.tree.tree_model import TreeModel
+from mechdae.types import Sym
 
 SX = ca.SX
 WIDTH = 12
 """Numbers of a placed body: its origin, then its rotation matrix by columns."""
 
 
-def placements(model: TreeModel) -> Any:
+def placements(model: TreeModel) -> Sym:
     """Return origin and rotation matrix of each body of the tree, stacked, over q."""
     bodies = [edge.child for edge in model.edges]
     return ca.vertcat(*[ca.vertcat(model.origin(b), ca.vec(model.frame(b).R)) for b in bodies])
 
 
-def reading(model: TreeModel, bodies: list[str], at: Any) -> tuple[Any, Any]:
+def reading(model: TreeModel, bodies: list[str], at: Sym) -> tuple[Sym, Sym]:
     """Return what the coordinates of a model are where its bodies have other places.
 
     Parameters
@@ -40,12 +40,12 @@ def reading(model: TreeModel, bodies: list[str], at: Any) -> tuple[Any, Any]:
         Values of the coordinates, 0 for those of quaternions; rotation matrices of these, by
         columns, in the order of the coordinates. Angles lie within half a turn of 0.
     """
-    frames: dict[str, Any] = {GROUND: TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))}
+    frames: dict[str, TreeFrame] = {GROUND: TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))}
     for k, body in enumerate(bodies):
         own = at[WIDTH * k : WIDTH * (k + 1)]
         frames[body] = TreeFrame(own[:3], ca.reshape(own[3:], 3, 3), SX.eye(3))
-    values: dict[tuple[str, str], Any] = {}
-    turns: list[Any] = []
+    values: dict[tuple[str, str], Sym] = {}
+    turns: list[Sym] = []
     owners = dict.fromkeys(c.owner for c in model.coordinates)
     for owner in owners:
         found, Q = _of_owner(model, owner, frames)
@@ -57,8 +57,8 @@ def reading(model: TreeModel, bodies: list[str], at: Any) -> tuple[Any, Any]:
 
 
 def _of_owner(
-    model: TreeModel, owner: str, frames: Mapping[str, Any]
-) -> tuple[dict[str, Any], Any]:
+    model: TreeModel, owner: str, frames: Mapping[str, TreeFrame]
+) -> tuple[dict[str, Sym], Sym]:
     """Return what a joint's coordinates are by name, and its rotation matrix."""
     if owner in model.mechanism.bodies:  # a body that is placed by itself
         frame = frames[owner]
@@ -81,6 +81,6 @@ def _of_owner(
     return found, Q
 
 
-def _own(model: TreeModel, reference: str) -> Any:
+def _own(model: TreeModel, reference: str) -> Sym:
     """Return a point's coordinates in its body."""
     return ca.vertcat(*[model.numbers[f"{reference}.{axis}"] for axis in "xyz"])

@@ -21,6 +21,7 @@ from mechdae.equations.structure_cache import structure_property
 from mechdae.equations.tree.invariants import Invariants
 from mechdae.equations.tree.spanning import Edge
 from mechdae.equations.tree.tree_model import TreeModel
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -54,9 +55,9 @@ class ReleasedTree(TreeModel):
         return None
 
     @structure_property
-    def mass_matrix(self) -> Any:
+    def mass_matrix(self) -> Sym:
         """Mass matrix (nq, nq): kinetic energy of all bodies is half of v^T M v."""
-        entries: dict[tuple[int, int], Any] = {}
+        entries: dict[tuple[int, int], Sym] = {}
         for name in massive(self):
             for (i, j), value in self._masses(name).items():
                 entries[i, j] = entries[i, j] + value if (i, j) in entries else value
@@ -65,7 +66,7 @@ class ReleasedTree(TreeModel):
             M[i, j] = M[j, i] = value
         return M
 
-    def _masses(self, name: str) -> dict[tuple[int, int], Any]:
+    def _masses(self, name: str) -> dict[tuple[int, int], Sym]:
         """Return the share of a body in the mass matrix, on and below its diagonal."""
         if name in self.idle:
             return self._bar_masses(name)

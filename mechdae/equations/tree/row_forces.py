@@ -15,7 +15,7 @@ import casadi as ca
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.equations.model import Model, Row
-from mechdae.equations.tree.closures import angles_of, rows_of
+from mechdae.equations.tree.closures import CutJoint, angles_of, rows_of
 from mechdae.equations.tree.solid import SPACE, Wrench, entries, plus
 
 SX = ca.SX
@@ -47,10 +47,10 @@ def _of_joint(model: Any, name: str) -> list[Wrench]:
     joint = model.mechanism.joints[name]
     if joint.pointer:
         return _of_vector(model, name)
-    cut: Any = model.cut(name)
+    cut: CutJoint = model.cut(name)
     shift, turn = SX.sym("shift", 3), SX.sym("turn", 3)
     A2 = cut.A2 + ca.skew(turn) @ cut.A2
-    moved: Any = replace(cut, gap=cut.gap + shift, A2=A2, ways=None)
+    moved: CutJoint = replace(cut, gap=cut.gap + shift, A2=A2, ways=None)
     own = [row[1] for row in rows_of(joint.kind, moved)]
     if "angle" in cut.own:
         for word, sine, cosine in angles_of(moved, joint.crossed):

@@ -15,6 +15,7 @@ from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.tree.spanning import Edge
 from mechdae.equations.tree.spatial_frames import about_z
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 SHIFTS = {"slide": 2, "x": 0, "y": 1}
@@ -30,11 +31,11 @@ class CoordinateScrew:
     """
 
     place: int
-    turn: Any
-    shift: Any
-    centre: Any
+    turn: Sym
+    shift: Sym
+    centre: Sym
 
-    def velocity(self, place: Any) -> Any:
+    def velocity(self, place: Sym) -> Sym:
         """Return the velocity (3,) of the material point at a place."""
         return self.shift + ca.cross(self.turn, place - self.centre)
 
@@ -45,16 +46,16 @@ class Twist:
     the anchor, (3,) each.
     """
 
-    spin: Any
-    turning: Any
-    velocity: Any
-    acceleration: Any
+    spin: Sym
+    turning: Sym
+    velocity: Sym
+    acceleration: Sym
 
-    def velocity_at(self, arm: Any) -> Any:
+    def velocity_at(self, arm: Sym) -> Sym:
         """Return the velocity of the point that lies by `arm` from the anchor."""
         return self.velocity + ca.cross(self.spin, arm)
 
-    def acceleration_at(self, arm: Any) -> Any:
+    def acceleration_at(self, arm: Sym) -> Sym:
         """Return its acceleration."""
         inwards = ca.cross(self.spin, ca.cross(self.spin, arm))
         return self.acceleration + ca.cross(self.turning, arm) + inwards
@@ -127,7 +128,7 @@ class Kinetics:
     def _place(self, owner: str, name: str) -> int | None:
         return self.model.places.get((owner, name))  # type: ignore[no-any-return]
 
-    def _rates(self, places: list[int]) -> tuple[Any, Any]:
+    def _rates(self, places: list[int]) -> tuple[Sym, Sym]:
         return self.model.velocity[places], self.model.acceleration[places]
 
     def _alone(self, edge: Edge) -> tuple[list[CoordinateScrew], Twist]:
@@ -140,7 +141,7 @@ class Kinetics:
         v, a = self._rates(shifts)
         return [*own, *balls], Twist(spin, turning, v, a)
 
-    def _ball(self, owner: str, A: Any, centre: Any) -> tuple[list[CoordinateScrew], Any, Any]:
+    def _ball(self, owner: str, A: Sym, centre: Sym) -> tuple[list[CoordinateScrew], Sym, Sym]:
         """Return screws of a quaternion, angular velocity and its rate, in axes A; w = 2 G e'."""
         places = [self.model.places[owner, name] for name in QUATERNION]
         e, (v, a) = self.model.q[places], self._rates(places)
@@ -195,7 +196,7 @@ class Kinetics:
         acceleration += 2 * ca.cross(carried, going)
         return screws, Twist(spin, turning, velocity, acceleration)
 
-    def _slid(self, edge: Edge, joint: Any, A: Any) -> Any:
+    def _slid(self, edge: Edge, joint: Any, A: Sym) -> Sym:
         """Return the way by which a joint has slid."""
         t, lead = SX(3, 1), self.model._lead(edge.joint)
         for name, column in SHIFTS.items():
@@ -207,11 +208,11 @@ class Kinetics:
         return A @ t
 
     def _coordinates(
-        self, edge: Edge, joint: Any, fixed: Any, own_side: Any, shifting: Any
-    ) -> tuple[list[tuple[int, Any]], list[tuple[int, Any]]]:
+        self, edge: Edge, joint: Any, fixed: Sym, own_side: Sym, shifting: Sym
+    ) -> tuple[list[tuple[int, Sym]], list[tuple[int, Sym]]]:
         """Return axes by place in the order in which they turn, and directions of shifts."""
         side, lead = 1.0 if edge.forward else -1.0, self.model._lead(edge.joint)
-        turns: list[tuple[int, Any]] = []
+        turns: list[tuple[int, Sym]] = []
         angle, second = (self._place(edge.joint, name) for name in ("angle", "angle2"))
         if joint.crossed:
             assert angle is not None

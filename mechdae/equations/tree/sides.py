@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from decimal import Decimal, localcontext
-from typing import Any
 
 import casadi as ca
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
+from mechdae.types import Sym
 
 SX = ca.SX
 DIGITS = 50
@@ -21,7 +21,7 @@ def literal(joint: Joint) -> bool:
     return not any(isinstance(number, str) for _, vector in given for number in vector)
 
 
-def side(joint: Joint, second: bool, number: Mapping[str, Any], value: Mapping[str, float]) -> Any:
+def side(joint: Joint, second: bool, number: Mapping[str, Sym], value: Mapping[str, float]) -> Sym:
     """Return the rotation (3, 3) from a side's joint frame to the frame of its body.
 
     Parameters
@@ -34,7 +34,7 @@ def side(joint: Joint, second: bool, number: Mapping[str, Any], value: Mapping[s
         return SX.eye(3)
     axis, zero = joint.side(second)
 
-    def vector(name: str, of: Mapping[str, Any]) -> list[Any]:
+    def vector(name: str, of: Mapping[str, Sym]) -> list[Sym]:
         return [of[f"{joint.name}.{name}.{letter}"] for letter in AXES]
 
     a = vector(axis, number)
@@ -53,7 +53,7 @@ def side(joint: Joint, second: bool, number: Mapping[str, Any], value: Mapping[s
     return ca.sparsify(SX(ca.horzcat(*columns)))
 
 
-def _normal(a: Any, n: Any) -> tuple[Any, Any, Any]:
+def _normal(a: Sym, n: Sym) -> tuple[Sym, Sym, Sym]:
     """Return normal, axis x normal, axis."""
     a = a / ca.norm_2(a)
     n = n - a * ca.dot(a, n)
@@ -61,7 +61,7 @@ def _normal(a: Any, n: Any) -> tuple[Any, Any, Any]:
     return n, ca.cross(a, n), a
 
 
-def _rounded(a: list[float], n: list[float]) -> tuple[Any, Any, Any]:
+def _rounded(a: list[float], n: list[float]) -> tuple[Sym, Sym, Sym]:
     with localcontext() as context:
         context.prec = DIGITS
         axis = _unit([Decimal(v) for v in a])

@@ -22,6 +22,7 @@ from mechdae.equations.tree.closures import CutJoint, rows_of
 from mechdae.equations.tree.pointers import structure_rows
 from mechdae.equations.tree.sides import side
 from mechdae.equations.tree.spatial_frames import TreeFrame, about_x, about_z
+from mechdae.types import Sym
 
 SX = ca.SX
 NAMES = ("x", "y", "z", "e1", "e2", "e3")
@@ -102,11 +103,11 @@ class Skeleton(Model):
         found = bearings(self.mechanism, self.mechanism.joints[name])
         return sum((k + 2) * self._moved(own.joint, own.word) for k, own in enumerate(found))
 
-    def _moved(self, name: str, word: str) -> Any:
+    def _moved(self, name: str, word: str) -> Sym:
         cut = self._cut(name)
         return cut.own["angle"] if word == "angle" else ca.dot(cut.A1[:, 2], cut.gap)
 
-    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+    def coordinate(self, coordinate: NamedCoordinate) -> Sym:
         """Return a stand-in for a coordinate: it holds the same bodies."""
         if coordinate.kind == "point":
             return super().coordinate(coordinate)

@@ -14,13 +14,18 @@ What drives or loads a coordinate of a joint is no part of its reaction, frictio
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from mechdae.equations.space import Space
 from mechdae.equations.tree.bars import SpinningBar, tensor
 from mechdae.equations.tree.screws import SHIFTS, Kinetics
+from mechdae.types import Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.model import Model
+
 
 SX = ca.SX
 Wrench = dict[Any, Any]
@@ -34,13 +39,13 @@ def plus(total: Wrench, part: Wrench, factor: float = 1.0) -> Wrench:
     return total
 
 
-def entries(key: Any, force: Any, moment: Any) -> Wrench:
+def entries(key: tuple[str, ...], force: Sym, moment: Sym) -> Wrench:
     """Return six numbers under (*key, k), zeros left out."""
     parts = [*ca.vertsplit(SX(force)), *ca.vertsplit(SX(moment))]
     return {(*key, k): part for k, part in enumerate(parts) if not part.is_zero()}
 
 
-def _on(key: Any) -> bool:
+def _on(key: tuple[int | str, ...] | int) -> bool:
     """Return whether a key is of what acts on a body itself."""
     return isinstance(key, tuple) and key[0] == "on"
 
@@ -64,16 +69,16 @@ class Solid(Space):
 
     # -- forces ----------------------------------------------------------------------------
 
-    def push(self, model: Any, body: str, place: Any, force: Any) -> Wrench:
+    def push(self, model: Any, body: str, place: Sym, force: Sym) -> Wrench:
         if body in model.idle:
             first, second = self.bar(model, body).shares(place)
             return self.on_bar(model, body, first * force, second * force)
         return self.acting(model, body, place, force, SX.zeros(3))
 
-    def couple(self, model: Any, body: str, moment: Any) -> Wrench:
+    def couple(self, model: Model, body: str, moment: Sym) -> Wrench:
         return self.acting(model, body, model.frame(body).r, SX.zeros(3), moment)
 
-    def acting(self, model: Any, body: str, place: Any, force: Any, moment: Any) -> Wrench:
+    def acting(self, model: Any, body: str, place: Sym, force: Sym, moment: Sym) -> Wrench:
         """Return what a force at a place and a moment on a body of the tree do.
 
         A point takes no moment: it passes on the force alone, a vector to where it begins.
@@ -99,7 +104,7 @@ class Solid(Space):
                 plus(found, entries((edge.joint,), sign * force, sign * whole))
         return plus(found, self._on_body(model, body, place, force, moment))
 
-    def _on_body(self, model: Any, body: str, place: Any, force: Any, moment: Any) -> Wrench:
+    def _on_body(self, model: Any, body: str, place: Sym, force: Sym, moment: Sym) -> Wrench:
         """Return a force at a place and a moment as what acts on a body itself."""
         if body not in model.mechanism.bodies:
             return {}
@@ -107,7 +112,7 @@ class Solid(Space):
         whole = SX.zeros(3) if body in model.points else whole
         return entries(("on", body), force, whole)
 
-    def between(self, model: Any, joint: str, force: Any, moment: Any) -> Wrench:
+    def between(self, model: Any, joint: str, force: Sym, moment: Sym) -> Wrench:
         """Return what a force at a joint's second point and a moment do, that act on the second
         body and in the opposite sense on the first: a load, no part of the reaction.
         """
@@ -117,7 +122,7 @@ class Solid(Space):
         found = self.acting(model, own.second_body, place, force, moment)
         return plus(found, self.acting(model, own.first_body, back, force, moment), -1.0)
 
-    def rubbing(self, model: Any, joint: str, force: Any, moment: Any) -> Wrench:
+    def rubbing(self, model: Any, joint: str, force: Sym, moment: Sym) -> Wrench:
         """Return what friction in a joint does: a force at its second point and a moment on the
         second body, and the opposite ones on the first. They are part of its reaction.
         """
@@ -147,7 +152,7 @@ class Solid(Space):
         found = {key: own for key, own in self.along(model, joint, word).items() if not _on(key)}
         return plus(found, entries((joint,), force, moment))
 
-    def on_bar(self, model: Any, body: str, first: Any, second: Any) -> Wrench:
+    def on_bar(self, model: Any, body: str, first: Sym, second: Sym) -> Wrench:
         """Return what forces at the two ends of a bar do: its ball joints pass them on."""
         bar, found = self.bar(model, body), Wrench()
         for name, place, force in zip(bar.joints, bar.places, (first, second), strict=True):
@@ -179,7 +184,7 @@ class Solid(Space):
             plus(found, self._on_body(model, body, at, sign * force, sign * moment))
         return found
 
-    def conjugate(self, model: Any, joint: str, word: str) -> tuple[Any, Any]:
+    def conjugate(self, model: Any, joint: str, word: str) -> tuple[Sym, Sym]:
         """Return force and moment on the second body that do the work of a coordinate."""
         zero = SX.zeros(3)
         if model.mechanism.joints[joint].pointer:
@@ -193,8 +198,12 @@ class Solid(Space):
         return A1[:, SHIFTS[word]], zero
 
     def imbalance(
-        self, model: Any, bodies: Sequence[str], parts: Sequence[Any], reactions: Mapping[str, Any]
-    ) -> Any:
+        self,
+        model: Any,
+        bodies: Sequence[str],
+        parts: Sequence[dict[tuple[int | str, ...] | int, Sym]],
+        reactions: Mapping[str, Sym],
+    ) -> Sym:
         """Return what is left of the balance of bodies, relative to what acts on them.
 
         Parameters
@@ -205,7 +214,7 @@ class Solid(Space):
             Force and moment (6,) of each joint on its second body, about its point there.
         """
         shares = [{key: own for key, own in part.items() if _on(key)} for part in parts]
-        arms: list[Any] = []
+        arms: list[Sym] = []
         for name, own in reactions.items():
             joint = model.mechanism.joints[name]
             place = model.point(joint.second)
@@ -228,10 +237,10 @@ class Solid(Space):
             worst = ca.fmax(worst, ca.if_else(size > 0, gap / size, 0))
         return worst
 
-    def _anchor(self, model: Any, body: str) -> Any:
+    def _anchor(self, model: Any, body: str) -> Sym:
         return self.bar(model, body).places[0] if body in model.idle else model.frame(body).r
 
-    def at_origin(self, model: Any, wrench: Wrench, body: str) -> Any:
+    def at_origin(self, model: Any, wrench: Wrench, body: str) -> Sym | None:
         keys = [("on", body, k) for k in range(self.freedoms)]
         if not any(key in wrench for key in keys):
             return None
@@ -241,7 +250,7 @@ class Solid(Space):
         arm = model.frame(body).r - model.origin(body)
         return ca.vertcat(own[:3], own[3:] + ca.cross(arm, own[:3]))
 
-    def moves(self, model: Any, joint: str) -> Any:
+    def moves(self, model: Any, joint: str) -> Sym:
         """Return how the second body can move at its point, (6, k): no reaction is along that."""
         own = model.mechanism.joints[joint]
         if own.ball:
@@ -258,14 +267,14 @@ class Solid(Space):
 
     # -- velocities and inertia ---------------------------------------------------------------
 
-    def point_velocity(self, model: Any, body: str, place: Any) -> Any:
+    def point_velocity(self, model: Model, body: str, place: Sym) -> Sym:
         twist = self.kinetics(model).twists[body]
         return twist.velocity_at(place - model.frame(body).r)
 
-    def spin(self, model: Any, body: str) -> Any:
+    def spin(self, model: Model, body: str) -> Sym:
         return self.kinetics(model).twists[body].spin
 
-    def reaction(self, model: Any, name: str, wrench: Wrench) -> list[Any]:
+    def reaction(self, model: Model, name: str, wrench: Wrench) -> list[Sym]:
         """Return the force and the moment of a joint: `wrench` is all that acts."""
         return [wrench.get((name, k), SX(0)) for k in range(self.freedoms)]
 
@@ -280,7 +289,7 @@ class Solid(Space):
             moment = frame.R @ (J @ turning + ca.cross(spin, J @ spin))
         return self.acting(model, name, frame.r + arm, force, moment)
 
-    def kinetic_energy(self, model: Any, name: str) -> Any:
+    def kinetic_energy(self, model: Any, name: str) -> Sym:
         if name in model.idle:
             return self.bar(model, name).kinetic_energy()
         mass, J, arm = self.solid(model, name)
@@ -291,13 +300,13 @@ class Solid(Space):
             energy += ca.dot(spin, J @ spin) / 2
         return energy
 
-    def solid(self, model: Any, name: str) -> tuple[Any, Any, Any]:
+    def solid(self, model: Any, name: str) -> tuple[Sym, Sym | None, Sym]:
         """Return mass, inertia (3, 3) about the centre in body axes or None, arm to the centre."""
         mass = model.numbers.get(f"{name}.mass", SX(0))
         return mass, tensor(model, name), model.frame(name).direction(model.center(name))
 
 
-def _most(values: list[Any]) -> Any:
+def _most(values: list[Sym]) -> Sym:
     result = SX(0)
     for value in values:
         result = ca.fmax(result, ca.fabs(value))

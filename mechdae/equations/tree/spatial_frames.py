@@ -15,6 +15,7 @@ import casadi as ca
 from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.tree.joint_chains import Freedom, RigidPart, Way, X, back, freedoms
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 
@@ -26,25 +27,25 @@ class TreeFrame:
     ``way`` leads from the ground to the basis; None: it is not known.
     """
 
-    r: Any
-    basis: Any
-    turn: Any
+    r: Sym
+    basis: Sym
+    turn: Sym
     way: Way | None = None
 
     @cached_property
-    def R(self) -> Any:
+    def R(self) -> Sym:
         """The rotation matrix of the body."""
         return self.basis @ self.turn.T
 
-    def point(self, s: Any) -> Any:
+    def point(self, s: Sym) -> Sym:
         """Return the place of a point with coordinates `s` from the anchor."""
         return self.r + self.direction(s)
 
-    def direction(self, d: Any) -> Any:
+    def direction(self, d: Sym) -> Sym:
         """Return a body-fixed direction in the fixed frame."""
         return self.basis @ ca.sparsify(self.turn.T @ d)
 
-    def side(self, C: Any) -> Any:
+    def side(self, C: Sym) -> Sym:
         """Return a body-fixed rotation in the fixed frame."""
         return self.basis @ ca.sparsify(self.turn.T @ C)
 
@@ -54,7 +55,7 @@ class TreeFrame:
         last = self.way[-1] if self.way else None
         return isinstance(last, Freedom) and last.word == "ball"
 
-    def to(self, s: Any, C: Any) -> Way | None:
+    def to(self, s: Sym, C: Sym) -> Way | None:
         """Return the way from the ground to a point of the body, and to a frame C there."""
         if self.way is None:
             return None
@@ -62,19 +63,19 @@ class TreeFrame:
         return (*self.way, link)
 
 
-def about_z(angle: Any) -> Any:
+def about_z(angle: Sym) -> Sym:
     """Return the rotation about the third axis."""
     c, s = ca.cos(angle), ca.sin(angle)
     return ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.horzcat(0, 0, SX(1)))
 
 
-def about_x(angle: Any) -> Any:
+def about_x(angle: Sym) -> Sym:
     """Return the rotation about the first axis."""
     c, s = ca.cos(angle), ca.sin(angle)
     return ca.vertcat(ca.horzcat(SX(1), 0, 0), ca.horzcat(0, c, -s), ca.horzcat(0, s, c))
 
 
-def by_quaternion(e: Any) -> Any:
+def by_quaternion(e: Sym) -> Sym:
     """Return the rotation by a unit quaternion (4,), its real part first."""
     w, x, y, z = ca.vertsplit(e)
     return ca.vertcat(
@@ -88,12 +89,12 @@ def by_quaternion(e: Any) -> Any:
 class Play:
     """What a joint does: its coordinates by name, crossed pins, the lead of a screw a radian."""
 
-    at: Mapping[str, Any]
+    at: Mapping[str, Sym]
     crossed: bool = False
     lead: Any = None
 
     @cached_property
-    def moved(self) -> tuple[Any, Any]:
+    def moved(self) -> tuple[Sym, Sym]:
         """Rotation Q (3, 3) and shift t (3,) in the joint's first frame."""
         at, zero = self.at, SX(3, 1)
         if "e0" in at:
@@ -114,21 +115,21 @@ class Play:
         return (*side, *(found if forward else back(found)))
 
 
-def forward(first: TreeFrame, s1: Any, C1: Any, C2: Any, play: Play) -> TreeFrame:
+def forward(first: TreeFrame, s1: Sym, C1: Sym, C2: Sym, play: Play) -> TreeFrame:
     """Return the frame of the second body of a joint; its anchor is the joint's point."""
     Q, t = play.moved
     A = first.side(C1)
     return TreeFrame(first.point(s1) + A @ t, A @ Q, C2, play.way(first.to(s1, C1), True))
 
 
-def backward(second: TreeFrame, s2: Any, C1: Any, C2: Any, play: Play) -> TreeFrame:
+def backward(second: TreeFrame, s2: Sym, C1: Sym, C2: Sym, play: Play) -> TreeFrame:
     """Return the frame of the first body of a joint; its anchor is the joint's point."""
     Q, t = play.moved
     A = second.side(C2) @ Q.T
     return TreeFrame(second.point(s2) - A @ t, A, C1, play.way(second.to(s2, C2), False))
 
 
-def placed(way: Way) -> tuple[Any, Any]:
+def placed(way: Way) -> tuple[Sym, Sym]:
     """Return place (3,) and rotation (3, 3) of the end of a way, seen from its start."""
     r, A = SX(3, 1), SX.eye(3)
     for part in way:

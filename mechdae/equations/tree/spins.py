@@ -8,11 +8,12 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.spinning_links import Line, Spin, place_of, share_of
-from mechdae.equations.coordinates import QUATERNION
+from mechdae.describe.spinning_links import IdleLink, Line, Spin, place_of, share_of
+from mechdae.equations.coordinates import QUATERNION, Coordinate
 from mechdae.equations.model import Row
 from mechdae.equations.tree.spanning import Edge
 from mechdae.errors import UnavailableError
+from mechdae.types import Sym
 
 SX = ca.SX
 TILTS = (0.3, 0.2)
@@ -23,14 +24,14 @@ class Spinning:
     """What a tree model knows of bodies that spin freely."""
 
     mechanism: Any
-    idle: Any
-    edges: Any
+    idle: dict[str, IdleLink]
+    edges: list[Edge]
     loose: Sequence[str]
-    numbers: Any
+    numbers: dict[str, Sym]
     spins: list[Spin]
     spinning: Any
     _lines: dict[str, Line]
-    _of: Any
+    _of: dict[tuple[str, str], Coordinate]
     _span: Any
     _side: Any
 
@@ -52,7 +53,7 @@ class Spinning:
                 rows.append(Row(spin.sleeve, "spin", self._of[spin.sleeve, "angle"].symbol, "rad"))
         return rows
 
-    def unspun(self, spin: Spin) -> tuple[Edge, Any]:
+    def unspun(self, spin: Spin) -> tuple[Edge, Sym]:
         """Return by which edge bodies that spin hang on others, and the direction k (3,)."""
         edge = next(
             own for own in self.edges if own.child in spin.bodies and own.parent not in spin.bodies
@@ -61,7 +62,7 @@ class Spinning:
         a, b = TILTS
         return edge, ca.vertcat(x + a * y + b * z, y + a * z + b * x, z + a * x + b * y)
 
-    def _spun_about(self, body: str) -> list[Any]:
+    def _spun_about(self, body: str) -> list[Sym]:
         """Return about which direction a body spins, nearly: from one of its joints to another."""
         every = self.mechanism.joints.values()
         joints = [j for j in every if body in j.bodies[:2] and not {*j.bodies} & {*self.loose}]
@@ -71,7 +72,7 @@ class Spinning:
         if other is None:
             return [SX(1), SX(0), SX(0)]
         way = ca.vertcat(*self._span(own[0], own[other]))
-        found: list[Any] = (way / ca.sqrt(ca.sumsqr(way))).elements()
+        found: list[Sym] = (way / ca.sqrt(ca.sumsqr(way))).elements()
         return found
 
     def spun_about(self, body: str) -> Any:

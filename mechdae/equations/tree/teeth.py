@@ -15,6 +15,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import Bearing, bearings
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 SAME = 1e-9
 """Sine, or share of the mechanism's size, below which directions or places are one."""
@@ -91,7 +92,7 @@ def axes_of_mesh(mechanism: Mechanism, mesh: Joint) -> AxesOfMesh:
     return AxesOfMesh("meeting", 1.0 if given else _side(mesh, own, values, length))
 
 
-def _member(mechanism: Mechanism, mesh: Joint, k: int, values: Any) -> _Member:
+def _member(mechanism: Mechanism, mesh: Joint, k: int, values: dict[str, float]) -> _Member:
     """Return a wheel or rack in the axes of the carrier."""
     own: Bearing = bearings(mechanism, mesh)[k]
     joint, wheel = mechanism.joints[own.joint], own.word == "angle"
@@ -115,7 +116,7 @@ def _member(mechanism: Mechanism, mesh: Joint, k: int, values: Any) -> _Member:
     return _Member(axes[0], _numbers(values, here), float(axes[1] @ arm) if wheel else 0.0)
 
 
-def _crossing(mesh: Joint, values: Any) -> AxesOfMesh:
+def _crossing(mesh: Joint, values: dict[str, float]) -> AxesOfMesh:
     """Return how axes that cross lie; what they need is given."""
     where = f"joints.{mesh.name}"
     for key, what, hint in (
@@ -138,7 +139,7 @@ def _crossing(mesh: Joint, values: Any) -> AxesOfMesh:
     return AxesOfMesh("crossing")
 
 
-def _side(mesh: Joint, own: list[_Member], values: Any, length: float) -> float:
+def _side(mesh: Joint, own: list[_Member], values: dict[str, float], length: float) -> float:
     """Return on which side of the apex the teeth lie: that of the wheels' own points."""
     first, second = own
     where = f"joints.{mesh.name}"
@@ -169,9 +170,9 @@ def _side(mesh: Joint, own: list[_Member], values: Any, length: float) -> float:
     return float(votes[0])
 
 
-def _numbers(values: Any, name: str) -> Any:
+def _numbers(values: dict[str, float], name: str) -> Floats:
     return np.array([values[f"{name}.{axis}"] for axis in AXES])
 
 
-def _unit(vector: Any) -> Any:
+def _unit(vector: Floats) -> Floats:
     return vector / np.linalg.norm(vector)

@@ -57,6 +57,7 @@ from mechdae.equations.tree.spatial_frames import (
 )
 from mechdae.equations.tree.spins import Spinning
 from mechdae.equations.tree.tree_forces import TreeForces
+from mechdae.types import Sym
 
 SX = ca.SX
 SLIDES = ("slide", "x", "y")
@@ -124,7 +125,7 @@ class TreeModel(Spinning, TreeForces):
         self._of: dict[tuple[str, str], Coordinate] = {}
         self._placed: dict[str, str] = {}
         self._place_bodies()
-        self.senses: list[tuple[str, Any]] = []
+        self.senses: list[tuple[str, Sym]] = []
         self.rows = [row for edge in self.edges for row in self._norms(edge)]
         self.tree = {edge.joint for edge in self.edges}
         self._cut_joints = [j.name for j in joints if j.name not in self.tree]
@@ -163,11 +164,11 @@ class TreeModel(Spinning, TreeForces):
 
     # -- the tree --------------------------------------------------------------------------
 
-    def _side(self, name: str, second: bool) -> Any:
+    def _side(self, name: str, second: bool) -> Sym:
         joint = self.mechanism.joints[name]
         return side(joint, second, self.numbers, self._values)
 
-    def _own(self, owner: str, names: Iterable[str], body: str) -> dict[str, Any]:
+    def _own(self, owner: str, names: Iterable[str], body: str) -> dict[str, Sym]:
         """Return new coordinates of a joint or body by name, known with `body`."""
         made = of_owner(owner, tuple(names))
         self._of |= {c.key: c for c in made}
@@ -253,7 +254,9 @@ class TreeModel(Spinning, TreeForces):
             for frame, way in zip(frames, ways, strict=True)
         ]
 
-    def _gap(self, first: str, second: str, C1: Any, C2: Any, length: Any = None) -> CutJoint:
+    def _gap(
+        self, first: str, second: str, C1: Sym, C2: Sym, length: Sym | None = None
+    ) -> CutJoint:
         """Return two points with frames C there, seen from the last body that both hang on."""
         seen, locals_ = self._seen(*(p.split(".")[0] for p in (first, second))), (
             self.local(first), self.local(second),
@@ -334,7 +337,7 @@ class TreeModel(Spinning, TreeForces):
         gap = self.point(joint.second) - self.point(joint.first) - way
         return [Row(name, axis, gap[k], "m") for k, axis in enumerate("xyz")]
 
-    def _usual(self, name: str) -> list[Any]:
+    def _usual(self, name: str) -> list[Sym]:
         """Return what is positive of the usual one of the triples that are the same vector."""
         joint = self.mechanism.joints[name]
         driven = {c.word for c in self.drivers if c.part == name}
@@ -353,7 +356,7 @@ class TreeModel(Spinning, TreeForces):
         joints = self.mechanism.joints.values()
         return [j.name for j in joints if j.pointer and len(j.coordinates) == len(WORDS)]
 
-    def _mesh(self, name: str) -> tuple[Any, str]:
+    def _mesh(self, name: str) -> tuple[Sym, str]:
         """Return the equation of wheels in the coordinates of their bearings, and its unit."""
         joint = self.mechanism.joints[name]
         return meshed(
@@ -366,13 +369,13 @@ class TreeModel(Spinning, TreeForces):
         (row,) = at_distance(cut)
         return Row(link.joint, *row[:3], reach=row.reach)
 
-    def length(self, link: IdleLink) -> Any:
+    def length(self, link: IdleLink) -> Sym:
         """Return the distance of the two ball joints of a link that spins freely."""
         along = self._span(*link.own)
         held = [part for part in along if not part.is_zero()]
         return ca.fabs(held[0]) if len(held) == 1 else ca.sqrt(ca.sumsqr(ca.vertcat(*along)))
 
-    def _span(self, first: str, second: str) -> list[Any]:
+    def _span(self, first: str, second: str) -> list[Sym]:
         """Return the way between two points of one body, by component."""
         return [
             self.numbers[f"{second}.{axis}"] - self.numbers[f"{first}.{axis}"]
@@ -394,7 +397,7 @@ class TreeModel(Spinning, TreeForces):
             return tuple(end.split(".")[0] for end in self.idle[part].ends)
         return joint.bodies if joint is not None else (part,)
 
-    def point(self, reference: str) -> Any:
+    def point(self, reference: str) -> Sym:
         body = reference.split(".")[0]
         if body not in self.idle:
             return super().point(reference)
@@ -405,7 +408,7 @@ class TreeModel(Spinning, TreeForces):
         first, second = (self.point(end) for end in link.ends)
         return first + (second - first) * share
 
-    def _share(self, link: IdleLink, reference: str) -> Any:
+    def _share(self, link: IdleLink, reference: str) -> Sym:
         """Return where on the line of a link's ball joints a point lies, None beside it."""
         if reference in link.own:
             return SX(float(reference == link.own[1]))
@@ -429,12 +432,12 @@ class TreeModel(Spinning, TreeForces):
         points = tuple(point for point in chosen.points if point not in lost)
         return replace(chosen, bodies=bodies, points=points)
 
-    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+    def coordinate(self, coordinate: NamedCoordinate) -> Sym:
         if coordinate.kind == "point":
             return self.point(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
         return self.relative(coordinate.part, coordinate.word)
 
-    def relative(self, joint: str, word: str) -> Any:
+    def relative(self, joint: str, word: str) -> Sym:
         """Return a coordinate of a joint: one of the tree, or an expression of them."""
         found = self._of.get((joint, word))
         if found is not None:
@@ -447,7 +450,7 @@ class TreeModel(Spinning, TreeForces):
     def point_reaches(self, reference: str) -> list[WayProducts | None]:
         """Return the reaches of the three coordinates of a point."""
         body = reference.split(".")[0]
-        shares: list[tuple[str, Any]] = [(reference, 1.0)]
+        shares: list[tuple[str, Sym]] = [(reference, 1.0)]
         if body in self.idle:
             link = self.idle[body]
             share = self._share(link, reference)
@@ -484,7 +487,7 @@ class TreeModel(Spinning, TreeForces):
             return None
         return self.cut(joint).reach("xy".find(word) % 3)
 
-    def driver_reach(self, coordinate: NamedCoordinate, u: Any) -> WayProducts | None:
+    def driver_reach(self, coordinate: NamedCoordinate, u: Sym) -> WayProducts | None:
         if coordinate.kind == "point":
             known = self.point_reaches(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
         else:
