@@ -8,17 +8,17 @@ that cannot be bounded (a pole, the end of a domain) is `HUGE`, never nan.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import casadi as ca
 
 from mechdae.kernels.bounds.walk import SYMBOLIC, replay
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 HUGE = 1e100
 
 
-def radii(function: Any, inputs: Sequence[Sequence[tuple[Any, Any]]]) -> Any:
+def radii(function: Graph, inputs: Sequence[Sequence[tuple[Sym, Sym]]]) -> Sym:
     """Return how far each entry of the first output may be from its value at the centre.
 
     Parameters
@@ -32,12 +32,12 @@ def radii(function: Any, inputs: Sequence[Sequence[tuple[Any, Any]]]) -> Any:
     return ca.vertcat(*[_where(r <= HUGE, r) for _, r in found]) if found else SX(0, 1)
 
 
-def _where(condition: Any, radius: Any) -> Any:
+def _where(condition: Sym, radius: Sym) -> Sym:
     """Return the radius where the condition holds, else `HUGE`; nan does not get through."""
     return ca.if_else(condition, radius, HUGE)
 
 
-def _step(code: int, inputs: list[tuple[Any, Any]]) -> tuple[Any, Any]:
+def _step(code: int, inputs: list[tuple[Sym, Sym]]) -> tuple[Sym, Sym]:
     """Return centre and radius of one operation."""
     centre = SYMBOLIC[code](*[c for c, _ in inputs])
     if all(r.is_zero() for _, r in inputs):
@@ -45,7 +45,7 @@ def _step(code: int, inputs: list[tuple[Any, Any]]) -> tuple[Any, Any]:
     return centre, _radius(code, centre, *inputs[0], *(inputs[1] if len(inputs) > 1 else (0, 0)))
 
 
-def _radius(code: int, centre: Any, a: Any, ra: Any, b: Any, rb: Any) -> Any:
+def _radius(code: int, centre: Sym, a: Sym, ra: Sym, b: Sym, rb: Sym) -> Sym:
     size, near = ca.fabs(a), ca.fabs(a) - ra
     if code in (ca.OP_ADD, ca.OP_SUB):
         return ra + rb
@@ -92,7 +92,7 @@ def _radius(code: int, centre: Any, a: Any, ra: Any, b: Any, rb: Any) -> Any:
     raise NotImplementedError(f"operation {code} in a law of time")
 
 
-def _power(centre: Any, a: Any, ra: Any, b: Any, rb: Any) -> Any:
+def _power(centre: Sym, a: Sym, ra: Sym, b: Sym, rb: Sym) -> Sym:
     """Return the radius of a**b: where only a moves, its largest slope; else exp(b log a)."""
     if rb.is_zero():
         far, near = ca.fabs(a) + ra, ca.fabs(a) - ra

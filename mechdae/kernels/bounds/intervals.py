@@ -23,6 +23,7 @@ import casadi as ca
 from mechdae.kernels.bounds.majorant import NoMajorant
 from mechdae.kernels.bounds.walk import SYMBOLIC, replay
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 SLOTS = 64
@@ -52,14 +53,14 @@ class Floors:
         Symbols to hand out.
     """
 
-    def __init__(self, symbols: Any) -> None:
+    def __init__(self, symbols: Sym) -> None:
         self.symbols = symbols
         self._free = symbols.elements()
         self.divisors: list[Any] = []
         self._known: dict[str, Any] = {}
         self.pieces = False
 
-    def of(self, divisor: Any) -> Any:
+    def of(self, divisor: Sym) -> Sym:
         """Return the floor of |divisor|, an expression over the scene's symbols."""
         text = str(divisor)
         if text not in self._known:
@@ -75,7 +76,7 @@ Bounds = tuple[Any, Any, Rounding]
 """Lower and upper bound of a value, and of its rounding error."""
 
 
-def exact() -> Any:
+def exact() -> int:
     """Return the rounding error of what has none."""
     return 0
 
@@ -89,36 +90,36 @@ class Interval:
     conditions is made of.
     """
 
-    low: Any
-    high: Any
+    low: Sym
+    high: Sym
     rounding: Rounding
-    value: Any
+    value: Sym
     fixed: bool = False
     choices: int = 0
 
     @cached_property
-    def size(self) -> Any:
+    def size(self) -> Sym:
         """The largest absolute value."""
         return ca.fabs(self.low) if self.fixed else ca.fmax(ca.fabs(self.low), ca.fabs(self.high))
 
     @cached_property
-    def error(self) -> Any:
+    def error(self) -> Sym:
         """The rounding error in units of the roundoff."""
         return SX(self.rounding())
 
     @cached_property
-    def least(self) -> Any:
+    def least(self) -> Sym:
         """The least absolute value; 0 where the interval holds zero."""
         return ca.fmax(ca.fmax(self.low, -self.high), 0)
 
 
 def enclosure(
-    expressions: Any,
-    moving: Sequence[Any],
-    ranges: Sequence[tuple[Any, Any]],
+    expressions: Sym,
+    moving: Sequence[Sym],
+    ranges: Sequence[tuple[Sym, Sym]],
     floors: Floors,
     rounding: bool = True,
-) -> tuple[Any, Any]:
+) -> tuple[Sym, Sym]:
     """Return bounds of the absolute values and of the rounding errors of `expressions`.
 
     Parameters
@@ -147,7 +148,7 @@ def enclosure(
     return magnitude, ca.vertcat(*[f.error for f in found]) if rounding else SX(0, 1)
 
 
-def lower_bounds(expressions: Any, moving: Sequence[Any], ranges: Sequence[Any]) -> Any:
+def lower_bounds(expressions: Sym, moving: Sequence[Sym], ranges: Sequence[tuple[Sym, Sym]]) -> Sym:
     """Return the least absolute values of `expressions`, 0 where there is no bound."""
     count = expressions.numel()
     nothing = Floors(SX.zeros(count + SLOTS))
@@ -156,7 +157,7 @@ def lower_bounds(expressions: Any, moving: Sequence[Any], ranges: Sequence[Any])
 
 
 def _enclosed(
-    expressions: Any, moving: Sequence[Any], ranges: Sequence[Any], floors: Floors
+    expressions: Sym, moving: Sequence[Sym], ranges: Sequence[tuple[Sym, Sym]], floors: Floors
 ) -> list[Interval]:
     stacked = ca.vec(ca.densify(expressions))
     known = {symbol.element_hash() for group in moving for symbol in group.elements()}
@@ -242,7 +243,7 @@ class _Walk:
             radius = self._above(a.value**2 + b.value**2, a.least**2 + b.least**2)
             across = (a, b)
 
-            def turned() -> Any:
+            def turned() -> Sym:
                 y, x = across
                 return (y.error * x.size + x.error * y.size) / radius + math.pi
 
@@ -307,7 +308,7 @@ class _Walk:
             raise NoMajorant
         return low, high, lambda: a.error * slope + 2 * ca.fmax(ca.fabs(low), ca.fabs(high))
 
-    def _above(self, divisor: Any, least: Any) -> Any:
+    def _above(self, divisor: Sym, least: Sym) -> Sym:
         """Return a lower bound of |divisor|: of its interval, else its floor."""
         return ca.fmax(least, self.floors.of(divisor))
 
@@ -319,7 +320,7 @@ class _Walk:
         least = b.size if b.fixed else self._above(b.value, b.least)
         size = a.size / least
 
-        def rounding() -> Any:
+        def rounding() -> Sym:
             return (a.error + size * b.error) / least + size
 
         if b.fixed:
@@ -352,7 +353,7 @@ def _choices(code: int, inputs: list[Interval]) -> int:
     return sum(counts) if code == ca.OP_ADD and all(counts) else 0
 
 
-def _product(a: Interval, b: Interval) -> tuple[Any, Any]:
+def _product(a: Interval, b: Interval) -> tuple[Sym, Sym]:
     if a.fixed or b.fixed:
         fixed, other = (a, b) if a.fixed else (b, a)
         ends = fixed.low * other.low, fixed.low * other.high

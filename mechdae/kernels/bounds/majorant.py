@@ -16,6 +16,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.kernels.bounds.walk import SYMBOLIC, number_rounding, replay, symbolic
+from mechdae.types import Sym
 
 SX = ca.SX
 ZERO, ONE = SX(0), SX(1)
@@ -29,11 +30,11 @@ class NoMajorant(Exception):
 
 
 def majorant(
-    expressions: Any,
-    moving: Sequence[Any],
-    bounds: Sequence[Any],
+    expressions: Sym,
+    moving: Sequence[Sym],
+    bounds: Sequence[Sym],
     noise: Mapping[int, Any] | None = None,
-) -> tuple[Any, Any]:
+) -> tuple[Sym, Sym]:
     """Return bounds of the absolute values and of the rounding errors of `expressions`.
 
     Parameters
@@ -68,16 +69,16 @@ def majorant(
     return ca.vertcat(*[f[0] for f in found]), ca.vertcat(*[f[1] for f in found])
 
 
-def _constant(number: float) -> tuple[Any, Any, Any]:
+def _constant(number: float) -> tuple[Sym, Sym, Sym]:
     value = SX(number)
     return _size(value), ZERO, value
 
 
-def _sum(*terms: Any) -> Any:
+def _sum(*terms: Sym) -> Sym:
     return reduce(_plus, terms)
 
 
-def _step(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]:
+def _step(code: int, inputs: list[tuple[Sym, Sym, Sym | None]]) -> tuple[Any, Any, Any]:
     """Return magnitude, no error and (for parameters only) value of one operation."""
     if all(value is not None for _, _, value in inputs):
         if code not in SYMBOLIC:
@@ -102,7 +103,7 @@ def _step(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]
     raise NoMajorant
 
 
-def _rounded(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]:
+def _rounded(code: int, inputs: list[tuple[Sym, Sym, Sym | None]]) -> tuple[Any, Any, Any]:
     """Return magnitude, error and (for parameters only) value of one operation."""
     size, _, value = _step(code, inputs)
     a, ea, _ = inputs[0]

@@ -22,6 +22,7 @@ import casadi as ca
 
 from mechdae.equations.tree.joint_chains import Freedom, RigidPart, Way, WayProduct, back, joined
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 ONE, ZERO = SX(1), SX(0)
@@ -29,16 +30,16 @@ TURN, BALL, DENSE, COMPUTED, PLACE, SUM = 10, 40, 22, 40, 12, 2
 """Roundings of a turn, of a ball, of constant rotations, of a place from its link, of a sum."""
 
 
-def size_of(vector: Any) -> Any:
+def size_of(vector: Sym) -> Sym:
     """Return the length of a vector of constants."""
-    elements: list[Any] = SX(vector).elements()
+    elements: list[Sym] = SX(vector).elements()
     parts = [part for part in elements if not part.is_zero()]
     if len(parts) <= 1:
         return ca.fabs(parts[0]) if parts else ZERO
     return ca.sqrt(ca.sumsqr(ca.vertcat(*parts)))
 
 
-def across(vector: Any, axis: int) -> Any:
+def across(vector: Sym, axis: int) -> Sym:
     """Return the length of the part of a vector that is normal to a coordinate axis."""
     rest = SX(vector)
     rest[axis] = 0
@@ -55,9 +56,9 @@ class Side:
     """
 
     total: Any
-    after: list[Any]
+    after: list[Sym]
     moved: list[Any]
-    scale: list[Any]
+    scale: list[Sym]
     point: bool
 
 
@@ -65,12 +66,12 @@ Size = Callable[[Any], Any]
 Norm = Callable[[Freedom], Any]
 
 
-def side(way: Way, tip: Any, size: Size, ball: Norm) -> Side:
+def side(way: Way, tip: Sym | None, size: Size, ball: Norm) -> Side:
     """Return what lies beyond each part of a way; `tip` as of a `WayProduct`."""
     point = tip is None
     length, stretch = (ZERO if point else size_of(tip)), ONE
-    after: list[Any] = []
-    scale: list[Any] = []
+    after: list[Sym] = []
+    scale: list[Sym] = []
     for part in reversed(way):
         after.insert(0, length)
         scale.insert(0, stretch)
@@ -85,13 +86,13 @@ def side(way: Way, tip: Any, size: Size, ball: Norm) -> Side:
     return Side(length, after, moved, scale, point)
 
 
-def _slid(part: Freedom, size: Size) -> Any:
+def _slid(part: Freedom, size: Size) -> Sym:
     """Return how far a slide or a screw goes."""
     way = size(part.symbols[0])
     return ca.fabs(part.lead) * way if part.word == "screw" else way
 
 
-def _moved(way: Way, k: int, tip: Any, after: list[Any]) -> Any:
+def _moved(way: Way, k: int, tip: Sym | None, after: list[Sym]) -> Sym:
     """Return the length across the axis of a freedom of what it turns."""
     freedom = way[k]
     if isinstance(freedom, RigidPart) or not freedom.turns:
@@ -109,7 +110,7 @@ def _moved(way: Way, k: int, tip: Any, after: list[Any]) -> Any:
     return across(turn @ tip, freedom.axis) if last == len(way) - 1 else after[k]
 
 
-def _alike(direction: Any, axis: int) -> bool:
+def _alike(direction: Sym, axis: int) -> bool:
     """Return whether a direction lies on a coordinate axis."""
     return all(entry.is_zero() for i, entry in enumerate(direction.elements()) if i != axis)
 
@@ -131,7 +132,7 @@ class Bounded:
     data: Any
 
 
-def bounded(product: WayProduct, size: Size, ball: Norm, p: Any) -> Bounded:
+def bounded(product: WayProduct, size: Size, ball: Norm, p: Sym) -> Bounded:
     """Return bounds of a product wherever its coordinates have their sizes.
 
     Parameters
@@ -173,7 +174,7 @@ def bounded(product: WayProduct, size: Size, ball: Norm, p: Any) -> Bounded:
     return Bounded(symbols, factor * reach, first, second, rounding, data)
 
 
-def _first(k: int, part: Freedom, start: Side, tip: Side, ball: Norm) -> Any:
+def _first(k: int, part: Freedom, start: Side, tip: Side, ball: Norm) -> Sym:
     """Return the bound of a derivative by a coordinate of part k."""
     if part.word == "ball":
         return 2 * ball(part) * start.after[k] * tip.after[k]
@@ -188,7 +189,7 @@ def _first(k: int, part: Freedom, start: Side, tip: Side, ball: Norm) -> Any:
     return turned + ca.fabs(part.lead) * slid if part.word == "screw" else turned
 
 
-def _second(way: Way, i: int, j: int, start: Side, tip: Side, ball: Norm) -> Any:
+def _second(way: Way, i: int, j: int, start: Side, tip: Side, ball: Norm) -> Sym:
     """Return the bound of a second derivative by coordinates of the parts i <= j."""
     first, last = way[i], way[j]
     assert isinstance(first, Freedom)
@@ -200,7 +201,7 @@ def _second(way: Way, i: int, j: int, start: Side, tip: Side, ball: Norm) -> Any
     return _share(i, first, start, ball) * _share(j, last, tip, ball) * stretch
 
 
-def _share(k: int, part: Freedom, own: Side, ball: Norm) -> Any:
+def _share(k: int, part: Freedom, own: Side, ball: Norm) -> Sym:
     """Return the bound of the derivative of what lies on one side by a coordinate of part k."""
     if part.word == "ball":
         return 2 * ball(part) * own.after[k]
@@ -210,7 +211,7 @@ def _share(k: int, part: Freedom, own: Side, ball: Norm) -> Any:
     return own.moved[k] + ca.fabs(part.lead) * slid if part.word == "screw" else own.moved[k]
 
 
-def _turned(links: list[RigidPart], free: list[tuple[int, Freedom]]) -> Any:
+def _turned(links: list[RigidPart], free: list[tuple[int, Freedom]]) -> int:
     """Return the roundings of all rotations of a way."""
     count = sum(BALL if part.word == "ball" else TURN for _, part in free)
     for link in links:
@@ -222,7 +223,7 @@ def _turned(links: list[RigidPart], free: list[tuple[int, Freedom]]) -> Any:
     return count
 
 
-def _spread(value: Any, p: Any) -> Any:
+def _spread(value: Sym, p: Sym) -> Sym:
     """Return how much a constant changes when each parameter changes by its own size.
 
     Dense rotations of plain numbers are rounded themselves.

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.bounds.walk import ARRAYS
+from mechdae.types import Floats, Graph, Jacobians, Matrices
 
 
 class NoSeries(Exception):
@@ -26,7 +27,7 @@ class BoundedPolynomial:
 
     __slots__ = ("__dict__", "c", "e")
 
-    def __init__(self, c: Any, e: float = 0.0) -> None:
+    def __init__(self, c: Floats, e: float = 0.0) -> None:
         self.c, self.e = c, e
 
     @cached_property
@@ -137,7 +138,7 @@ class SeriesFunction:
         The function holds other operations than sums, products, sines, cosines.
     """
 
-    def __init__(self, function: Any, numbers: Collection[int] = ()) -> None:
+    def __init__(self, function: Graph, numbers: Collection[int] = ()) -> None:
         self.sizes = [function.numel_out(i) for i in range(function.n_out())]
         self._still: list[tuple[Any, ...]] = []
         self._line: list[tuple[Any, ...]] = []
@@ -150,7 +151,9 @@ class SeriesFunction:
             if code == ca.OP_OUTPUT:
                 self._line.append(("out", tuple(into), known[out_of[0]]))
                 continue
-            source: Any = tuple(known[i] for i in out_of) if code not in _GIVEN else tuple(out_of)
+            source: tuple[int, ...] = (
+                tuple(known[i] for i in out_of) if code not in _GIVEN else tuple(out_of)
+            )
             alone = code == ca.OP_CONST or (
                 out_of[0] in numbers if code == ca.OP_INPUT else still.issuperset(source)
             )
@@ -186,7 +189,9 @@ class SeriesFunction:
         return results
 
     @staticmethod
-    def _run(line: list[tuple[Any, ...]], inputs: Any, work: Any, results: Any) -> None:
+    def _run(
+        line: list[tuple[Any, ...]], inputs: Any, work: dict[int, float], results: list[list[float]]
+    ) -> None:
         for what, target, source in line:
             if what == "in":
                 work[target] = inputs[source[0]][source[1]]
@@ -198,7 +203,7 @@ class SeriesFunction:
                 work[target] = what(*[work[i] for i in source])
 
 
-def coefficients(values: Sequence[Value], count: int) -> tuple[Any, Any]:
+def coefficients(values: Sequence[Value], count: int) -> tuple[Floats, Floats]:
     """Return coefficients (count, k) and errors (k,) of floats and series."""
     c, e = np.zeros((count, len(values))), np.zeros(len(values))
     for i, value in enumerate(values):
@@ -209,7 +214,7 @@ def coefficients(values: Sequence[Value], count: int) -> tuple[Any, Any]:
     return c, e
 
 
-def times(a: Any, b: Any, count: int) -> Any:
+def times(a: Matrices, b: Matrices, count: int) -> Matrices:
     """Return the first `count` coefficients of a product, (k, n, m) times (l, m, r)."""
     result = np.zeros((count, a.shape[1], b.shape[2]))
     for i in range(min(len(a), count)):
@@ -218,7 +223,7 @@ def times(a: Any, b: Any, count: int) -> Any:
     return result
 
 
-def inverse(J: Any, count: int) -> Any:
+def inverse(J: Jacobians, count: int) -> Jacobians:
     """Return the first `count` coefficients of the inverse of J (k, n, n)."""
     found, n = np.linalg.inv(J[0])[None], J.shape[1]
     while len(found) < count:

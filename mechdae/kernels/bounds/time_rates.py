@@ -17,6 +17,7 @@ import numpy as np
 
 from mechdae.kernels.bounds.walk import ARRAYS, replay, symbolic
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Sym
 
 ORDER = 8
 """Of the last coefficient that is bounded."""
@@ -32,11 +33,11 @@ class Bound:
     the cell, over powers of half its length; ``torn`` (n,) tells where it may jump.
     """
 
-    middle: Any
+    middle: Floats
     low: Any
     high: Any
-    terms: Any
-    torn: Any = False
+    terms: Floats
+    torn: bool = False
 
     def __post_init__(self) -> None:
         """Narrow the range to what the first coefficient allows; what is none has no bound."""
@@ -59,7 +60,7 @@ class Bound:
         return not self.terms[1:].any() and bool((self.low == self.high).all())
 
 
-def _times(a: Any, b: Any) -> Any:
+def _times(a: Floats, b: Floats) -> Floats:
     """Return the product of two rows of coefficients."""
     found = np.zeros_like(a)
     for k in range(len(a)):
@@ -67,13 +68,13 @@ def _times(a: Any, b: Any) -> Any:
     return found
 
 
-def _product(a: Any, b: Any) -> Any:
+def _product(a: Floats, b: Floats) -> Floats:
     """Return a b; nothing times what has no bound is nothing."""
     found = a * b
     return np.where(np.isnan(found), 0.0, found)
 
 
-def _over(a: Any, b: Any, first: Any, least: Any) -> Any:
+def _over(a: Floats, b: Floats, first: Floats, least: Floats) -> Floats:
     """Return the coefficients of a / b."""
     found = np.zeros_like(a)
     found[0] = first
@@ -83,7 +84,7 @@ def _over(a: Any, b: Any, first: Any, least: Any) -> Any:
     return found
 
 
-def _integrated(rate: Any, start: Any) -> Any:
+def _integrated(rate: Floats, start: Floats) -> Floats:
     """Return the coefficients of what has a rate over the half length."""
     found = np.zeros_like(rate)
     found[0] = start
@@ -92,7 +93,7 @@ def _integrated(rate: Any, start: Any) -> Any:
     return found
 
 
-def _rate(terms: Any) -> Any:
+def _rate(terms: Floats) -> Floats:
     """Return the coefficients of the rate."""
     found = np.zeros_like(terms)
     for k in range(1, len(terms)):
@@ -112,16 +113,16 @@ class Tempo:
         SX (k,).
     """
 
-    def __init__(self, t: Any, expressions: Any) -> None:
+    def __init__(self, t: Sym, expressions: Sym) -> None:
         self.count = expressions.numel()
         self.function = ca.Function("tempo", [t], [ca.densify(expressions)])
 
-    def values(self, times: Any) -> Any:
+    def values(self, times: Floats) -> Any:
         """Return the values (n, k) at times (n,)."""
         found = np.array(self.function(np.reshape(times, (1, -1)))).reshape(self.count, -1)
         return found.T
 
-    def over(self, begin: Any, end: Any) -> list[Bound]:
+    def over(self, begin: Floats, end: Floats) -> list[Bound]:
         """Return the bounds of each expression over cells [begin, end], (n,) each."""
         middle, half = (begin + end) / 2, (end - begin) / 2
         terms = np.zeros((ORDER + 1, len(middle)))
@@ -135,7 +136,7 @@ class Tempo:
         own = np.full(self._size, float(value))
         return Bound(own, own, own, np.zeros((ORDER + 1, self._size)))
 
-    def _step(self, code: int, values: list[Any]) -> Bound:
+    def _step(self, code: int, values: list[Bound]) -> Bound:
         middle = ARRAYS[code](*[own.middle for own in values])
         if all(own.fixed for own in values):
             return Bound(middle, middle, middle, np.zeros((ORDER + 1, self._size)))
@@ -195,16 +196,16 @@ class Tempo:
         return _rooted(a, exponent)
 
 
-def _multiplied(a: Bound, b: Bound) -> tuple[Any, Any, Any]:
+def _multiplied(a: Bound, b: Bound) -> tuple[Floats, Floats, Floats]:
     ends = np.array([_product(one, other) for one in (a.low, a.high) for other in (b.low, b.high)])
     return ends.min(axis=0), ends.max(axis=0), _times(a.terms, b.terms)
 
 
-def _squared(a: Bound) -> tuple[Any, Any, Any]:
+def _squared(a: Bound) -> tuple[Floats, Floats, Floats]:
     return a.least**2, a.terms[0] ** 2, _times(a.terms, a.terms)
 
 
-def _divided(a: Bound, b: Bound) -> tuple[Any, Any, Any]:
+def _divided(a: Bound, b: Bound) -> tuple[Floats, Floats, Floats]:
     inside = b.least <= 0
     ends = np.array([one / other for one in (a.low, a.high) for other in (b.low, b.high)])
     low = np.where(inside, -np.inf, ends.min(axis=0))
@@ -213,7 +214,7 @@ def _divided(a: Bound, b: Bound) -> tuple[Any, Any, Any]:
     return low, high, _over(a.terms, b.terms, first, b.least)
 
 
-def _rooted(a: Bound, exponent: float) -> tuple[Any, Any, Any]:
+def _rooted(a: Bound, exponent: float) -> tuple[Floats, Floats, Floats]:
     """Return a**exponent: f_k = sum (exponent j - (k - j)) a_j f_(k-j) / (k a_0)."""
     ends = np.array([a.low, a.high]) ** exponent
     low, high = ends.min(axis=0), ends.max(axis=0)
@@ -230,7 +231,7 @@ def _rooted(a: Bound, exponent: float) -> tuple[Any, Any, Any]:
     return low, high, found
 
 
-def _waved(a: Bound, own: Any, other: Any) -> tuple[Any, Any, Any]:
+def _waved(a: Bound, own: Any, other: Any) -> tuple[Floats, Floats, Floats]:
     """Return the sine or the cosine."""
     radius = np.fmax(a.high - a.middle, a.middle - a.low)
     middle, beside = own(a.middle), np.abs(other(a.middle))
@@ -250,7 +251,7 @@ def _tangent(a: Bound) -> tuple[Any, Any, Any]:
     return _divided(sine, cosine)
 
 
-def _catenary(a: Bound, own: Any, other: Any) -> tuple[Any, Any, Any]:
+def _catenary(a: Bound, own: Sym, other: Any) -> tuple[Any, Any, Any]:
     """Return sinh or cosh."""
     mine, its = np.zeros_like(a.terms), np.zeros_like(a.terms)
     mine[0], its[0] = np.abs(own(a.terms[0])), np.abs(other(a.terms[0]))
@@ -274,7 +275,7 @@ def _saturated(a: Bound) -> tuple[Any, Any, Any]:
     return low, high, found
 
 
-def _exponential(a: Bound) -> tuple[Any, Any, Any]:
+def _exponential(a: Bound) -> tuple[Floats, Floats, Floats]:
     found = np.zeros_like(a.terms)
     found[0] = np.exp(a.high)
     for k in range(1, len(found)):
@@ -298,7 +299,7 @@ def _arctangent(a: Bound) -> tuple[Any, Any, Any]:
     return low, high, _integrated(rates, np.maximum(np.abs(low), np.abs(high)))
 
 
-def _arc(a: Bound, own: Any) -> tuple[Any, Any, Any]:
+def _arc(a: Bound, own: Any) -> tuple[Floats, Floats, Floats]:
     """Return asin or acos: the size of f' is that of a' over the root of 1 - a^2."""
     one, other = own(a.low), own(a.high)
     low, high = np.fmin(one, other), np.fmax(one, other)
@@ -322,11 +323,13 @@ def _angle(y: Bound, x: Bound) -> tuple[Any, Any, Any]:
     return np.full_like(least, -np.pi), np.full_like(least, np.pi), terms
 
 
-def _signed(a: Bound) -> tuple[Any, Any, Any]:
+def _signed(a: Bound) -> tuple[Floats, Floats, Floats]:
     return np.sign(a.low), np.sign(a.high), np.zeros_like(a.terms)
 
 
-def _chosen(a: Bound, b: Bound, first: Any, second: Any, least: Any) -> tuple[Any, Any, Any]:
+def _chosen(
+    a: Bound, b: Bound, first: Booleans, second: Booleans, least: Any
+) -> tuple[Floats, Floats, Floats]:
     terms = np.where(first, a.terms, np.where(second, b.terms, np.maximum(a.terms, b.terms)))
     return least(a.low, b.low), least(a.high, b.high), terms
 
@@ -338,12 +341,12 @@ CORNERS = (ca.OP_FABS, ca.OP_SIGN, ca.OP_FMIN, ca.OP_FMAX)
 class _Part:
     """A part of an expression with the state held; what it depends on."""
 
-    own: Any
+    own: Sym
     timed: bool
     moved: bool
 
 
-def signals(t: Any, state: Any, held: Sequence[float], expressions: Any) -> tuple[list[Any], Any]:
+def signals(t: Sym, state: Sym, held: Sequence[float], expressions: Sym) -> tuple[list[Sym], Sym]:
     """Return what the time alone does in expressions of it and of a state, and gaps of corners.
 
     Parameters
@@ -362,8 +365,8 @@ def signals(t: Any, state: Any, held: Sequence[float], expressions: Any) -> tupl
         reach, and parts with the state held. Then the expressions of `t` alone at whose zeros
         there is a corner (abs, sign, min, max).
     """
-    found: dict[int, Any] = {}
-    gaps: dict[int, Any] = {}
+    found: dict[int, Sym] = {}
+    gaps: dict[int, Sym] = {}
 
     def keep(part: _Part) -> None:
         if part.timed:

@@ -13,6 +13,8 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
+from mechdae.types import Graph, Sym
+
 FORMULAS: dict[int, Callable[..., Any]] = {
     ca.OP_ASSIGN: lambda a: a,
     ca.OP_ADD: lambda a, b: a + b,
@@ -82,13 +84,13 @@ _LISTS: WeakKeyDictionary[Any, list[tuple[int, list[int], list[int], float]]] = 
 """Instructions of functions that are still in use."""
 
 
-def symbolic(code: int, *values: Any) -> Any:
+def symbolic(code: int, *values: Sym) -> Sym:
     """Return the SX scalar of one operation; faster than operators and functions of SX."""
     return ca.SX.binary(code, *values) if len(values) == 2 else ca.SX.unary(code, *values)
 
 
 def replay(
-    function: Any,
+    function: Graph,
     inputs: Sequence[Sequence[Any]],
     operation: Callable[[int, list[Any]], Any],
     constant: Callable[[float], Any],
@@ -118,7 +120,7 @@ def replay(
     return results
 
 
-def _instructions(function: Any) -> list[tuple[int, list[int], list[int], float]]:
+def _instructions(function: Graph) -> list[tuple[int, list[int], list[int], float]]:
     """Return code, places written, places read and number of each instruction; asked for once."""
     known = _LISTS.get(function)
     if known is None:
@@ -136,7 +138,7 @@ def _instructions(function: Any) -> list[tuple[int, list[int], list[int], float]
     return known
 
 
-def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> list[Any]:
+def with_trig(expressions: list[Sym], angles: Sym, sines: Sym, cosines: Sym) -> list[Sym]:
     """Return the dense expressions with sin and cos of the given symbols replaced.
 
     Parameters
@@ -153,7 +155,7 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
     place = {id(symbol): i for i, symbol in enumerate(symbols)}
     table = {ca.OP_SIN: sines.elements(), ca.OP_COS: cosines.elements()}
 
-    def operation(code: int, values: list[Any]) -> Any:
+    def operation(code: int, values: list[Sym]) -> Sym:
         if code in table and id(values[0]) in place:
             return table[code][place[id(values[0])]]
         return symbolic(code, *values)
@@ -165,7 +167,7 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
     ]
 
 
-def number_rounding(code: int, result: Any, inputs: Sequence[tuple[Any, Any]]) -> Any:
+def number_rounding(code: int, result: Sym, inputs: Sequence[tuple[Sym, Sym]]) -> Sym:
     """Return the error of an operation on numbers, in units of the roundoff, to first order.
 
     Parameters

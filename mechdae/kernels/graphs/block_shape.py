@@ -16,6 +16,7 @@ import casadi as ca
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.bounds.walk import number_rounding, replay, symbolic, with_trig
 from mechdae.records import dataclass
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 
@@ -35,7 +36,7 @@ class BlockShape:
     """
 
     def __init__(
-        self, x: Any, z: Any, u: Any, q: Any, F: Any, angles: list[int], shared: bool = False
+        self, x: Sym, z: Sym, u: Sym, q: Sym, F: Sym, angles: list[int], shared: bool = False
     ) -> None:
         self.x, self.z, self.u, self.q, self.F = x, z, u, q, F
         self.shared, self.cache = shared, StructureCache()
@@ -61,16 +62,16 @@ class BlockShape:
         self.value = ca.Function("value", at, parts[:3])
         self.push = ca.Function("push", [*at, *moving], parts[3:])
 
-    def _turned(self, x: Any, z: Any) -> Any:
+    def _turned(self, x: Sym, z: Sym) -> Sym:
         return ca.vertcat(x, z)[self._angles] if self._angles else SX(0, 1)
 
-    def at(self, x: Any, z: Any, u: Any) -> Any:
+    def at(self, x: Sym, z: Sym, u: Sym) -> Any:
         """Return F, J and F_z with the shape's own q."""
         turned = self._turned(x, z)
         return self.value(x, z, u, self.q, ca.sin(turned), ca.cos(turned))
 
     @cached_property
-    def third(self) -> Any:
+    def third(self) -> Graph:
         """Right-hand side of the third rates as a function."""
         x, z, u = self.x, self.z, self.u
         ax, jz = SX.sym("ax", x.numel()), SX.sym("jz", z.numel())
@@ -92,11 +93,11 @@ class Equations:
     the roundoff.
     """
 
-    function: Any
-    p: Any
+    function: Graph
+    p: Sym
     steps: list[Any] = field(default_factory=list)
-    numbers: list[Any] = field(default_factory=list)
-    noise: list[Any] = field(default_factory=list)
+    numbers: list[Sym] = field(default_factory=list)
+    noise: list[Sym] = field(default_factory=list)
     _known: dict[int, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -139,7 +140,7 @@ class Equations:
             for i, symbol in enumerate(part.elements())
         }
 
-        def at(place: Any) -> Any:
+        def at(place: Any) -> Sym:
             return SX(place[0]) if isinstance(place, tuple) else values[place]
 
         for k, (code, *inputs) in enumerate(self.steps):

@@ -17,6 +17,7 @@ left inverse (J^T J)^-1 J^T: a step with it is one of Gauss and Newton on all eq
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -29,6 +30,7 @@ from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.graphs.block_shape import BlockShape, Equations
 from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.call import Call
+from mechdae.types import Floats, Sym, Unknowns
 
 SX = ca.SX
 ADJUGATE_LIMIT = 4
@@ -88,12 +90,12 @@ class BlockGraph:
         return shape
 
     @cached_property
-    def J(self) -> Any:
+    def J(self) -> Sym:
         """The Jacobian in the scene's symbols."""
         return ca.jacobian(self.F, self.x)
 
     @cached_property
-    def drift(self) -> Any:
+    def drift(self) -> Sym:
         """F_z z' + F_u u' in the scene's symbols, with the shape's `vz` and `vu`."""
         rates = ca.vertcat(self.shape.vz, self.shape.vu)
         return ca.jtimes(self.F, ca.vertcat(self.z, self._u), rates)
@@ -105,19 +107,19 @@ class BlockGraph:
         at = [self.x, self.z, self._u, self.p, sines, cosines]
         return Call(ca.Function("value", at, [ca.densify(part) for part in values]))
 
-    def at(self, x: Any, u: Any, trig: Any) -> list[Any]:
+    def at(self, x: Sym, u: Sym, trig: tuple[Sym, Sym]) -> list[Sym]:
         """Return the inputs of the shape's functions; `trig` are sin x, cos x of all unknowns."""
         sines, cosines = trig
         nothing = SX(0, 1)
         chosen = [v[self._angles] if self._angles else nothing for v in (sines, cosines)]
         return [x[self.own], self.used(x), u, self.q, *chosen]
 
-    def value(self, x: Any, u: Any) -> tuple[Any, Any, Any]:
+    def value(self, x: Sym, u: Sym) -> tuple[Sym, Sym, Sym]:
         """Return F, J and F_z with the unknown vector `x` of the whole scene."""
-        result: tuple[Any, Any, Any] = self.shape.value(*self.at(x, u, (ca.sin(x), ca.cos(x))))
+        result: tuple[Sym, Sym, Sym] = self.shape.value(*self.at(x, u, (ca.sin(x), ca.cos(x))))
         return result
 
-    def value_at(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
+    def value_at(self, x: Unknowns, u: Floats, p: Floats) -> tuple[Any, Any, Any]:
         """Return F (m,), J (m, n) and F_z (m, nz) as arrays at one pose."""
         z = x[self.uses] if self.uses else np.zeros(0)
         turned = x[self._angles]
@@ -125,7 +127,7 @@ class BlockGraph:
         F, J, Fz = self._dense(*own, np.sin(turned), np.cos(turned))
         return F, J.reshape(self.rows, -1), Fz.reshape(self.rows, -1)
 
-    def first_rate(self, at: Any, known: Any, used: Any, driven: Any) -> Any:
+    def first_rate(self, at: Any, known: Any, used: Sequence[Sym], driven: Any) -> Any:
         """Return the right-hand side of J x'; `at` as of `at`.
 
         `known` are the lower rates of the block, `used` the rates of the earlier unknowns, `driven`
@@ -134,21 +136,33 @@ class BlockGraph:
         zero, nothing, still = (SX.zeros(n.numel()) for n in (at[0], at[1], at[2]))
         return self.shape.push(*at, zero, used[0], driven[0], nothing, still)[0]
 
-    def second_rate(self, at: Any, known: Any, used: Any, driven: Any) -> Any:
+    def second_rate(
+        self,
+        at: tuple[Sym, Sym, Sym, Sym, Sym, Sym],
+        known: list[Sym],
+        used: list[Sym],
+        driven: tuple[Sym, ...],
+    ) -> Sym:
         """Return the right-hand side of J x''."""
         return self.shape.push(*at, known[0], used[0], driven[0], used[1], driven[1])[1]
 
-    def third_rate(self, at: Any, known: Any, used: Any, driven: Any) -> Any:
+    def third_rate(
+        self,
+        at: tuple[Sym, Sym, Sym, Sym, Sym, Sym],
+        known: list[Sym],
+        used: list[Sym],
+        driven: tuple[Sym, Sym, Sym],
+    ) -> Sym:
         """Return the right-hand side of J x'''."""
         (v, a, j), (du, ddu, dddu) = used, driven
         return self.shape.third(*at, known[0], v, du, known[1], a, ddu, j, dddu)
 
-    def used(self, x: Any) -> Any:
+    def used(self, x: Sym) -> Sym:
         """Return the entries of the earlier unknowns."""
         return x[self.uses] if self.uses else SX(0, 1)
 
 
-def inverse(J: Any) -> tuple[Any, Any]:
+def inverse(J: Sym) -> tuple[Sym, Sym]:
     """Return the inverse and the determinant (1 above 4 x 4, where it is not used)."""
     if J.shape[0] <= ADJUGATE_LIMIT:
         det = ca.det(J)
@@ -160,7 +174,7 @@ def inverse(J: Any) -> tuple[Any, Any]:
     return guess, SX(1)
 
 
-def left_inverse(J: Any) -> Any:
+def left_inverse(J: Sym) -> Sym:
     """Return (J^T J)^-1 J^T of a matrix with more rows than columns.
 
     From an orthogonal factorisation, refined once: J^T J would lose digits like the square of
@@ -173,12 +187,12 @@ def left_inverse(J: Any) -> Any:
     return (2 * SX.eye(n) - guess @ J) @ guess
 
 
-def norm(matrix: Any) -> Any:
+def norm(matrix: Sym) -> Sym:
     """Return the Frobenius norm."""
     return ca.sqrt(ca.sumsqr(matrix))
 
 
-def placed(vector: Any, positions: list[int], values: Any) -> Any:
+def placed(vector: Sym, positions: list[int], values: Sym) -> Sym:
     """Return the vector with some entries replaced."""
     if not positions:
         return vector
@@ -187,6 +201,6 @@ def placed(vector: Any, positions: list[int], values: Any) -> Any:
     return result
 
 
-def column(items: list[Any]) -> Any:
+def column(items: list[Sym]) -> Sym:
     """Return entries or vectors below one another."""
     return ca.vertcat(*items) if items else SX(0, 1)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
 
 import casadi as ca
 
@@ -20,6 +19,7 @@ from mechdae.kernels.graphs.pose import PoseGraphs
 from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.stored.functions import stored_property
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 ALLOWANCE = 1 + 2.0**-10
@@ -31,12 +31,12 @@ class BoundGraphs(PoseGraphs):
 
     def _bound(
         self,
-        expressions: Any,
-        moving: list[Any],
-        sizes: list[Any],
-        ranges: list[Any],
-        noise: Mapping[int, Any] | None = None,
-    ) -> tuple[Any, Any]:
+        expressions: Sym,
+        moving: list[Sym],
+        sizes: list[Sym],
+        ranges: list[tuple[Sym, Sym]],
+        noise: Mapping[int, Sym] | None = None,
+    ) -> tuple[Sym, Sym]:
         """Return bounds of |expressions| and, with `noise` of parameters, of their rounding errors.
 
         `ranges` are tighter than `sizes`, and used by the curves that need it.
@@ -48,7 +48,7 @@ class BoundGraphs(PoseGraphs):
                 raise
             return enclosure(expressions, moving, ranges, self.floors, noise is not None)
 
-    def _ranges(self, sizes: list[Any]) -> list[Any]:
+    def _ranges(self, sizes: list[Sym]) -> list[tuple[Sym, Sym]]:
         """Return where unknowns and drivers lie: contacts in a box, the rest by their sizes."""
         low = placed(-sizes[0], self.places, self.low) if self.places else -sizes[0]
         high = placed(+sizes[0], self.places, self.high) if self.places else +sizes[0]
@@ -62,7 +62,7 @@ class BoundGraphs(PoseGraphs):
     # -- constants of a sweep --------------------------------------------------------------
 
     @stored_property
-    def constants(self) -> Any:
+    def constants(self) -> Graph:
         """Bounds that hold for a whole sweep.
 
         (|x|, |u|, p, scale, floors, low, high) -> kappa, rho, mu (nb,): Lipschitz constant of
@@ -71,9 +71,9 @@ class BoundGraphs(PoseGraphs):
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         ranges = self._ranges(sizes)
-        kappas: list[Any] = []
-        rhos: list[Any] = []
-        mus: list[Any] = []
+        kappas: list[Sym] = []
+        rhos: list[Sym] = []
+        mus: list[Sym] = []
         for b, graph in enumerate(self.blocks):
             size, box = self._own(graph, sizes, ranges)
             if graph.reaches is not None:
@@ -88,7 +88,7 @@ class BoundGraphs(PoseGraphs):
         inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
         return ca.Function("constants", inputs, results)
 
-    def _constants(self, b: int, box: list[Any], *sizes: Any) -> list[Any]:
+    def _constants(self, b: int, box: list[tuple[Sym, Sym]], *sizes: Sym) -> list[Sym]:
         """Return kappa, rho and mu of a block for the sizes of x, z, u and the noise of q."""
         graph, (w, r) = self.blocks[b], self.weights(b)
         shape, size = graph.shape, list(sizes[:3])
@@ -104,7 +104,7 @@ class BoundGraphs(PoseGraphs):
         rho, mu = ROUNDOFF * norm(rounding / r), norm(ca.diag(1 / r) @ square @ ca.diag(w))
         return [self._lipschitz(b, size, box), rho, mu]
 
-    def _reached(self, b: int, size: list[Any]) -> list[Any]:
+    def _reached(self, b: int, size: list[Sym]) -> list[Sym]:
         """Return the same of a block in space, from reaches; rounding as its terms say if less."""
         graph, (w, r) = self.blocks[b], self.weights(b)
         assert graph.reaches is not None
@@ -120,19 +120,21 @@ class BoundGraphs(PoseGraphs):
         return [kappa, ROUNDOFF * norm(rounding / r), mu]
 
     @staticmethod
-    def lipschitz_of(graph: BlockGraph, bends: list[Any], w: Any, r: Any) -> Any:
+    def lipschitz_of(graph: BlockGraph, bends: list[Sym], w: Sym, r: Sym) -> Sym:
         """Return the constant of a block's weighted Jacobian by bounds of second derivatives."""
         own = range(graph.size)
         rows = [norm(ca.diag(w) @ b[own, own] @ ca.diag(w)) for b in bends]
         return norm(column(rows) / r)
 
-    def _own(self, graph: BlockGraph, sizes: list[Any], ranges: list[Any]) -> Any:
+    def _own(
+        self, graph: BlockGraph, sizes: list[Sym], ranges: list[tuple[Sym, Sym]]
+    ) -> tuple[list[Sym], list[tuple[Sym, Sym]]]:
         """Return sizes and ranges of what a block's equations hold: x, z, u."""
         (low, high), own, used = ranges[0], graph.own, graph.used
         size = [sizes[0][own], used(sizes[0]), sizes[1]]
         return size, [(low[own], high[own]), (used(low), used(high)), ranges[1]]
 
-    def _lipschitz(self, b: int, sizes: list[Any], ranges: list[Any]) -> Any:
+    def _lipschitz(self, b: int, sizes: list[Sym], ranges: list[tuple[Sym, Sym]]) -> Sym:
         """Return a Lipschitz constant of a block's weighted Jacobian in its own unknowns."""
         graph, shape = self.blocks[b], self.blocks[b].shape
         w, r = self.weights(b)
@@ -142,7 +144,7 @@ class BoundGraphs(PoseGraphs):
         pairs = ca.reshape(square, graph.rows, graph.size * graph.size)
         return norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w)))
 
-    def bends(self, b: int) -> Any:
+    def bends(self, b: int) -> Graph:
         """Return bounds of a block's second derivatives, entry by entry.
 
         (|x|, |u|, p) -> |dJ/dx|, |dJ/dz|, |dF/dz|, J column by column.
@@ -160,7 +162,7 @@ class BoundGraphs(PoseGraphs):
             results.append(ca.densify(ca.vec(shaped)))
         return ca.Function("bends", [*sizes, self.p], results)
 
-    def _bends(self, graph: BlockGraph, size: list[Any]) -> list[Any]:
+    def _bends(self, graph: BlockGraph, size: list[Sym]) -> list[Sym]:
         """Return what `bends` does of a block in space."""
         assert graph.reaches is not None
         found = graph.reaches.bounds(size, whole=True)
@@ -170,7 +172,9 @@ class BoundGraphs(PoseGraphs):
         parts = (whole[:, own], whole[:, used], found.first[:, used])
         return [ca.densify(ca.vec(part)) for part in parts]
 
-    def _data(self, F: Any, p: Any, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
+    def _data(
+        self, F: Sym, p: Sym, moving: list[Sym], sizes: list[Sym], ranges: list[tuple[Sym, Sym]]
+    ) -> Sym:
         """Return how much F changes when each parameter of `p` changes by its own size."""
         if not p.numel():
             return SX.zeros(F.numel())
@@ -191,7 +195,7 @@ class BoundGraphs(PoseGraphs):
         return bool(shape.cache("plain", bounded))
 
     @stored_property
-    def check_bounds(self) -> Any:
+    def check_bounds(self) -> Graph:
         """Bounds that hold for the scene's checks r, equations without unknowns of their own.
 
         (|x|, |u|, p, scale, floors, low, high) -> bound of |dr/dx| (nc, nx), change of r by
@@ -227,7 +231,7 @@ class BoundGraphs(PoseGraphs):
         return rows, columns, Call(ca.Function("slopes", at, results))
 
     @stored_property
-    def output_bounds(self) -> Any:
+    def output_bounds(self) -> Graph:
         """Bounds that hold for the outputs y of a whole sweep.
 
         (|x|, |u|, p, floors, low, high) -> bound of |dy/dx| (ny, nx), sparse, and rounding of
@@ -250,6 +254,6 @@ class BoundGraphs(PoseGraphs):
         return ca.Function("output_bounds", inputs, self._allowed(shaped, rounding))
 
     @staticmethod
-    def _allowed(slope: Any, rounding: Any) -> list[Any]:
+    def _allowed(slope: Sym, rounding: Sym) -> list[Sym]:
         """Return slopes and rounding of outputs with the allowance for all roundings of bounds."""
         return [ALLOWANCE * slope, ALLOWANCE * ROUNDOFF * rounding]

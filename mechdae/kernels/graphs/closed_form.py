@@ -24,6 +24,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.records import dataclass
+from mechdae.types import Floats, Graph, Sym
 
 SX = ca.SX
 SAMPLES = 4
@@ -41,7 +42,7 @@ class BlockForm:
     there is one solution); `x` holds all unknowns of the scene, those of earlier blocks are used.
     """
 
-    function: Any
+    function: Graph
     branches: bool
 
 
@@ -63,7 +64,7 @@ class ClosedForm:
         function = without_repeats("closed", [u, sign, graphs.p], results)
         self.poses = Batch(function)
 
-    def symbolic(self, u: Any, sign: Any) -> tuple[Any, Any, Any, Any]:
+    def symbolic(self, u: Sym, sign: Sym) -> tuple[Sym, Sym, Sym, Sym]:
         """Return unknowns, their sines and cosines, and D over A^2 + B^2 of each block."""
         g = self.graphs
         x, sines, cosines = SX.zeros(g.nx), SX.zeros(g.nx), SX.zeros(g.nx)
@@ -76,7 +77,7 @@ class ClosedForm:
         return x, sines, cosines, column(depths)
 
 
-def closed_form(graphs: Graphs, p: Any) -> ClosedForm | list[int]:
+def closed_form(graphs: Graphs, p: Floats) -> ClosedForm | list[int]:
     """Return the closed form of a scene, or the blocks that have none.
 
     `p` are numbers of a mechanism: what is derived is compared with the equations near them.
@@ -86,13 +87,13 @@ def closed_form(graphs: Graphs, p: Any) -> ClosedForm | list[int]:
     return found
 
 
-def _derived(graphs: Graphs, p: Any) -> ClosedForm | list[int]:
+def _derived(graphs: Graphs, p: Floats) -> ClosedForm | list[int]:
     forms = [_form(graphs, graph, p) for graph in graphs.blocks]
     without = [b for b, form in enumerate(forms) if form is None]
     return without or ClosedForm(graphs, [form for form in forms if form is not None])
 
 
-def _form(graphs: Graphs, graph: BlockGraph, p: Any) -> BlockForm | None:
+def _form(graphs: Graphs, graph: BlockGraph, p: Floats) -> BlockForm | None:
     """Return the closed form of a block, None where it is not one of those known here."""
     scene = graphs.scene
     if graph.redundant or graphs.contacts:
@@ -123,18 +124,18 @@ class _Block:
         (self.F,) = with_trig([graph.F], angles, *trig)
         self.J = graph.J
 
-    def _with(self, own: Any, s: Any, c: Any, depth: Any, branches: bool) -> BlockForm:
+    def _with(self, own: Sym, s: Sym, c: Sym, depth: Sym, branches: bool) -> BlockForm:
         scene = self.graphs.scene
         inputs = [self.x, self.s, self.c, scene.u, scene.model.p, self.sign]
         results = [ca.densify(SX(part)) for part in (own, s, c, depth)]
         return BlockForm(ca.Function("form", inputs, results), branches)
 
-    def _without(self, expression: Any, *places: int) -> Any:
+    def _without(self, expression: Sym, *places: int) -> Sym:
         """Return an expression with some own unknowns, their sines and cosines at zero."""
         held = ca.vertcat(*[v[i] for i in places for v in (self.x, self.s, self.c)])
         return ca.substitute(expression, held, SX.zeros(held.numel()))
 
-    def _free(self, expression: Any, *places: int) -> bool:
+    def _free(self, expression: Sym, *places: int) -> bool:
         held = ca.vertcat(*[v[i] for i in places for v in (self.x, self.s, self.c)])
         return not ca.depends_on(expression, held)
 
@@ -198,13 +199,13 @@ class _Block:
         own = ca.vertcat(ca.atan2(s, c), ca.atan2(s2, c2))
         return self._with(own, ca.vertcat(s, s2), ca.vertcat(c, c2), depth, True)
 
-    def _parts(self, expression: Any, i: int) -> tuple[Any, Any, Any]:
+    def _parts(self, expression: Sym, i: int) -> tuple[Sym, Sym, Sym]:
         """Return v0, v1, v2 of v0 + v1 cos + v2 sin of an unknown."""
         parts = [ca.jacobian(expression, v[i]) for v in (self.c, self.s)]
         return self._without(expression, i), *[ca.densify(part) for part in parts]
 
     @staticmethod
-    def _solved(a: Any, b: Any, free: Any, way: Any) -> tuple[Any, Any, Any]:
+    def _solved(a: Sym, b: Sym, free: Sym, way: Sym) -> tuple[Sym, Sym, Sym]:
         """Return sine, cosine and D over A^2 + B^2; the slope of the equation is -way sqrt(D)."""
         square = a * a + b * b
         depth = 1 - free * free / square
@@ -212,11 +213,11 @@ class _Block:
         return -b * share + a * root, -a * share - b * root, depth
 
 
-def _cross(a: Any, b: Any) -> Any:
+def _cross(a: Sym, b: Sym) -> Any:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def _agrees(graphs: Graphs, graph: BlockGraph, form: BlockForm, p: Any) -> bool:
+def _agrees(graphs: Graphs, graph: BlockGraph, form: BlockForm, p: Floats) -> bool:
     """Return whether a form solves the equations, with determinants of the signs asked for."""
     rng, scene = np.random.default_rng(1), graphs.scene
     scale = float(np.abs(p).max(initial=0.0)) or 1.0

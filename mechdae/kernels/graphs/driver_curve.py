@@ -16,6 +16,7 @@ import numpy as np
 from mechdae.kernels.bounds.balls import HUGE, radii
 from mechdae.kernels.bounds.walk import SYMBOLIC, replay
 from mechdae.kernels.run.call import Call
+from mechdae.types import Floats, Graph, Integers, Sym
 
 SX = ca.SX
 FINITE = 1e50
@@ -42,7 +43,7 @@ class DriverCurve:
         Each switch is the sign of its gap; a gap may hold earlier switches.
     """
 
-    def __init__(self, s: Any, u: Any, turns: bool = False) -> None:
+    def __init__(self, s: Sym, u: Sym, turns: bool = False) -> None:
         self.s, self.u, self.turns = s, u, turns
         self.smooth, self.switches, self.gaps = _without_corners(s, u)
         self._cuts = _cuts(s, u)
@@ -59,12 +60,12 @@ class DriverCurve:
         return str(ca.Function("u", [self.s], [ca.densify(self.u)]).serialize())
 
     @cached_property
-    def piece(self) -> Any:
+    def piece(self) -> Graph:
         """(s, switches) -> u, u', u'', u''' with the switches held."""
         return ca.Function("piece", [self.s, self.switches], self._rates)
 
     @cached_property
-    def gap(self) -> Any:
+    def gap(self) -> Graph:
         """(s) -> gaps (k,); their signs are the switches."""
         gaps = list(ca.vertsplit(self.gaps)) if self.gaps.numel() else []
         for k in range(len(gaps)):
@@ -73,7 +74,7 @@ class DriverCurve:
         return ca.Function("gap", [self.s], [ca.vertcat(*gaps) if gaps else SX(0, 1)])
 
     @cached_property
-    def values(self) -> Any:
+    def values(self) -> Graph:
         """(s) -> u, u', u'', u'''."""
         _, *rates = self.piece(self.s, ca.sign(self.gap(self.s)))
         return ca.Function("course", [self.s], [ca.densify(self.u), *rates])
@@ -83,17 +84,17 @@ class DriverCurve:
         parts = self.values(np.asarray(s, float)[None, :])
         return [np.array(part).T for part in parts[: order + 1]]
 
-    def jet(self, s: float) -> list[Any]:
+    def jet(self, s: float) -> list[Floats]:
         """Return u and its first three derivatives (nd,) at one `s`."""
         if self._jet is None:
             self._jet = Call(self.values)
         return self._jet(s)
 
-    def sides(self, s: Any) -> Any:
+    def sides(self, s: Floats) -> Any:
         """Return the switches (n, k) at `s` (n,)."""
         return np.sign(np.array(self.gap(np.asarray(s, float)[None, :])).reshape(-1, len(s)).T)
 
-    def cuts(self, s: Any) -> Any:
+    def cuts(self, s: Any) -> Integers:
         """Return (n, k) where each atan2 is over its cut, along which it jumps, at `s` (n,).
 
         The number is the sign of its ordinate where the abscissa is negative, else 0.
@@ -101,11 +102,11 @@ class DriverCurve:
         parts = np.array(self._cuts(np.asarray(s, float)[None, :])).reshape(-1, len(s))
         return (np.where(parts[::2] >= 0, 1, -1) * (parts[1::2] < 0)).T
 
-    def one_sided(self, s: float, switches: Any) -> list[Any]:
+    def one_sided(self, s: float, switches: Floats) -> list[Floats]:
         """Return u and three derivatives (nd,) at `s` with the switches of one side."""
         return [np.array(part).ravel() for part in self.piece(s, switches)]
 
-    def reach(self, s: Any, ds: Any) -> Any:
+    def reach(self, s: Floats, ds: Floats) -> Any:
         """Return bounds (n, nd) of |u| within `ds` (n,) of `s` (n,); above `FINITE`: none."""
         if self._reach is None:
             at, step = SX.sym("s"), SX.sym("ds")
@@ -114,12 +115,12 @@ class DriverCurve:
             self._reach = ca.Function("reach", [at, step], [size])
         return np.array(self._reach(s[None, :], ds[None, :])).T
 
-    def at(self, s: Any) -> tuple[Any, Any, Any]:
+    def at(self, s: Sym) -> tuple[Sym, Sym, Sym]:
         """Return u, u' and u'' at a symbol `s`."""
         u, first, second, _ = self.values(s)
         return u, first, second
 
-    def drift(self, s: Any, ds: Any) -> Any:
+    def drift(self, s: Sym, ds: Sym) -> Sym:
         """Return a bound (nd,) of |u(s + t) - u - u' t| for |t| <= ds.
 
         Where u is smooth, ds^2/2 times the bound of its second derivative; where a switch
@@ -131,7 +132,7 @@ class DriverCurve:
         turning = self._turning(s, ds)
         own = self.switches
 
-        def moved(expression: Any) -> Any:
+        def moved(expression: Sym) -> Sym:
             function = ca.Function("f", [self.s, own], [expression])
             switches = [(signs[k], 2 * turning[k]) for k in range(own.numel())]
             return radii(function, [ball, switches])
@@ -141,7 +142,7 @@ class DriverCurve:
         smooth = ca.logic_and(away < FINITE, ca.sum1(turning) == 0)
         return ca.fmin(ca.if_else(smooth, bent, HUGE), away + ds * ca.fabs(first))
 
-    def _turning(self, s: Any, ds: Any) -> Any:
+    def _turning(self, s: Sym, ds: Sym) -> Sym:
         """Return for each switch 1 where it may turn within the step, else 0."""
         signs, turning = ca.sign(self.gap(s)), SX(0, 1)
         for k in range(self.switches.numel()):
@@ -153,11 +154,11 @@ class DriverCurve:
         return turning
 
 
-def _cuts(s: Any, u: Any) -> Any:
+def _cuts(s: Sym, u: Sym) -> Graph:
     """Return the function s -> ordinate and abscissa of each atan2 in u."""
     found: list[Any] = []
 
-    def operation(code: int, values: list[Any]) -> Any:
+    def operation(code: int, values: list[Sym]) -> Sym:
         if code == ca.OP_ATAN2:
             found.extend(values)
         return SYMBOLIC[code](*values)
@@ -166,17 +167,17 @@ def _cuts(s: Any, u: Any) -> Any:
     return ca.Function("cuts", [s], [ca.vertcat(SX(0, 1), *found)])
 
 
-def _without_corners(s: Any, u: Any) -> tuple[Any, Any, Any]:
+def _without_corners(s: Sym, u: Sym) -> tuple[Sym, Sym, Sym]:
     """Return u with switches in place of its corners, the switches and their gaps."""
-    switches: list[Any] = []
-    gaps: list[Any] = []
+    switches: list[Sym] = []
+    gaps: list[Sym] = []
 
-    def switch(gap: Any) -> Any:
+    def switch(gap: Sym) -> Sym:
         gaps.append(gap)
         switches.append(SX.sym(f"switch{len(gaps)}"))
         return switches[-1]
 
-    def operation(code: int, values: list[Any]) -> Any:
+    def operation(code: int, values: list[Sym]) -> Sym:
         if code == ca.OP_SIGN:
             return switch(values[0])
         if code == ca.OP_FABS:

@@ -27,6 +27,7 @@ from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Floats, Graph, Sym, Unknowns
 
 SX = ca.SX
 EPSILON = 1e-8
@@ -91,7 +92,7 @@ class Kernel:
         self.definite = True
         self.cache = self._first = StructureCache()
 
-    def at(self, p: Any, length: float, widths: Any = None) -> Kernel:
+    def at(self, p: Floats, length: float, widths: Floats | None = None) -> Kernel:
         """Return the same functions with numbers; scalings are those of no pose yet.
 
         Parameters
@@ -112,7 +113,7 @@ class Kernel:
             other._put(widths=widths)
         return other
 
-    def _put(self, **values: Any) -> None:
+    def _put(self, **values: Floats) -> None:
         for name, value in values.items():
             self.numbers[self.places_of[name]] = value
 
@@ -135,10 +136,10 @@ class Kernel:
         found: Batch = self.cache(("batch", name, *shared), made)
         return lambda *at: found(*at, self.numbers)
 
-    def value(self, name: str, *at: Any) -> list[Any]:
+    def value(self, name: str, *at: Floats | float) -> list[Any]:
         """Return the results of ``place``, ``parts``, ... at a state as dense matrices."""
 
-        def dense() -> Any:
+        def dense() -> Graph:
             own = getattr(self, name)
             results = own.call(self.inputs)
             return ca.Function(name, self.inputs, [ca.densify(part) for part in results])
@@ -149,24 +150,24 @@ class Kernel:
 
     # -- the parts -----------------------------------------------------------------------------
 
-    def function(self, name: str, results: Sequence[Any], more: Sequence[Any] = ()) -> Any:
+    def function(self, name: str, results: Sequence[Sym], more: Sequence[Sym] = ()) -> Graph:
         """Return the function (t, x, v, signs, ..., c)."""
         at = [self.t, self.x, self.v, self.signs, *more, self.c]
         return without_repeats(name, at, list(results))
 
     @structure_property
-    def place(self) -> Any:
+    def place(self) -> Graph:
         """(t, x, v, signs, c) -> phi, J, phi_t."""
         r = self.released
         return self.function("place", [ca.densify(r.phi), r.J, ca.densify(r.phi_t)])
 
     @structure_property
-    def parts(self) -> Any:
+    def parts(self) -> Graph:
         """(t, x, v, signs, c) -> M, f, J, gamma."""
         r = self.released
         return self.function("parts", [r.M, r.f, r.J, ca.densify(r.gamma)])
 
-    def scale(self, t: float, x: Any, v: Any, signs: Any) -> None:
+    def scale(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> None:
         """Fix the scalings at a pose."""
         M, _, J, _ = self.value("parts", t, x, v, signs)
         ends = np.diag(M).copy()
@@ -189,20 +190,20 @@ class Kernel:
         self.cache = self._first if self.definite else self._first("indefinite", StructureCache)
 
     @property
-    def _weights(self) -> Any:
+    def _weights(self) -> Sym | None:
         """What stands for W, None where M is definite."""
         return None if self.definite else self.given["weights"]
 
     # -- solutions -------------------------------------------------------------------------
 
     @structure_property
-    def locking(self) -> Any:
+    def locking(self) -> Graph:
         """(t, x, v, signs, c) -> Jacobian of the slips' speeds, their rates at x'' = 0, speeds."""
         r = self.released
         C = ca.jacobian(r.slips, r.v)
         return self.function("locking", [C, ca.densify(r.rate(r.slips)), ca.densify(r.slips)])
 
-    def _locked(self, M: Any, J: Any, at: list[Any]) -> tuple[_Solver, Any, Any]:
+    def _locked(self, M: Sym, J: Sym, at: list[Sym]) -> tuple[_Solver, Sym, Sym]:
         """Return the solver with locks, what is locked, and rates of the slips at x'' = 0."""
         if not self.slips:
             return _Solver(M, J, self.given["eps"], self._weights), SX(0, 1), SX(0, 1)
@@ -217,7 +218,7 @@ class Kernel:
         return _Solver(M, whole, eps, self._weights), locks, rates
 
     @structure_property
-    def coupling(self) -> Any:
+    def coupling(self) -> Graph:
         """(t, x, v, signs, c) -> solutions without friction in joints and by unit of its sizes.
 
         A solution is x'', lambda, forces of locks; then linear forms of the feedbacks, stacked, and
@@ -247,7 +248,7 @@ class Kernel:
         results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
         return without_repeats("coupling", at, [ca.densify(p) for p in results])
 
-    def _forms(self) -> Any:
+    def _forms(self) -> Graph:
         """Return the function of the linear forms of all feedbacks, stacked.
 
         Over (t, x, v, signs, forces at the absolute coordinates, accelerations, multipliers and
@@ -282,7 +283,7 @@ class Kernel:
         return found
 
     @structure_property
-    def coupled(self) -> Any:
+    def coupled(self) -> Graph:
         """(t, x, v, signs, c) -> x'', (lambda, forces of locks, sizes), how far sizes miss laws."""
         at = self.inputs
         columns, starts, slopes = self.coupling(*at)
@@ -300,7 +301,7 @@ class Kernel:
         return ca.Function("coupled", at, [a, ca.vertcat(forces, m), miss])
 
     @structure_property
-    def sticking(self) -> Any:
+    def sticking(self) -> Graph:
         """(t, x, v, signs, c) -> what decides between stick and slip, (k,) each, and a number.
 
         Speeds of the slips, their rates, forces that hold locked ones, the least and the largest
@@ -312,7 +313,7 @@ class Kernel:
         return without_repeats("sticking", at, [ca.densify(e) for e in results])
 
     @structure_property
-    def sticking_of(self) -> Any:
+    def sticking_of(self) -> Graph:
         """(t, x, v, signs, sizes of friction, c) -> as `sticking`, without the number."""
         at, m = self.inputs, SX.sym("m", self.rubs)
         columns, _, _ = self.coupling(*at)
@@ -320,7 +321,7 @@ class Kernel:
         results = self._decisive(total[: self.n], ca.vertcat(total[self.n :], m))
         return ca.Function("sticking", [*at[:4], m, self.c], [ca.densify(e) for e in results])
 
-    def _decisive(self, a: Any, inner: Any) -> list[Any]:
+    def _decisive(self, a: Sym, inner: Sym) -> list[Sym]:
         """Return what decides between stick and slip, for accelerations and what goes with them."""
         r, at = self.released, self.inputs
         C, rates, speeds = self.locking(*at)
@@ -341,7 +342,7 @@ class Kernel:
         return [speeds, C @ a + rates, held, low, high]
 
     @structure_property
-    def rhs(self) -> Any:
+    def rhs(self) -> Graph:
         """(t, x, v, signs, c) -> x'', lambda; forces of locks and sizes of friction after it."""
         at = self.inputs
         if self.slips or self.rubs:
@@ -356,7 +357,7 @@ class Kernel:
         return without_repeats("rhs", at, [ca.densify(a), ca.densify(lam)])
 
     @structure_property
-    def project(self) -> Any:
+    def project(self) -> Graph:
         """(t, x, v, signs, c) -> x and v on the constraints, what is left of them."""
         at = self.inputs
         if not self.m and not self.slips:
@@ -386,7 +387,7 @@ class Kernel:
 class _Solver:
     """The range-space form of the proximal equations at one pose."""
 
-    def __init__(self, M: Any, J: Any, eps: Any, weights: Any) -> None:
+    def __init__(self, M: Sym, J: Sym, eps: Sym, weights: Sym | None) -> None:
         self.n, self.m = M.shape[0], J.shape[0]
         if weights is not None:  # locks have none
             held = J[: weights.numel(), :]
@@ -407,7 +408,7 @@ class _Solver:
                     S[j, i] = S[i, j]
         self.schur = Factor(S) if self.m else None
 
-    def solve(self, f: Any, gamma: Any) -> tuple[Any, Any]:
+    def solve(self, f: Sym, gamma: Sym) -> tuple[Sym, Sym]:
         """Return accelerations and multipliers."""
         free = self.mass.solve(f)
         if self.schur is None:
@@ -418,7 +419,7 @@ class _Solver:
             lam = lam + change
         return self.mass.solve(f - self.J.T @ lam), lam
 
-    def shortest(self, gap: Any) -> Any:
+    def shortest(self, gap: Sym) -> Sym:
         """Return the shortest change, measured by the mass, that closes a gap."""
         assert self.schur is not None
         return self.mass.solve(self.J.T @ self.schur.solve(gap))

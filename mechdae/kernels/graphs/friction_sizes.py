@@ -13,11 +13,12 @@ import casadi as ca
 
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.kernels.graphs.blocks import inverse
+from mechdae.types import Sym
 
 SX = ca.SX
 
 
-def size_of(law: str, forms: Any) -> Any:
+def size_of(law: str, forms: Sym) -> Sym:
     """Return the size of a feedback for the values of its forms."""
     if law == "length":
         return ca.sqrt(ca.sumsqr(forms))
@@ -32,7 +33,7 @@ def size_of(law: str, forms: Any) -> Any:
     return result
 
 
-def _gradient(law: str, forms: Any, slopes: list[Any]) -> list[Any]:
+def _gradient(law: str, forms: Sym, slopes: list[Sym]) -> list[Sym]:
     """Return the derivatives of a size along the slopes of its forms."""
     if law == "length":
         length = ca.fmax(ca.sqrt(ca.sumsqr(forms)), 1e-300)
@@ -53,19 +54,19 @@ def _gradient(law: str, forms: Any, slopes: list[Any]) -> list[Any]:
     return found
 
 
-def _least(size: Any) -> Any:
+def _least(size: Sym) -> Sym:
     """Return a size that may be divided by."""
     return ca.fmax(size, 1e-150)
 
 
-def _forms_at(start: list[Any], slope: list[list[Any]], m: list[Any]) -> list[Any]:
+def _forms_at(start: list[Sym], slope: list[list[Sym]], m: list[Sym]) -> list[Sym]:
     return [
         first + sum((s * size for s, size in zip(row, m, strict=True)), SX(0))
         for first, row in zip(start, slope, strict=True)
     ]
 
 
-def first_sizes(laws: list[str], start: list[Any], slope: list[list[Any]]) -> list[Any]:
+def first_sizes(laws: list[str], start: list[Sym], slope: list[list[Sym]]) -> list[Sym]:
     """Return where Newton's method starts: sizes at m = 0, or 0 where these turn a force round.
 
     Of several solutions it is to come to the one that grows from no friction.
@@ -77,8 +78,8 @@ def first_sizes(laws: list[str], start: list[Any], slope: list[list[Any]]) -> li
 
 
 def sizes_by_newton(
-    laws: list[str], start: list[Any], slope: list[list[Any]], steps: int, first: Any = None
-) -> list[Any]:
+    laws: list[str], start: list[Sym], slope: list[list[Sym]], steps: int, first: Any = None
+) -> list[Sym]:
     """Return the sizes after some steps of Newton's method, from their values at m = 0."""
     m = first or [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
     if not any(entry.nnz() and not entry.is_zero() for row in slope for entry in row):
@@ -97,7 +98,7 @@ def sizes_by_newton(
     return m
 
 
-def miss_of(laws: list[str], start: list[Any], slope: list[list[Any]], m: list[Any]) -> Any:
+def miss_of(laws: list[str], start: list[Sym], slope: list[list[Sym]], m: list[Sym]) -> Sym:
     """Return how far sizes are from their laws, relative to the largest of them."""
     forms = _forms_at(start, slope, m)
     worst, size = SX(0), SX(0)
@@ -107,7 +108,7 @@ def miss_of(laws: list[str], start: list[Any], slope: list[list[Any]], m: list[A
     return worst / ca.fmax(size, 1e-300)
 
 
-def contraction_of(laws: list[str], start: list[Any], slope: list[list[Any]]) -> Any:
+def contraction_of(laws: list[str], start: list[Sym], slope: list[list[Sym]]) -> Sym:
     """Return a bound of the contraction of m -> size(L + S m); below 1 there is one solution.
 
     In the norm max |m_j| / w_j with the positive weights w = 1 + K 1.
@@ -124,12 +125,12 @@ def contraction_of(laws: list[str], start: list[Any], slope: list[list[Any]]) ->
     return worst
 
 
-def _unbounded(entry: Any) -> Any:
+def _unbounded(entry: Sym) -> Sym:
     """Return the bound of a law that has none: directions turn round where t vanishes."""
     return SX(0) if entry.is_zero() else ca.if_else(most(entry) > 0, SX.inf(), 0)
 
 
-def most(entry: Any) -> Any:
+def most(entry: Sym) -> Sym:
     """Return the largest absolute value of a vector."""
     result = SX(0)
     for value in ca.vertsplit(entry):

@@ -41,6 +41,7 @@ from mechdae.kernels.graphs.friction_sizes import (
 from mechdae.kernels.graphs.linear import among, solution
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.records import dataclass
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 NEWTON, QUICK = 6, 3
@@ -174,7 +175,7 @@ class Balance:
         function = ca.Function("solve", [at, push], [solved])
         return Share(group, rows, columns, lambda value: function(at, value), own, forms)
 
-    def _forms(self, share: Share, lam: dict[int, Any], k: int, acting: Wrench) -> Any:
+    def _forms(self, share: Share, lam: dict[int, Sym], k: int, acting: Wrench) -> Sym:
         """Return the linear forms of a feedback for multipliers by row, and what acts beside them.
 
         In space they are forms of the joint's reaction.
@@ -193,7 +194,12 @@ class Balance:
     # -- all groups ----------------------------------------------------------------------------
 
     def chain(
-        self, base: Wrench, used: set[int], sizes: Any = None, steps: int = 0, guess: Any = None
+        self,
+        base: Wrench,
+        used: set[int],
+        sizes: Sym | None = None,
+        steps: int = 0,
+        guess: Any = None,
     ) -> Chain:
         """Return the multipliers under a generalised force `base`.
 
@@ -206,7 +212,7 @@ class Balance:
             Newton's method, from `guess` or else from their values at m = 0.
         """
         left = dict(base)
-        lam: dict[int, Any] = {}
+        lam: dict[int, Sym] = {}
         found = SX.zeros(len(self.feedbacks))
         result = Chain(lam, found, left)
         for share in self.shares:
@@ -258,26 +264,26 @@ class Balance:
     # -- functions ---------------------------------------------------------------------------
 
     def function(
-        self, name: str, results: list[Any], take: Sequence[int] = ALL, more: Sequence[Any] = ()
-    ) -> Any:
+        self, name: str, results: list[Sym], take: Sequence[int] = ALL, more: Sequence[Sym] = ()
+    ) -> Graph:
         """Return a function over some of the inputs, and `more`, of expressions over q, v, a."""
         return driven(self.scene, name, results, [*[self.inputs[k] for k in take], *more])
 
     @cached_property
-    def slipping(self) -> Any:
+    def slipping(self) -> Graph:
         """(w, dw, p) -> relative speeds, largest angular speed and speed of the coordinates."""
         speeds = ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
         return self.function("slipping", [speeds, self._sizes(self.model.velocity)], SPEEDS)
 
     @cached_property
-    def coming(self) -> Any:
+    def coming(self) -> Graph:
         """(w, dw, ddw, p) -> rates of the relative speeds, largest rates of the coordinates'."""
         q, v, a = self.model.q, self.model.velocity, self.model.acceleration
         speeds = ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
         rates = ca.jtimes(speeds, ca.vertcat(q, v), ca.vertcat(v, a))
         return self.function("coming", [rates, self._sizes(a)], RATES)
 
-    def _sizes(self, rates: Any) -> Any:
+    def _sizes(self, rates: Sym) -> Sym:
         """Return the largest of the rates of angles, and that of lengths."""
         coordinates = self.model.coordinates
         own = [ca.DM(np.isin(self.columns, np.flatnonzero(kind))) for kind in (
@@ -286,7 +292,7 @@ class Balance:
         return ca.vertcat(*[most(rates[self.columns] * kind) for kind in own])
 
     @cached_property
-    def solve(self) -> Any:
+    def solve(self) -> Graph:
         """Sizes of the feedbacks without and with friction, and whether they can be trusted.
 
         (inputs) -> m without friction (its own law at those reactions), m with it, the
@@ -296,7 +302,7 @@ class Balance:
         whole = self.chain(self.base, self._used(friction=True), steps=NEWTON)
         return self.function("solve", [law, *whole.solution])
 
-    def _free(self) -> tuple[Chain, Any]:
+    def _free(self) -> tuple[Chain, Sym]:
         """Return the balance without friction, and the sizes of all feedbacks by their laws."""
         free = self.chain(self.base, self._used(friction=False), steps=1)
         law = SX(free.sizes)
@@ -312,7 +318,7 @@ class Balance:
         return {k for k, feedback in enumerate(self.feedbacks) if friction or not feedback.friction}
 
     @cached_property
-    def quick(self) -> Any:
+    def quick(self) -> Graph:
         """All at once for poses whose sizes a few steps of Newton's method find.
 
         (inputs) -> the results of `solve`, of the `report` without friction and of the one with it.
@@ -324,13 +330,13 @@ class Balance:
         results += self._reported(whole, every, whole.sizes)
         return self.function("quick", results)
 
-    def refined(self, steps: int) -> Any:
+    def refined(self, steps: int) -> Graph:
         """Return the function (inputs, m) -> m after some steps of Newton's method."""
         chain = self.chain(self.base, self._used(friction=True), steps=steps, guess=self.sizes)
         return self.function("refined", [chain.sizes], more=[self.sizes])
 
     @cached_property
-    def stages(self) -> Any:
+    def stages(self) -> Graph:
         """(inputs, m) -> linear forms of each group without its own sizes, and their slopes.
 
         Forms are stacked in the order of `self.shares`, slopes column by column.
@@ -344,7 +350,7 @@ class Balance:
                 slopes += [slope[i][j] for i in range(len(own))]
         return self.function("stages", [column(starts), column(slopes)], more=[self.sizes])
 
-    def report(self, friction: bool = True, base: Wrench | None = None) -> Any:
+    def report(self, friction: bool = True, base: Wrench | None = None) -> Graph:
         """Return the function of what is reported with sizes given, under `base` or all forces.
 
         (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (lossy joints,), normal
@@ -354,9 +360,9 @@ class Balance:
         chain = self.chain(self.base if base is None else base, used, sizes=self.sizes)
         return self.function("report", self._reported(chain, used, self.sizes), more=[self.sizes])
 
-    def _reported(self, chain: Chain, used: set[int], sizes: Any) -> list[Any]:
+    def _reported(self, chain: Chain, used: set[int], sizes: Sym) -> list[Sym]:
         """Return the results of `report` for multipliers and sizes."""
-        reactions: list[Any] = []
+        reactions: list[Sym] = []
         for name in self.joints:
             behind = self.model.space.behind
             acting = chain.left if behind else self._of(name, chain.lam, used, sizes)
@@ -365,7 +371,7 @@ class Balance:
         losses = [self._loss(name, sizes) for name in self.lossy]
         return [column(own) for own in (reactions, efforts, losses, self._normals(chain.lam))]
 
-    def _of(self, name: str, lam: dict[int, Any], used: set[int], sizes: Any) -> Wrench:
+    def _of(self, name: str, lam: dict[int, Sym], used: set[int], sizes: Sym) -> Wrench:
         """Return the generalised force of a joint, friction included."""
         parts = [times(-lam[i], self.column[i]) for i in self.rows_of[name]]
         own = [k for k in self._of_joint[name] if k in used]
@@ -374,12 +380,12 @@ class Balance:
             parts.append(self.meshes[name].steady)
         return add(*parts)
 
-    def _loss(self, name: str, sizes: Any) -> Any:
+    def _loss(self, name: str, sizes: Sym) -> Sym:
         own = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
         return sum((self.feedbacks[k].rate * sizes[k] for k in own), SX(0))
 
     @cached_property
-    def powers(self) -> Any:
+    def powers(self) -> Graph:
         """(inputs) -> power of the loads, rate of the kinetic energy, it itself, and the sizes of
         all that adds up to the two powers.
         """
@@ -390,7 +396,7 @@ class Balance:
         sizes = sum((ca.fabs(power) for power in single), SX(0))
         return self.function("powers", [column([sum(loads, SX(0)), rate, energy, sizes])])
 
-    def _normals(self, lam: dict[int, Any]) -> list[Any]:
+    def _normals(self, lam: dict[int, Sym]) -> list[Sym]:
         """Return the normal force of guides, slots and curves, + along the left normal."""
         found = []
         for name in self.guides:
@@ -404,7 +410,7 @@ class Balance:
         joints = self.model.mechanism.joints
         return [n for n in self.joints if joints[n].normal_force and not joints[n].spatial]
 
-    def imbalance(self, friction: bool) -> Any:
+    def imbalance(self, friction: bool) -> Graph:
         """Return the function (inputs, m, reactions, efforts) -> what is left of the balance.
 
         That is of the bodies under the reported reactions, relative to the largest force and the
@@ -458,14 +464,14 @@ class Chain:
     ``left`` is the sum of all that acts: nothing is left of it at the scene's coordinates.
     """
 
-    def __init__(self, lam: dict[int, Any], sizes: Any, left: Wrench) -> None:
+    def __init__(self, lam: dict[int, Any], sizes: Sym, left: Wrench) -> None:
         self.lam, self.sizes, self.left = lam, sizes, left
         self.start: dict[int, tuple[list[int], list[Any], list[list[Any]]]] = {}
-        self.misses: list[Any] = []
-        self.contractions: list[Any] = []
+        self.misses: list[Sym] = []
+        self.contractions: list[Sym] = []
 
     @property
-    def solution(self) -> list[Any]:
+    def solution(self) -> list[Sym]:
         """Sizes, the largest left-over of each group relative to its sizes, contractions."""
         return [self.sizes, column(self.misses), column(self.contractions)]
 
@@ -475,13 +481,13 @@ def columns_of(scene: Scene) -> list[int]:
     return sorted(j for group in scene.groups for j in group.columns)
 
 
-def motion_of(scene: Scene) -> tuple[list[Any], list[Any]]:
+def motion_of(scene: Scene) -> tuple[list[Sym], list[Sym]]:
     """Return w, dw, ddw and the scene's coordinates, speeds, accelerations over them.
 
     w are the unknowns and the drivers' values: all the rest of a pose follows from them.
     """
 
-    def make() -> tuple[list[Any], list[Any]]:
+    def make() -> tuple[list[Sym], list[Sym]]:
         w = ca.vertcat(scene.x, scene.u)
         dw, ddw = SX.sym("dw", w.numel()), SX.sym("ddw", w.numel())
         q = SX(scene.expression(scene.model.q[columns_of(scene)]))
@@ -489,11 +495,11 @@ def motion_of(scene: Scene) -> tuple[list[Any], list[Any]]:
         a = ca.jtimes(v, ca.vertcat(w, dw), ca.vertcat(dw, ddw))
         return [w, dw, ddw], [q, v, a]
 
-    made: tuple[list[Any], list[Any]] = scene.cache("motion of coordinates", make)
+    made: tuple[list[Sym], list[Sym]] = scene.cache("motion of coordinates", make)
     return made
 
 
-def driven(scene: Scene, name: str, results: Sequence[Any], inputs: Sequence[Any]) -> Any:
+def driven(scene: Scene, name: str, results: Sequence[Sym], inputs: Sequence[Sym]) -> Graph:
     """Return a function over w, dw, ddw among other inputs of expressions over q, v, a."""
     model, columns = scene.model, columns_of(scene)
     moved, coordinates = motion_of(scene)

@@ -6,6 +6,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.types import Sym
+
 SX = ca.SX
 Column = dict[int, Any]
 """Entries of a vector by place."""
@@ -20,7 +22,7 @@ class Factor:
         Symmetric SX matrix (n, n).
     """
 
-    def __init__(self, matrix: Any) -> None:
+    def __init__(self, matrix: Sym) -> None:
         self.n = matrix.shape[0]
         rows: list[Column] = [{} for _ in range(self.n)]
         triplet = zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True)
@@ -71,20 +73,20 @@ class Factor:
         """Return D^-1 b."""
         return {i: entry / self.pivots[i] for i, entry in column.items()}
 
-    def solve(self, column: Any) -> Any:
+    def solve(self, column: Sym) -> Sym:
         """Return the solution (n,) of a dense right-hand side (n,)."""
         found = self.backward(self.divided(self.forward(entries(column))))
         return vector(found, self.n)
 
 
-def entries(column: Any) -> Column:
+def entries(column: Sym) -> Column:
     """Return a column vector by places."""
     sparse = SX(column)
     found: Any = zip(sparse.sparsity().row(), sparse.nonzeros(), strict=True)
     return {i: entry for i, entry in found if not entry.is_zero()}
 
 
-def vector(column: Column, n: int) -> Any:
+def vector(column: Column, n: int) -> Sym:
     """Return a dense vector (n,) of entries by places."""
     return ca.vertcat(*[column.get(i, SX(0)) for i in range(n)]) if n else SX(0, 1)
 

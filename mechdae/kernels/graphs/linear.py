@@ -6,21 +6,20 @@ rows get the shortest of all solutions.
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
 from mechdae.equations.reduction import eliminate, split
 from mechdae.kernels.graphs.blocks import inverse, left_inverse
+from mechdae.types import Sym
 
 SX = ca.SX
 
 
-def solution(balance: list[Any], lam: list[Any]) -> Any:
+def solution(balance: list[Sym], lam: list[Sym]) -> Sym:
     """Return the multipliers that solve linear equations, over the other symbols in them."""
     equations = [(row, "", "") for row in balance]
     solved, rest, left = eliminate(equations, list(lam), [])
-    values: dict[str, Any] = {}
+    values: dict[str, Sym] = {}
     if not rest:
         values = {str(symbol): SX(0) for symbol in left}
     elif len(rest) < len(left):  # superfluous rows: the shortest of all solutions
@@ -47,14 +46,14 @@ def solution(balance: list[Any], lam: list[Any]) -> Any:
     return ca.vertcat(*[SX(values[str(symbol)]) for symbol in lam])
 
 
-def _linear(equations: list[Any], unknowns: list[Any]) -> tuple[Any, Any]:
+def _linear(equations: list[tuple[Sym, str, str]], unknowns: list[Sym]) -> tuple[Sym, Sym]:
     """Return matrix and constant part of linear equations."""
     rows = ca.vertcat(*[expression for expression, _, _ in equations])
     x = ca.vertcat(*unknowns)
     return ca.densify(ca.jacobian(rows, x)), ca.substitute(rows, x, SX.zeros(x.numel()))
 
 
-def among(symbol: Any, groups: list[Any]) -> bool:
+def among(symbol: Sym, groups: list[Sym]) -> bool:
     """Return whether a symbol is one of the entries."""
     own = symbol.element_hash()
     return any(own == entry.element_hash() for group in groups for entry in group.elements())

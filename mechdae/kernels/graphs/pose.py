@@ -44,6 +44,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.kernels.stored.functions import fingerprint, stored_property
+from mechdae.types import Floats, Graph, Sym
 
 SX = ca.SX
 CLOSURE = 64
@@ -78,7 +79,7 @@ class PoseGraphs:
     def __init__(
         self,
         scene: Scene,
-        outputs: Any,
+        outputs: Sym,
         derivatives: int = 2,
         course: DriverCurve | None = None,
         lines: bool = False,
@@ -122,7 +123,7 @@ class PoseGraphs:
         """Whether s is an angle: a whole turn of it leads to the same pose."""
         return self.course.turns if self.course else self.single and self.scene.drivers[0].is_angle
 
-    def of_all_blocks(self, name: str, inputs: list[Any], results: list[Any]) -> Any:
+    def of_all_blocks(self, name: str, inputs: list[Sym], results: list[Sym]) -> Graph:
         """Return a function of all blocks; what one block repeats is shared in any case."""
         make = without_repeats if self.nb <= FEW else ca.Function
         return make(name, inputs, results)
@@ -152,7 +153,7 @@ class PoseGraphs:
 
     # -- weights ---------------------------------------------------------------------------
 
-    def weights(self, b: int) -> tuple[Any, Any]:
+    def weights(self, b: int) -> tuple[Sym, Sym]:
         """Return column and row weights that make a block of mixed units dimensionless."""
         block = self.blocks[b].block
         unknowns = [self.scene.unknowns[i] for i in block.x]
@@ -172,7 +173,7 @@ class PoseGraphs:
         inputs = [self.scale, self.p]
         return Call(ca.Function("units", inputs, [ca.densify(part) for part in results]))
 
-    def units(self, scale: float, p: Any) -> tuple[list[Any], list[Any]]:
+    def units(self, scale: float, p: Floats) -> tuple[list[Any], list[Any]]:
         """Return the column and the row weights of each block as numbers."""
         columns, rows = self._units(scale, p)
         if not self.nb:
@@ -181,8 +182,8 @@ class PoseGraphs:
         return np.split(columns, self.first[1:]), np.split(rows, ends)
 
     def _once(
-        self, name: str, b: int, make: Callable[..., list[Any]], inputs: list[Any]
-    ) -> list[Any]:
+        self, name: str, b: int, make: Callable[..., list[Any]], inputs: list[Sym]
+    ) -> list[Sym]:
         """Return make(*inputs), made once for all blocks of one shape.
 
         `make` holds no other symbols of the scene but the scale, and of the shape its q.
@@ -191,41 +192,41 @@ class PoseGraphs:
         if not shape.shared:
             return make(*inputs)
 
-        def function() -> Any:
+        def function() -> Graph:
             symbols = [SX.sym(f"i{k}", part.sparsity()) for k, part in enumerate(inputs)]
             return without_repeats(name, [*symbols, self.scale, shape.q], make(*symbols))
 
         made = self.cache((name, shape, len(inputs)), function)
-        results: list[Any] = made.call([*inputs, self.scale, self.blocks[b].q])
+        results: list[Sym] = made.call([*inputs, self.scale, self.blocks[b].q])
         return results
 
     @property
-    def tolerated(self) -> Any:
+    def tolerated(self) -> Sym:
         """What superfluous equations may stay open by because the user says so, as rounding [m]."""
         return self.scene.model.numbers.get(TOLERANCE, SX(0)) / CLOSURE
 
-    def _solve(self, b: int, at: Sequence[Any]) -> tuple[Any, Any, Any, Any, Any]:
+    def _solve(self, b: int, at: Sequence[Sym]) -> tuple[Sym, Sym, Sym, Sym, Sym]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
         F, J, Fz = self.blocks[b].shape.value(*at)
         inv, det = self.inverse_of(b, J)
         w, r = self.weights(b)
         return F, Fz, inv, det, norm(ca.diag(1 / w) @ inv @ ca.diag(r))
 
-    def inverse_of(self, b: int, J: Any) -> tuple[Any, Any]:
+    def inverse_of(self, b: int, J: Sym) -> tuple[Sym, Sym]:
         """Return the inverse of a block's Jacobian and its determinant."""
         if not self.blocks[b].redundant:
             return inverse(J)
         w, r = self.weights(b)
         return ca.diag(w) @ left_inverse(ca.diag(1 / r) @ J @ ca.diag(w)) @ ca.diag(1 / r), SX(1)
 
-    def _length(self, b: int, step: Any) -> Any:
+    def _length(self, b: int, step: Sym) -> Sym:
         return norm(step / self.weights(b)[0])
 
     # -- Newton and rates ------------------------------------------------------------------
 
     def newton(
-        self, x: Any, u: Any, held: frozenset[int] = frozenset()
-    ) -> tuple[Any, list[Any], Any]:
+        self, x: Sym, u: Sym, held: frozenset[int] = frozenset()
+    ) -> tuple[Sym, list[Sym], tuple[Sym, Sym]]:
         """Return x after one Newton step block by block, |step|^2 of each, and sin x, cos x.
 
         Blocks that are `held` keep their unknowns.
@@ -247,7 +248,7 @@ class PoseGraphs:
             eta.append(square)
         return x, eta, (sines, cosines)
 
-    def _newton(self, b: int, *at: Any) -> list[Any]:
+    def _newton(self, b: int, *at: Sym) -> list[Sym]:
         """Return new unknowns of a block, sine and cosine of its angles, |step|^2."""
         graph = self.blocks[b]
         F, J, _ = graph.shape.value(*at)
@@ -261,14 +262,14 @@ class PoseGraphs:
 
     def rates(
         self,
-        x: Any,
-        u: Any,
-        driven: list[Any],
+        x: Sym,
+        u: Sym,
+        driven: list[Sym],
         order: int,
-        trig: Any = None,
-        eta: list[Any] | None = None,
-        held: Mapping[int, tuple[Any, Any, Any]] = MappingProxyType({}),
-    ) -> dict[str, Any]:
+        trig: tuple[Sym, Sym] | None = None,
+        eta: list[Sym] | None = None,
+        held: Mapping[int, tuple[Sym, Sym, Sym]] = MappingProxyType({}),
+    ) -> dict[str, Sym]:
         """Return x', x'', x''' and the certificate's parts at a solved pose.
 
         `driven` are the rates of the drivers, as many as `order`. `held` gives x', x'' (None: by
@@ -302,12 +303,12 @@ class PoseGraphs:
         certificate = {"error": error, "det": column(dets), "beta": column(betas)}
         return {"v": v, "a": a, "j": j, **certificate}
 
-    def _rates(self, b: int, *parts: Any) -> list[Any]:
+    def _rates(self, b: int, *parts: Sym) -> list[Sym]:
         """Return error, determinant, beta and rates of a block from the inputs of `rates`."""
         at, (before, kappa, rho, grain, eta, *used), driven = parts[:6], parts[6:14], parts[14:]
         graph = self.blocks[b]
         F, Fz, inv, det, beta = self._solve(b, at)
-        known: list[Any] = []
+        known: list[Sym] = []
         for k, make in enumerate((graph.first_rate, graph.second_rate, graph.third_rate)):
             if k < len(driven):
                 known.append(inv @ make(at, known, used, driven))
@@ -343,7 +344,7 @@ class PoseGraphs:
         return fingerprint(equations, blocks, kinds, numbers)
 
     @stored_property
-    def pose(self) -> Any:
+    def pose(self) -> Graph:
         """One Newton step and everything that is reported at a pose.
 
         (x, u, consts) -> x, error, det, beta, eta^2, y, y', ... up to the order asked for;
@@ -363,7 +364,7 @@ class PoseGraphs:
         """`pose` as a straight line of NumPy operations; the last input is shared."""
         return straight(self.pose, [self.pose.n_in() - 1])
 
-    def held(self, blocks: frozenset[int]) -> Any:
+    def held(self, blocks: frozenset[int]) -> Graph:
         """Return `pose` with the unknowns of some blocks given, not solved for.
 
         (x, u[, du, ddu[, dddu]], consts, x', x'', error) -> as `pose`; with one driver or a
@@ -383,7 +384,7 @@ class PoseGraphs:
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
         return self.of_all_blocks("held", [*inputs, v, a, error], results)
 
-    def output_rates(self, x: Any, trig: Any, parts: dict[str, Any]) -> list[Any]:
+    def output_rates(self, x: Sym, trig: tuple[Sym, Sym], parts: dict[str, Sym]) -> list[Sym]:
         """Return y, y', ... at solved unknowns with the sines and cosines of all of them."""
         y, scene = self.outputs, self.scene
         old = ca.vertcat(scene.x, scene.u)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
 from mechdae.equations.motion_equations import Released
 from mechdae.kernels.graphs.blocks import inverse
+from mechdae.types import Sym
 
 SX = ca.SX
 
 
-def recovered(r: Released, push: Any, kept: Any) -> Any:
+def recovered(r: Released, push: Sym, kept: Sym) -> Sym:
     """Return the multipliers of all equations, (rows,).
 
     Those of the eliminated equations balance the eliminated coordinates, block by block; their
@@ -30,9 +29,9 @@ def recovered(r: Released, push: Any, kept: Any) -> Any:
     model = r.model
     rows = ca.vertcat(*[row.expression for row in r.rows])
     gradient = ca.sparsify(r.moved(ca.jacobian(rows, model.q)))
-    found: dict[int, Any] = {i: kept[k] for k, i in enumerate(r.left)}
+    found: dict[int, Sym] = {i: kept[k] for k, i in enumerate(r.left)}
     found |= {i: SX(0) for i in r.empty}
-    columns: list[dict[int, Any]] = [{} for _ in range(model.q.numel())]
+    columns: list[dict[int, Sym]] = [{} for _ in range(model.q.numel())]
     triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)
     for i, j, entry in triplet:
         columns[j][i] = entry

@@ -18,6 +18,7 @@ from mechdae.equations.tree.joint_chains import Freedom, WayProduct, WayProducts
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.reaches import bounded
 from mechdae.records import dataclass
+from mechdae.types import Sym
 
 SX = ca.SX
 ZERO = SX(0)
@@ -44,7 +45,7 @@ class Bends:
 class Reached:
     """Bounds of one scalar over y: ``size`` of itself, the rest as of `Bends`."""
 
-    size: Any
+    size: Sym
     first: Any
     second: Any
     rounding: Any
@@ -76,12 +77,12 @@ class RowReaches:
     """
 
     def __init__(
-        self, scene: Scene, values: Any, reaches: Sequence[WayProducts | None], moving: list[Any]
+        self, scene: Scene, values: Sym, reaches: Sequence[WayProducts | None], moving: list[Sym]
     ) -> None:
         self.scene, self.values, self.moving = scene, ca.densify(values), moving
         self.y, self.p = ca.vertcat(*moving), scene.model.p
         self.ends = [0, *_ends(moving)]
-        self.straight: dict[int, tuple[Any, Any, Any]] = {}
+        self.straight: dict[int, tuple[Sym, Sym, Sym]] = {}
         """Coordinates by their hash: expression, slope by y, what is left at y = 0."""
         self.solved: dict[int, WayProducts] = {}
         """Reaches of the coordinates that follow from an equation, by their hash."""
@@ -100,7 +101,7 @@ class RowReaches:
         free = [part for part in parts if isinstance(part, Freedom)]
         return all(self._found(symbol, part.word) for part in free for symbol in part.symbols)
 
-    def _found(self, symbol: Any, word: str) -> bool:
+    def _found(self, symbol: Sym, word: str) -> bool:
         """Keep what is known of a coordinate: a sum of unknowns and drivers, or an equation.
 
         An angle that the scalar does not depend on may hold anything.
@@ -128,7 +129,7 @@ class RowReaches:
         self.solved[key] = reach
         return True
 
-    def _of_equation(self, symbol: Any) -> WayProducts | None:
+    def _of_equation(self, symbol: Sym) -> WayProducts | None:
         """Return the reach of a coordinate that was eliminated by an equation with one."""
         row = self.scene.solved_from.get(symbol.element_hash())
         if row is None or row.reach is None:
@@ -141,7 +142,7 @@ class RowReaches:
         own: WayProducts = row.reach.without(symbol, -1 / pivot, rest)
         return own
 
-    def bounds(self, sizes: list[Any], whole: bool) -> Bends:
+    def bounds(self, sizes: list[Sym], whole: bool) -> Bends:
         """Return bounds for all y of at most these sizes.
 
         Parameters
@@ -169,13 +170,13 @@ class RowReaches:
 class BoundsWithin:
     """Bounds of scalars for all y of at most some sizes (n,); see `RowReaches.bounds`."""
 
-    def __init__(self, rows: RowReaches, size: Any, whole: bool) -> None:
+    def __init__(self, rows: RowReaches, size: Sym, whole: bool) -> None:
         self.rows, self.size, self.whole = rows, size, whole
         self.sizes = ca.vertsplit(size, rows.ends)
         self.n = size.numel()
         self._solved: dict[int, Reached] = {}
 
-    def by_terms(self, value: Any) -> Reached:
+    def by_terms(self, value: Sym) -> Reached:
         """Return the bounds of a scalar by majorants."""
         rows, n = self.rows, self.n
         slope = ca.jacobian(value, rows.y)
@@ -217,7 +218,7 @@ class BoundsWithin:
             rounding, data = rounding + share * off, data + share * moved
         return Reached(found.size, first, second, rounding, data)
 
-    def eliminated(self, symbol: Any) -> Reached | None:
+    def eliminated(self, symbol: Sym) -> Reached | None:
         """Return the bounds of a coordinate that follows from an equation, None of others."""
         key = symbol.element_hash()
         reach = self.rows.solved.get(key)
@@ -229,11 +230,11 @@ class BoundsWithin:
             self._solved[key] = own
         return self._solved[key]
 
-    def _slope(self, symbol: Any) -> Any:
+    def _slope(self, symbol: Sym) -> Sym:
         own = self.eliminated(symbol)
         return ca.fabs(self.rows.straight[symbol.element_hash()][1]) if own is None else own.first
 
-    def _off(self, symbol: Any) -> tuple[Any, Any]:
+    def _off(self, symbol: Sym) -> tuple[Sym, Sym]:
         """Return how far a sum is off by rounding and by changes of parameters."""
         value = self.rows.straight[symbol.element_hash()][0]
         if value.is_leaf():
@@ -241,24 +242,24 @@ class BoundsWithin:
         p = self.rows.p
         _, rounding = majorant(value, self.rows.moving, self.sizes, {})
         slope = ca.jacobian(value, p)
-        held: list[Any] = slope.nonzeros()
+        held: list[Sym] = slope.nonzeros()
         entries, _ = majorant(ca.vertcat(SX(0, 1), *held), self.rows.moving, self.sizes)
         columns = slope.sparsity().get_triplet()[1]
         return rounding, sum((entries[i] * ca.fabs(p[j]) for i, j in enumerate(columns)), ZERO)
 
-    def _size(self, symbol: Any) -> Any:
+    def _size(self, symbol: Sym) -> Sym:
         own = self.eliminated(symbol)
         if own is not None:
             return own.size
         _, slope, rest = self.rows.straight[symbol.element_hash()]
         return (ca.fabs(slope) @ self.size + ca.fabs(rest))[0]
 
-    def _norm(self, ball: Freedom) -> Any:
+    def _norm(self, ball: Freedom) -> Sym:
         parts = ca.vertcat(*map(self._size, ball.symbols))
         return ca.mmax(parts) if self.whole else ca.sqrt(ca.sumsqr(parts))
 
 
-def _ends(moving: list[Any]) -> list[int]:
+def _ends(moving: list[Sym]) -> list[int]:
     ends, count = [], 0
     for part in moving:
         count += part.numel()
@@ -266,7 +267,7 @@ def _ends(moving: list[Any]) -> list[int]:
     return ends
 
 
-def _others(value: Any, y: Any, p: Any) -> bool:
+def _others(value: Sym, y: Sym, p: Sym) -> bool:
     """Return whether an expression holds symbols that are neither moving nor parameters."""
     known = {s.element_hash() for part in (y, p) for s in part.elements()}
     return any(s.element_hash() not in known for s in ca.symvar(SX(value)))

@@ -14,11 +14,12 @@ import casadi as ca
 
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 
 
-def jets(scene: Scene, graph: BlockGraph) -> Any:
+def jets(scene: Scene, graph: BlockGraph) -> Graph:
     """Return the function (x, x1, x2, z, .., z3, u, .., u3, p) -> F, J, f', f'', f'''."""
     e = SX.sym("e")
     x, x1, x2 = (SX.sym(name, graph.size) for name in ("x", "x1", "x2"))
@@ -37,7 +38,7 @@ def jets(scene: Scene, graph: BlockGraph) -> Any:
     return ca.Function("jets", inputs, [values[0], J, *values[1:]])
 
 
-def crossing(scene: Scene, graph: BlockGraph) -> Any:
+def crossing(scene: Scene, graph: BlockGraph) -> Graph:
     """Return the system of the poses at which two branches of a block may cross.
 
     (y, z, z1, z2, u, u1, u2, p, columns, rows, mix) -> G, G_y with
@@ -70,7 +71,7 @@ def crossing(scene: Scene, graph: BlockGraph) -> Any:
     return ca.Function("crossing", inputs, [ca.densify(system), ca.densify(ca.jacobian(system, y))])
 
 
-def vertex(scene: Scene, graph: BlockGraph) -> Any:
+def vertex(scene: Scene, graph: BlockGraph) -> Graph:
     """Return the system of a block's singular pose with a load e on its equations.
 
     (y, w0, z, u, p, columns, rows, mix) -> G, G_y with y = (x / columns, e, v / columns):
@@ -89,7 +90,7 @@ def vertex(scene: Scene, graph: BlockGraph) -> Any:
     return ca.Function("vertex", inputs, [ca.densify(system), ca.densify(ca.jacobian(system, y))])
 
 
-def _scaling(graph: BlockGraph) -> tuple[Any, Any, Any, Callable[[Any], Any]]:
+def _scaling(graph: BlockGraph) -> tuple[Sym, Sym, Sym, Callable[[Any], Any]]:
     """Return symbols of columns, rows and mix, and what mixes the equations of the block."""
     columns, rows = SX.sym("columns", graph.size), SX.sym("rows", graph.rows)
     if not graph.redundant:

@@ -7,31 +7,31 @@ locks, by which the force that would hold a pair is measured.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import casadi as ca
 
 from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Graph, Sym
 
 
 class Smooth(Kernel):
     """As `Kernel`; the slope speeds are among the numbers."""
 
     @structure_property
-    def sides(self) -> Any:
+    def sides(self) -> Graph:
         """(t, x, v, signs, c) -> what takes the place of the signs, (slips,)."""
         return self.function("sides", [self._smoothed[: self.slips]])
 
     @structure_property
-    def _smoothed(self) -> Any:
+    def _smoothed(self) -> Sym:
         """Inputs of friction over (t, x, v), locks and numbers."""
         locks = self.signs[self.slips : 2 * self.slips]
         smooth = ca.tanh(ca.densify(self.released.slips) / self.given["widths"])
         return ca.vertcat((1 - locks) * smooth, self.signs[self.slips :])
 
-    def function(self, name: str, results: Sequence[Any], more: Sequence[Any] = ()) -> Any:
+    def function(self, name: str, results: Sequence[Sym], more: Sequence[Sym] = ()) -> Graph:
         """Return the function (t, x, v, signs, ..., c) with smoothed signs put in."""
         at = [self.t, self.x, self.v, self.signs, *more, self.c]
         general = ca.Function(name, at, list(results))

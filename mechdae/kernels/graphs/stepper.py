@@ -20,6 +20,7 @@ from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.tableau import DENSE, FIFTH, NODES, STAGES, THIRD
 from mechdae.kernels.machine.program import program
 from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.types import Floats, Graph, Matrices, Sym
 
 SX = ca.SX
 CHUNK = 32
@@ -62,7 +63,7 @@ class Layout:
     def __getitem__(self, name: str) -> slice:
         return self._slices[name]
 
-    def of(self, state: Any, name: str) -> Any:
+    def of(self, state: Floats, name: str) -> Any:
         """Return a part of states (..., size); numbers lose their axis."""
         part = state[..., self[name]]
         return part if name in ("x", "v", "a", "m", "w") else part[..., 0]
@@ -83,7 +84,9 @@ class Stepper:
         Those of the forces of friction in joints.
     """
 
-    def __init__(self, kernel: Kernel, powers: Any, acceleration: Any, sizes: Any = None) -> None:
+    def __init__(
+        self, kernel: Kernel, powers: Sym, acceleration: Sym, sizes: Sym | None = None
+    ) -> None:
         self.kernel, self.n = kernel, kernel.n
         self.works = powers.numel()
         self.layout = Layout(self.n, self.works, kernel.rubs)
@@ -98,13 +101,13 @@ class Stepper:
         """Type of the symbols: graphs of large right-hand sides are called, not unrolled."""
         return ca.MX if self.kernel.rhs.n_instructions() > UNROLLED else SX
 
-    def sizes(self, c: Any) -> Any:
+    def sizes(self, c: Sym) -> Sym:
         """Return the natural sizes of the coordinates among the numbers."""
         return c[self.kernel.places_of["sizes"]] if self.n else ca.DM(0, 1)
 
     def _stages(
-        self, t: Any, x: Any, v: Any, a: Any, m: Any, h: Any, signs: Any, c: Any, count: int
-    ) -> tuple[list[Any], list[Any], list[Any]]:
+        self, t: Sym, x: Sym, v: Sym, a: Sym, m: Sym, h: Sym, signs: Sym, c: Sym, count: int
+    ) -> tuple[list[Sym], list[Sym], list[Sym]]:
         """Return rates of x, v and the works at the stages of a step."""
         rates, slopes = [v], [a]
         powers = [self.power(t, x, v, signs, a, m, c)]
@@ -119,15 +122,15 @@ class Stepper:
             powers.append(self.power(at, place, rate, signs, slope, self._sizes(inner), c))
         return rates, slopes, powers
 
-    def _sizes(self, inner: Any) -> Any:
+    def _sizes(self, inner: Sym) -> Sym:
         """Return the sizes of friction among the second results of a right-hand side."""
         return inner[self.kernel.inner - self.sized :] if self.sized else ca.DM(0, 1)
 
-    def _error(self, h: Any, rates: list[Any], slopes: list[Any], omega: Any, c: Any) -> Any:
+    def _error(self, h: Sym, rates: list[Sym], slopes: list[Sym], omega: Sym, c: Sym) -> Sym:
         """Return the norm of the error over the natural sizes."""
         sizes = self.sizes(c)
-        third: list[Any] = []
-        fifth: list[Any] = []
+        third: list[Sym] = []
+        fifth: list[Sym] = []
         for row, total in ((FIFTH, fifth), (THIRD, third)):
             total.append(_combined(row, rates) / sizes)
             total.append(_combined(row, slopes) / (sizes * omega))
@@ -136,7 +139,7 @@ class Stepper:
         return ca.if_else(below == 0, 0, ca.fabs(h) * high / ca.sqrt(below))
 
     @structure_property
-    def step(self) -> Any:
+    def step(self) -> Graph:
         """(t, x, v, a, m, w, h, signs, omega, c) -> new x, v, a, m, w, error, miss."""
         k, sym = self.kernel, self.kind.sym
         t, h, omega = sym("t"), sym("h"), sym("omega")
@@ -153,13 +156,13 @@ class Stepper:
         results = [place, rate, after, self._sizes(inner), work, error, miss]
         return without_repeats("step", inputs, [ca.densify(r) for r in results])
 
-    def _frequency(self, v: Any, a: Any, sizes: Any) -> Any:
+    def _frequency(self, v: Sym, a: Sym, sizes: Sym) -> Sym:
         if not self.n:
             return ca.DM(0)
         return ca.mmax(ca.fmax(ca.fabs(v) / sizes, ca.sqrt(ca.fabs(a) / sizes)))
 
     @structure_property
-    def trial(self) -> Any:
+    def trial(self) -> Graph:
         """(state, [t_end, tol, longest step, signs, c]) -> state after one trial step."""
         lay = self.layout
         state = self.kind.sym("state", lay.size)
@@ -201,7 +204,7 @@ class Stepper:
         )
         return without_repeats("trial", [state, numbers], [done])
 
-    def _turned(self, t: Any, x: Any, v: Any, signs: Any, c: Any) -> Any:
+    def _turned(self, t: Sym, x: Sym, v: Sym, signs: Sym, c: Sym) -> Sym:
         """Return whether a slip moves against its sign."""
         k = self.kernel
         if not k.slips:
@@ -210,7 +213,7 @@ class Stepper:
         return ca.mmin(speeds * signs[: k.slips]) < 0
 
     @structure_property
-    def advance(self) -> Any:
+    def advance(self) -> Graph:
         """As `trial`; a state at the end stays, with ``accepted`` 0, and costs nothing.
 
         So does one behind the reversal of a slip: what follows has another sign.
@@ -227,7 +230,7 @@ class Stepper:
         return ca.Function("advance", [state, numbers], [after])
 
     @structure_property
-    def dense(self) -> Any:
+    def dense(self) -> Graph:
         """(t, x, v, a, m, h, signs, c) -> coefficients (2 n + works, 7), by rows."""
         k, sym = self.kernel, self.kind.sym
         t, h = sym("t"), sym("h")
@@ -262,7 +265,7 @@ class Chunk:
         self._shapes.append((count, stepper.layout.size))
         self._threads = threading.local()
 
-    def __call__(self, state: Any, numbers: Any) -> Any:
+    def __call__(self, state: Floats, numbers: Floats) -> Floats:
         """Return the states (count, .) after each trial step."""
         if self._trial is not None:
             return self._tried(state, numbers)
@@ -278,10 +281,10 @@ class Chunk:
         arrays[0][:] = state
         arrays[1][:] = numbers
         trigger()
-        found: Any = arrays[2].copy()
+        found: Floats = arrays[2].copy()
         return found
 
-    def _tried(self, state: Any, numbers: Any) -> Any:
+    def _tried(self, state: Floats, numbers: Floats) -> Floats:
         """Return the same by single trials, see `Stepper.advance`."""
         t, passed, accepted = (self.layout[name].start for name in ("t", "passed", "accepted"))
         states = np.empty((self.count, self.layout.size))
@@ -294,7 +297,7 @@ class Chunk:
         return states
 
 
-def interpolate(coefficients: Any, start: Any, share: Any) -> Any:
+def interpolate(coefficients: Matrices, start: Floats, share: Floats) -> Floats:
     """Return states (n, k) inside steps: `coefficients` (n, k, 7), `start` (n, k), share (n,)."""
     s = np.asarray(share, float)[:, None]
     total = np.zeros_like(start)
@@ -303,6 +306,6 @@ def interpolate(coefficients: Any, start: Any, share: Any) -> Any:
     return start + total
 
 
-def _combined(row: dict[int, float], parts: list[Any]) -> Any:
+def _combined(row: dict[int, float], parts: list[Sym]) -> Sym:
     """Return the weighted sum of stages."""
     return sum((weight * parts[j] for j, weight in row.items()), ca.DM.zeros(parts[0].numel()))

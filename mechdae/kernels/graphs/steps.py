@@ -18,6 +18,7 @@ from mechdae.kernels.graphs.bounds import BoundGraphs
 from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.kernels.stored.functions import stored_property
+from mechdae.types import Graph, Sym
 
 SX = ca.SX
 Pair = tuple[Any, Any]
@@ -44,7 +45,7 @@ class Graphs(BoundGraphs):
         return other.at(self.scene)
 
     @structure_property
-    def divisors(self) -> tuple[Any, Any]:
+    def divisors(self) -> tuple[Graph, Graph]:
         """What curves divide by: its size at a pose, and at least in a whole sweep.
 
         Functions (x, u, p) -> |divisor| and (|x|, |u|, p, low, high) -> lower bound, 0
@@ -64,7 +65,7 @@ class Graphs(BoundGraphs):
     # -- one certified step ----------------------------------------------------------------
 
     @stored_property
-    def advance(self) -> Any:
+    def advance(self) -> Graph:
         """One step of the path with its certificate.
 
         (state, [s, step], [consts; u0; d]) -> state, test (nb,), det (nb,), miss (nb,)
@@ -102,15 +103,24 @@ class Graphs(BoundGraphs):
         inputs = [state, step, ca.vertcat(self.consts, u0, d)]
         return self.of_all_blocks("advance", inputs, results)
 
-    def _drivers(self, s: Any, u0: Any, d: Any) -> tuple[Any, Any, Any]:
+    def _drivers(self, s: Sym, u0: Sym, d: Sym) -> tuple[Sym, Sym, Sym]:
         """Return the drivers' values and their derivatives with respect to s."""
         if self.course:
             return self.course.at(s)
         return (s if self.single else u0 + s * d), (SX(1) if self.single else d), SX.zeros(self.nu)
 
     def _tube(
-        self, b: int, x: Any, v: Any, away: Any, u: Any, du: Any, beta: Any, ds: Any, drift: Any
-    ) -> tuple[Any, Any, Any]:
+        self,
+        b: int,
+        x: Sym,
+        v: Sym,
+        away: Sym,
+        u: Sym,
+        du: Sym,
+        beta: Sym,
+        ds: Sym,
+        drift: Sym | None,
+    ) -> tuple[Sym, Sym, Sym]:
         """Return the test (<= 1 passes), the radius around the tangent over a step, the reach.
 
         Along x + v t, 0 <= t <= ds, the residual is at most |F| + ds^2 tau / 2 + l, the Jacobian
@@ -126,7 +136,7 @@ class Graphs(BoundGraphs):
         test, radius, reach = self._once("tube", b, partial(self._tube_of, b), inputs)
         return test, radius, reach
 
-    def _tube_of(self, b: int, *parts: Any) -> list[Any]:
+    def _tube_of(self, b: int, *parts: Sym) -> list[Sym]:
         """Return what `_tube` does from the inputs that it lists, unknowns in two parts."""
         x, v, away = zip(parts[0:6:2], parts[1:6:2], strict=True)
         u, du, beta, ds, kappa, rho, *drift = parts[6:]
@@ -188,13 +198,13 @@ class Graphs(BoundGraphs):
         b: int,
         x: Pair,
         v: Pair,
-        away: Any,
-        u: Any,
-        du: Any,
-        limits: list[Any],
-        drift: list[Any],
-        numbers: tuple[Any, ...],
-    ) -> list[Any]:
+        away: Sym,
+        u: Sym,
+        du: Sym,
+        limits: list[Sym],
+        drift: list[Sym],
+        numbers: tuple[Sym, ...],
+    ) -> list[Sym]:
         """Return the same for a block in space, from reaches: `away` of earlier unknowns.
 
         All bounds are of the places within `SPATIAL_NEAR` of the tangent, which the radius must not
@@ -232,8 +242,8 @@ class Graphs(BoundGraphs):
         return [test, radius, reach]
 
     def _reach(
-        self, b: int, x: Pair, u: Any, off: list[Any], bent: Any, rho: Any, pushed: Any
-    ) -> Any:
+        self, b: int, x: Pair, u: Sym, off: list[Sym], bent: Sym, rho: Sym, pushed: Sym
+    ) -> Sym:
         """Return by how much each unknown of a block may leave its tangent over a proved step.
 
         With Y the inverse of the Jacobian at the step's start, e the deviation of the unknowns,
@@ -249,12 +259,12 @@ class Graphs(BoundGraphs):
             found += ca.fabs(inv @ Fz) @ off[1]
         return ca.fmin(found, off[0])
 
-    def _around(self, at: Pair, u: Any, spread: list[Any]) -> list[tuple[Any, Any]]:
+    def _around(self, at: Pair, u: Sym, spread: list[Sym]) -> list[tuple[Sym, Sym]]:
         """Return where unknowns and drivers lie that leave their places by `spread`, and this."""
         places = [(i - d, i + d) for i, d in zip((*at, u), spread, strict=True)]
         return [*places, *[(-d, d) for d in spread]]
 
-    def _sizes(self, unknowns: list[int]) -> Any:
+    def _sizes(self, unknowns: list[int]) -> Sym:
         return column([self.scene.unknowns[i].size_symbol(self.scale) for i in unknowns])
 
     def _step_ranges(
@@ -263,12 +273,12 @@ class Graphs(BoundGraphs):
         x: Pair,
         v: Pair,
         away: Pair,
-        u: Any,
-        du: Any,
-        across: Any,
-        ds: Any,
-        near: Any = 0.0,
-    ) -> list[tuple[Any, Any]]:
+        u: Sym,
+        du: Sym,
+        across: Sym,
+        ds: Sym,
+        near: Sym = 0.0,
+    ) -> list[tuple[Sym, Sym]]:
         """Return where unknowns, drivers and rates of a block lie over a step.
 
         The unknowns, its own and earlier ones, leave their tangents by `away`, the drivers their
@@ -282,7 +292,7 @@ class Graphs(BoundGraphs):
 
     # -- limit positions -------------------------------------------------------------------
 
-    def turn(self, b: int) -> Any:
+    def turn(self, b: int) -> Graph:
         """Return bounds for a block and its ancestors over a step along a tangent of (x, s).
 
         (x, x', u, u', |x|, |u|, d, step, p, columns, rows) -> largest |F|, change of the Jacobian
@@ -322,7 +332,7 @@ class Graphs(BoundGraphs):
         results = [ca.densify(part) for part in (norm(residual / r), norm(change * share), kappa)]
         return ca.Function("turn", inputs, results)
 
-    def _reached_turn(self, blocks: list[int]) -> Any:
+    def _reached_turn(self, blocks: list[int]) -> Graph:
         """Return the same as `turn` of blocks in space, from reaches."""
         chain = [i for k in blocks for i in self.blocks[k].own]
         names = ("v", "du", "size_x", "size_u", "d")
@@ -350,7 +360,7 @@ class Graphs(BoundGraphs):
         results = [ca.densify(part) for part in (norm(residual / r), norm(change), norm(kappa))]
         return ca.Function("turn", inputs, results)
 
-    def along(self, b: int) -> Any:
+    def along(self, b: int) -> Graph:
         """Return one block on a curve of what it depends on.
 
         (x, u, x', u', consts) -> Newton step, rate, determinant, beta, share by which its
@@ -366,7 +376,7 @@ class Graphs(BoundGraphs):
         results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
         return without_repeats("along", inputs, results)
 
-    def tube(self, b: int) -> Any:
+    def tube(self, b: int) -> Graph:
         """Return the test of a step of one block on a curve, and its radius: see `_tube`.
 
         (x, x', away, u, u', drift, [beta, step], consts) -> test, radius, reach.
@@ -378,7 +388,7 @@ class Graphs(BoundGraphs):
         inputs = [self.x, v, away, self.u, du, drift, numbers, self.consts]
         return without_repeats("tube", inputs, [ca.densify(part) for part in results])
 
-    def fold(self, b: int) -> Any:
+    def fold(self, b: int) -> Graph:
         """Return the system of a limit position of block `b` and its derivatives.
 
         (y, [consts; u0; d]) -> G, G_y, J_b, dF_b/ds, F_xx[v, v] with y = (x of the block and

@@ -8,9 +8,10 @@ instruction; where the text is not what is expected, they are asked for one by o
 from __future__ import annotations
 
 import struct
-from typing import Any
 
 import casadi as ca
+
+from mechdae.types import Graph
 
 SIZE = 16
 MANY = 64
@@ -18,18 +19,18 @@ MANY = 64
 _NIBBLES = bytes.maketrans(b"abcdefghijklmnop", b"0123456789abcdef")
 
 
-def instructions(function: Any) -> bytes:
+def instructions(function: Graph) -> bytes:
     """Return the instructions of an SX function."""
     many = function.n_instructions() >= MANY
     return (stored(function) if many else None) or asked(function)
 
 
-def asked(function: Any) -> bytes:
+def asked(function: Graph) -> bytes:
     """Return the instructions, asked for one by one."""
     return b"".join(_packed(function, k) for k in range(function.n_instructions()))
 
 
-def _packed(function: Any, k: int) -> bytes:
+def _packed(function: Graph, k: int) -> bytes:
     """Return one instruction: of an output, i0 is the result, the others place and row."""
     code = function.instruction_id(k)
     into = function.instruction_output(k)
@@ -41,7 +42,7 @@ def _packed(function: Any, k: int) -> bytes:
     return struct.pack("=iiii", code, into[0], out_of[0], out_of[-1])
 
 
-def stored(function: Any) -> bytes | None:
+def stored(function: Graph) -> bytes | None:
     """Return the instructions as the function's stored form holds them, None where they are not.
 
     They are looked for behind their number, and compared at some places.
@@ -67,7 +68,7 @@ def stored(function: Any) -> bytes | None:
     return None
 
 
-def _same(function: Any, found: bytes, count: int) -> bool:
+def _same(function: Graph, found: bytes, count: int) -> bool:
     """Return whether instructions here and there are those of the function."""
     places = {count * k // 16 for k in range(16)}
     return all(found[SIZE * k : SIZE * (k + 1)] == _packed(function, k) for k in places)

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from mechdae.kernels.machine.program import compiled
+from mechdae.types import Floats, Graph
 
 CHUNK = 16_384
 """Poses of a block; those that fit into the caches are the machine's own business."""
@@ -32,7 +33,9 @@ class CompiledLine:
 
     chunk = CHUNK
 
-    def __init__(self, function: Any, shared: Sequence[int], program: Any, outputs: Any) -> None:
+    def __init__(
+        self, function: Graph, shared: Sequence[int], program: Any, outputs: list[tuple[int, int]]
+    ) -> None:
         self.function, self.shared, self._program = function, set(shared), program
         inputs = [(i, row) for i in range(function.n_in()) for row in range(function.numel_in(i))]
         self.places: dict[tuple[int, int], Place] = {}
@@ -49,7 +52,7 @@ class CompiledLine:
     @classmethod
     def of(
         cls,
-        function: Any,
+        function: Graph,
         shared: Sequence[int] = (),
         unwanted: Container[tuple[int, int]] = (),
     ) -> Self | None:
@@ -64,12 +67,14 @@ class CompiledLine:
         program = compiled(function, shared, bytes(own not in unwanted for own in outputs))
         return None if program is None else cls(function, shared, program, outputs)
 
-    def scalars(self, inputs: Sequence[Any]) -> list[float]:
+    def scalars(self, inputs: Sequence[Floats]) -> list[float]:
         """Return the values that all poses share, for inputs of which only shared ones are read."""
         values: list[float] = self._program.common(*inputs)
         return values
 
-    def block(self, inputs: Sequence[Any], scalars: list[Any], into: Mapping[Any, Any]) -> None:
+    def block(
+        self, inputs: Sequence[Floats], scalars: list[float], into: Mapping[tuple[int, int], Floats]
+    ) -> None:
         """Compute the results of a block of poses.
 
         Parameters
@@ -84,7 +89,7 @@ class CompiledLine:
         del scalars  # the machine has its own
         self._program.block(*inputs, [into[own] for own in self.results])
 
-    def __call__(self, inputs: Sequence[Any]) -> list[Any]:
+    def __call__(self, inputs: Sequence[Floats]) -> list[Floats]:
         """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
         n = next(len(a) for i, a in enumerate(inputs) if i not in self.shared)
         columns = [np.asarray(a, float) for a in inputs]

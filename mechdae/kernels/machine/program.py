@@ -15,6 +15,7 @@ import casadi as ca
 
 from mechdae.kernels.machine.instructions import instructions
 from mechdae.kernels.machine.library import library
+from mechdae.types import Graph
 
 NAMES = (
     "INPUT OUTPUT CONST ASSIGN ADD SUB MUL DIV NEG SQ TWICE INV SQRT SIN COS TAN ASIN ACOS ATAN "
@@ -39,7 +40,7 @@ _PROGRAMS: WeakKeyDictionary[Any, dict[tuple[int, ...], Any]] = WeakKeyDictionar
 """Programs of functions that are still in use."""
 
 
-def program(function: Any, shared: Sequence[int] = ()) -> Any:
+def program(function: Graph, shared: Sequence[int] = ()) -> Any:
     """Return the program of a function with dense vectors, None where there is none.
 
     Parameters
@@ -58,7 +59,7 @@ def program(function: Any, shared: Sequence[int] = ()) -> Any:
     return known[key]
 
 
-def compiled(function: Any, shared: Sequence[int], wanted: bytes | None = None) -> Any:
+def compiled(function: Graph, shared: Sequence[int], wanted: bytes | None = None) -> Any:
     """Return a new program, None where there is none.
 
     With `wanted`, a byte for each row of the outputs, it has only `block`: values that are asked

@@ -18,6 +18,7 @@ import numpy as np
 
 from mechdae.kernels.machine.program import program
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
+from mechdae.types import Floats, Graph, Sym
 
 CHUNK = 512
 MANY = 512
@@ -43,7 +44,7 @@ class Batch:
 
     def __init__(
         self,
-        function: Any,
+        function: Graph,
         shared: Sequence[int] = (),
         chunk: int = CHUNK,
         straight: Callable[[], NumpyFunction | None] | None = None,
@@ -70,7 +71,7 @@ class Batch:
         other.evaluations = 0
         return other
 
-    def __call__(self, *inputs: Any) -> list[Any]:
+    def __call__(self, *inputs: Floats | list[list[float]]) -> list[Floats]:
         """Return one (n, rows) array for each output.
 
         Inputs are (n, rows) arrays, shared ones (rows,).
@@ -104,9 +105,9 @@ class Batch:
             raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
         return results
 
-    def _compiled(self, found: Any, inputs: tuple[Any, ...]) -> list[Any]:
+    def _compiled(self, found: Any, inputs: tuple[Floats | list[list[float]], ...]) -> list[Floats]:
         try:
-            results: list[Any] = found.many(*inputs)
+            results: list[Floats] = found.many(*inputs)
         except (TypeError, ValueError):
             arrays = [self._checked(i, np.asarray(value, float)) for i, value in enumerate(inputs)]
             results = found.many(*arrays)
@@ -122,14 +123,14 @@ class Batch:
             self.lines.append(straight(self.function, sorted(self.shared)))
         return self.lines[0]
 
-    def _checked(self, i: int, array: Any) -> Any:
+    def _checked(self, i: int, array: Floats) -> Floats:
         shape = (self.rows_in[i],)
         if (array.shape if i in self.shared else array.shape[1:]) != shape:
             name = self.function.name_in(i)
             raise ValueError(f"input {name} has rows of shape {array.shape}, not {shape}")
         return array
 
-    def _chunk(self, size: int) -> tuple[Any, Any, list[Any], list[Any]]:
+    def _chunk(self, size: int) -> tuple[Sym, Any, list[Floats], list[Floats]]:
         """Return buffer, trigger and staged arrays of this thread for `size` poses."""
         buffers: dict[Any, Any] = self._buffers.__dict__
         if size not in buffers:
@@ -147,5 +148,5 @@ class Batch:
                 if array.size:
                     buffer.set_res(i, memoryview(array))
             buffers[size] = (buffer, trigger, staged_in, staged_out)
-        found: tuple[Any, Any, list[Any], list[Any]] = buffers[size]
+        found: tuple[Sym, Any, list[Floats], list[Floats]] = buffers[size]
         return found

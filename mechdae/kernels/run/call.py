@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from mechdae.kernels.machine.program import program
+from mechdae.types import Floats, Graph
 
 
 class Call:
     """Evaluates a casadi function with dense inputs and outputs for one set of values."""
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Graph) -> None:
         self.function = function
         self._threads = threading.local()
 
@@ -28,19 +29,19 @@ class Call:
         shapes = [self.function.size_out(i) for i in range(self.function.n_out())]
         return [(i, shape) for i, shape in enumerate(shapes) if shape[1] != 1]
 
-    def __call__(self, *inputs: Any) -> list[Any]:
+    def __call__(self, *inputs: Any) -> list[Floats]:
         """Return the outputs, columns as (n,) arrays, for inputs given as vectors."""
         if self._program is None:
             return self._interpreted(inputs)
         try:
-            results: list[Any] = self._program.one(*inputs)
+            results: list[Floats] = self._program.one(*inputs)
         except TypeError:
             results = self._program.one(*[np.asarray(value, float) for value in inputs])
         for i, shape in self._matrices:
             results[i] = results[i].reshape(shape, order="F")
         return results
 
-    def _interpreted(self, inputs: tuple[Any, ...]) -> list[Any]:
+    def _interpreted(self, inputs: tuple[Any, ...]) -> list[Floats]:
         """Return the same by casadi's virtual machine; each thread has buffers of its own."""
         try:
             buffers = self._threads.buffers
@@ -57,7 +58,7 @@ class Call:
 class _Buffers:
     """Arrays of one thread; `Function.buffer` holds bare pointers to them."""
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Graph) -> None:
         self.buffer, self.trigger = function.buffer()
         self.inputs: list[Any] = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
         self.outputs: list[Any] = [

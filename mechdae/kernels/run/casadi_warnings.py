@@ -46,7 +46,7 @@ def quiet() -> Iterator[None]:
     if before is None or isinstance(before, _Sieve):
         yield
         return
-    sieve: Any = _Sieve(before)
+    sieve: _Sieve = _Sieve(before)
     sys.stderr = sieve
     try:
         yield

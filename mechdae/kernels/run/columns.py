@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.kernels.machine.line import CompiledLine
 from mechdae.kernels.run.numpy_backend import NumpyFunction, Place
+from mechdae.types import Floats, Integers
 
 NOWHERE = -1
 
@@ -25,10 +26,10 @@ class PoseTable:
         The arrays of columns that are in no row.
     """
 
-    def __init__(self, store: Any, rows: Sequence[int], others: Mapping[int, Any]) -> None:
+    def __init__(self, store: Floats, rows: Sequence[int], others: Mapping[int, Floats]) -> None:
         self.store, self.rows, self.others = store, list(rows), dict(others)
 
-    def column(self, i: int) -> Any:
+    def column(self, i: int) -> Floats:
         """Return a column, a view."""
         return self.store[self.rows[i]] if self.rows[i] >= 0 else self.others[i]
 
@@ -45,7 +46,7 @@ class PoseTable:
             return np.broadcast_to(np.array([array[0] for array in arrays]), (n, len(arrays)))
         return np.stack(arrays, axis=1)
 
-    def write(self, poses: Any, values: Any) -> None:
+    def write(self, poses: Integers, values: Floats) -> None:
         """Write values (k, columns) at some poses (k,).
 
         PoseColumns that are not one any more get a place of their own.
@@ -78,7 +79,7 @@ class PoseColumns:
     def __len__(self) -> int:
         return int(self.table.store.shape[1])
 
-    def __getitem__(self, key: tuple[Any, Any]) -> Any:
+    def __getitem__(self, key: tuple[slice, Any]) -> Any:
         rows, columns = key
         if isinstance(columns, int | np.integer):
             return self.table.column(self._own[columns])[rows]
@@ -126,7 +127,7 @@ class StoreLayout:
             self.spans.append((len(self.columns), count))
             places = [line.places.get((output, i)) for i in range(count)]
             self.columns += [(order, p, r) for p, r in zip(places, rows, strict=True)]
-        target: dict[Any, int] = {}
+        target: dict[tuple[int, int], int] = {}
         for row, (_, (kind, what)) in enumerate(self.sources):
             if kind == "result":
                 target.setdefault(what, row)
@@ -135,7 +136,9 @@ class StoreLayout:
         rated = [(order, row) for row, (order, _) in enumerate(self.sources) if order]
         self.rated = sorted(rated, reverse=True)
 
-    def _put(self, known: Any, output: int, order: int, group: Sequence[int], rows: Any) -> None:
+    def _put(
+        self, known: Any, output: int, order: int, group: Sequence[int], rows: list[int]
+    ) -> None:
         """Give a group of columns rows one after another, where one is new."""
         keys = [(order, self.line.places.get((output, i))) for i in group]
         moving = [self._moves(*key) for key in keys]
@@ -154,7 +157,9 @@ class StoreLayout:
         kind = place[0] if place is not None else ""
         return kind == "result" or (kind == "input" and order > 0)
 
-    def table(self, n: int, inputs: Sequence[Any], scalars: list[Any], speed: float) -> PoseTable:
+    def table(
+        self, n: int, inputs: Sequence[Floats], scalars: list[float], speed: float
+    ) -> PoseTable:
         """Return a table of n poses, what does not come from the kernel's results filled in.
 
         `inputs` are those of the kernel for all poses, (rows, n); that of order 0 is not read.
@@ -184,7 +189,7 @@ class StoreLayout:
         """Return what a derivative of an order is multiplied by."""
         return (1.0, speed, speed * speed, speed * speed * speed)[order]
 
-    def rates(self, store: Any, inputs: Sequence[Any], speed: float) -> None:
+    def rates(self, store: Floats, inputs: Sequence[Floats], speed: float) -> None:
         """Turn the derivatives of a block into rates in time, highest order first."""
         for order, row in self.rated:
             kind, what = self.sources[row][1]

@@ -7,14 +7,15 @@ without a word (seen in casadi 3.7). So inputs with names that are not all diffe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import casadi as ca
 
+from mechdae.types import Graph, Sym
 
-def without_repeats(name: str, inputs: Sequence[Any], results: Sequence[Any]) -> Any:
+
+def without_repeats(name: str, inputs: Sequence[Sym], results: Sequence[Sym]) -> Graph:
     """Return the casadi function of `inputs` that gives `results`, nothing computed twice."""
-    own: list[Any] = list(inputs)
+    own: list[Sym] = list(inputs)
     if isinstance(next(iter(own), None), ca.SX):
         names = [symbol.name() for part in own for symbol in part.nonzeros()]
         if len(set(names)) < len(names):

@@ -14,13 +14,14 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.bounds.walk import ARRAYS, FORMULAS, replay
+from mechdae.types import Graph
 
 LONG = np.longdouble
 DIGITS = 50
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640629")
 
 
-def evaluate(function: Any, inputs: list[Any]) -> Any:
+def evaluate(function: Graph, inputs: list[Any]) -> Any:
     """Return the first output (n, rows) for inputs (n, columns) of any float type."""
     dtype = np.result_type(*inputs)
     columns = [list(np.asarray(value).T) for value in inputs]
@@ -32,7 +33,7 @@ class NoDecimals(Exception):
     """The function holds an operation that has no decimals."""
 
 
-def decimals(function: Any, inputs: list[Any]) -> list[Decimal]:
+def decimals(function: Graph, inputs: list[Any]) -> list[Decimal]:
     """Return the first output in 50 digits for inputs given as vectors of floats or decimals.
 
     Raises

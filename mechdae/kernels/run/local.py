@@ -12,19 +12,20 @@ import casadi as ca
 
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.call import Call
+from mechdae.types import Floats, Sym, Unknowns
 
 
 class Local:
     """A dense expression over (x, u, p) of a scene as a function of one pose."""
 
-    def __init__(self, scene: Scene, expression: Any) -> None:
+    def __init__(self, scene: Scene, expression: Sym) -> None:
         self.held = scene.held(expression)
         vectors = (scene.x, scene.u, scene.model.p)
         inputs = [v[i] if i else ca.SX(0, 1) for v, i in zip(vectors, self.held, strict=True)]
         self.function = ca.Function("local", inputs, [ca.densify(expression)])
         self._call, self._shape = Call(self.function), self.function.size_out(0)
 
-    def __call__(self, x: Any, u: Any, p: Any) -> Any:
+    def __call__(self, x: Unknowns, u: Floats, p: Floats) -> Floats:
         """Return the value as an array of the expression's shape."""
         vectors = (x, u, p)
         value = self._call(*[v[i] for v, i in zip(vectors, self.held, strict=True)])[0]

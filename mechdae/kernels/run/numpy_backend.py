@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.bounds.walk import LOGIC, NAMES
+from mechdae.types import Floats, Graph
 
 CACHE_BYTES = 4_000_000
 """Size of the buffers of a chunk: a call of NumPy costs as much as some 1500 numbers."""
@@ -22,7 +23,7 @@ SMALLEST_CHUNK = 512
 def into(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return the function with the argument ``out`` of a NumPy operation."""
 
-    def write(*arguments: Any, out: Any) -> None:
+    def write(*arguments: Floats | float, out: Floats) -> None:
         out[...] = function(*arguments)
 
     return write
@@ -79,7 +80,7 @@ class NumpyFunction:
 
     def __init__(
         self,
-        function: Any,
+        function: Graph,
         shared: Sequence[int] = (),
         unwanted: Container[tuple[int, int]] = (),
     ) -> None:
@@ -95,7 +96,7 @@ class NumpyFunction:
         self.chunk = max(SMALLEST_CHUNK, CACHE_BYTES // (8 * max(self.registers, 1)))
 
     @staticmethod
-    def supports(function: Any) -> bool:
+    def supports(function: Graph) -> bool:
         """Return whether every operation of the function has a NumPy form."""
         known = {*_VALUES, ca.OP_TWICE, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
         codes = range(function.n_instructions())
@@ -203,9 +204,9 @@ class NumpyFunction:
             second = number[key(given[1])] if len(given) == 2 else -1
             self._line.append((ufunc, number[key(given[0])], second, number[target]))
 
-    def scalars(self, inputs: Sequence[Any]) -> list[Any]:
+    def scalars(self, inputs: Sequence[Floats]) -> list[float]:
         """Return the values that all poses share, for inputs of which only shared ones are read."""
-        found: list[Any] = []
+        found: list[float] = []
 
         def value(place: Place) -> Any:
             kind, what = place
@@ -218,7 +219,9 @@ class NumpyFunction:
                 found.append(ufunc(*[np.float64(value(place)) for place in sources]))
         return found
 
-    def block(self, inputs: Sequence[Any], scalars: list[Any], into: Mapping[Any, Any]) -> None:
+    def block(
+        self, inputs: Sequence[Floats], scalars: list[float], into: Mapping[tuple[int, int], Floats]
+    ) -> None:
         """Compute the results of one block of poses.
 
         Parameters
@@ -256,7 +259,7 @@ class NumpyFunction:
                     ufunc(at[i], at[j], out=at[k])
         self._spare = [work]
 
-    def __call__(self, inputs: Sequence[Any]) -> list[Any]:
+    def __call__(self, inputs: Sequence[Floats]) -> list[Floats]:
         """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
         n = next(len(a) for i, a in enumerate(inputs) if i not in self.shared)
         columns = [
@@ -283,7 +286,7 @@ class NumpyFunction:
 
 
 def straight(
-    function: Any, shared: Sequence[int] = (), unwanted: Container[tuple[int, int]] = ()
+    function: Graph, shared: Sequence[int] = (), unwanted: Container[tuple[int, int]] = ()
 ) -> NumpyFunction | None:
     """Return the NumPy form of a function, None where there is none."""
     known = NumpyFunction.supports(function)

@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 
 from mechdae.kernels.machine.program import program
+from mechdae.types import Floats, Graph
 
 
 class Sequence:
     """Calls ``advance(state, [s, ds], consts)`` many times, each from the state before."""
 
-    def __init__(self, advance: Any, count: int) -> None:
+    def __init__(self, advance: Graph, count: int) -> None:
         self.advance, self.count = advance, count
         self._threads = threading.local()
 
     @cached_property
-    def function(self) -> Any:
+    def function(self) -> Graph:
         """All steps as a casadi function."""
         return self.advance.mapaccum("advances", self.count)
 
@@ -32,8 +33,8 @@ class Sequence:
         return [self.advance.size1_out(i) for i in range(self.advance.n_out())]
 
     def __call__(
-        self, state: Any, s: Any, ds: Any, consts: Any, count: int | None = None
-    ) -> list[Any]:
+        self, state: Floats, s: Any, ds: Floats | float, consts: Floats, count: int | None = None
+    ) -> list[Floats]:
         """Return states, tests, determinants and misses after each step, (n, .).
 
         `s`, `ds` and `consts` are the same for all steps or have one row for each. There are as
@@ -49,7 +50,9 @@ class Sequence:
         self._program.chain(count, *given, *results)
         return results
 
-    def _interpreted(self, state: Any, s: Any, ds: Any, consts: Any, count: int) -> list[Any]:
+    def _interpreted(
+        self, state: Floats, s: Floats, ds: Any, consts: Floats, count: int
+    ) -> list[Floats]:
         """Return the same by casadi's virtual machine; each thread has buffers of its own."""
         try:
             buffers = self._threads.buffers
@@ -66,7 +69,7 @@ class Sequence:
 class _Buffers:
     """Arrays of one thread; `Function.buffer` holds bare pointers to them."""
 
-    def __init__(self, function: Any, count: int) -> None:
+    def __init__(self, function: Graph, count: int) -> None:
         self.buffer, self.trigger = function.buffer()
         self.state = np.zeros(function.size1_in(0))
         self.steps = np.zeros((count, 2))

@@ -15,6 +15,7 @@ import casadi as ca
 from mechdae import __version__
 from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.stored.folder import Folder, place
+from mechdae.types import Graph
 
 SOURCES = (
     "describe", "describe/tasks", "forces", "kernels", "kernels/bounds", "kernels/graphs",
@@ -58,7 +59,7 @@ def fingerprint(*parts: Any) -> str:
     return whole.hexdigest()
 
 
-def stored(name: str, make: Callable[[], Any]) -> Any:
+def stored(name: str, make: Callable[[], Any]) -> Graph:
     """Return the function that is kept under a name; `make` builds it where there is none."""
     own = folder()
     text = own.read(name) if own is not None else None
@@ -79,12 +80,12 @@ class stored_property(structure_property):  # noqa: N801  (used like `property`)
     Its owner's `fingerprint` names the equations that it is built from; None: it is not kept.
     """
 
-    def __get__(self, instance: Any, owner: type | None = None) -> Any:
+    def __get__(self, instance: Any, owner: type | None = None) -> Graph:
         if instance is None:
             return self
         return instance.cache(self.key, lambda: self._found(instance))
 
-    def _found(self, instance: Any) -> Any:
+    def _found(self, instance: Any) -> Graph:
         if not functions_are_kept() or instance.fingerprint is None:
             return self.make(instance)
         name = fingerprint(instance.fingerprint, self.key)
