@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers
 
 NEAR = 7
 """Places on either side of where a change is expected, each nearer by `CLOSER` than the last."""
@@ -34,9 +35,9 @@ Change = tuple[float, Any, Any]
 
 
 def changes(
-    grid: Any,
-    marks: Any,
-    values: Any,
+    grid: Floats,
+    marks: Integers,
+    values: Floats,
     guides: list[Guide],
     look: Callable[[Any], tuple[Any, Any]],
 ) -> list[Change]:
@@ -67,7 +68,7 @@ def changes(
     return sorted(found, key=lambda change: change[0])
 
 
-def arcs_of(column: int, marks: Any, found: list[Change], grid: Any) -> list[list[float]]:
+def arcs_of(column: int, marks: Integers, found: list[Change], grid: Floats) -> list[list[float]]:
     """Return the intervals in which one of the marks is not zero.
 
     `grid` and `marks` are what `changes` began with, `found` what it gave.
@@ -98,16 +99,16 @@ class Intervals:
 
     low: Any
     high: Any
-    before: Any
-    after: Any
-    at_low: Any
-    at_high: Any
+    before: Integers
+    after: Integers
+    at_low: Floats
+    at_high: Floats
 
-    def rows(self, chosen: Any) -> Intervals:
+    def rows(self, chosen: Booleans | slice) -> Intervals:
         """Return some of them."""
         return Intervals(*(own[chosen] for own in vars(self).values()))
 
-    def found(self, chosen: Any) -> list[Change]:
+    def found(self, chosen: Booleans | slice) -> list[Change]:
         """Return the upper ends of some of them, and the marks on both sides."""
         own = self.rows(chosen)
         return list(zip(own.high.tolist(), own.before, own.after, strict=True))
@@ -147,7 +148,7 @@ class Intervals:
                 return float(one / (one - other))
         return None
 
-    def cut(self, places: Any, marks: Any, values: Any) -> Intervals:
+    def cut(self, places: Floats, marks: Any, values: Any) -> Intervals:
         """Return the intervals between places inside in which marks change."""
         n, m = places.shape
         ends = (

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Booleans, Floats, Points
 
-def undominated(values: Any, slack: float = 0.0) -> Any:
+
+def undominated(values: Floats | list[list[int]], slack: float = 0.0) -> Booleans:
     """Return which rows of values (n, m), the less the better, no other row is better than.
 
     With a `slack` a row is better too that is worse by less than this share of a value.
@@ -21,7 +23,9 @@ def undominated(values: Any, slack: float = 0.0) -> Any:
     return found
 
 
-def best_of(designs: list[dict[str, Any]], signs: Any, same: float) -> list[dict[str, Any]]:
+def best_of(
+    designs: list[dict[str, Floats | list[int]]], signs: Floats, same: float
+) -> list[dict[str, Any]]:
     """Return the designs that no other one dominates, each once, by their first objective.
 
     Those that differ by less than a share of the range of each objective are one.
@@ -61,7 +65,7 @@ def thinned(values: Any, most: int) -> list[int]:
     return kept
 
 
-def hypervolume(values: Any, reference: Any) -> float:
+def hypervolume(values: Points | list[list[int]], reference: Floats | list[int]) -> float:
     """Return the room that points dominate up to a reference, the less the better.
 
     Parameters
@@ -91,7 +95,7 @@ def hypervolume(values: Any, reference: Any) -> float:
     )
 
 
-def _area(values: Any, reference: Any) -> float:
+def _area(values: Points, reference: Floats) -> float:
     order = values[np.lexsort((values[:, 1], values[:, 0]))]
     area, top = 0.0, float(reference[1])
     for x, y in order.tolist():

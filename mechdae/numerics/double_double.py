@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Complexes, Floats
+
 UNIT = 2.0**-53
 _SPLIT = 2.0**27 + 1
 
@@ -17,13 +19,13 @@ Pair = tuple[Any, Any]
 """A real number: the nearest double, and what is left."""
 
 
-def _sum(a: Any, b: Any) -> Pair:
+def _sum(a: Floats, b: Floats) -> Pair:
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
 
 
-def _product(a: Any, b: Any) -> Pair:
+def _product(a: Floats, b: Floats) -> Pair:
     p = a * b
     c, d = _SPLIT * a, _SPLIT * b
     ah, bh = c - (c - a), d - (d - b)
@@ -58,7 +60,7 @@ class WideComplex:
         self.re, self.im = re, im
 
     @classmethod
-    def of(cls, values: Any) -> WideComplex:
+    def of(cls, values: Complexes) -> WideComplex:
         """Return doubles, which are taken for exact."""
         values = np.asarray(values, complex)
         zero = np.zeros(values.shape)

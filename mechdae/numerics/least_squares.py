@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Floats, Jacobian
 
-def solve(J: Any, F: Any) -> Any:
+
+def solve(J: Jacobian, F: Floats) -> Any:
     """Return the step J^-1 F, with more equations than unknowns that of least squares."""
     if J.shape[0] == J.shape[1]:
         return np.linalg.solve(J, F)

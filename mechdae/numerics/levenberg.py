@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Matrices, Points, Unknowns
 
 Rows = tuple[Any, Any, Any]
 """Residuals (n, k, e), their derivatives by x (n, k, e, q) and by the own t (n, k, e) or None."""
@@ -136,7 +137,7 @@ class _Known:
         self.hits: list[int] = []
         self.keys: list[Any] = []
 
-    def add(self, x: Any, t: Any) -> None:
+    def add(self, x: Unknowns, t: Floats) -> None:
         """Count the hits of a batch and keep the solutions that are new."""
         if not len(x):
             return
@@ -148,14 +149,14 @@ class _Known:
             if n >= 0:
                 self.hits[n] += 1
 
-    def _index(self, one: Any) -> int:
+    def _index(self, one: Floats) -> int:
         if not self.keys:
             return -1
         known = np.array(self.keys)
         near = (np.abs(known - one) <= SAME * (1 + np.abs(one))).all(axis=1)
         return int(np.argmax(near)) if near.any() else -1
 
-    def _new(self, x: Any, t: Any) -> int:
+    def _new(self, x: Unknowns, t: Floats) -> int:
         x, t, residual, isolated = polished(self.rows, x, t)
         if not isolated:
             return -1
@@ -172,8 +173,8 @@ class _Known:
 
 
 def descend(
-    rows: Callable[[Any, Any], Rows], x: Any, t: Any, iterations: int
-) -> tuple[Any, Any, Any, int]:
+    rows: Callable[[Any, Any], Rows], x: Unknowns, t: Floats, iterations: int
+) -> tuple[Floats, Floats, Booleans, int]:
     """Return points (n, q), (n, k) after Levenberg-Marquardt, which are solved, and the work.
 
     Damping follows Nielsen: down with the gain of a step, up twice as fast at each failure; the
@@ -222,23 +223,23 @@ def descend(
     return ends_x, ends_t, solved, work
 
 
-def _squares(F: Any) -> Any:
+def _squares(F: Matrices) -> Floats:
     f = np.einsum("nke,nke->n", F, F)
     return np.where(np.isfinite(f), f, BEYOND)
 
 
-def _larger(one: Any, own: Any, other: Any, other_own: Any) -> tuple[Any, Any]:
+def _larger(one: Floats, own: Floats | None, other: Floats, other_own: Any) -> tuple[Any, Any]:
     return np.maximum(one, other), None if own is None else np.maximum(own, other_own)
 
 
-def _scales(J: Any, own: Any) -> tuple[Any, Any]:
+def _scales(J: Floats, own: Matrices | None) -> tuple[Any, Any]:
     """Return squares of the columns of x (n, q) and of t (n, k)."""
     squares = np.einsum("nkeq,nkeq->nq", J, J)
     return np.maximum(squares, 1e-12), None if own is None else np.einsum("nke,nke->nk", own, own)
 
 
 def _step(
-    F: Any, J: Any, own: Any, scale: Any, scale_own: Any, damping: Any
+    F: Matrices, J: Floats, own: Matrices | None, scale: Floats, scale_own: Any, damping: Any
 ) -> tuple[Any, Any, Any]:
     """Return the damped steps of x and t and the decrease that the linear model expects."""
     n, k, e, q = J.shape
@@ -266,7 +267,9 @@ def _step(
     return dx, dt, expected - np.einsum("nk,nk->n", dt, slope)
 
 
-def polished(rows: Callable[[Any, Any], Rows], x: Any, t: Any) -> tuple[Any, Any, float, bool]:
+def polished(
+    rows: Callable[[Any, Any], Rows], x: Unknowns, t: Floats
+) -> tuple[Floats, Floats, float, bool]:
     """Return one solution after Newton's method on the whole system, its residual, isolated.
 
     The best of at most `POLISH` iterates is kept, which is where rounding takes over.
@@ -289,7 +292,7 @@ def polished(rows: Callable[[Any, Any], Rows], x: Any, t: Any) -> tuple[Any, Any
     return *best, isolated
 
 
-def _whole(J: Any, own: Any) -> Any:
+def _whole(J: Any, own: Points | None) -> Any:
     """Return the Jacobian (k e, q + k) of all rows by all unknowns."""
     k, e, q = J.shape
     if own is None:

@@ -9,25 +9,27 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Floats, Jacobian, Matrix
+
 ZERO = 1e-9
 """Share of the largest singular value up to which one counts as zero."""
 SHARE = 1e-6
 """Part in a combination that vanishes above which a row belongs to it."""
 
 
-def rank(sigma: Any, share: float = ZERO) -> int:
+def rank(sigma: Floats, share: float = ZERO) -> int:
     """Return how many of falling singular values (n,) do not count as zero."""
     return int(np.count_nonzero(sigma > share * sigma[0])) if len(sigma) else 0
 
 
-def unit_rows(matrix: Any) -> tuple[Any, Any]:
+def unit_rows(matrix: Matrix) -> tuple[Floats, Floats]:
     """Return a matrix with rows of length 1, rows of zeros as they are, and the lengths (m, 1)."""
     norms = np.linalg.norm(matrix, axis=1, keepdims=True)
     norms = np.where(norms > 0, norms, 1.0)
     return matrix / norms, norms
 
 
-def freedoms(J: Any, sizes: Any = 1.0) -> Any:
+def freedoms(J: Jacobian, sizes: Floats | float = 1.0) -> Floats:
     """Return an orthonormal basis (n, k) of J x = 0, x over natural `sizes` (n,)."""
     if not len(J):
         return np.eye(J.shape[1])
@@ -35,18 +37,18 @@ def freedoms(J: Any, sizes: Any = 1.0) -> Any:
     return right[rank(sigma) :].T
 
 
-def dependences(matrix: Any) -> Any:
+def dependences(matrix: Matrix) -> Floats:
     """Return an orthonormal basis (m, k) of the combinations of rows of length 1 that vanish."""
     left, sigma, _ = np.linalg.svd(unit_rows(matrix)[0])
     return left[:, rank(sigma) :]
 
 
-def dependent(matrix: Any) -> Any:
+def dependent(matrix: Matrix) -> Any:
     """Return which rows (m,) of a matrix depend on each other."""
     return np.abs(dependences(matrix)).max(axis=1, initial=0.0) > SHARE
 
 
-def equilibrated_null_space(B: Any) -> Any:
+def equilibrated_null_space(B: Matrix) -> Floats:
     """Return a basis (n, k) of B x = 0 in columns of length 1, rows and columns equilibrated.
 
     Columns of zeros are left out: their unknowns are zero.
@@ -65,7 +67,7 @@ def equilibrated_null_space(B: Any) -> Any:
     return whole
 
 
-def natural_null_space(B: Any, sizes: Any, units: Any) -> Any:
+def natural_null_space(B: Any, sizes: Floats, units: Floats) -> Any:
     """Return the same for columns that may vanish: their unknowns are free.
 
     Parameters

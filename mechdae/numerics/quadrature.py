@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 _HALF = (
     (0.99145537112081263921, 0.022935322010529224964, 0.0),
@@ -41,7 +42,7 @@ class Substitution:
     fold: int = 0
     """-1: a limit position at the low end, 1: at the high end."""
 
-    def place(self, t: Any) -> tuple[Any, Any]:
+    def place(self, t: Floats) -> tuple[Any, Any]:
         """Return s(t) and ds/dt."""
         width = self.high - self.low
         if self.fold < 0:

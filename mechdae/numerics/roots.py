@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Booleans, Floats
+
 HALVINGS = 60
 STEPS = 80
 ROUGH = 1e-11
@@ -15,9 +17,13 @@ GRAIN = 2 * float(np.finfo(float).eps)
 
 
 def refined(
-    evaluate: Callable[[Any, Any], tuple[Any, Any]], a: Any, b: Any, rising: Any, unit: Any,
-    first: Any = None,
-) -> tuple[Any, Any]:  # fmt: skip
+    evaluate: Callable[[Any, Any], tuple[Any, Any]],
+    a: Floats | list[float],
+    b: Floats | list[float],
+    rising: Booleans,
+    unit: Floats | float,
+    first: Floats | None = None,
+) -> tuple[Floats, Floats]:
     """Return zeros (n,) of functions in their brackets by Newton's method held in them.
 
     Parameters

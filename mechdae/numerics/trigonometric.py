@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Floats
+
 DROPPED = 1e-13
 """Leading coefficients below this share of the largest are rounding: the degree is lower."""
 
 
-def angles_of_roots(g: Callable[[Any], Any], count: int, degree: int, near: float) -> Any:
+def angles_of_roots(g: Callable[[Any], Any], count: int, degree: int, near: float) -> Floats:
     """Return the angles t at which g vanishes, (count, 2*degree), `nan` where there are fewer.
 
     Parameters

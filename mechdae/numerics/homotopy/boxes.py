@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes
 
 UNIT = 2.0**-53
 AT_ONCE = 400
@@ -32,13 +33,13 @@ class BoundedEquations(Protocol):
     def conjugate(self) -> list[int]:
         """Where the conjugate of each unknown stands."""
 
-    def symmetric(self, p: Any) -> bool:
+    def symmetric(self, p: Complexes) -> bool:
         """Return whether conjugates of solutions at numbers p are solutions."""
 
-    def residual(self, p: Any, z: Any) -> tuple[Any, Any, Any]:
+    def residual(self, p: Complexes, z: Complexes) -> tuple[Any, Any, Any]:
         """Return F (n, N), J (n, N, N), and by how much F may be wrong (n, N)."""
 
-    def bounds(self, p: Any, z: Any, r: Any) -> tuple[Any, Any]:
+    def bounds(self, p: Complexes, z: Complexes, r: Any) -> tuple[Any, Any]:
         """Return bounds over boxes: of second derivatives (n, N, N, N), of the rounding of J."""
 
 
@@ -52,7 +53,7 @@ class Enclosed:
     real: Any
 
 
-def enclosed(own: BoundedEquations, p: Any, z: Any) -> Enclosed:
+def enclosed(own: BoundedEquations, p: Complexes, z: Complexes) -> Enclosed:
     """Return solutions (n, N) at numbers p, refined, with boxes.
 
     The box of a ``real`` solution is its own mirror image.
@@ -67,7 +68,7 @@ def enclosed(own: BoundedEquations, p: Any, z: Any) -> Enclosed:
     )  # fmt: skip
 
 
-def _enclosed(own: BoundedEquations, p: Any, z: Any, symmetric: bool) -> Enclosed:
+def _enclosed(own: BoundedEquations, p: Complexes, z: Complexes, symmetric: bool) -> Enclosed:
     with np.errstate(all="ignore"):
         z = _refined(own, p, z)
         real = np.zeros(len(z), bool)
@@ -79,7 +80,7 @@ def _enclosed(own: BoundedEquations, p: Any, z: Any, symmetric: bool) -> Enclose
     return Enclosed(z, radius, certain, real & certain)
 
 
-def _refined(own: BoundedEquations, p: Any, z: Any) -> Any:
+def _refined(own: BoundedEquations, p: Complexes, z: Complexes) -> Complexes:
     """Return solutions after Newton steps, as long as these help."""
     best, kept = np.full(len(z), np.inf), z
     for _ in range(STEPS):
@@ -93,7 +94,7 @@ def _refined(own: BoundedEquations, p: Any, z: Any) -> Any:
     return kept
 
 
-def _boxes(own: BoundedEquations, p: Any, z: Any, real: Any) -> tuple[Any, Any]:
+def _boxes(own: BoundedEquations, p: Complexes, z: Complexes, real: Booleans) -> tuple[Any, Any]:
     """Return half widths of boxes and whether each has one solution."""
     F, J, rounding = own.residual(p, z)
     Y = _inverse(J)
@@ -109,7 +110,7 @@ def _boxes(own: BoundedEquations, p: Any, z: Any, real: Any) -> tuple[Any, Any]:
     return radius, np.isfinite(radius).all(axis=1) & (inside < radius).all(axis=1)
 
 
-def _inverse(J: Any) -> Any:
+def _inverse(J: Any) -> Complexes:
     """Return inverses (n, N, N); `nan` where there is none."""
     good = np.isfinite(J).all(axis=(1, 2))
     J = np.where(good[:, None, None], J, np.eye(J.shape[1]))
@@ -125,7 +126,7 @@ def _inverse(J: Any) -> Any:
     return np.where(good[:, None, None], Y, np.nan)
 
 
-def _times(Y: Any, F: Any) -> Any:
+def _times(Y: Complexes, F: Complexes) -> Any:
     return np.einsum("nij,nj->ni", Y, F)
 
 

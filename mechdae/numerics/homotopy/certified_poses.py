@@ -15,6 +15,7 @@ import numpy as np
 
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Matrices
 
 GRAIN = 1e-13
 LARGEST = 0.25
@@ -30,7 +31,7 @@ class CertifiedPoses:
     ``radius`` bounds the error, within ``alone`` there is no other solution.
     """
 
-    y: Any
+    y: Complexes
     size: Any
     simple: Any
     real: Any
@@ -40,7 +41,7 @@ class CertifiedPoses:
 
 
 def certify(
-    linkage: PinLinkage, numbers: ComplexDimensions, x: Any, real: bool = True
+    linkage: PinLinkage, numbers: ComplexDimensions, x: Complexes, real: bool = True
 ) -> CertifiedPoses:
     """Certify solutions x (n, k) of a linkage; where its numbers are `real`, tell real ones."""
     m, k = max(linkage.turns), len(linkage.slides)
@@ -77,7 +78,9 @@ def certify(
     return CertifiedPoses(y, size, simple, is_real, is_other, radius, alone)
 
 
-def _quadrics(linkage: PinLinkage, numbers: ComplexDimensions, y: Any) -> tuple[Any, Any, Any, Any]:
+def _quadrics(
+    linkage: PinLinkage, numbers: ComplexDimensions, y: Complexes
+) -> tuple[Complexes, Complexes, Floats, Matrices]:
     """Return F, J and the sums of the sizes of their terms."""
     n, m, k = len(y), max(linkage.turns), len(linkage.slides)
     loops, turns, slides = linkage.loops, linkage.step_turns, linkage.step_slides
@@ -118,7 +121,7 @@ def _quadrics(linkage: PinLinkage, numbers: ComplexDimensions, y: Any) -> tuple[
     return F, J, noise, terms
 
 
-def _bent(linkage: PinLinkage, numbers: ComplexDimensions, Y: Any, size: Any) -> Any:
+def _bent(linkage: PinLinkage, numbers: ComplexDimensions, Y: Complexes, size: Floats) -> Any:
     """Return a bound K (n,) of the second derivative of Y F.
 
     A sum of g_t (p_a q_b + p_b q_a) over pairs of unknowns is at most |G| |p| |q|, where no unknown

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Complexes
 
 UNIT = 2.0**-53
 ROUNDINGS = 100
@@ -34,7 +35,7 @@ class CertifiedSolutions:
     alone: Any
 
 
-def certify(X: Any, Q: Any) -> CertifiedSolutions:
+def certify(X: Any, Q: Complexes) -> CertifiedSolutions:
     """Certify homogeneous solutions (n, k) of real quadrics (k - 1, k, k)."""
     n, k = X.shape
     Q = Q / np.sqrt((np.abs(Q) ** 2).sum(axis=(1, 2), keepdims=True))

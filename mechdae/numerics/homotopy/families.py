@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from mechdae.numerics.homotopy.tracker import System, track
+from mechdae.types import Complexes, Floats
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 CLOSE = 1e-8
 """Last Newton step of an end that is a simple solution, by its size."""
@@ -17,26 +22,26 @@ SAME = 1e-6
 class Family(Protocol):
     """Square equations that are analytic in unknowns and numbers."""
 
-    def rows(self, x: Any, p: Any, rate: Any) -> tuple[Any, Any, Any]:
+    def rows(self, x: Complexes, p: Complexes, rate: Any) -> tuple[Any, Any, Any]:
         """Return F (n, k), its Jacobian (n, k, k), and its derivative along a `rate` of p.
 
         x is (n, k), p and its rate are (n, m) or (1, m).
         """
 
-    def drawn(self, generator: Any) -> tuple[Any, Any]:
+    def drawn(self, generator: Generator) -> tuple[Any, Any]:
         """Return generic complex numbers (m,) and one solution (k,) of theirs."""
 
     def numbers(self, generator: Any) -> Any:
         """Return generic complex numbers (m,)."""
 
-    def key(self, x: Any) -> Any:
+    def key(self, x: Complexes) -> Any:
         """Return what tells solutions (n, k) apart, as rows of numbers."""
 
 
-def way(family: Family, start: Any, end: Any, bend: Any = None) -> System:
+def way(family: Family, start: Complexes, end: Complexes, bend: Complexes | None = None) -> System:
     """Return the equations along the numbers start + t (end - start) + t (1 - t) bend."""
 
-    def system(x: Any, t: Any) -> tuple[Any, Any, Any]:
+    def system(x: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
         t = t[:, None]
         p, rate = start + t * (end - start), np.broadcast_to(end - start, (len(x), len(start)))
         if bend is not None:
@@ -46,7 +51,7 @@ def way(family: Family, start: Any, end: Any, bend: Any = None) -> System:
     return system
 
 
-def arrived(system: System, x: Any) -> Any:
+def arrived(system: System, x: Complexes) -> Complexes:
     """Return where solutions lead to; rows of `nan` where paths were lost or end in no simple one.
 
     Parameters
@@ -60,12 +65,12 @@ def arrived(system: System, x: Any) -> Any:
     return np.where(good[:, None], ends.x, np.nan)
 
 
-def there(x: Any) -> Any:
+def there(x: Complexes) -> Complexes:
     """Return the rows that are solutions."""
     return x[np.isfinite(x).all(axis=1)]
 
 
-def united(family: Family, known: Any, more: Any) -> Any:
+def united(family: Family, known: Complexes, more: Complexes) -> Complexes:
     """Return known solutions and the new ones among others, each once."""
     every = np.concatenate([known, more])
     kept = list(range(len(known)))
@@ -78,7 +83,7 @@ def united(family: Family, known: Any, more: Any) -> Any:
     return every[kept]
 
 
-def round_trip(family: Family, p: Any, x: Any, generator: Any) -> Any:
+def round_trip(family: Family, p: Complexes, x: Complexes, generator: Generator) -> Complexes:
     """Return what is known (n, k) at numbers p after a way through others and back."""
     middle, bend = family.numbers(generator), family.numbers(generator)
     out = there(arrived(way(family, p, middle), x))

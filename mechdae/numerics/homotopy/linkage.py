@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from mechdae.numerics.homotopy.generic_count import LARGEST, generic_count
 from mechdae.numerics.homotopy.loops import walk
 from mechdae.numerics.homotopy.sliding_count import sliding_count
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Integers
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 FAR, FAR_SLIDE = 20.0, 1e6
 """Logarithm of a turn, and size of a slide, that are at infinity."""
@@ -86,20 +91,20 @@ class PinLinkage:
         return generic_count(self.parts) if len(self.parts) <= LARGEST else None
 
     @property
-    def far(self) -> Any:
+    def far(self) -> Complexes:
         """Sizes (k,) of real and imaginary parts that are at infinity: turns may go on and on."""
         turn, slide = complex(FAR, np.inf), complex(FAR_SLIDE, FAR_SLIDE)
         return np.repeat([turn, slide], [max(self.turns), len(self.slides)])
 
     @cached_property
-    def step_turns(self) -> Any:
+    def step_turns(self) -> Integers:
         return np.array([self.turns[j] for j, *_ in self.steps])
 
     @cached_property
-    def step_slides(self) -> Any:
+    def step_slides(self) -> Integers:
         return np.array([k for *_, k in self.steps])
 
-    def system(self, numbers: Sequence[ComplexDimensions]) -> Any:
+    def system(self, numbers: Sequence[ComplexDimensions]) -> _System:
         """Return the equations along a path of numbers, a polynomial in t with these coefficients.
 
         They are functions (x (n, k), t (n,)) -> F, dF/dx, dF/dt; x holds the logarithms of turns,
@@ -113,28 +118,28 @@ class ComplexDimensions:
     """Steps ``a`` (steps,) on their parts, directions ``n`` (slides,), and their mirror images."""
 
     a: Any
-    n: Any
-    mirrored_a: Any
-    mirrored_n: Any
+    n: Complexes
+    mirrored_a: Complexes
+    mirrored_n: Complexes
 
     @staticmethod
-    def real(a: Any, n: Any) -> ComplexDimensions:
+    def real(a: Complexes, n: Complexes) -> ComplexDimensions:
         """Return the numbers of a linkage that exists."""
         a, n = np.asarray(a, complex), np.asarray(n, complex)
         return ComplexDimensions(a, n, np.conj(a), np.conj(n))
 
     @staticmethod
-    def drawn(linkage: PinLinkage, rng: Any) -> ComplexDimensions:
+    def drawn(linkage: PinLinkage, rng: Generator) -> ComplexDimensions:
         """Return complex numbers drawn at random."""
 
-        def some(size: int) -> Any:
+        def some(size: int) -> Complexes:
             return rng.normal(size=size) + 1j * rng.normal(size=size)
 
         steps, slides = len(linkage.steps), len(linkage.slides)
         return ComplexDimensions(some(steps), some(slides), some(steps), some(slides))
 
     @property
-    def parts(self) -> tuple[Any, Any, Any, Any]:
+    def parts(self) -> tuple[Complexes, Complexes, Complexes, Complexes]:
         return self.a, self.n, self.mirrored_a, self.mirrored_n
 
     def plus(self, factor: float, other: ComplexDimensions) -> ComplexDimensions:
@@ -162,7 +167,7 @@ class _System:
             self.constant.append([(loops * a) @ gather for a, _ in pair])
             self.slid.append([(loops @ spread.T) * n for _, n in pair])
 
-    def __call__(self, x: Any, t: Any) -> tuple[Any, Any, Any]:
+    def __call__(self, x: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
         m = self.m
         w = np.exp(np.concatenate([np.zeros((len(x), 1)), x[:, :m]], axis=1))
         F, J, rate = [], [], []
@@ -183,7 +188,7 @@ class _System:
             rate.append(slope)
         return np.concatenate(F, axis=1), np.concatenate(J, axis=1), np.concatenate(rate, axis=1)
 
-    def _at(self, t: Any, side: int) -> tuple[Any, Any, Any, Any]:
+    def _at(self, t: Floats, side: int) -> tuple[Any, Any, Any, Any]:
         """Return loops' factors of turns and slides at t (n,), and their slopes."""
         t = t[:, None, None]
         A, B = self.constant[0][side] + 0 * t, self.slid[0][side] + 0 * t
@@ -207,7 +212,7 @@ def straight(
     return [start, difference.plus(1.0, bend), none.plus(-1.0, bend)]
 
 
-def instance(linkage: PinLinkage, rng: Any) -> tuple[ComplexDimensions, Any]:
+def instance(linkage: PinLinkage, rng: Generator) -> tuple[ComplexDimensions, Complexes]:
     """Return complex numbers drawn at random that a pose x (k,) drawn at random solves."""
     pins = {pin for own in linkage.parts for pin in own} | {pin for _, pin in linkage.slides}
     draw = ComplexDimensions.drawn(linkage, rng)

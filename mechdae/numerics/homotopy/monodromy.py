@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage, instance, straight
 from mechdae.numerics.homotopy.tracker import distinct, track
+from mechdae.types import Booleans, Complexes, Integers
 
 SAME = 1e-6
 MISSED = 1e-6
@@ -17,7 +16,7 @@ CLOSE = 1e-9
 """Last Newton step of an end that is a solution."""
 
 
-def within_a_turn(linkage: PinLinkage, x: Any) -> Any:
+def within_a_turn(linkage: PinLinkage, x: Complexes) -> Complexes:
     """Return solutions with the imaginary parts of turns between -pi and pi."""
     m = max(linkage.turns)
     x = np.array(x, complex)
@@ -25,7 +24,7 @@ def within_a_turn(linkage: PinLinkage, x: Any) -> Any:
     return x
 
 
-def different(linkage: PinLinkage, x: Any, same: float = SAME) -> Any:
+def different(linkage: PinLinkage, x: Complexes, same: float = SAME) -> Integers:
     """Return the indices of solutions (n, k) that are no copies of earlier ones."""
     m = max(linkage.turns)
     both = [np.exp(x[:, :m]), np.exp(-x[:, :m]), x[:, m:]]
@@ -34,13 +33,17 @@ def different(linkage: PinLinkage, x: Any, same: float = SAME) -> Any:
     return distinct(sizes, same)
 
 
-def followed(linkage: PinLinkage, path: list[ComplexDimensions], x: Any) -> tuple[Any, Any]:
+def followed(
+    linkage: PinLinkage, path: list[ComplexDimensions], x: Complexes
+) -> tuple[Complexes, Booleans]:
     """Return where solutions lead along a path, and which are simple ones at its end."""
     ends = track(linkage.system(path), x, linkage.far)
     return ends.x, ends.followed & (ends.step < CLOSE)
 
 
-def generic_instance(linkage: PinLinkage, seed: int = 1) -> tuple[ComplexDimensions, Any, bool]:
+def generic_instance(
+    linkage: PinLinkage, seed: int = 1
+) -> tuple[ComplexDimensions, Complexes, bool]:
     """Return complex numbers, all their solutions (N, k), whether a theorem allows no more.
 
     Where no theorem tells how many there are, round trips end when a solution that was missed by

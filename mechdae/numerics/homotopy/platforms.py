@@ -30,6 +30,7 @@ from mechdae.numerics.homotopy.study_quadrics import (
 )
 from mechdae.numerics.homotopy.tracker import distinct, track
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Unknowns
 
 STORE = Path(__file__).resolve().parent / "platform.json"
 ROUTES = 4
@@ -51,8 +52,8 @@ class PlatformPoses:
     different (the real ones are all there are: ``proven``), "homotopy" where fewer are.
     """
 
-    position: Any
-    quaternion: Any
+    position: Floats
+    quaternion: Floats
     error: Any
     regular: int
     far: int
@@ -65,7 +66,7 @@ class PlatformPoses:
     def proven(self) -> bool:
         return self.basis == "theorem"
 
-    def complex_places(self, point: Any) -> tuple[Any, Any]:
+    def complex_places(self, point: Floats) -> tuple[Complexes, Complexes]:
         """Return the places (m, 3) of a point (3,) of the platform, and the unit quaternions."""
         e = self.every[:, :4]
         e = e / np.sqrt((e * e).sum(axis=1))[:, None]
@@ -74,7 +75,7 @@ class PlatformPoses:
 
 
 @cache
-def generic() -> tuple[Any, Any]:
+def generic() -> tuple[Complexes, Complexes]:
     """Return the parameters (42,) of a generic complex platform and its 40 solutions, checked."""
     data = json.loads(STORE.read_text(encoding="utf-8"))
     p = np.array(data["parameters"]) @ [1, 1j]
@@ -86,7 +87,9 @@ def generic() -> tuple[Any, Any]:
     return p, X
 
 
-def platform_poses(base: Any, platform: Any, legs: Any) -> PlatformPoses:
+def platform_poses(
+    base: Floats | list[Floats], platform: Floats | list[Floats], legs: Floats | list[float]
+) -> PlatformPoses:
     """Return all poses at which six points of a platform keep their distances from a base.
 
     Parameters
@@ -137,31 +140,31 @@ def platform_poses(base: Any, platform: Any, legs: Any) -> PlatformPoses:
 
 
 def _whole(
-    chart: StudyChart, charted: ChartedSolutions, found: CertifiedSolutions, regular: Any
+    chart: StudyChart, charted: ChartedSolutions, found: CertifiedSolutions, regular: Booleans
 ) -> bool:
     """Return whether 40 different solutions are certified, each real one of them by `found` too."""
     told = charted.other | (regular & (found.real | found.other) & same(chart, charted, found))
     return bool(charted.simple.all() and told.all() and all_apart(charted))
 
 
-def _pure(v: Any) -> Any:
+def _pure(v: Any) -> Complexes:
     return np.concatenate([[0.0], v])[None]
 
 
-def _turned(X: Any, v: Any) -> Any:
+def _turned(X: Unknowns, v: Any) -> Any:
     """Return a vector (3,) of the platform in poses (n, 8), as (n, 3)."""
     e = X[:, :4]
     turned = product(product(e, _pure(v)), conjugate(e))[:, 1:]
     return turned / (e * e).sum(axis=1)[:, None]
 
 
-def _moved(X: Any, a: Any, b: Any) -> Any:
+def _moved(X: Complexes, a: Complexes, b: Complexes) -> Complexes:
     """Return poses (n, 8) told from points a and b of both bodies as such from their origins."""
     e, g = X[:, :4], X[:, 4:]
     return np.concatenate([e, g + (product(_pure(a), e) - product(e, _pure(b))) / 2], axis=1)
 
 
-def _followed(p: Any) -> tuple[StudyChart, Any]:
+def _followed(p: Any) -> tuple[StudyChart, Complexes]:
     """Return the simple solutions (n, 6) that routes lead to, until one brings nothing new."""
     generic_p, first = generic()
     start = from_first_leg(

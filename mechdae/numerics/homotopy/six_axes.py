@@ -15,7 +15,7 @@ import json
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,11 @@ from mechdae.errors import InputError
 from mechdae.numerics.homotopy import wrists
 from mechdae.numerics.homotopy.tracker import distinct, track
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Matrices
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 STORE = Path(__file__).resolve().parent / "six_axes.json"
 MOST, UNKNOWNS, NUMBERS = 16, 12, 23
@@ -65,7 +70,7 @@ class ArmPoses:
         return self.basis == "theorem"
 
 
-def arm_poses(links: Sequence[Sequence[float]], hand: Any) -> ArmPoses:
+def arm_poses(links: Sequence[Sequence[float]], hand: Floats) -> ArmPoses:
     """Return all joint angles at which an arm's hand is at a place.
 
     Parameters
@@ -119,12 +124,12 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Any) -> ArmPoses:
     return ArmPoses(_in_order(angles), int(simple.sum()), basis, axes=axes)
 
 
-def _in_order(angles: Any) -> Any:
+def _in_order(angles: Floats) -> Any:
     order: Any = np.lexsort(np.round(angles, 9).T) if len(angles) else []
     return angles[order]
 
 
-def _angles(z: Any, first: Any, last: Any, x_last: Any, sines: Any) -> Any:
+def _angles(z: Matrices, first: Floats, last: Floats, x_last: Floats, sines: Floats) -> Any:
     """Return the joints' angles (n, 6) from the directions (n, 4, 3) of the inner axes."""
     n = len(z)
     ends = [np.broadcast_to(own, (n, 1, 3)) for own in (first, last)]
@@ -140,7 +145,7 @@ def _angles(z: Any, first: Any, last: Any, x_last: Any, sines: Any) -> Any:
 # -- equations -----------------------------------------------------------------------------
 
 
-def quadrics(p: Any) -> tuple[Any, Any, Any]:
+def quadrics(p: Complexes) -> tuple[Complexes, Complexes, Complexes]:
     """Return C (12,), L (12, 12), T (12, 12, 12) of F = C + L x + x T x / 2 for the numbers."""
     first, last, c, k, d, place = np.split(np.asarray(p), [3, 6, 11, 16, 20])
     kind = complex if np.iscomplexobj(p) else float
@@ -166,7 +171,7 @@ def quadrics(p: Any) -> tuple[Any, Any, Any]:
     return C, L, T
 
 
-def along(start: Any, end: Any, bend: Any = None) -> Any:
+def along(start: Any, end: Floats, bend: Complexes | None = None) -> Any:
     """Return the system on a route of numbers, start + t (end - start) + t (1 - t) bend."""
     degree = 3 if bend is None else 5
     t = np.cos(np.pi * (np.arange(degree) + 0.5) / degree) / 2 + 0.5
@@ -176,7 +181,7 @@ def along(start: Any, end: Any, bend: Any = None) -> Any:
     C, L, T = (np.tensordot(inverse, np.stack(own), axes=1) for own in zip(*values, strict=True))
     flat = T.reshape(-1, UNKNOWNS).T.copy()
 
-    def system(x: Any, t: Any) -> tuple[Any, Any, Any]:
+    def system(x: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
         n = len(x)
         powers = t[:, None] ** np.arange(degree)
         slopes = np.zeros_like(powers)
@@ -190,7 +195,7 @@ def along(start: Any, end: Any, bend: Any = None) -> Any:
     return system
 
 
-def _sums(p: Any, X: Any) -> Any:
+def _sums(p: Complexes, X: Complexes) -> Any:
     """Return F (n, 12) of complex doubles, its sums formed in 80 bits."""
     C, L, T = (own.astype(np.clongdouble) for own in quadrics(p))
     x = X.astype(np.clongdouble)
@@ -198,7 +203,7 @@ def _sums(p: Any, X: Any) -> Any:
     return (C + ((half + L) * x[:, None, :]).sum(axis=2)).astype(complex)
 
 
-def _refined(p: Any, X: Any) -> Any:
+def _refined(p: Complexes, X: Complexes) -> Any:
     """Return solutions after steps of Newton's method with residuals of 80 bits."""
     _, L, T = quadrics(p)
     for _ in range(REFINED):
@@ -210,7 +215,9 @@ def _refined(p: Any, X: Any) -> Any:
     return X
 
 
-def _certified(p: Any, X: Any, grain: float = GRAIN) -> tuple[Any, Any, Any, bool]:
+def _certified(
+    p: Complexes, X: Complexes, grain: float = GRAIN
+) -> tuple[Booleans, Booleans, Booleans, bool]:
     """Return which solutions are certified, real, not real, and whether all are different.
 
     Newton and Kantorovich: with eta = |J^-1 F|, K = |J^-1 T| and K eta <= 1/4 there is one solution
@@ -247,7 +254,7 @@ def _certified(p: Any, X: Any, grain: float = GRAIN) -> tuple[Any, Any, Any, boo
 
 
 @cache
-def generic() -> tuple[Any, Any]:
+def generic() -> tuple[Complexes, Complexes]:
     """Return the numbers (23,) of a generic complex arm and its 16 solutions, checked."""
     data = json.loads(STORE.read_text(encoding="utf-8"))
     p = np.array(data["parameters"]) @ [1, 1j]
@@ -258,12 +265,12 @@ def generic() -> tuple[Any, Any]:
     return p, X
 
 
-def drawn(rng: Any) -> Any:
+def drawn(rng: Generator) -> Complexes:
     """Return complex numbers (23,) drawn at random."""
     return rng.normal(size=NUMBERS) + 1j * rng.normal(size=NUMBERS)
 
 
-def _followed(target: Any) -> Any:
+def _followed(target: Any) -> Complexes:
     """Return the simple solutions (n, 12) that routes lead to, until some bring nothing new."""
     start, first = generic()
     rng = np.random.default_rng(6)

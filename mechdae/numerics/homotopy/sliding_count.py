@@ -16,11 +16,11 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from mechdae.numerics.homotopy.generic_count import PRIME, ranks
+from mechdae.types import Floats, Integers, Matrix
 
 LARGEST = 11
 """Turns and slides up to which poses are counted."""
@@ -29,7 +29,7 @@ POSITIVE = 1e-9
 """Share of the largest coordinate that decides on which side of a wall a point lies."""
 
 
-def sliding_count(loops: Any, step_turns: Any, step_slides: Any) -> int | None:
+def sliding_count(loops: Floats, step_turns: Integers, step_slides: Integers) -> int | None:
     """Return the number of complex poses for generic dimensions, None where it is not counted.
 
     Parameters
@@ -111,7 +111,7 @@ def nested_sets(r: list[int]) -> list[tuple[int, ...]]:
     return list(grown((), 0))
 
 
-def meeting(cones: list[tuple[int, ...]], T: Any, n: int, rng: random.Random) -> int:
+def meeting(cones: list[tuple[int, ...]], T: Matrix, n: int, rng: random.Random) -> int:
     """Return how often a fan meets the translated preimage of itself under T, with multiplicity.
 
     `cones` are sets of rays (masks), each with the line of (1, ..., 1).

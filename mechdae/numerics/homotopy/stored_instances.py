@@ -19,6 +19,7 @@ from mechdae.numerics.homotopy.certified_poses import apart, certify
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.numerics.homotopy.monodromy import generic_instance, within_a_turn
 from mechdae.records import dataclass
+from mechdae.types import Complexes
 
 STORE = Path(__file__).resolve().parent / "trusses.npz"
 MOST_UNKNOWNS = 8
@@ -51,7 +52,7 @@ _known: dict[str, Instance | None] = {}
 
 
 @cache
-def _shipped() -> dict[str, Any]:
+def _shipped() -> dict[str, Complexes]:
     with np.load(STORE, allow_pickle=False) as data:
         return dict(data)
 
@@ -112,7 +113,7 @@ def _computed(linkage: PinLinkage, name: str, folder: KeptTexts | None) -> Insta
     return found
 
 
-def written(numbers: ComplexDimensions, x: Any) -> Any:
+def written(numbers: ComplexDimensions, x: Complexes) -> Complexes:
     """Return numbers and solutions in a row of single precision."""
     return np.concatenate([*numbers.parts, x.ravel()]).astype(np.complex64)
 

@@ -20,6 +20,7 @@ from mechdae.numerics.homotopy.certify import CertifiedSolutions
 from mechdae.numerics.homotopy.study_quadrics import quadrics
 from mechdae.numerics.homotopy.tracker import System
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats
 
 UNIT = 2.0**-53
 ROUNDINGS = 200
@@ -40,8 +41,8 @@ class ChartedSolutions:
     ``other`` ones are no real poses. ``radius`` bounds the error; within ``alone`` it is alone.
     """
 
-    y: Any
-    X: Any
+    y: Complexes
+    X: Complexes
     simple: Any
     other: Any
     radius: Any
@@ -61,21 +62,21 @@ EE, EF, FF = (
 )  # fmt: skip
 
 
-def from_first_leg(base: Any, platform: Any, squares: Any) -> Any:
+def from_first_leg(base: Any, platform: Any, squares: Any) -> Complexes:
     """Return the numbers (36,) of a platform: points 2 to 6 from the first, squared legs."""
     return np.concatenate(
         [(base[1:] - base[0]).ravel(), (platform[1:] - platform[0]).ravel(), squares]
     )
 
 
-def points(p: Any) -> tuple[Any, Any]:
+def points(p: Any) -> tuple[Complexes, Complexes]:
     """Return base and platform (6, 3) of a platform's numbers."""
     nothing = np.zeros((1, 3))
     base, platform = (np.concatenate([nothing, own.reshape(5, 3)]) for own in (p[:15], p[15:30]))
     return base, platform
 
 
-def study(X: Any) -> Any:
+def study(X: Complexes) -> Any:
     """Return (e, g) with e.g = 0 of solutions (e, f), as (n, 8) of size 1."""
     e, f = X[:, :4], X[:, 4:]
     square, both = (e * e).sum(axis=1)[:, None], (e * f).sum(axis=1)[:, None]
@@ -83,7 +84,7 @@ def study(X: Any) -> Any:
     return result / np.maximum(np.linalg.norm(result, axis=1), 1e-300)[:, None]
 
 
-def numbers_along(start: Any, end: Any, bend: Any = None) -> Any:
+def numbers_along(start: Complexes, end: Complexes, bend: Any = None) -> Complexes:
     """Return the numbers (k, 36) along a route by powers of t: start + t (end - start) + ..."""
     slope = end - start
     if bend is None:
@@ -94,7 +95,7 @@ def numbers_along(start: Any, end: Any, bend: Any = None) -> Any:
 class StudyChart:
     """The solutions with c.e = 1 and c.f = 0, as y (n, 6)."""
 
-    def __init__(self, c: Any) -> None:
+    def __init__(self, c: Complexes) -> None:
         self.c = c / np.linalg.norm(c)
         q, _ = np.linalg.qr(np.concatenate([self.c.conj()[:, None], np.eye(4)], axis=1))
         across = q[:, 1:4]
@@ -103,22 +104,22 @@ class StudyChart:
         self.basis[:4, 0] = self.c.conj()
         self.basis[:4, 1:4] = self.basis[4:, 4:] = across
 
-    def solutions(self, y: Any) -> Any:
+    def solutions(self, y: Complexes) -> Complexes:
         """Return (e, f) as (n, 8)."""
         return y @ self.basis[:, 1:].T + self.basis[:, 0]
 
-    def coordinates(self, X: Any) -> Any:
+    def coordinates(self, X: Complexes) -> Any:
         """Return y of solutions (e, f), of which any multiple and any f + m e will do."""
         e, f = X[:, :4], X[:, 4:]
         s = (e @ self.c)[:, None]
         f = (f - (f @ self.c)[:, None] / s * e) / s
         return np.concatenate([e / s, f], axis=1) @ self.basis[:, 1:].conj()
 
-    def _rows(self, p: Any) -> Any:
+    def _rows(self, p: Complexes) -> Any:
         Q = quadrics(*points(p), p[30:])
         return np.einsum("iab,ax,by->ixy", Q[2:] - Q[1], self.basis, self.basis)
 
-    def system(self, route: Any) -> System:
+    def system(self, route: Complexes) -> System:
         """Return the equations along a route of numbers (k, 36) by powers of t."""
         degree = 2 * (len(route) - 1)
         t = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)) / 2 + 0.5
@@ -130,7 +131,7 @@ class StudyChart:
         first = np.concatenate([route[:, 30], np.zeros(degree + 1 - len(route))])
         d, own = degree + 1, np.arange(degree + 1)
 
-        def system(y: Any, t: Any) -> tuple[Any, Any, Any]:
+        def system(y: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
             n = len(y)
             Y = np.ones((n, 7), complex)
             Y[:, 1:] = y
@@ -153,7 +154,7 @@ class StudyChart:
 
         return system
 
-    def certify(self, p: Any, y: Any) -> ChartedSolutions:
+    def certify(self, p: Any, y: Complexes) -> ChartedSolutions:
         """Certify solutions y (n, 6) of a real platform: Newton and Kantorovich, as in `certify`.
 
         Second derivatives are bounded in the ball of radius `BALL`.

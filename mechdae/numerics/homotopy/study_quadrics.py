@@ -15,10 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Complexes, Floats, Matrices, Unknowns
+
 MOST = 40
 
 
-def product(p: Any, q: Any) -> Any:
+def product(p: Any, q: Any) -> Complexes:
     """Return the quaternion product of arrays (..., 4), real part first."""
     a, b = p[..., :1], q[..., :1]
     u, v = p[..., 1:], q[..., 1:]
@@ -30,27 +32,27 @@ def conjugate(q: Any) -> Any:
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
-def displacement(X: Any) -> Any:
+def displacement(X: Complexes) -> Any:
     """Return the displacements (n, 3) of poses (n, 8)."""
     e, g = X[..., :4], X[..., 4:]
     return 2 * product(g, conjugate(e))[..., 1:] / (e * e).sum(axis=-1, keepdims=True)
 
 
 @cache
-def _forms() -> tuple[Any, ...]:
+def _forms() -> tuple[Floats, ...]:
     """Return e.g, e.e, g.g (8, 8), vec(e* g), vec(g e*) (3, 8, 8) and e b e* (3, 3, 8, 8)."""
     basis = np.eye(8)
     X = (basis[:, None] + basis[None, :]).reshape(-1, 8)
 
-    def polar(form: Any) -> Any:
+    def polar(form: Any) -> Matrices:
         values = form(X).reshape(8, 8, -1)
         own = form(basis).reshape(8, -1)
         return np.moveaxis((values - own[:, None] - own[None, :]) / 2, -1, 0)
 
-    def e(x: Any) -> Any:
+    def e(x: Unknowns) -> Floats:
         return x[..., :4]
 
-    def g(x: Any) -> Any:
+    def g(x: Unknowns) -> Floats:
         return x[..., 4:]
 
     points = np.concatenate([np.zeros((3, 1)), np.eye(3)], axis=1)
@@ -69,7 +71,7 @@ def _forms() -> tuple[Any, ...]:
     )
 
 
-def quadrics(base: Any, platform: Any, squares: Any) -> Any:
+def quadrics(base: Complexes, platform: Any, squares: Complexes) -> Complexes:
     """Return the matrices (7, 8, 8) of the quadrics; real or complex numbers."""
     eg, ee, gg, left, right, turned = _forms()
     a, b = np.asarray(base), np.asarray(platform)

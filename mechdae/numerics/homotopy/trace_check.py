@@ -10,13 +10,18 @@ points to unknown ones, and the sum is not the same again. So three parallel hyp
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.numerics.homotopy.families import arrived
 from mechdae.numerics.homotopy.tracker import System
 from mechdae.records import dataclass
+from mechdae.types import Complexes
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 LINEAR = 1e-6
 """Largest second difference of a linear trace, by the largest change of its points."""
@@ -42,9 +47,9 @@ class TraceTest:
 
 def trace_test(
     pencil: Callable[[complex, complex], System],
-    x: Any,
+    x: Complexes,
     coordinates: Callable[[Any], Any],
-    generator: Any,
+    generator: Generator,
     step: float = 1.0,
 ) -> TraceTest:
     """Test whether the points (n, k) of a curve at s = 0 are all.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Integers
 
 FIRST, SMALLEST, MOST = 0.02, 1e-9, 4000
 NEARLY = 1e-6
@@ -34,16 +35,16 @@ class PathEnds:
     """
 
     x: Any
-    followed: Any
+    followed: Booleans
     step: Any
 
 
-def solve(J: Any, F: Any) -> Any:
+def solve(J: Complexes, F: Complexes) -> Any:
     """Return J^-1 F for many systems F (n, k); `nan` where J is singular."""
     return solve_all(J, F[..., None])[..., 0]
 
 
-def solve_all(J: Any, F: Any) -> Any:
+def solve_all(J: Complexes, F: Complexes) -> Any:
     """Return J^-1 F for many systems of several sides F (n, k, m); `nan` where J is singular."""
     try:
         return np.linalg.solve(J, F)
@@ -57,19 +58,21 @@ def solve_all(J: Any, F: Any) -> Any:
         return result
 
 
-def _largest(values: Any) -> Any:
+def _largest(values: Complexes) -> Any:
     size = np.abs(values).max(axis=-1)
     return np.where(np.isfinite(size), size, np.inf)
 
 
-def _near(x: Any, far: Any) -> Any:
+def _near(x: Complexes, far: Complexes | float) -> Any:
     """Return which points (n, k) are not at infinity."""
     if np.iscomplexobj(far):
         return ((np.abs(x.real) < far.real) & (np.abs(x.imag) < far.imag)).all(axis=1)
     return _largest(x / far) < 1
 
 
-def _ahead(last: Any, here: Any, rates: tuple[Any, Any], gap: Any, h: Any) -> Any:
+def _ahead(
+    last: Complexes, here: Any, rates: tuple[Complexes, Complexes], gap: Floats, h: Floats
+) -> Any:
     """Return the cubic through two points and tangents, a step h beyond the second."""
     before, now = rates
     s = ((gap + h) / gap)[:, None]
@@ -79,7 +82,11 @@ def _ahead(last: Any, here: Any, rates: tuple[Any, Any], gap: Any, h: Any) -> An
 
 
 def track(
-    system: System, x: Any, far: Any = FAR, relative: bool = False, hasty: bool = False
+    system: System,
+    x: Complexes,
+    far: Complexes | float = FAR,
+    relative: bool = False,
+    hasty: bool = False,
 ) -> PathEnds:
     """Follow solutions of F(x, 0) = 0, each with steps of its own, to t = 1.
 
@@ -129,7 +136,7 @@ def _track(system: System, x: Any, far: Any, relative: bool, hasty: bool) -> Pat
     return _ended(system, x, t >= 1)
 
 
-def _ended(system: System, x: Any, followed: Any) -> PathEnds:
+def _ended(system: System, x: Complexes, followed: Booleans) -> PathEnds:
     """Return end points after Newton steps that no longer shrink."""
     one, best = np.ones(len(x)), np.full(len(x), np.inf)
     for _ in range(FINAL):
@@ -142,7 +149,7 @@ def _ended(system: System, x: Any, followed: Any) -> PathEnds:
     return PathEnds(x, followed, best)
 
 
-def distinct(x: Any, same: float) -> Any:
+def distinct(x: Complexes, same: float) -> Integers:
     """Return the indices of rows that are no copies of earlier ones, by their largest entry."""
     kept: list[int] = []
     for row in range(len(x)):

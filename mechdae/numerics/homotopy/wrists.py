@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 MOST = 8
 MEETS = 1e-12
@@ -41,7 +42,7 @@ class WristPoses:
     regular: int
 
 
-def wrist_at(links: Any) -> int:
+def wrist_at(links: Floats) -> int:
     """Return 1 where the last three axes meet in a point, -1 where the first three do, else 0."""
     a, alpha, d = links.T
     size = float(np.abs(links[:, [0, 2]]).max()) or 1.0
@@ -53,7 +54,7 @@ def wrist_at(links: Any) -> int:
     return 0
 
 
-def wrist_poses(links: Any, hand: Any) -> WristPoses:
+def wrist_poses(links: Floats, hand: Floats) -> WristPoses:
     """Return all joint angles of an arm three of whose axes meet, at one end of it.
 
     Parameters
@@ -78,7 +79,7 @@ def wrist_poses(links: Any, hand: Any) -> WristPoses:
     return WristPoses(-found.angles[:, ::-1], found.sure, found.regular)
 
 
-def _forwards(links: Any, hand: Any) -> WristPoses:
+def _forwards(links: Floats, hand: Floats) -> WristPoses:
     a, alpha, d = links.T
     R, t = hand[:, :3], hand[:, 3]
     z6 = R @ [0, np.sin(alpha[5]), np.cos(alpha[5])]
@@ -97,7 +98,7 @@ def _forwards(links: Any, hand: Any) -> WristPoses:
     return WristPoses((found + np.pi) % (2 * np.pi) - np.pi, sure, 2 * regular)
 
 
-def _positions(links: Any, W: Any) -> tuple[list[Any], bool, int]:
+def _positions(links: Floats, W: Floats) -> tuple[list[list[float]], bool, int]:
     """Return the first three angles that put the point at W, whether they are all, how many."""
     a, alpha, d = links.T
     sine, cosine = np.sin(alpha), np.cos(alpha)
@@ -107,7 +108,7 @@ def _positions(links: Any, W: Any) -> tuple[list[Any], bool, int]:
         return [], False, 0
     v = np.array([a[2], -d[3] * sine[2], d[2] + d[3] * cosine[2]])
 
-    def seen(theta: Any) -> Any:
+    def seen(theta: Floats | float) -> Floats:
         """Return the point (n, 3) from the second joint."""
         x, y = (
             v[0] * np.cos(theta) - v[1] * np.sin(theta),
@@ -118,13 +119,13 @@ def _positions(links: Any, W: Any) -> tuple[list[Any], bool, int]:
             axis=-1,
         )
 
-    def parts(theta: Any) -> tuple[Any, Any, Any]:
+    def parts(theta: Floats | float) -> tuple[Any, Any, Any]:
         g = seen(theta)
         m = W[2] - d[0] - cosine[0] * g[..., 2]
         n = W @ W - a[0] ** 2 - d[0] ** 2 - (g**2).sum(axis=-1) - 2 * d[0] * (W[2] - d[0])
         return m, n, (g[..., :2] ** 2).sum(axis=-1)
 
-    def closed(theta: Any) -> Any:
+    def closed(theta: Floats) -> Any:
         m, n, g = parts(theta)
         if straight:
             return n
@@ -155,7 +156,7 @@ def _positions(links: Any, W: Any) -> tuple[list[Any], bool, int]:
     return found, sure, 2 * count if straight or flat else count
 
 
-def _turned(alpha: Any, M: Any) -> tuple[list[Any], bool]:
+def _turned(alpha: Floats, M: Any) -> tuple[list[list[float]], bool]:
     """Return the last three angles that turn the wrist by M, and whether these are all."""
     sine, cosine = np.sin(alpha), np.cos(alpha)
     scale = sine[3] * sine[4]
@@ -172,7 +173,7 @@ def _turned(alpha: Any, M: Any) -> tuple[list[Any], bool]:
     return found, clear
 
 
-def _roots(f: Any, degree: int) -> tuple[Any, bool, int]:
+def _roots(f: Any, degree: int) -> tuple[Floats, bool, int]:
     """Return the real roots of a trigonometric polynomial, whether they are all, how many complex.
 
     Roots in exp(i theta) come in pairs mirrored on the unit circle, so a disc that holds one root
@@ -200,11 +201,11 @@ def _roots(f: Any, degree: int) -> tuple[Any, bool, int]:
     return roots, bool(simple.all() and len(roots) == on.sum()), int(simple.sum())
 
 
-def _turn_x(angle: float) -> Any:
+def _turn_x(angle: float) -> Floats:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
 
 
-def _turn_z(angle: float) -> Any:
+def _turn_z(angle: float) -> Floats:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
