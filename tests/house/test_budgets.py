@@ -9,24 +9,24 @@ from tests.shared.paths import ROOT
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 10_720,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 4_000,
-    "equations": 7_850,  # what is left out of a scene: rollers, second machines, plane and space
+    "numerics": 4_050,
+    "equations": 7_900,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_160,
-    "draw": 18_750,
-    "kernels": 7_450,
+    "draw": 18_900,
+    "kernels": 7_500,
     "motion": 21_200,
     "forces": 3_750,
-    "dynamics": 8_800,
+    "dynamics": 8_850,
     "solver": 300,
-    "design": 17_150,
+    "design": 17_450,
     "tasks": 1_900,
     "cli": 1_450,
     "parts": 25_400,
 }
-"""Room -> most lines of its modules."""
-ALONE = 650
+"""Room -> most lines of its modules; some of them import what annotations name."""
+ALONE = 660
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_500
+TOTAL = 132_700
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
