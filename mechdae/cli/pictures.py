@@ -5,16 +5,20 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.draw.catalogue import OPTIONS, checked
 from mechdae.errors import InputError
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 LONGEST = 150
 """Letters of a file's name without its ending; longer ones are cut, with a checksum."""
 
 
-def options_for(kind: str, asked: Mapping[str, Any]) -> dict[str, Any]:
+def options_for(kind: str, asked: Mapping[str, int | str | list[str]]) -> Json:
     """Return the options of the drawing function.
 
     Raises
@@ -30,7 +34,9 @@ def options_for(kind: str, asked: Mapping[str, Any]) -> dict[str, Any]:
     return options
 
 
-def file_name(problem: str, task: str, kind: str, asked: Mapping[str, Any]) -> str:
+def file_name(
+    problem: str, task: str, kind: str, asked: Mapping[str, int | str | list[str]]
+) -> str:
     """Return the name of the file of a picture, without the ending: it says what is asked for."""
     given = {
         name: OPTIONS[name].file.format(_in_name(value)) for name, value in asked.items() if value
@@ -43,7 +49,7 @@ def file_name(problem: str, task: str, kind: str, asked: Mapping[str, Any]) -> s
     return f"{whole[:LONGEST]}-{zlib.crc32(whole.encode()):08x}"
 
 
-def _in_name(value: Any) -> str:
+def _in_name(value: int | str | list[str]) -> str:
     """Return the value of an option as a part of a file's name."""
     texts = value if isinstance(value, list | tuple) else [value]
     return "-".join(re.sub(r"[^\w.,+=-]+", "-", str(text)).strip("-") for text in texts)

@@ -7,9 +7,13 @@ import json
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.describe.file import library
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 TEXT = re.compile(r' *= *"([^"\\]*)" *(?:#.*)?$')
 TASK = re.compile(r"\[tasks\.\w+\] *(?:#.*)?$")
@@ -31,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def scanned(path: Path) -> dict[str, Any]:
+def scanned(path: Path) -> Json:
     """Return name, kinds of tasks and title of a problem file.
 
     Its lines are read, not parsed, as long as title and kinds stand in lines of their own.

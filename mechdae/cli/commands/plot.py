@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
@@ -15,6 +15,10 @@ from mechdae.draw import usual
 from mechdae.draw.catalogue import DOCUMENTS, OPTIONS, PICTURES, check_suits, kinds_with, picture_of
 from mechdae.draw.choice import kind_and_task
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
+
+if TYPE_CHECKING:
+    from mechdae.describe.file.problem import Problem
+
 
 FORMATS = ("svg", "png", "pdf")
 MOVING = ("gif", "svg", "mp4", "webm")
@@ -173,7 +177,7 @@ def _not_assembled(result: Any, pose: int | None) -> bool:
 
 
 def _written_open(
-    options: argparse.Namespace, problem: Any, name: str, error: AssemblyError
+    options: argparse.Namespace, problem: Problem, name: str, error: AssemblyError
 ) -> int:
     """Write the diagram of a mechanism that does not close, say why; return the exit code."""
     picture = _opened(problem, name, None, None)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.cli.options import problem_arguments, problem_of
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +80,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _counted(count: dict[str, Any]) -> str:
+def _counted(count: Json) -> str:
     """Return the formula of the mobility by count."""
     if "p" in count:  # points and equations of vectors
         return f"3*{count['n']} - {count['p']}"
@@ -88,7 +91,7 @@ def _counted(count: dict[str, Any]) -> str:
     return " - ".join([f"6*{count['n']}{points}", *terms])
 
 
-def _group(group: dict[str, Any]) -> str:
+def _group(group: Json) -> str:
     text = f"    {group['name']}: {', '.join(group['bodies'])}; joints {', '.join(group['joints'])}"
     text += f"; order {group['order']}" if group["class"] not in ("0", "I") else ""
     return f"{text}; {_module(group['module'])}" if "module" in group else text
@@ -101,7 +104,7 @@ def _module(module: dict[str, Any]) -> str:
     return f"{word} {module['text']}{loops}"
 
 
-def _task(task: dict[str, Any]) -> str:
+def _task(task: Json) -> str:
     if "error" in task:
         return f"{task['kind']}: {task['error']}"
     if "constraints" in task:
@@ -127,7 +130,7 @@ def _task(task: dict[str, Any]) -> str:
     return ", ".join(parts)
 
 
-def _motion(task: dict[str, Any]) -> str:
+def _motion(task: Json) -> str:
     """Return what a task of motion integrates."""
     free, kept = len(task["coordinates"]), len(task["constraints"])
     parts = [
