@@ -30,12 +30,12 @@ def drawn_joints(joints: Mapping[str, Joint]) -> dict[str, Joint]:
 
 def drawn_sketch(
     joints: Mapping[str, Joint], bodies: Mapping[str, Any], sketch: Mapping[str, Any]
-) -> dict[str, Any]:
+) -> dict[str, float]:
     """Return the sketch of the drawn pose: angles are 0, other bodies are at their points.
 
     Those are bodies without any joint that has an angle, and those that hang in a ball or on a bar.
     """
-    found: dict[str, Any] = {}
+    found: dict[str, float] = {}
     for name, joint in joints.items():
         angles = [word for word in joint.coordinates if word.startswith("angle")]
         given = {name, *(f"{name}.{word}" for word in joint.coordinates)}

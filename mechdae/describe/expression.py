@@ -11,9 +11,13 @@ import ast
 import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache, reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.errors import InputError, UnknownName, shorten
+
+if TYPE_CHECKING:
+    from mechdae.types import Sym
+
 
 MAX_LENGTH = 500
 MAX_DEPTH = 60
@@ -128,7 +132,7 @@ def names_in(text: str) -> set[str]:
     return result - set(CONSTANTS)
 
 
-def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Any:
+def build(text: str, names: Mapping[str, Sym], functions: Mapping[str, Callable[..., Any]]) -> Sym:
     """Return the expression over the values in `names` (floats or symbols).
 
     Raises
@@ -137,7 +141,7 @@ def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[
         An unknown name, or plain numbers in it that have no value: ``1/0``.
     """
 
-    def walk(node: Any) -> Any:
+    def walk(node: Any) -> Sym:
         name = dotted(node)
         if name:
             if name in names:
@@ -186,7 +190,10 @@ def evaluate(number: float | str, names: Mapping[str, float]) -> float:
 
 
 def unknown_name(
-    numbers: Iterable[Any], known: Iterable[str], kind: str = "parameter", place: str = ""
+    numbers: Iterable[float | str | None],
+    known: Iterable[str],
+    kind: str = "parameter",
+    place: str = "",
 ) -> None:
     """Raise for a name in an expression among `numbers` that is not known."""
     for number in numbers:

@@ -5,11 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import field, fields, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 TIME = "t"
 """Abscissa of a table over the time."""
@@ -75,7 +79,7 @@ class Load(Value):
     def with_number(self, entry: str, number: Number) -> Load:
         """Return the load with one of its numbers replaced."""
         name, _, axis = entry.partition(".")
-        changes: dict[str, Any] = {name: number}
+        changes: Json = {name: number}
         if axis:
             vector = list(getattr(self, name))
             vector["xyz".index(axis)] = number

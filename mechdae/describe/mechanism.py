@@ -347,7 +347,7 @@ def by_name(items: Any) -> Table[Any]:
     """Return named values as a table of them."""
     if isinstance(items, Mapping):
         return Table(items)
-    named: dict[str, Any] = {}
+    named: dict[str, Body | Joint | Load] = {}
     for item in items:
         if item.name in named:
             raise MechanismError(f"two parts are called '{item.name}'", hint="rename one of them")
@@ -407,7 +407,7 @@ def _check(mechanism: Mechanism) -> None:
             if point not in body.points:
                 raise UnknownName("point", point, body.points, where=f"bodies.{name}.outline")
     _check_size(mechanism, mechanism.gravity, "gravity")
-    seen: dict[tuple[Any, ...], str] = {}
+    seen: dict[tuple[str, ...], str] = {}
     for joint in mechanism.joints.values():
         _check_joint(mechanism, joint)
         ends = (joint.kind, *sorted((joint.first, joint.second)))

@@ -12,12 +12,16 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, field, fields, replace
 from functools import partial
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from mechdae.describe.expression import evaluate, parse
 from mechdae.describe.table import Table
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 Number = float | str
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
@@ -79,7 +83,7 @@ class Value:
 
     def evaluated(self, known: Mapping[str, float]) -> Self:
         """Return the description with its numbers evaluated over the parameters' values."""
-        changes: dict[str, Any] = {}
+        changes: Json = {}
         for entry in fields(self):
             value = getattr(self, entry.name)
             if entry.metadata.get("kind") in EVALUATED and value is not None:
@@ -103,7 +107,7 @@ LARGEST = 1e100
 """Largest number in a description: squares and products of numbers stay finite."""
 
 
-def number(value: Any) -> Number:
+def number(value: float | str) -> Number:
     """Return a finite float, or the text of a checked expression."""
     if isinstance(value, str):
         parse(value)
@@ -122,7 +126,7 @@ def number(value: Any) -> Number:
     return result
 
 
-def name(value: Any) -> str:
+def name(value: str) -> str:
     """Return a valid name."""
     if not isinstance(value, str) or not NAME.match(value) or len(value) > 64:
         raise InputError(f"'{shorten(str(value), 30)}' is not a name", hint=NAME_RULE)
@@ -135,25 +139,25 @@ def text(value: Any) -> str:
     return value
 
 
-def law(value: Any) -> str:
+def law(value: str) -> str:
     """Return the text of a checked expression of the time."""
     parse(text(value))
     return str(value)
 
 
-def whole(value: Any) -> int:
+def whole(value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
         raise InputError(f"a whole number above 0 is needed, not {describe(value)}")
     return value
 
 
-def natural(value: Any) -> int:
+def natural(value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
         raise InputError(f"0 or a whole number above it is needed, not {describe(value)}")
     return value
 
 
-def flag(value: Any) -> bool:
+def flag(value: bool) -> bool:
     if not isinstance(value, bool):
         raise InputError(f"true or false is needed, not {describe(value)}")
     return value
@@ -170,7 +174,7 @@ def pair(value: Any) -> tuple[Number, ...]:
     return numbers(items)
 
 
-def components(value: Any) -> tuple[Number, ...]:
+def components(value: Sequence[float | str]) -> tuple[Number, ...]:
     """Return two or three numbers: a vector of the plane or of space."""
     items = sequence(value)
     return numbers(items) if len(items) == 3 else pair(items)
@@ -203,12 +207,14 @@ def inertia(value: Any) -> Number | tuple[Number, ...]:
     return numbers(items)
 
 
-def numbers_in_rows(value: Any, sizes: tuple[int, ...]) -> tuple[tuple[Number, ...], ...]:
+def numbers_in_rows(
+    value: Sequence[Sequence[float]], sizes: tuple[int, ...]
+) -> tuple[tuple[Number, ...], ...]:
     """Return rows of as many numbers or expressions, all of one of the sizes, two at least."""
     words = " or ".join(map(str, sizes))
     own = sizes
 
-    def row(item: Any) -> tuple[Number, ...]:
+    def row(item: Sequence[float]) -> tuple[Number, ...]:
         nonlocal own, words
         items = numbers(item)
         if len(items) not in own:
@@ -222,10 +228,10 @@ def numbers_in_rows(value: Any, sizes: tuple[int, ...]) -> tuple[tuple[Number, .
     return result
 
 
-def rows(value: Any) -> tuple[tuple[float, float], ...]:
+def rows(value: list[list[float]]) -> tuple[tuple[float, float], ...]:
     """Return pairs of finite numbers, two at least."""
 
-    def row(item: Any) -> tuple[float, float]:
+    def row(item: list[float]) -> tuple[float, float]:
         first, second = pair(item)
         if isinstance(first, str) or isinstance(second, str):
             raise InputError("plain numbers are needed, not expressions")
@@ -303,7 +309,7 @@ def lists_by_name(value: Any) -> Table[tuple[Number, ...]]:
     return Table(result)
 
 
-def reference(value: Any) -> str:
+def reference(value: str) -> str:
     """Return ``body.point``."""
     parts = text(value).split(".")
     if len(parts) != 2 or not all(NAME.match(part) for part in parts):
@@ -343,9 +349,7 @@ def each(items: Sequence[Any], coerce: Callable[[Any], Any]) -> list[Any]:
     return result
 
 
-def entries(
-    value: Any, coerce: Callable[[Any], Any], check: Callable[[Any], str] = name
-) -> dict[str, Any]:
+def entries(value: Any, coerce: Callable[[Any], Any], check: Callable[[Any], str] = name) -> Json:
     """Return a table of what `coerce` makes of each entry; errors name the key."""
     if not isinstance(value, Mapping):
         raise InputError(f"a table is needed, not {describe(value)}")
@@ -358,7 +362,7 @@ def entries(
     return result
 
 
-def describe(value: Any) -> str:
+def describe(value: float | str | list[float]) -> str:
     """Return what a wrong value is, for a message."""
     if isinstance(value, Mapping):
         return "a table"

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file import library
 from mechdae.describe.file.misplaced_key_hints import explain
@@ -23,6 +23,10 @@ from mechdae.errors import (
     UnavailableError,
     UnknownName,
 )
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 SCHEMA = 1
 MAX_BYTES = 1_000_000
@@ -76,7 +80,7 @@ def _with_tables(problem: Problem, folder: Path) -> Problem:
     return replace(problem, mechanism=mechanism, tasks=with_time_tables(problem.tasks, folder))
 
 
-def _parse(path: Path) -> dict[str, Any]:
+def _parse(path: Path) -> Json:
     try:
         size = path.stat().st_size
         if size > MAX_BYTES:

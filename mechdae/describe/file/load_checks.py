@@ -17,7 +17,7 @@ from mechdae.describe.loads import (
     TableLoad,
     Torque,
 )
-from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.named import check_expression
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
@@ -81,7 +81,7 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
             raise problem.inside("coordinate") from None
 
 
-def _components(mechanism: Mechanism, value: tuple[Any, ...]) -> None:
+def _components(mechanism: Mechanism, value: tuple[float | str, ...]) -> None:
     if len(value) != mechanism.dimension:
         count = {2: "two", 3: "three"}[mechanism.dimension]
         raise InputError(f"{count} numbers are needed, not {len(value)}", where="value")
@@ -123,7 +123,7 @@ def _table_axis(mechanism: Mechanism, load: TableLoad) -> None:
 
 
 def _point(mechanism: Mechanism, reference: str, place: str) -> None:
-    parts: list[tuple[str, Any]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
+    parts: list[tuple[str, Body | Ground]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
     known = [f"{name}.{point}" for name, body in parts for point in body.points]
     if reference not in known:
         raise UnknownName("point", reference, known, where=place)

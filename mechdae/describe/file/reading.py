@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from mechdae.describe.units import EVERY, UNITS, Unit, nearest_suffixes
 from mechdae.describe.values import (
@@ -18,6 +18,10 @@ from mechdae.describe.values import (
 )
 from mechdae.errors import InputError, MechdaeError, UnknownName, close_matches
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 ALIASES = {
     **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),
@@ -81,7 +85,7 @@ def nest(word: str, nested: Nested) -> None:
     NESTED[word], COERCE[word] = nested, nested.coerce
 
 
-def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, dict[str, Any]]:
+def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, Json]:
     """Return the kind that a table names, and its other entries."""
     if not isinstance(table, Mapping):
         raise InputError("a table is needed")
@@ -226,7 +230,7 @@ def keys_of(kind: type[Value]) -> dict[str, Any]:
     return {entry.name.rstrip("_"): entry for entry in fields(kind) if "kind" in entry.metadata}
 
 
-def read(kind: type[T], table: Any, place: str, **given: Any) -> T:
+def read(kind: type[T], table: Any, place: str, **given: str) -> T:
     """Return the description that a table of the file holds.
 
     Parameters

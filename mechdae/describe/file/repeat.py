@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.file.reading import plain, split_unit
@@ -19,6 +19,10 @@ from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, describe, free
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 INDEX = "k"
 MAX_COUNT = 2000
@@ -59,7 +63,7 @@ class Pattern:
 
     def data(self) -> dict[str, Any]:
         """Return the tables as the parser of TOML gives them."""
-        result: dict[str, Any] = _thawed(self.tables)
+        result: Json = _thawed(self.tables)
         return result
 
     def problem(self, name: str) -> Any:
@@ -103,7 +107,7 @@ def _thawed(value: Any) -> Any:
 class Expanded:
     """Tables without repetition, and the key paths in the file of what was copied."""
 
-    tables: dict[str, Any]
+    tables: Json
     sizes: Mapping[str, int]
     origins: Mapping[tuple[str, str], tuple[str, str]]
 
@@ -178,7 +182,7 @@ def _sizes(data: Mapping[str, Any]) -> dict[str, int]:
     return sizes
 
 
-def _turns(cell: Mapping[str, Any], sizes: Mapping[str, int], place: str) -> range:
+def _turns(cell: Mapping[str, int | str | Json], sizes: Mapping[str, int], place: str) -> range:
     """Return the values of k."""
     for key in cell:
         if key not in KEYS:
@@ -203,7 +207,7 @@ def _turns(cell: Mapping[str, Any], sizes: Mapping[str, int], place: str) -> ran
 
 
 def _copy(
-    tables: dict[str, Any],
+    tables: Json,
     origins: dict[tuple[str, str], tuple[str, str]],
     section: str,
     entries: Any,
@@ -244,7 +248,7 @@ def _copy(
             origins[section, new] = origins[section, base(new)] = (here, turn)
 
 
-def _points(ground: Any, place: str) -> dict[str, Any]:
+def _points(ground: dict[str, dict[str, list[int | str]]], place: str) -> dict[str, Any]:
     """Return the points of a ground with units resolved."""
     try:
         points = plain(ground, {"points": None}).get("points", {})
@@ -276,7 +280,7 @@ class Filling:
             alone = BRACES.fullmatch(value)
             return self._number(alone[1], place) if alone else self._text(value, place)
         if isinstance(value, Mapping):
-            result: dict[str, Any] = {}
+            result: Json = {}
             for key, item in value.items():
                 here = f"{place}.{key}"
                 new = self.key(key, here)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.load import SCHEMA, TOP
 from mechdae.describe.file.problem import Expected
@@ -16,6 +16,10 @@ from mechdae.describe.tasks.kinds import TASKS
 from mechdae.describe.units import EVERY
 from mechdae.describe.values import WITH_UNIT, Value, required
 from mechdae.describe.vectors.values import Node, Vector
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
 HOLE = r"\{[^{}]*\}"
@@ -92,10 +96,10 @@ _KINDS: dict[str, dict[str, Any]] = {
 }
 
 
-def schema() -> dict[str, Any]:
+def schema() -> Json:
     """Return the JSON Schema (draft 2020-12) of schema 1."""
     sections = _sections()
-    properties: dict[str, Any] = {
+    properties: dict[str, Json] = {
         "schema": {"const": SCHEMA},
         "title": {"type": "string"},
         "source": {"type": "string"},
@@ -132,7 +136,7 @@ def _bare() -> dict[str, Any]:
     return {"properties": {"kind": {"const": kinds[0]} if len(kinds) == 1 else {"enum": kinds}}}
 
 
-def _sections() -> dict[str, Any]:
+def _sections() -> dict[str, Json]:
     """Return the tables that describe the mechanism, of the file and of a cell alike."""
     numbers = {"type": "object", "additionalProperties": NUMBER}
     return {
@@ -160,7 +164,7 @@ def _sections() -> dict[str, Any]:
     }
 
 
-def _cell(sections: dict[str, Any]) -> dict[str, Any]:
+def _cell(sections: dict[str, Json]) -> Json:
     """Return the schema of one ``[repeat.NAME]``."""
     whole = {"oneOf": [{"type": "integer"}, COUNT]}
     assert {"count", "from", *sections} == set(KEYS)
@@ -176,7 +180,7 @@ def _cell(sections: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _joints() -> list[dict[str, Any]]:
+def _joints() -> list[Json]:
     between = {"type": "array", "items": _KINDS["reference"], "minItems": 2, "maxItems": 2}
     entries = []
     spatial = [(w, kind) for w, kind in SPATIAL_JOINTS.items() if kind is not JOINTS.get(w)]
@@ -194,11 +198,11 @@ def _joints() -> list[dict[str, Any]]:
     return entries
 
 
-def _tasks() -> list[dict[str, Any]]:
+def _tasks() -> list[Json]:
     return [_object(kind, kind=word) for word, kind in TASKS.items()]
 
 
-def _kind(word: str) -> dict[str, Any]:
+def _kind(word: str) -> Json:
     """Return the schema of a kind of value."""
     nested = NESTED.get(word)
     if nested is not None:
@@ -211,10 +215,10 @@ def _kind(word: str) -> dict[str, Any]:
     return dict(_KINDS[word])
 
 
-def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> dict[str, Any]:
-    properties: dict[str, Any] = {"kind": {"const": kind}} if kind else {}
+def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> Json:
+    properties: dict[str, Json] = {"kind": {"const": kind}} if kind else {}
     needed = ["kind"] if kind else []
-    either: list[dict[str, Any]] = []
+    either: list[Json] = []
     for entry in fields(description):
         word = entry.metadata.get("kind")
         if entry.name in skip or word is None:

@@ -27,6 +27,7 @@ from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownNa
 
 if TYPE_CHECKING:
     from mechdae.describe.file.repeat import Pattern
+    from mechdae.types import Json
 
 TEXTS = ("title", "source")
 """Keys of texts for people."""
@@ -84,7 +85,7 @@ def read_problem(
     return replace(problem, notes=notes) if notes else problem
 
 
-def _bare_mechanism(data: Mapping[str, Any]) -> Mechanism | None:
+def _bare_mechanism(data: Mapping[str, int | str | dict[str, Json]]) -> Mechanism | None:
     """Return what a file begins with all of whose tasks look for a mechanism, None for others."""
     tasks = _table(data, "tasks").values()
     kinds = [str(table.get("kind")) if isinstance(table, Mapping) else "" for table in tasks]
@@ -98,7 +99,7 @@ def _tolerance(data: Mapping[str, Any]) -> dict[str, Any]:
     return plain({word: data[word] for word in data if split_known(word, known)[0] in known}, known)
 
 
-def _outputs(table: Mapping[str, Any]) -> Table[str]:
+def _outputs(table: Mapping[str, str]) -> Table[str]:
     for name, expression in table.items():
         if not isinstance(expression, str):
             raise InputError("an expression in quotes is needed", where=f"outputs.{name}")
@@ -119,7 +120,7 @@ def _plain(data: Mapping[str, Any], entry: str) -> dict[str, Any]:
         raise problem.inside(entry) from None
 
 
-def _parameters(data: Mapping[str, Any]) -> dict[str, Any]:
+def _parameters(data: Mapping[str, Any]) -> Json:
     """Return the parameters by name, units of SI at their ends left out where these are not used.
 
     Raises
@@ -129,7 +130,7 @@ def _parameters(data: Mapping[str, Any]) -> dict[str, Any]:
         nobody.
     """
     table, used = _table(data, "parameters"), used_names(data)
-    found: dict[str, Any] = {}
+    found: Json = {}
     for key, value in table.items():
         base, suffix = split_known(key, used)
         if base == key and split_unit(key)[1] and split_unit(key)[0] not in used:
@@ -178,7 +179,7 @@ def _read_body(name: str, table: Any) -> Body:
     return read(Body, _with_points(table, place), place, name=name)
 
 
-def _chosen(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
+def _chosen(table: Json, place: str, kinds: Mapping[str, Any], word: str) -> Any:
     try:
         kind, rest = chosen(table, kinds, word)
     except MechdaeError as problem:

@@ -15,7 +15,7 @@ from typing import Any
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.tasks.kinds import Driver, Task
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
 MAX_BYTES = 10_000_000
@@ -66,7 +66,7 @@ def with_time_tables(tasks: Table[Task], folder: Path) -> Table[Task]:
     """
     result = dict(tasks)
     for name, task in tasks.items():
-        drivers: Any = getattr(task, "drivers", None) or ()
+        drivers: tuple[Driver, ...] = getattr(task, "drivers", None) or ()
         if not any(driver.table is not None and driver.table.file for driver in drivers):
             continue
         read = []

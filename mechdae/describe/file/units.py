@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.coordinates import unit_of
 from mechdae.describe.dimensions import misfit, parameter_units
@@ -13,6 +13,11 @@ from mechdae.describe.file.reading import check_suffix, split_known, split_unit
 from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import MechdaeError
+
+if TYPE_CHECKING:
+    from mechdae.describe.joints.joint import Joint
+    from mechdae.describe.loads import Load
+
 
 RATES = {
     **dict.fromkeys(("at", "from", "to", "law"), ""),
@@ -67,7 +72,9 @@ def unit_of_number(mechanism: Mechanism, name: str) -> str | None:
     """Return the unit of an automatic name."""
     part, *rest = name.split(".")
     if part in mechanism.joints or part == "loads":
-        owner: Any = mechanism.joints[part] if part != "loads" else mechanism.loads[rest.pop(0)]
+        owner: Joint | Load = (
+            mechanism.joints[part] if part != "loads" else mechanism.loads[rest.pop(0)]
+        )
         entry = next((f for f in fields(owner) if f.name == rest[0]), None)
         return entry.metadata.get("unit") if entry else None
     if part in WHOLE_UNITS:
@@ -199,6 +206,6 @@ def _looks(value: Any) -> bool:
     return number and abs(value) > 2 * math.pi and value == round(value)
 
 
-def _shown(value: Any) -> str:
+def _shown(value: float | str | list[float]) -> str:
     most = max(filter(_looks, value), key=abs) if isinstance(value, list) else value
     return f"{most:g}"

@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.load import SCHEMA
 from mechdae.describe.file.problem import Problem
@@ -25,6 +25,10 @@ from mechdae.describe.values import NAME, Value
 from mechdae.describe.vectors.typed import typed as loops_of
 from mechdae.describe.vectors.typed import without_aliases
 from mechdae.describe.vectors.values import Closure
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 LOOPS = ("vectors", "loops", "nodes")
 REST = ("bodies", "joints", "sketch", "loads", "outputs")
@@ -165,7 +169,7 @@ def given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
     }
 
 
-def _joint(joint: Joint) -> dict[str, Any]:
+def _joint(joint: Joint) -> Json:
     rest = given(joint, skip=("name", "first", "second"))
     return {"kind": joint.kind, "between": [joint.first, joint.second], **rest}
 

@@ -10,18 +10,22 @@ import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import fields, replace
 from functools import cache
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats, Json
+
 
 PRESSURE_ANGLE = math.radians(20)
 """That of teeth where none is given [rad]."""
 
 
 @cache
-def _number_keys(kind: Any) -> tuple[str, ...]:
+def _number_keys(kind: type[Joint]) -> tuple[str, ...]:
     """Return the keys of a kind of joint that hold numbers."""
     return tuple(entry.name for entry in fields(kind) if entry.metadata["kind"] == "number")
 
@@ -142,7 +146,7 @@ class Joint(Value):
         """Return (w1 - wc) / (w2 - wc) of two wheels, by the mechanism's numbers."""
         return self.sense * values[f"{self.name}.ratio"]
 
-    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+    def needed(self, values: Mapping[str, float], moment: Floats) -> Floats:
         """Return how large the force has to be that it is held by, for moments (n,) on the second.
 
         The moments of its reaction about the second point; nothing where none is needed.
@@ -204,7 +208,7 @@ class Joint(Value):
 
     def with_number(self, entry: str, number: Number) -> Joint:
         """Return the joint with one of its numbers replaced."""
-        changes: dict[str, Any] = {entry: number}
+        changes: Json = {entry: number}
         return replace(self, **changes)
 
     def check_shape(self, parameters: Iterable[str], values: Mapping[str, float]) -> None:

@@ -11,13 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import fields, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
 from mechdae.describe.joints.wheels import Gear
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 AXES = "xyz"
 ALONG = 1e-9
@@ -64,7 +68,7 @@ class SpatialJoint(Joint):
             return super().with_number(entry, number)
         place = AXES.index(axis)
         old = getattr(self, name)
-        changes: dict[str, Any] = {name: (*old[:place], number, *old[place + 1 :])}
+        changes: Json = {name: (*old[:place], number, *old[place + 1 :])}
         return replace(self, **changes)
 
     def side(self, second: bool) -> tuple[str, str | None]:

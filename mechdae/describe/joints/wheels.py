@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats
 
 
 @dataclass(frozen=True)
@@ -117,7 +120,7 @@ class Belt(Joint):
     def sense(self) -> int:
         return -1 if self.crossed else 1
 
-    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+    def needed(self, values: Mapping[str, float], moment: Floats) -> Floats:
         return abs(moment) / (2 * (values[f"{self.name}.radius"] * values[f"{self.name}.ratio"]))
 
     def gives_way(self, where: str, force: float) -> str:
@@ -179,7 +182,7 @@ class FrictionWheel(Joint):
     def turn_ratio(self, values: Mapping[str, float]) -> float:
         return self.sense * values[f"{self.name}.second_radius"] / values[f"{self.name}.radius"]
 
-    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+    def needed(self, values: Mapping[str, float], moment: Floats) -> Floats:
         most = values.get(f"{self.name}.adhesion", math.inf) * values[f"{self.name}.second_radius"]
         return abs(moment) / most if most else abs(moment) * math.inf
 

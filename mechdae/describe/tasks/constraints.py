@@ -142,7 +142,7 @@ class FullTurn(Constraint):
     """The driver turns fully."""
 
     coordinate: str | None = key("text", None, doc="the driver's")
-    margin: Any = key(
+    margin: float | None = key(
         "number", None, doc="of the inequalities; absent: 1e-6 of the mechanism's size", unit="m"
     )
 
@@ -212,7 +212,7 @@ class RatioConstraint(Constraint):
     """The first of two parameters is at most ``max`` times the second."""
 
     of: tuple[str, ...] = key("names", doc="two parameters")
-    max: Any = key("number", unit="1")
+    max: float | str | None = key("number", unit="1")
 
     kind: ClassVar[str] = "ratio"
 

@@ -284,7 +284,7 @@ class Rocker(GoalDescription):
     swing: Number | None = key("number", None, doc="of the body", unit="rad")
     joint: str | None = key("text", None)
     stroke: Number | None = key("number", None, doc="of the joint", unit="m")
-    time_ratio: Any = key("number", None, doc="of the slow to the fast stroke", unit="1")
+    time_ratio: float = key("number", None, doc="of the slow to the fast stroke", unit="1")
 
     kind: ClassVar[str] = "rocker"
 
@@ -333,7 +333,7 @@ class StraightLine(GoalDescription):
     """A point follows a straight line while the driver runs over an arc."""
 
     point: str = key("text", doc="body.point")
-    arc: Any = key("number", doc="of the driver", unit="rad")
+    arc: float = key("number", doc="of the driver", unit="rad")
     stroke: Any = key("number", None, doc="way along the line; absent: free", unit="m")
     measure: str = key("text", "minimax", choices=("minimax",))
 

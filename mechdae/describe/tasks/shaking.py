@@ -9,13 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.shaken import Shaken, Terms
 from mechdae.errors import InputError
+
+if TYPE_CHECKING:
+    from mechdae.describe.tasks.kinds import Task
+
 
 WORDS = ("shaking/force", "shaking/moment")
 """Paths below a task."""
@@ -53,7 +57,7 @@ def with_shaking(problem: Problem, tasks: Iterable[str]) -> Problem:
         return problem
     driven = [d.coordinate for name in wanted for d in _sweep(problem, name).all_drivers]
     mechanism = _with_outputs(problem.mechanism, driven)
-    changed: dict[str, Any] = dict(problem.tasks)
+    changed: dict[str, Task] = dict(problem.tasks)
     for name in wanted:
         own = _sweep(problem, name)
         if own.derivatives < 2:

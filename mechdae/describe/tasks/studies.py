@@ -34,7 +34,7 @@ class Study(Task):
     def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
         if not isinstance(table.get("vary"), Mapping):
             return table
-        vary: dict[str, Any] = {}
+        vary: dict[str, list[float]] = {}
         for entry, items in table["vary"].items():
             base, suffix = split_unit(entry)
             if not isinstance(items, list) or len(items) != 3:

@@ -25,7 +25,7 @@ from mechdae.describe.vectors.nodes import (
     reached,
 )
 from mechdae.describe.vectors.numbers import add, less
-from mechdae.describe.vectors.values import Closure, Node
+from mechdae.describe.vectors.values import Closure, Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.records import dataclass
 
@@ -41,7 +41,7 @@ def from_loops(
     bodies: Any = (),
     joints: Any = (),
     parameters: Mapping[str, Any] | None = None,
-    sketch: Mapping[str, Any] | None = None,
+    sketch: Mapping[str, float] | None = None,
     **rest: Any,
 ) -> Mechanism:
     """Return the mechanism that closed vector loops describe.
@@ -409,7 +409,7 @@ def slide_of(vector: str) -> str:
     return f"{vector}_slide"
 
 
-def _given(value: Any, words: tuple[str, ...]) -> dict[str, Any]:
+def _given(value: Node | Vector, words: tuple[str, ...]) -> dict[str, str]:
     return {word: getattr(value, word) for word in words if getattr(value, word) is not None}
 
 
