@@ -17,6 +17,7 @@ from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
+from mechdae.types import Booleans, Floats
 
 CHECKS = ("virtual_power", "energy", "balance")
 PANELS = 6
@@ -43,11 +44,11 @@ def checks(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> dict
     return dict(zip(CHECKS, found, strict=True))
 
 
-def _largest(values: Any, rows: Any) -> float:
+def _largest(values: Floats, rows: Booleans) -> float:
     return float(np.max(np.abs(values), initial=0.0, where=rows))
 
 
-def powers_of(statics: InverseDynamics, answer: PoseForces) -> tuple[Any, ...]:
+def powers_of(statics: InverseDynamics, answer: PoseForces) -> tuple[Floats, ...]:
     """Return powers of drivers, loads and joints, rate of the kinetic energy, it itself, sizes."""
     loads, rate, energy, sizes = statics.powers(answer.inputs)
     whole, motion = answer.whole, answer.motion
@@ -92,8 +93,8 @@ def _energy(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> flo
 
 
 def _panels(
-    statics: InverseDynamics, moving: Moving, middles: Any, half: float, several: bool
-) -> tuple[Any, Any]:
+    statics: InverseDynamics, moving: Moving, middles: Floats, half: float, several: bool
+) -> tuple[Floats, Booleans]:
     """Return the relative errors of the energy over panels, and which of them are good.
 
     Others hold a kink or an end of the motion, or are too wide. Places that may have `several`

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.forces.friction_branches import some
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
+from mechdae.types import Floats, Integers, Json
 
 POSES = 2
 """Poses at which the critical factor is looked for: those where friction feeds itself most."""
@@ -18,11 +17,11 @@ MOST = 1000.0
 def critical_factor(
     statics: InverseDynamics,
     motion: LoadedPoses,
-    inputs: list[Any],
-    sizes: Any,
-    rows: Any,
+    inputs: list[Floats],
+    sizes: Floats,
+    rows: Integers,
     lead: int,
-) -> dict[str, Any]:
+) -> Json:
     """Return the least factor on all coefficients of friction at which a pose jams.
 
     Parameters
@@ -41,7 +40,7 @@ def critical_factor(
         found up to the factor ``up_to``: `MOST`, that with which meshes lose all power, or as far
         as the search came.
     """
-    worst: dict[str, Any] = {"factor": None, "at": None, "joint": None, "up_to": None}
+    worst: Json = {"factor": None, "at": None, "joint": None, "up_to": None}
     if not len(rows):
         return worst
     feeds = _feeding(statics, some(inputs, rows), sizes[rows])
@@ -56,7 +55,7 @@ def critical_factor(
     return worst
 
 
-def _feeding(statics: InverseDynamics, inputs: list[Any], sizes: Any) -> Any:
+def _feeding(statics: InverseDynamics, inputs: list[Floats], sizes: Floats) -> Floats:
     """Return how much friction feeds itself at poses, (n,): at 1 it jams.
 
     It is the largest real eigenvalue of d size / d m; a feedback that reduces itself is

@@ -20,6 +20,7 @@ from mechdae.forces.poses import Moving
 from mechdae.motion.assembly.start import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.quadrature import Substitution, integrate
+from mechdae.types import Floats, Json
 
 NO_POWER = 1e-9
 """Share of the losses below which the power without friction is none: idling, all is lost."""
@@ -36,9 +37,7 @@ STEPS = (1e-5, 1e-7)
 GROWS = 30.0
 
 
-def cycle(
-    statics: InverseDynamics, moving: Moving, answer: PoseForces
-) -> tuple[dict[str, Any], list[str]]:
+def cycle(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> tuple[Json, list[str]]:
     """Return the figures of a cycle and sentences on what is wrong with it.
 
     Raises
@@ -70,7 +69,7 @@ def cycle(
     charts = [Substitution(a, b) for a, b in itertools.pairwise(panels) if b > a]
     jammed = bool(arcs["jammed"])
 
-    def powers(s: Any) -> Any:
+    def powers(s: Floats) -> Floats:
         whole = coupled and not jammed
         return state.powers(state.at(s, whole), whole)
 
@@ -78,7 +77,9 @@ def cycle(
     flow = np.nan_to_num(np.abs(known[coupled and not jammed])).mean(axis=0) * way
     gross = float(flow.max(initial=0.0))
 
-    def sizes(found: Any) -> Any:  # the mean power of masses alone is zero, that in and out is not
+    def sizes(
+        found: Floats,
+    ) -> Any:  # the mean power of masses alone is zero, that in and out is not
         return np.maximum(np.abs(found), np.where(np.arange(len(found)) < DRIVER, flow, 0.0))
 
     total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
@@ -116,7 +117,7 @@ def _interval(moving: Moving) -> tuple[float, float]:
     return low, high
 
 
-def _about_arcs(arcs: dict[str, Any], word: str, unit: str) -> list[str]:
+def _about_arcs(arcs: dict[str, list[list[float]]], word: str, unit: str) -> list[str]:
     """Return what is wrong with a cycle over arcs that jam or have several solutions."""
 
     def spans(name: str) -> str:
@@ -148,22 +149,20 @@ def _unbounded(state: State, low: float, high: float) -> float | None:
     return None
 
 
-def _figures(
-    names: list[str], mean: Any, error: Any, coupled: bool, jammed: bool
-) -> dict[str, Any]:
+def _figures(names: list[str], mean: Floats, error: Floats, coupled: bool, jammed: bool) -> Json:
     """Return the figures of a cycle from mean powers and their errors, of driver and joints."""
 
-    def split(powers: Any) -> tuple[float, float, Any, Any]:
+    def split(powers: Floats) -> tuple[float, float, Floats, Floats]:
         """Return what belongs to the driver and to the joints, without friction and with it."""
         joints = powers[DRIVER:].reshape(2, -1)
         return float(powers[0]), float(powers[1 if coupled else 0]), *joints[[0, int(coupled)]]
 
-    def listed(powers: Any) -> dict[str, float]:
+    def listed(powers: Floats) -> dict[str, float]:
         return dict(zip(names, powers.tolist(), strict=True))
 
     free, whole, lost_free, lost = split(mean)
     inner, outer, off_free, off = split(error)
-    figures: dict[str, Any] = {}
+    figures: Json = {}
     estimate, loss = float(lost_free.sum()), float(lost.sum())
     if abs(free) <= NO_POWER * estimate:
         free = 0.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -15,12 +14,13 @@ from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.motion.assembly.start import shown
 from mechdae.motion.kinematics.prepared import Setting
+from mechdae.types import Booleans, Floats, Integers
 
 TOLERANCE = 1e-9
 """Share by which a check may fail before the result says so."""
 
 
-def lost_poses(setting: Setting, answer: PoseForces, places: Any) -> list[str]:
+def lost_poses(setting: Setting, answer: PoseForces, places: Integers) -> list[str]:
     """Return a sentence on poses that assemble and have no finite forces."""
     if not places.size:
         return []
@@ -46,7 +46,7 @@ def verdicts(setting: Setting, answer: PoseForces) -> list[str]:
 
 
 def about_friction(
-    n: int, jammed: Any, ambiguous: Any, found: Mapping[int, FrictionSolutions],
+    n: int, jammed: Integers, ambiguous: Integers, found: Mapping[int, FrictionSolutions],
     place: Callable[[int], str],
 ) -> list[str]:  # fmt: skip
     """Return sentences on poses of `n` that jam or have several solutions, given by number.
@@ -75,16 +75,16 @@ def about_friction(
 def slack(statics: InverseDynamics, answer: PoseForces) -> list[str]:
     """Return belts whose slack strand would have to push."""
 
-    def moment(name: str) -> Any:
+    def moment(name: str) -> Floats:
         return answer.whole.reactions[:, statics.balance.joints.index(name), 2]
 
-    def when(own: Any) -> str:
+    def when(own: Booleans) -> str:
         return f" at {int(own.sum())} of {len(own)} poses"
 
     return slack_belts(statics.scene.model, statics.meshes, moment, when)
 
 
-def failed_checks(found: Mapping[str, Any]) -> list[str]:
+def failed_checks(found: Mapping[str, float]) -> list[str]:
     return [
         f"check '{name}' fails: {value:.3g} of the forces and powers in it"
         for name, value in found.items()

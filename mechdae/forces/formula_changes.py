@@ -15,6 +15,7 @@ from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
 from mechdae.numerics.changes import Guide, arcs_of, changes
+from mechdae.types import Booleans, Floats, Integers
 
 SAMPLES = 512
 """Intervals in which kinks are looked for, at least."""
@@ -31,12 +32,12 @@ class State:
     def __init__(self, statics: InverseDynamics, moving: Moving) -> None:
         self.statics, self.moving = statics, moving
 
-    def at(self, s: Any, coupled: bool = True) -> PoseForces:
+    def at(self, s: Floats, coupled: bool = True) -> PoseForces:
         """Return the forces at places; all solutions if friction is `coupled`."""
         motion = self.moving.at(s)
         return solved(self.statics, motion, motion.there & coupled, critical=False)
 
-    def powers(self, here: PoseForces, coupled: bool) -> Any:
+    def powers(self, here: PoseForces, coupled: bool) -> Floats:
         """Return powers: driver without friction, with it, losses of both."""
         free = here.free
         whole = here.whole if coupled else free
@@ -45,7 +46,7 @@ class State:
 
     # -- what changes at kinks -------------------------------------------------------------
 
-    def marks(self, here: PoseForces) -> tuple[Any, Any, list[Guide]]:
+    def marks(self, here: PoseForces) -> tuple[Integers, Floats, list[Guide]]:
         """Return whole numbers (n, k) that change where a formula does, and what guides to it.
 
         The first tell whether a pose is jammed, has several solutions, locks itself; the next
@@ -56,9 +57,9 @@ class State:
         flags = [jammed, here.ambiguous, self._locking(here), ~here.motion.there]
         columns = [flag[:, None] for flag in flags]
         guides: list[Guide] = [("slow", slice(0))] * 2 + [("", slice(0))] * 2
-        values: list[Any] = []
+        values: list[Floats] = []
 
-        def add(kind: str, mark: Any, own: Any) -> None:
+        def add(kind: str, mark: Any, own: Floats) -> None:
             start = sum(part.shape[1] for part in values)
             columns.append(mark[:, None])
             values.append(own)
@@ -78,7 +79,7 @@ class State:
             guides,
         )
 
-    def _locking(self, here: PoseForces) -> Any:
+    def _locking(self, here: PoseForces) -> Booleans:
         """Return where loads push along the motion and friction holds it back nevertheless."""
         motion, locking = here.motion, np.zeros(len(here.counts), bool)
         if here.coupled:
@@ -91,7 +92,9 @@ class State:
         return locking
 
 
-def on_grid(state: State, answer: PoseForces) -> tuple[Any, Any, Any, list[Guide], Any]:
+def on_grid(
+    state: State, answer: PoseForces
+) -> tuple[Floats, Integers, Floats, list[Guide], list[Floats]]:
     """Return places, their marks with guides, and powers without coupling and with it.
 
     The poses of the run are among the places where all of them are there.
@@ -114,7 +117,7 @@ def on_grid(state: State, answer: PoseForces) -> tuple[Any, Any, Any, list[Guide
     return places[order], marks, values, seen[0][2], powers
 
 
-def kinks_of(state: State, answer: PoseForces) -> tuple[list[float], dict[str, Any], Any]:
+def kinks_of(state: State, answer: PoseForces) -> tuple[list[float], dict[str, Any], list[Floats]]:
     """Return the places where a formula changes, the arcs by flag, and powers on a grid."""
     grid, marks, values, guides, powers = on_grid(state, answer)
     found = changes(grid, marks, values, guides, lambda places: state.marks(state.at(places))[:2])

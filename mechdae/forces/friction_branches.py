@@ -17,6 +17,7 @@ from mechdae.forces.friction_solutions import SAME, apart, solutions_of
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers, Matrices, Points
 
 FINEST, ROUGH = 1e-10, 1e-6
 """Shares to which critical factors are found: of poses that jam, of margins."""
@@ -50,14 +51,14 @@ class Stage:
 
     places: list[int]
     laws: list[str]
-    start: list[Any]
-    slope: list[Any]
+    start: list[Points]
+    slope: list[Matrices]
 
-    def forms(self, sizes: Any) -> list[Any]:
+    def forms(self, sizes: Floats) -> list[Points]:
         """Return the forms (n, rows) of each for sizes (n, feedbacks)."""
         return forms_of(self.start, self.slope, sizes[:, self.places])
 
-    def slopes(self, sizes: Any) -> Any:
+    def slopes(self, sizes: Floats) -> Any:
         """Return d size / d m, (n, k, k), at sizes (n, feedbacks)."""
         return slopes_of(self.laws, self.start, self.slope, sizes[:, self.places])
 
@@ -72,14 +73,14 @@ class Grown:
     `ROUNDS` of their steps have.
     """
 
-    factor: Any
-    sizes: Any
+    factor: Floats
+    sizes: Floats
     reached: Any
     open: Any
     joints: list[str]
 
 
-def some(inputs: Sequence[Any], rows: Any) -> list[Any]:
+def some(inputs: Sequence[Floats], rows: Integers | list[int] | slice) -> list[Any]:
     """Return the inputs of the balance at some of the poses."""
     return [array[rows] if array.ndim == 2 else array for array in inputs]
 
@@ -105,7 +106,7 @@ class Branches:
                 laws = [balance.feedbacks[k].law for k in share.feedbacks]
                 self.groups.append((share.feedbacks, share.forms, laws))
 
-    def at(self, inputs: Sequence[Any], critical: bool = True) -> list[FrictionSolutions]:
+    def at(self, inputs: Sequence[Floats], critical: bool = True) -> list[FrictionSolutions]:
         """Return the solutions at poses; inputs are those of the balance.
 
         Without solutions the critical factor is looked for only if asked.
@@ -125,7 +126,7 @@ class Branches:
         ]
 
     def _answer(
-        self, solutions: list[Any], proven: bool, connected: int | None,
+        self, solutions: list[Floats], proven: bool, connected: int | None,
         grown: Grown | None, i: int | None,
     ) -> FrictionSolutions:  # fmt: skip
         """Return the solutions of a pose, `i` among those that were `grown`."""
@@ -144,7 +145,7 @@ class Branches:
 
     # -- all solutions -----------------------------------------------------------------------
 
-    def _all(self, inputs: Sequence[Any]) -> tuple[list[Any], bool]:
+    def _all(self, inputs: Sequence[Floats]) -> tuple[list[Floats], bool]:
         """Return all solutions at one pose, and whether their count is proved."""
         proven = True
         fronts = [np.zeros(len(self.balance.feedbacks))]
@@ -161,7 +162,7 @@ class Branches:
             fronts = following
         return fronts, proven
 
-    def staged(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Stage]:
+    def staged(self, inputs: Sequence[Floats], sizes: Floats) -> Iterator[Stage]:
         """Yield the linear forms of each group at poses, given the sizes of the others.
 
         The factor on friction is one for all poses (1,), or each pose's own (n, 1).
@@ -176,18 +177,20 @@ class Branches:
             yield Stage(places, laws, [start[:, s] for s in forms], [slope[:, s] for s in forms])
             first, second = first + rows, second + rows * k
 
-    def _group(self, inputs: Sequence[Any], sizes: Any, g: int) -> Stage:
+    def _group(self, inputs: Sequence[Floats], sizes: Floats, g: int) -> Stage:
         """Return the linear forms of one group at poses."""
         return next(itertools.islice(self.staged(inputs, sizes), g, None))
 
     @staticmethod
-    def _forms(stage: Stage, row: int) -> tuple[list[Any], list[Any]]:
+    def _forms(stage: Stage, row: int) -> tuple[list[Floats], list[Floats]]:
         """Return forms without own sizes, and their slopes, at one pose: [j] (k,), [j] (k, own)."""
         return [own[row] for own in stage.start], [own[row] for own in stage.slope]
 
     # -- the one that continues from no friction -----------------------------------------------
 
-    def limits(self, inputs: Sequence[Any], most: float) -> list[tuple[float | None, str, float]]:
+    def limits(
+        self, inputs: Sequence[Floats], most: float
+    ) -> list[tuple[float | None, str, float]]:
         """Return factors on friction at which the solutions of poses end, joints, how far it went.
 
         The factor is None where a solution does not end up to there, to `most` or to the last of
@@ -200,7 +203,7 @@ class Branches:
             for k, far in enumerate(grown.factor.tolist())
         ]
 
-    def _grown(self, inputs: Sequence[Any], to: float, finest: float) -> Grown:
+    def _grown(self, inputs: Sequence[Floats], to: float, finest: float) -> Grown:
         """Follow the solutions of poses from no friction to a factor on it.
 
         Where the sizes of the last step lead to none the same forces of friction are tried, that
@@ -232,7 +235,7 @@ class Branches:
             joints[k] = self._culprit(some(inputs, slice(k, k + 1)), factor[k], sizes[k])
         return Grown(factor, sizes, reached, open_, joints)
 
-    def _culprit(self, inputs: Sequence[Any], factor: float, sizes: Any) -> str:
+    def _culprit(self, inputs: Sequence[Floats], factor: float, sizes: Floats) -> str:
         """Return the joint whose friction takes the largest part in what makes the sizes grow.
 
         With G the slopes of the sizes and x, y the right and left vectors of its eigenvalue 1
@@ -250,7 +253,9 @@ class Branches:
                 joint = self.balance.feedbacks[stage.places[int(np.argmax(shares))]].joint
         return joint
 
-    def _follow(self, inputs: Sequence[Any], factor: Any, sizes: Any) -> tuple[Any, Any]:
+    def _follow(
+        self, inputs: Sequence[Floats], factor: Floats, sizes: Floats
+    ) -> tuple[Floats, Booleans]:
         """Return sizes (n, feedbacks) for factors (n,) near known ones, and which exist (n,)."""
         scaled = [*inputs[:-1], np.asarray(factor)[:, None]]
         whole, rows = sizes.copy(), np.arange(len(sizes))

@@ -11,18 +11,19 @@ from typing import Any
 import numpy as np
 
 from mechdae.equations.forces.feedback import ACROSS
+from mechdae.types import Booleans, Floats, Integers, Matrices
 
 STEPS = 16
 """Steps of Newton's method at most."""
 
 
-def sizes_of(laws: Sequence[str], forms: Sequence[Any]) -> Any:
+def sizes_of(laws: Sequence[str], forms: Sequence[Floats]) -> Floats:
     """Return the sizes (..., k) for the values of their forms, (..., rows) each."""
     every = [_size(law, form) for law, form in zip(laws, forms, strict=True)]
     return np.stack(every, axis=-1) if every else np.zeros(0)
 
 
-def _size(law: str, form: Any) -> Any:
+def _size(law: str, form: Floats) -> Any:
     if law == "length":
         return np.sqrt(np.sum(form * form, axis=-1))
     if law in ACROSS:
@@ -30,7 +31,7 @@ def _size(law: str, form: Any) -> Any:
     return form.max(axis=-1)
 
 
-def _least(form: Any) -> Any:
+def _least(form: Floats) -> Any:
     """Return |t| of the forms (p, t), not below what may be divided by."""
     return np.fmax(np.sqrt(np.sum(form[..., 1:] ** 2, axis=-1)), 1e-150)
 
@@ -40,12 +41,14 @@ def sized(laws: Sequence[str]) -> list[int]:
     return [j for j, law in enumerate(laws) if law not in ACROSS]
 
 
-def forms_of(start: Sequence[Any], slope: Sequence[Any], m: Any) -> list[Any]:
+def forms_of(start: Sequence[Floats], slope: Sequence[Floats], m: Floats) -> list[Floats]:
     pairs = zip(start, slope, strict=True)
     return [first + (own @ m[..., None])[..., 0] for first, own in pairs]
 
 
-def slopes_of(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: Any) -> Any:
+def slopes_of(
+    laws: Sequence[str], start: Sequence[Floats], slope: Sequence[Floats], m: Floats
+) -> Matrices:
     """Return d size / d m, (..., k, k)."""
     rows = []
     for law, form, own in zip(laws, forms_of(start, slope, m), slope, strict=True):
@@ -66,8 +69,8 @@ def slopes_of(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m
 
 
 def newton(
-    laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], starts: Any
-) -> tuple[Any, Any]:
+    laws: Sequence[str], start: Sequence[Floats], slope: Sequence[Floats], starts: Floats
+) -> tuple[Floats, Booleans]:
     """Return sizes (n, k) that solve their laws, from starts near them, and which do (n,).
 
     Forms are those of one pose, or have a row for each start.
@@ -76,7 +79,7 @@ def newton(
     ended = np.zeros(len(starts), bool)
     several = bool(start) and start[0].ndim == 2
 
-    def forms(rows: Any) -> tuple[Sequence[Any], Sequence[Any]]:
+    def forms(rows: Integers) -> tuple[Sequence[Floats], Sequence[Floats]]:
         if not several:
             return start, slope
         return [own[rows] for own in start], [own[rows] for own in slope]
@@ -106,7 +109,7 @@ def newton(
     return m, ended
 
 
-def _solved(matrix: Any, right: Any) -> tuple[Any, Any]:
+def _solved(matrix: Matrices, right: Floats) -> tuple[Any, Any]:
     """Return the solutions (n, k) of systems, zeros where one is singular, and which are not."""
     try:
         return np.linalg.solve(matrix, right[..., None])[..., 0], np.ones(len(right), bool)

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.forces.friction_laws import newton, sized, sizes_of
+from mechdae.types import Floats, Matrix
 
 CHOICES = 4096
 """Choices of pieces that are tried in one group."""
@@ -32,15 +32,15 @@ STARTS = 64
 """Starts of Newton's method where several pins act on each other."""
 
 
-def apart(a: Any, b: Any) -> float:
+def apart(a: Floats, b: Floats) -> float:
     """Return how far two solutions are apart, as a share of the larger one."""
     size = max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0), 1e-300)
     return float(np.abs(a - b).max(initial=0.0) / size)
 
 
 def solutions_of(
-    laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any]
-) -> tuple[list[Any], bool]:
+    laws: Sequence[str], start: Sequence[Floats], slope: Sequence[Matrix]
+) -> tuple[list[Floats], bool]:
     """Return all sizes that fit their laws, and whether their count is proved.
 
     Parameters
@@ -58,7 +58,7 @@ def solutions_of(
     proven = True
     if np.prod(counts, initial=1.0) > CHOICES:
         return _solving(laws, start, slope, sizes_of(laws, start)[None]), False
-    found: list[Any] = []
+    found: list[Floats] = []
     for choice in itertools.product(*[range(count) for count in counts]):
         own, sure = _chosen(laws, start, slope, flat, pins, choice)
         proven &= sure
@@ -70,14 +70,16 @@ def solutions_of(
     return found, proven
 
 
-def _with_balls(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any]) -> list[Any]:
+def _with_balls(
+    laws: Sequence[str], start: Sequence[Floats], slope: Sequence[Matrix]
+) -> list[Floats]:
     """Return the solutions found of a group with ball joints: friction turns with the load."""
     first = sizes_of(laws, start)
     rng, size = np.random.default_rng(0), max(float(np.abs(first).max(initial=0.0)), 1e-300)
     starts = size * 10.0 ** rng.uniform(-1, 3, (STARTS, len(laws)))
     starts *= np.where([law in ACROSS for law in laws], rng.uniform(-1, 1, starts.shape), 1.0)
     starts[0] = first
-    found: list[Any] = []
+    found: list[Floats] = []
     for m in _solving(laws, start, slope, starts):
         own = m[sized(laws)]
         known = any(apart(m, other) <= SAME for other in found)
@@ -87,15 +89,20 @@ def _with_balls(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any])
 
 
 def _solving(
-    laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], starts: Any
-) -> list[Any]:
+    laws: Sequence[str], start: Sequence[Floats], slope: Sequence[Matrix], starts: Floats
+) -> list[Floats]:
     """Return what Newton's method finds from each of many starts (n, k)."""
     m, good = newton(laws, start, slope, starts)
     return list(m[good])
 
 
 def _holds(
-    start: Sequence[Any], slope: Sequence[Any], flat: list[int], pins: Any, choice: Any, m: Any
+    start: Sequence[Floats],
+    slope: Sequence[Matrix],
+    flat: list[int],
+    pins: list[int],
+    choice: tuple[int, ...],
+    m: Floats,
 ) -> bool:
     """Return whether the chosen pieces are the largest ones, and no length is negative."""
     if not np.isfinite(m).all():
@@ -110,12 +117,12 @@ def _holds(
 
 def _chosen(
     laws: Sequence[str],
-    start: Sequence[Any],
-    slope: Sequence[Any],
+    start: Sequence[Floats],
+    slope: Sequence[Matrix],
     flat: list[int],
     pins: list[int],
-    choice: Any,
-) -> tuple[list[Any], bool]:
+    choice: tuple[int, ...],
+) -> tuple[list[Floats], bool]:
     """Return the solutions for one choice of pieces; pieces are not checked."""
     count = len(laws)
     a = np.array([start[j][k] for j, k in zip(flat, choice, strict=True)])
@@ -127,7 +134,7 @@ def _chosen(
         return [], False
     first, onto = inverse @ a, inverse @ A[:, pins]  # m_flat = first + onto m_pins
 
-    def whole(m_pins: Any) -> Any:
+    def whole(m_pins: Floats) -> Floats:
         m = np.zeros(count)
         m[pins] = m_pins
         m[flat] = first + onto @ m_pins
@@ -149,14 +156,14 @@ def _chosen(
     scales = 10.0 ** np.random.default_rng(0).uniform(-1, 3, (STARTS, len(pins)))
     starts = max(first_guess.max(), 1e-300) * scales
     starts[0] = first_guess
-    found: list[Any] = []
+    found: list[Floats] = []
     for m in _solving(lengths, vectors, turns, starts):
         if (m >= 0).all() and all(apart(m, o) > SAME for o in found):
             found.append(m)
     return [whole(m) for m in found], False
 
 
-def _one_pin(vector: Any, turn: Any) -> list[float]:
+def _one_pin(vector: Floats, turn: Floats) -> list[float]:
     """Return the m >= 0 with m = |vector + turn m|."""
     a = 1 - float(turn @ turn)
     b, c = float(vector @ turn), float(vector @ vector)

@@ -29,6 +29,7 @@ from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, stored
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Graph, Integers, Matrices, Points
 
 SOLVED = 1e-12
 """Left-over of the sizes of friction, relative to them, that counts as solved."""
@@ -61,7 +62,7 @@ class LoadedPoses:
     w: Any
     v: Any
     a: Any
-    t: Any
+    t: Floats | None
     condition: Any
     nx: int
     p: Any = None
@@ -92,7 +93,7 @@ class LoadedPoses:
         """Which poses have accelerations."""
         return np.isfinite(self.a).all(axis=1)
 
-    def rows(self, chosen: Any) -> LoadedPoses:
+    def rows(self, chosen: Integers | list[int]) -> LoadedPoses:
         """Return some of the poses."""
         t = None if self.t is None else self.t[chosen]
         w, v, a, condition = (own[chosen] for own in (self.w, self.v, self.a, self.condition))
@@ -103,7 +104,7 @@ class LoadedPoses:
         return len(self.w)
 
 
-def absolute(scene: Scene, motion: LoadedPoses) -> list[Any]:
+def absolute(scene: Scene, motion: LoadedPoses) -> list[Floats]:
     """Return the scene's coordinates and speeds at poses, (n, columns) each."""
 
     def make() -> Batch:
@@ -125,12 +126,12 @@ class Loaded:
     friction) of power [W], ``normals`` (n, guides).
     """
 
-    reactions: Any
-    efforts: Any
-    losses: Any
-    normals: Any
+    reactions: Matrices
+    efforts: Floats
+    losses: Floats
+    normals: Floats
 
-    def put(self, rows: Any, other: Loaded | float) -> None:
+    def put(self, rows: Integers, other: Loaded | float) -> None:
         """Replace some of the poses by others, or by a number."""
         for entry in fields(self) if len(rows) else ():
             own = getattr(self, entry.name)
@@ -181,7 +182,7 @@ class InverseDynamics:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
         self.p, self.length = model.p_values, model.mechanism.scale
-        self._last: tuple[LoadedPoses, float, list[Any]] | None = None
+        self._last: tuple[LoadedPoses, float, list[Floats]] | None = None
         real = real_along(scene, lambda: absolute(scene, motion), self.length)
         friction, turned = task.friction != "none", task.direction == "load"
         slow = task.quasi_static
@@ -222,7 +223,7 @@ class InverseDynamics:
         )
         return kept.counting()
 
-    def _stored(self, name: str, make: Callable[[], Any]) -> Any:
+    def _stored(self, name: str, make: Callable[[], Any]) -> Graph:
         """Return a function of the balance, read from disk where an earlier process built it."""
         if not functions_are_kept() or self.fingerprint is None:
             return make()
@@ -264,11 +265,13 @@ class InverseDynamics:
         take = {"slipping": SPEEDS, "coming": RATES}.get(name, ALL)
         return self.batch(name, lambda: getattr(self.balance, name), take)
 
-    def powers(self, inputs: Sequence[Any]) -> Any:
+    def powers(self, inputs: Sequence[Floats]) -> Floats:
         """Return those of the balance at poses, (4, n)."""
         return self._of("powers")(*inputs)[0].T
 
-    def imbalance(self, inputs: Sequence[Any], sizes: Any, loaded: Loaded, friction: bool) -> Any:
+    def imbalance(
+        self, inputs: Sequence[Floats], sizes: Floats, loaded: Loaded, friction: bool
+    ) -> Floats:
         """Return what is left of the balance of the bodies under what is reported, (n,)."""
         name = f"imbalance {friction}"
         function = self.batch(name, lambda: self.balance.imbalance(friction))
@@ -292,7 +295,7 @@ class InverseDynamics:
             self._last = (motion, factor, self._inputs(motion, factor))
         return list(self._last[2])
 
-    def _inputs(self, motion: LoadedPoses, factor: float) -> list[Any]:
+    def _inputs(self, motion: LoadedPoses, factor: float) -> list[Floats]:
         pieces, signs = self._pieces(motion), self.signs(motion)
         return [
             motion.w, motion.v, motion.a, motion.times, pieces, signs, self._p(motion),
@@ -304,15 +307,15 @@ class InverseDynamics:
         """(w, dw, p) -> where each table is read."""
         at = [signal.at for signal in self.loads.signals]
 
-        def make() -> Any:
+        def make() -> Graph:
             return self.balance.function("at", [ca.vertcat(*at)], SPEEDS)
 
         return self.batch("abscissae", make, SPEEDS)
 
-    def _pieces(self, motion: LoadedPoses) -> Any:
+    def _pieces(self, motion: LoadedPoses) -> Floats:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
         n = len(motion)
-        columns: list[Any] = []
+        columns: list[Floats] = []
         if self.tables:
             at = self.abscissae(motion.w, motion.v, self._p(motion))[0]
             for k, table in enumerate(self.tables):
@@ -321,7 +324,7 @@ class InverseDynamics:
             columns += list(timed.piece(motion.times[:, 0]).T)
         return np.stack(columns, axis=1) if columns else np.zeros((n, 0))
 
-    def _piece(self, k: int, table: Any, at: Any) -> list[Any]:
+    def _piece(self, k: int, table: Points, at: Floats) -> list[Floats]:
         X, Y = table.T
         inside, turns = at, 0 * at
         if self.loads.signals[k].load.periodic:
@@ -346,7 +349,7 @@ class InverseDynamics:
         """Return the sliding speeds, (n, slips)."""
         return self._of("slipping")(motion.w, motion.v, self._p(motion))[0]
 
-    def lost(self, motion: LoadedPoses) -> Iterator[tuple[str, Any, str, str, str]]:
+    def lost(self, motion: LoadedPoses) -> Iterator[tuple[str, Booleans, str, str, str]]:
         """Yield loads that may have no value: name, poses (n,), what is wrong, its key, a hint."""
         loads = self.scene.model.mechanism.loads
         for name, (low, high), at in self._ends(motion):
@@ -381,7 +384,7 @@ class InverseDynamics:
             for name, own in zip(names, finite.T, strict=True):
                 yield name, ~own & there, "it has no finite value", "", ""
 
-    def _ends(self, motion: LoadedPoses) -> Iterator[tuple[str, tuple[float, float], Any]]:
+    def _ends(self, motion: LoadedPoses) -> Iterator[tuple[str, tuple[float, float], Floats]]:
         """Yield tables that end: name, ends, and where they are read (n,)."""
         for k, table in enumerate(self.tables):
             load = self.loads.signals[k].load
@@ -438,7 +441,7 @@ class InverseDynamics:
         return self.length if motion.length is None else motion.length
 
     @staticmethod
-    def _both(spin: Any, speed: Any, length: Any) -> tuple[Any, Any]:
+    def _both(spin: Floats, speed: Floats, length: Floats | float) -> tuple[Any, Any]:
         """Return the largest angular speed and speed: each brings about the other."""
         speed = np.maximum(speed, spin * length)
         turning = np.divide(speed, length, out=np.zeros_like(speed), where=np.not_equal(length, 0))
@@ -449,13 +452,13 @@ class InverseDynamics:
         """(unknowns, drivers, rates, consts) -> sliding speeds, after a Newton step."""
         return self.evaluator.graphs.cache(self.key, self._made_exactly)
 
-    def _made_exactly(self) -> Any:
+    def _made_exactly(self) -> tuple[Graph, Graph]:
         g = self.evaluator.graphs
 
-        def refined() -> Any:
+        def refined() -> Graph:
             return ca.Function("refined", [g.x, g.u, g.consts], [g.newton(g.x, g.u)[0]])
 
-        def speeds() -> Any:
+        def speeds() -> Graph:
             x, _, trig = g.newton(g.x, g.u)
             parts = g.rates(x, g.u, g.driven, 1, trig)
             places = [ca.vertcat(x, g.u), ca.vertcat(parts["v"], g.driven[0])]
@@ -484,7 +487,7 @@ class InverseDynamics:
 
     # -- solutions -------------------------------------------------------------------------
 
-    def sizes(self, inputs: Sequence[Any]) -> tuple[Any, Any, Any]:
+    def sizes(self, inputs: Sequence[Floats]) -> tuple[Any, Any, Any]:
         """Return sizes without and with friction, and which poses are settled by them.
 
         Poses that are not settled may have no solution or several: see `Branches`.
@@ -497,7 +500,7 @@ class InverseDynamics:
             good = np.all(miss <= SOLVED, axis=1) & np.all(contraction <= UNIQUE, axis=1)
         return free, whole, good
 
-    def forces(self, inputs: Sequence[Any]) -> tuple[Any, Any, Any, Loaded, Loaded]:
+    def forces(self, inputs: Sequence[Floats]) -> tuple[Floats, Floats, Booleans, Loaded, Loaded]:
         """Return sizes without friction and with it, where these have proved to be the only ones,
         what acts without friction and with it: all at once.
 
@@ -514,21 +517,21 @@ class InverseDynamics:
             whole.put(slow, self.loaded(chosen, sizes[slow]))
         return quiet, sizes, good, free, whole
 
-    def staged(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Stage]:
+    def staged(self, inputs: Sequence[Floats], sizes: Floats) -> Iterator[Stage]:
         """Yield the linear forms of friction of each group at poses."""
         return self.branches.staged(inputs, np.nan_to_num(sizes))
 
-    def loaded(self, inputs: Sequence[Any], sizes: Any, friction: bool = True) -> Loaded:
+    def loaded(self, inputs: Sequence[Floats], sizes: Floats, friction: bool = True) -> Loaded:
         """Return what acts with the sizes of friction given."""
         report = self.batch(f"report {friction}", lambda: self.balance.report(friction))
         return self._read(report(*inputs, sizes))
 
-    def static(self, inputs: Sequence[Any], sizes: Any) -> Loaded:
+    def static(self, inputs: Sequence[Floats], sizes: Floats) -> Loaded:
         """Return what loads alone do, without inertia and friction."""
         report = self.batch("static", lambda: self.balance.report(False, self.balance.applied))
         return self._read(report(*inputs, sizes))
 
-    def _read(self, results: Sequence[Any]) -> Loaded:
+    def _read(self, results: Sequence[Floats]) -> Loaded:
         width = self.scene.model.space.freedoms
         n, columns = results[0].shape
         return Loaded(results[0].reshape(n, columns // width, width), *results[1:])

@@ -15,7 +15,7 @@ import numpy as np
 from mechdae.equations.forces.one_sided import one_sided
 from mechdae.equations.model import Model
 from mechdae.forces.formula_changes import SAMPLES, State
-from mechdae.forces.inverse_dynamics import InverseDynamics, absolute
+from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolute
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.forces.uniqueness import Uniqueness
@@ -23,6 +23,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.motion.assembly.start import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.changes import arcs_of, changes
+from mechdae.types import Booleans, Floats, Integers, Json, Matrices, Unknowns
 
 PLACES, ROUNDS = 15, 16
 """Places inside an interval with one minimum, of which the neighbours of the least are kept, and
@@ -52,7 +53,7 @@ class OneSidedContacts:
         function = ca.Function("forms", [model.q, model.p], [ca.densify(ca.vertcat(*rows))])
         return Batch(function, [1], straight=lambda: None)
 
-    def holding(self, q: Any, reactions: dict[str, Any]) -> Any:
+    def holding(self, q: Unknowns, reactions: dict[str, Floats]) -> Floats:
         """Return the forces (n, k) by which the contacts hold, negative where they would pull.
 
         `q` (n, nq) are absolute coordinates, `reactions` (n, 3), in space (n, 6), by joint on the
@@ -71,7 +72,7 @@ class OneSidedContacts:
 
 
 def arcs(
-    s: Any, forces: Any, names: list[str], look: Callable[[Any], Any] | None = None
+    s: Floats, forces: Floats, names: list[str], look: Callable[[Any], Any] | None = None
 ) -> list[Arc]:
     """Return the intervals over which contacts would pull.
 
@@ -107,10 +108,10 @@ def _of(look: Callable[[Any], Any], k: int) -> Callable[[Any], Any]:
     return lambda places: look(places)[:, k]
 
 
-def _pulls(s: Any, f: Any, own: Callable[[Any], Any] | None) -> list[list[float]]:
+def _pulls(s: Floats, f: Floats, own: Callable[[Any], Any] | None) -> list[list[float]]:
     """Return where pulls begin and end."""
 
-    def marked(f: Any) -> tuple[Any, Any]:
+    def marked(f: Floats) -> tuple[Integers, Floats]:
         with np.errstate(invalid="ignore"):
             return (f < 0).astype(int)[:, None], f[:, None]
 
@@ -122,7 +123,7 @@ def _pulls(s: Any, f: Any, own: Callable[[Any], Any] | None) -> list[list[float]
     return arcs_of(0, marks, found, s)
 
 
-def _with_dips(s: Any, f: Any, own: Callable[[Any], Any] | None) -> tuple[Any, Any]:
+def _with_dips(s: Floats, f: Floats, own: Callable[[Any], Any] | None) -> tuple[Floats, Floats]:
     """Return places and forces with the least ones between neighbours that might be below zero."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((f[1:-1] > 0) & (f[1:-1] <= f[:-2]) & (f[1:-1] <= f[2:])) + 1
@@ -135,7 +136,7 @@ def _with_dips(s: Any, f: Any, own: Callable[[Any], Any] | None) -> tuple[Any, A
     return np.concatenate([s, places])[order], np.concatenate([f, own(places)])[order]
 
 
-def _narrowed(own: Callable[[Any], Any], a: Any, b: Any) -> Any:
+def _narrowed(own: Callable[[Any], Any], a: Floats, b: Floats) -> Floats:
     """Return where the force is least in intervals [a, b] with one minimum each."""
     shares = np.arange(PLACES + 2) / (PLACES + 1)
     for _ in range(ROUNDS):
@@ -146,7 +147,7 @@ def _narrowed(own: Callable[[Any], Any], a: Any, b: Any) -> Any:
     return (a + b) / 2
 
 
-def _least(own: Callable[[Any], Any] | None, s: Any, f: Any, low: float, high: float) -> Arc:
+def _least(own: Callable[[Any], Any] | None, s: Floats, f: Floats, low: float, high: float) -> Arc:
     """Return the strongest pull from `low` to `high`, and where it is."""
     k = int(np.argmin(np.where((s >= low) & (s <= high) & (f < 0), f, np.inf)))
     best = (float(f[k]), float(s[k])) if low <= s[k] <= high else (0.0, low)
@@ -167,7 +168,7 @@ def sentence(arc: Arc, unit: str, spoken: Callable[[float], str]) -> str:
     )
 
 
-def at_rest(contacts: OneSidedContacts, q: Any, reactions: dict[str, Any]) -> list[str]:
+def at_rest(contacts: OneSidedContacts, q: Unknowns, reactions: dict[str, Floats]) -> list[str]:
     """Return what is said of contacts in an equilibrium; arrays have one row."""
     lost = [n for n in contacts.names if n not in reactions or np.isnan(reactions[n]).any()]
     if lost or not contacts.found:
@@ -187,7 +188,7 @@ def unwatched(names: list[str]) -> str:
 
 def along(
     statics: InverseDynamics, moving: Moving, answer: PoseForces, unique: Uniqueness | None
-) -> tuple[list[dict[str, Any]], list[str]]:
+) -> tuple[list[Json], list[str]]:
     """Return the events and what is said of one-sided contacts of a task of reactions.
 
     Places are the driver's values, or times. Between poses forces are solved for anew where the
@@ -204,7 +205,7 @@ def along(
         return [], [unwatched(lost)]
     count = statics.scene.model.q.numel()
 
-    def holding(motion: Any, reactions: Any, there: Any) -> Any:
+    def holding(motion: LoadedPoses, reactions: Matrices, there: Booleans) -> Floats:
         q = np.zeros((len(motion), count))
         q[:, balance.columns] = absolute(statics.scene, motion)[0]
         own = {name: reactions[:, k] for k, name in enumerate(balance.joints)}
@@ -212,7 +213,7 @@ def along(
 
     state = State(statics, moving)
 
-    def force(s: Any) -> Any:
+    def force(s: Floats) -> Floats:
         here = state.at(s)
         return holding(here.motion, here.whole.reactions, here.standing)
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.results import LazyPart, Series, Summary
+from mechdae.types import Floats, Graph
 
 
 def acting_loads(statics: InverseDynamics, answer: PoseForces) -> Summary:
@@ -36,14 +35,14 @@ def load_wrenches(statics: InverseDynamics, answer: PoseForces) -> dict[str, Ser
     if not entries:
         return {}
 
-    def make() -> Any:
+    def make() -> Graph:
         column = ca.vertcat(*[own for _, _, own in entries])
         return statics.balance.function("load_wrenches", [column])
 
     values = statics.batch("load wrenches", make)(*answer.inputs)[0]
     values = np.broadcast_to(values, (len(answer.standing), values.shape[1])).copy()
     values[~answer.standing] = np.nan
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, Floats]] = {}
     width = model.space.freedoms
     for k, (name, body, _) in enumerate(entries):
         found.setdefault(name, {})[body] = values[:, width * k : width * (k + 1)]

@@ -27,6 +27,7 @@ from mechdae.equations.tree.teeth import AxesOfMesh
 from mechdae.forces.spatial_teeth import teeth_along
 from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import ZERO, freedoms
+from mechdae.types import Booleans, Floats, Sym, Unknowns
 
 REAL = 1e-8
 """Share of the speeds by which the teeth of a real pair of wheels may leave each other."""
@@ -96,7 +97,7 @@ def meshes_of(
 
 
 def meshes_beside(
-    released: Released, model: Model, q: Any, length: float
+    released: Released, model: Model, q: Unknowns, length: float
 ) -> dict[str, Mesh | SpatialMesh]:
     """Return the gears, racks and belts of a motion; those that are real have a mesh force.
 
@@ -134,7 +135,7 @@ def meshes_beside(
     sizes = model.coordinates.sizes(length)
     gaps = np.array([1.0 if row.unit == "rad" else length for row in rows])
 
-    def at(place: Any) -> tuple[Any, Any]:
+    def at(place: Floats) -> tuple[Floats, Floats]:
         left, G = (np.array(part) for part in equations(place, model.p_values))
         return left.ravel() / gaps, G * sizes / gaps[:, None]
 
@@ -159,12 +160,14 @@ def _tried(model: Model, names: Sequence[str]) -> list[Mesh]:
     return [Mesh(model, model.ends[name], real=False) for name in names]
 
 
-def _speeds(meshes: Sequence[Mesh]) -> list[Any]:
+def _speeds(meshes: Sequence[Mesh]) -> list[Sym]:
     """Return the speeds of wheels against each other, and the sizes of speeds there."""
     return [ca.vertcat(*[m.closing for m in meshes]), ca.vertcat(*[m.size for m in meshes])]
 
 
-def carried(model: Model, names: Sequence[str], q: Any, columns: Sequence[int], size: float) -> Any:
+def carried(
+    model: Model, names: Sequence[str], q: Unknowns, columns: Sequence[int], size: float
+) -> Booleans:
     """Return whether the teeth of each pair do the work of its equation.
 
     Parameters
@@ -217,7 +220,7 @@ def carried(model: Model, names: Sequence[str], q: Any, columns: Sequence[int], 
     return result
 
 
-def _parallel(row: Any, teeth: Any) -> bool:
+def _parallel(row: Floats, teeth: Floats) -> bool:
     """Return whether the second vector is a multiple of the first."""
     first, second = np.linalg.norm(row), np.linalg.norm(teeth)
     if first == 0 or not np.isfinite(second):

@@ -10,6 +10,7 @@ import numpy as np
 from mechdae.forces.friction_branches import FrictionSolutions, some
 from mechdae.forces.inverse_dynamics import InverseDynamics, Loaded, LoadedPoses
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers
 
 
 @dataclass
@@ -25,7 +26,7 @@ class PoseForces:
     motion: LoadedPoses
     inputs: list[Any]
     there: Any
-    quiet: Any
+    quiet: Floats
     sizes: Any
     good: Any
     free: Loaded
@@ -33,7 +34,7 @@ class PoseForces:
     found: dict[int, FrictionSolutions]
 
     @cached_property
-    def counts(self) -> Any:
+    def counts(self) -> Integers:
         """Numbers of solutions, (n,)."""
         counts = np.ones(len(self.motion), int)
         for k, own in self.found.items():
@@ -46,7 +47,7 @@ class PoseForces:
         return self.counts == 0
 
     @property
-    def ambiguous(self) -> Any:
+    def ambiguous(self) -> Booleans:
         """Where there are several."""
         return self.counts > 1
 
@@ -62,7 +63,7 @@ class PoseForces:
 
 
 def solved(
-    statics: InverseDynamics, motion: LoadedPoses, there: Any, critical: bool = True
+    statics: InverseDynamics, motion: LoadedPoses, there: Booleans, critical: bool = True
 ) -> PoseForces:
     """Return the forces at poses, all solutions where there may be none or several.
 

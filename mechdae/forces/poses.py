@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from mechdae.motion.kinematics.sweep import run
 from mechdae.motion.setup.named_outputs import time_of
 from mechdae.motion.setup.outputs import Request
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 PREFIX = "unknown "
 
@@ -81,10 +81,10 @@ class Moving:
         rates = tuple(np.broadcast_to(r, shape) for r in (plan.speed, plan.acceleration))
         return self._motion(run.poses, run.values, rates, self._times(run.values))
 
-    def _times(self, values: Any) -> Any:
+    def _times(self, values: Floats) -> Floats | None:
         return None if self.slow else time_of(self.setting.plan, values)
 
-    def at(self, places: Any) -> LoadedPoses:
+    def at(self, places: Floats) -> LoadedPoses:
         """Return the motion at places of the path, the driver's speed constant.
 
         Along lines in the values of several drivers the path's parameter is the time.
@@ -104,7 +104,9 @@ class Moving:
             time = places if plan.timing and run.path.graphs.course else None
         return self._motion(poses, values, rates, time)
 
-    def _motion(self, poses: Poses, values: Any, rates: tuple[Any, ...], time: Any) -> LoadedPoses:
+    def _motion(
+        self, poses: Poses, values: Floats, rates: tuple[Floats, ...], time: Floats | None
+    ) -> LoadedPoses:
         n, nx, dead = len(values), len(self._columns), ~poses.alive.all(axis=1)
         found = []
         for y, driven in zip(poses.y, (values, *rates), strict=False):

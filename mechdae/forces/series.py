@@ -16,20 +16,21 @@ from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.results import Series
+from mechdae.types import Floats, Json, Matrices
 
 
 def series_of(
     statics: InverseDynamics, answer: PoseForces, task: Reactions, unique: Uniqueness | None
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, dict[str, Floats]]:
     balance = statics.balance
     static = statics.static(answer.inputs, answer.quiet) if task.parts else None
     if static is not None:
         static.reactions[~answer.there] = np.nan
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, Floats]] = {}
     in_plane = statics.scene.model.mechanism.dimension == 2
     turned = {} if in_plane else _axes_in_space(statics, answer, task.axes or ())
     for k, name in enumerate(balance.joints):
-        own: dict[str, Any] = {"reaction": answer.whole.reactions[:, k]}
+        own: dict[str, Floats] = {"reaction": answer.whole.reactions[:, k]}
         if name in balance.guides:
             own["normal"] = answer.whole.normals[:, balance.guides.index(name)]
         if name in balance.lossy:
@@ -70,7 +71,7 @@ def unique_of(
     return {name: own.values(reactions[:, places[name]]) for name, own in unique.joints.items()}
 
 
-def _resultant(statics: InverseDynamics, reactions: Any, body: str, names: list[str]) -> Any:
+def _resultant(statics: InverseDynamics, reactions: Matrices, body: str, names: list[str]) -> Any:
     """Return the sum of forces (n, d) of joints on a body."""
     size = len(statics.scene.model.space.axes)
     joints = statics.scene.model.mechanism.joints
@@ -83,9 +84,9 @@ def _resultant(statics: InverseDynamics, reactions: Any, body: str, names: list[
 
 def _turned(
     statics: InverseDynamics, answer: PoseForces, name: str, reaction: Any, axes: tuple[str, ...]
-) -> dict[str, Any]:
+) -> dict[str, Floats]:
     """Return a reaction in axes of its second body, and along and across the link."""
-    found: dict[str, Any] = {}
+    found: dict[str, Floats] = {}
     model = statics.scene.model
     joint = model.mechanism.joints[name]
     for word in axes:
@@ -125,7 +126,7 @@ def _link(model: Model, name: str) -> tuple[str, str] | None:
     mechanism = model.mechanism
     joint, values = mechanism.joints[name], mechanism.values()
 
-    def local(reference: str) -> Any:
+    def local(reference: str) -> Floats:
         return np.array([values[f"{reference}.{axis}"] for axis in mechanism.axes])
 
     for reference in (joint.second, joint.first):
@@ -142,7 +143,7 @@ def _link(model: Model, name: str) -> tuple[str, str] | None:
 
 def _axes_in_space(
     statics: InverseDynamics, answer: PoseForces, words: tuple[str, ...]
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, dict[str, Floats]]:
     """Return by joint the axes of its second body (n, 3, 3) and its link's direction (n, 3).
 
     What spins freely has no axes; a joint without a link has no direction, but a vector is one.
@@ -165,7 +166,7 @@ def _axes_in_space(
     )
     values = batch(*answer.inputs)[0]
     values = np.broadcast_to(values, (len(answer.standing), values.shape[1]))
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, Floats]] = {}
     start = 0
     for name, word, expression in entries:
         part = values[:, start : start + expression.numel()]
@@ -196,9 +197,9 @@ def without_axes(statics: InverseDynamics, task: Reactions) -> list[str]:
     return said
 
 
-def _turned_in_space(reaction: Any, axes: dict[str, Any]) -> dict[str, Any]:
+def _turned_in_space(reaction: Floats, axes: dict[str, Floats]) -> dict[str, Floats]:
     """Return a reaction (n, 6) in axes of its second body, and along and across the link."""
-    found: dict[str, Any] = {}
+    found: dict[str, Floats] = {}
     force = reaction[:, :3]
     if "body" in axes:
         parts = reaction.reshape(-1, 2, 3)
@@ -215,7 +216,7 @@ def efforts_of(
 ) -> tuple[Series, dict[str, Series]]:
     names = [row.owner for row in setting.scene.rows if row.driver]
 
-    def listed(efforts: Any) -> Series:
+    def listed(efforts: Floats) -> Series:
         return Series({name: efforts[:, k] for k, name in enumerate(names)})
 
     parts = {}
@@ -263,7 +264,7 @@ def solutions_of(
         }
 
 
-def jams_of(setting: Setting, answer: PoseForces) -> list[dict[str, Any]]:
+def jams_of(setting: Setting, answer: PoseForces) -> list[Json]:
     lead = setting.plan.lead
     return [
         {

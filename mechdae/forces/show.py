@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.reactions import Reactions
@@ -19,15 +19,16 @@ from mechdae.forces.poses import loaded_bodies
 from mechdae.motion.kinematics.show import driven_structure
 from mechdae.motion.setup.drivers import plan
 
+if TYPE_CHECKING:
+    from mechdae.types import Json
 
-def reactions_structure(
-    problem: Problem, task: Reactions, model: Model | None = None
-) -> dict[str, Any]:
+
+def reactions_structure(problem: Problem, task: Reactions, model: Model | None = None) -> Json:
     """Return what a task of reactions will build: its sweep, and the parts of the balance."""
     if model is None:
         model = model_of(problem.mechanism, plan(problem.mechanism, task).coordinates)
 
-    def parts(scene: Scene) -> dict[str, Any]:
+    def parts(scene: Scene) -> dict[str, Json]:
         if scene.model.space.behind:
             check_in_space(scene.model.mechanism)
         return {"forces": force_structure(scene, task)}
@@ -35,7 +36,7 @@ def reactions_structure(
     return driven_structure(problem, task, model, loaded_bodies(model), parts, order=2)
 
 
-def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:
+def force_structure(scene: Scene, task: Reactions) -> Json:
     """Return the parts of the balance of forces of a scene.
 
     ``loads`` have their kinds by name, ``friction`` the law of each joint that has one;
@@ -48,7 +49,7 @@ def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:
     masses = massive(model, scene.bodies)
     loads = Loads(model, task.direction == "load", heavy=scene.bodies)
     kinds = {name: load.kind for name, load in model.mechanism.loads.items()}
-    result: dict[str, Any] = {
+    result: Json = {
         "efforts": [c.text for c in scene.drivers],
         "reactions": names,
         "loads": {name: kinds.get(name, name) for name in loads.wrenches},

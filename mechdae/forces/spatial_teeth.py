@@ -7,7 +7,7 @@ and what pushes the members apart must do none.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,11 @@ from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.teeth import AxesOfMesh, axes_of_mesh
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.kernels.run.batch import Batch
+from mechdae.types import Floats, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.describe.joints.spatial import SpatialGear
+
 
 SAME = 1e-8
 """Share by which the works of teeth and of their equation may differ."""
@@ -25,7 +30,7 @@ MOST = 5
 
 
 def teeth_along(
-    model: Any, kept: StructureCache, names: Sequence[str], columns: Sequence[int], q: Any
+    model: Any, kept: StructureCache, names: Sequence[str], columns: Sequence[int], q: Unknowns
 ) -> tuple[tuple[str, AxesOfMesh], ...]:
     """Return how the axes of gears and racks lie.
 
@@ -72,7 +77,13 @@ def teeth_along(
 SX_ZERO = ca.SX(0)
 
 
-def _compared(joint: Any, lies: AxesOfMesh, works: Any, bends: Any, helix: Any) -> None:
+def _compared(
+    joint: SpatialGear,
+    lies: AxesOfMesh,
+    works: tuple[Floats, Floats, Floats],
+    bends: Floats,
+    helix: Floats,
+) -> None:
     """Raise for teeth that do other work than their equation."""
     equation, teeth, apart = works
     size = np.abs(equation).max(axis=1, initial=0.0, keepdims=True)

@@ -28,6 +28,7 @@ from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
+from mechdae.types import Floats, Integers, Matrices, Matrix, Points, Reactions, Sym, Unknowns
 
 SX_NOWHERE = ca.SX(6, 1)
 """A way of no length: joints that do not move have a matrix of ways too."""
@@ -43,7 +44,7 @@ class Directions:
     directions: Any
     angles: Any
 
-    def values(self, reaction: Any) -> dict[str, Any]:
+    def values(self, reaction: Reactions) -> dict[str, Any]:
         """Return directions and the reaction's values along them, for (n, 3) reactions."""
         c, s = np.cos(self.angles), np.sin(self.angles)
         turned = np.stack(
@@ -114,7 +115,7 @@ def uniqueness(statics: InverseDynamics, motion: LoadedPoses) -> Uniqueness | No
     lost = set(stressed.lost)
     inside = {name for group in statics.scene.redundant for name in group.joints}
 
-    def turned(body: str) -> Any:
+    def turned(body: str) -> Floats:
         return q[:, balance.columns.index(model.turn(body))]
 
     shown = [name for name in balance.joints if name in lost | inside]
@@ -145,17 +146,17 @@ class Stressed:
     """
 
     maps: ForceColumns | None
-    chosen: Any
-    q: Any
-    null: list[Any]
+    chosen: Integers
+    q: Unknowns
+    null: list[Matrix]
     lost: list[str] = field(default_factory=list)
 
     @cached_property
-    def matrices(self) -> dict[str, Any]:
+    def matrices(self) -> dict[str, Matrices]:
         """The matrices of `ForceColumns.at` at the poses."""
         return {} if self.maps is None else self.maps.at(self.q)
 
-    def spaces(self, name: str) -> list[Any]:
+    def spaces(self, name: str) -> list[Floats]:
         """Return the unique directions (k, 3) of the reaction of a joint at each pose."""
         return [space for space, _ in self._spaces(name)]
 
@@ -163,7 +164,7 @@ class Stressed:
         """Return whether the reaction of a joint is not unique as a whole."""
         return any(len(space) < rank for space, rank in self._spaces(name))
 
-    def _spaces(self, name: str) -> list[tuple[Any, int]]:
+    def _spaces(self, name: str) -> list[tuple[Floats, int]]:
         pairs = list(zip(self.matrices[name], self.null, strict=True))
         weights = None if self.maps is None else self.maps.weights
         if weights is None:
@@ -205,7 +206,7 @@ class ForceColumns:
         By which components of reactions are compared with each other.
     """
 
-    weights: Any
+    weights: Floats | None
 
     def __init__(
         self,
@@ -213,7 +214,7 @@ class ForceColumns:
         columns: Sequence[tuple[str, Wrench]],
         joints: Iterable[str],
         places: Sequence[int],
-        forms: dict[str, tuple[str, Any]] | None = None,
+        forms: dict[str, tuple[str, Sym]] | None = None,
     ) -> None:
         self.joints, self.p = list(joints), model.p_values
         every = [ca.vertcat(*[own.get(j, ca.SX(0)) for j in places]) for _, own in columns]
@@ -246,7 +247,7 @@ class ForceColumns:
         stacked = ca.vertcat(*[ca.vec(ca.densify(self._parts[name])) for name in names])
         return Batch(ca.Function("maps", self._inputs, [stacked]), [1])
 
-    def at(self, q: Any, *names: str) -> dict[str, Any]:
+    def at(self, q: Unknowns, *names: str) -> dict[str, Any]:
         """Return matrices (n, rows, columns) at poses (n, k), all of them or some by name."""
         names = names or tuple(self._parts)
         batch: Batch = self.cache(names, lambda: self._batch(names))
@@ -259,14 +260,14 @@ class ForceColumns:
         return found
 
     def stressed(
-        self, q: Any, rows: Any, stresses: Callable[[Any], Any] = equilibrated_null_space
+        self, q: Unknowns, rows: Integers, stresses: Callable[[Any], Any] = equilibrated_null_space
     ) -> Stressed:
         """Return the self-stresses at some of the poses `rows` (one at least).
 
         A pose without any tells that there are none for good.
         """
         chosen = rows[np.linspace(0, len(rows) - 1, min(MOST, len(rows))).astype(int)]
-        null: list[Any] = []
+        null: list[Matrix] = []
         for k in chosen:
             null.append(stresses(self.at(q[k : k + 1], "columns")["columns"][0]))
             if not null[-1].shape[1]:
@@ -278,7 +279,7 @@ class ForceColumns:
         return found
 
 
-def _stressed(statics: InverseDynamics, q: Any, there: Any) -> Stressed:
+def _stressed(statics: InverseDynamics, q: Unknowns, there: Integers) -> Stressed:
     """Return the self-stresses at poses."""
     columns, model = _columns(statics), statics.scene.model
     if not model.space.behind:
@@ -316,7 +317,7 @@ def _columns(statics: InverseDynamics) -> ForceColumns:
     return ForceColumns(model, columns, balance.joints, balance.columns, forms)
 
 
-def unique_space(C: Any, CN: Any) -> tuple[Any, int]:
+def unique_space(C: Matrix, CN: Floats) -> tuple[Floats, int]:
     """Return the unique directions (k, d) among those that a joint's reaction can have."""
     U, values, _ = np.linalg.svd(C)
     rank = int(np.count_nonzero(values > ZERO * max(values[0], 1e-300)))
@@ -340,7 +341,7 @@ def _unit(rows: Any) -> Any:
     return rows / np.linalg.norm(rows, axis=1)[:, None] if len(rows) else rows
 
 
-def tidy(rows: Any) -> Any:
+def tidy(rows: Floats) -> Any:
     """Return the same directions with a leading positive entry, axes where they span a plane."""
     if not len(rows):
         return rows
@@ -395,7 +396,7 @@ def in_space(orientations: Orientations, name: str, stressed: Stressed) -> Spati
     return SpatialDirections("world", spaces[0][:0], orientations.world)
 
 
-def common(spaces: list[Any]) -> Any:
+def common(spaces: list[Floats]) -> Floats:
     """Return an orthonormal basis (k, d) of what lies in all spaces.
 
     At single poses a joint may have more: where the self-stress does not pass through it.
@@ -405,14 +406,14 @@ def common(spaces: list[Any]) -> Any:
     return vectors[:, values < 1e-8].T
 
 
-def _projector(space: Any) -> Any:
+def _projector(space: Floats) -> Any:
     if not len(space):
         return np.zeros((space.shape[1], space.shape[1]))
     basis = np.linalg.qr(space.T)[0]
     return basis @ basis.T
 
 
-def _rotated(vectors: Any, angle: float) -> Any:
+def _rotated(vectors: Points, angle: float) -> Any:
     c, s = np.cos(angle), np.sin(angle)
     return vectors @ np.array([[c, s], [-s, c]])
 
