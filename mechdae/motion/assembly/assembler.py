@@ -34,23 +34,26 @@ from mechdae.motion.assembly.turns.whole_turns import WholeTurns
 from mechdae.motion.setup.drivers import Sketch
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
+from mechdae.types import Floats, Jacobian, Json, Sym, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.motion.assembly.linkage.linkage_group import LinkageGroup
     from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses
     from mechdae.motion.assembly.mode_tree import ModeTree
     from mechdae.motion.assembly.multistart import BlockSearch, BlockSolutions
+    from mechdae.motion.assembly.three_legs import Truss
 
 REMEMBERED = 15
 """Earlier searches whose solutions are kept beside the last one's."""
 
 
-def _three_legs(scene: Scene, group: Group, p: Any) -> Any:
+def _three_legs(scene: Scene, group: Group, p: Floats) -> Truss | None:
     from mechdae.motion.assembly.three_legs import truss
 
     return truss(scene, group, p)
 
 
-def _linkage(scene: Scene, group: Group, p: Any) -> Any:
+def _linkage(scene: Scene, group: Group, p: Floats) -> LinkageGroup | None:
     from mechdae.motion.assembly.linkage.linkage_group import linkage_group
 
     return linkage_group(scene, group, p)
@@ -123,7 +126,9 @@ class Assembler:
         self.free: list[Group] = []
         """Groups met with a freedom of their own."""
 
-    def _solver(self, graph: BlockGraph, slopes: Any, contact: bool) -> BlockSolver:
+    def _solver(
+        self, graph: BlockGraph, slopes: dict[int, list[float]], contact: bool
+    ) -> BlockSolver:
         if graph.redundant:
             from mechdae.motion.assembly.redundant import RedundantSolver
 
@@ -150,7 +155,7 @@ class Assembler:
 
     # -- absolute coordinates --------------------------------------------------------------
 
-    def coordinates(self, x: Any, u: Any) -> dict[tuple[str, str], float]:
+    def coordinates(self, x: Unknowns, u: Floats) -> dict[tuple[str, str], float]:
         """Return all absolute coordinates at a pose."""
         recover = self.scene.recover
         values = self._local("q", lambda: ca.vertcat(*recover.values()))(x, u, self.p)
@@ -160,10 +165,10 @@ class Assembler:
         """Return the function of the expression over q that `make` gives; made once."""
         return local(self.scene, key, make)
 
-    def group_jacobian(self, x: Any, u: Any, group: Group) -> Any:
+    def group_jacobian(self, x: Unknowns, u: Floats, group: Group) -> Jacobian:
         """Return the group's share of the absolute Jacobian at a pose, in declared order."""
 
-        def make() -> Any:
+        def make() -> Sym:
             phi = ca.vertcat(*[self.scene.rows[i].expression for i in group.rows])
             return ca.jacobian(phi, self.scene.model.q[list(group.columns)])
 
@@ -172,9 +177,9 @@ class Assembler:
     # -- one group -------------------------------------------------------------------------
 
     def candidates(
-        self, group: Group, x: Any, u: Any, nearby: bool = False, search: bool = True,
+        self, group: Group, x: Unknowns, u: Floats, nearby: bool = False, search: bool = True,
         measured: bool = True, drawn: bool = False,
-    ) -> tuple[list[Any], bool, NoPose | None]:  # fmt: skip
+    ) -> tuple[list[Floats], bool, NoPose | None]:  # fmt: skip
         """Return all poses of a group for solved earlier groups, and whether that is proven.
 
         With `nearby`, a group of infinitely many modes (a gear ratio that is not rational)
@@ -244,13 +249,13 @@ class Assembler:
             failure = NoPose(group, 0.0)
         return touching, proven, failure if not touching else None
 
-    def _turned(self, b: int, solutions: Any, x: Any, u: Any) -> list[Any]:
+    def _turned(self, b: int, solutions: Any, x: Unknowns, u: Any) -> list[Floats]:
         """Return the poses of solutions of block `b`, with their whole turns."""
         own = self.graphs.blocks[b].own
         every = [turned for one in solutions for turned in self.turns.turned(b, one, x, u)]
         return self.turns.distinct(b, [self._polish(b, put(x, own, one), u) for one in every], u)
 
-    def _drawn(self, b: int, x: Any, u: Any) -> tuple[Any, bool] | None:
+    def _drawn(self, b: int, x: Unknowns, u: Floats) -> tuple[Floats, bool] | None:
         """Return the solution of a spatial block that the sketch is but for rounding, or None.
 
         The second value tells whether no other mode is as near to the sketch.
@@ -261,7 +266,7 @@ class Assembler:
 
         return drawn_pose(self.sketched, b, x, u)
 
-    def _own_pose(self, b: int, x: Any, u: Any, alone: bool) -> Any:
+    def _own_pose(self, b: int, x: Unknowns, u: Floats, alone: bool) -> Unknowns | None:
         """Return x with the solution of a block that the sketch is but for rounding, or None.
 
         `alone` tells that no other was found: all that is said of a block in space is fitted then.
@@ -279,8 +284,8 @@ class Assembler:
         return None if start is None else self.sketched.own_pose(b, x, u, start)
 
     def _closed(
-        self, group: Group, b: int | None, poses: list[Any], u: Any
-    ) -> tuple[list[Any], NoPose | None]:
+        self, group: Group, b: int | None, poses: list[Unknowns], u: Floats
+    ) -> tuple[list[Floats], NoPose | None]:
         """Return the poses at which superfluous equations hold, and the smallest gap if none.
 
         They are those of block `b`, or the group's equations without unknowns.
@@ -296,7 +301,7 @@ class Assembler:
         least = min(left, key=lambda gap: gap.size)
         return [], NoPose(group, least.size, at=least)
 
-    def _check_freedom(self, group: Group, b: int, x: Any, u: Any) -> None:
+    def _check_freedom(self, group: Group, b: int, x: Unknowns, u: Floats) -> None:
         """Raise when a group moves by itself at the pose that Newton's method finds first."""
         graph = self.graphs.blocks[b]
         sketch = [self.turns.wanted(i, x, u) for i in graph.own]
@@ -312,14 +317,14 @@ class Assembler:
         ]
         raise own_freedom(group, bodies, self.dependent(group, found[0], u))
 
-    def superfluous(self, x: Any, u: Any) -> list[dict[str, Any]]:
+    def superfluous(self, x: Unknowns, u: Floats) -> list[Json]:
         """Return joints and number of superfluous equations of each redundant group."""
         return [
             {"joints": self.dependent(group, x, u), "count": group.superfluous}
             for group in self.scene.redundant
         ]
 
-    def dependent(self, group: Group, x: Any, u: Any) -> list[str]:
+    def dependent(self, group: Group, x: Unknowns, u: Floats) -> list[str]:
         """Return joints and drivers of a group whose equations depend on each other at a pose."""
         lengths = self.scene.model.coordinates.lengths[list(group.columns)]
         weights = np.where(lengths, self.size, 1.0)
@@ -327,7 +332,7 @@ class Assembler:
         owners = list(dict.fromkeys(self.scene.rows[group.rows[k]].owner for k in rows))
         return self.scene.model.sharing(owners)
 
-    def _of_loop(self, b: int, x: Any, u: Any) -> Solutions | None:
+    def _of_loop(self, b: int, x: Unknowns, u: Floats) -> Solutions | None:
         """Return the solutions of a block that is a module of a vector loop, None for others."""
         mechanism = self.scene.model.mechanism
         if mechanism.dimension == 2 or mechanism.closure is None:
@@ -342,8 +347,8 @@ class Assembler:
         return of_loop(self.solvers[b], z, u, known)
 
     def _of_whole(
-        self, group: Group, x: Any, u: Any, nearby: bool, measured: bool
-    ) -> tuple[list[Any], bool, bool, NoPose | None] | None:
+        self, group: Group, x: Unknowns, u: Floats, nearby: bool, measured: bool
+    ) -> tuple[list[Floats], bool, bool, NoPose | None] | None:
         """Return all poses of a group by one of `WAYS`, None where there is none for it.
 
         They are poses, whether these are all that can be looked for, whether that is proven, and
@@ -380,24 +385,26 @@ class Assembler:
             self._ways[key] = tuple(shape for shape in shapes if shape is not None)
         return self._ways[key]
 
-    def _opened(self, group: Group, x: Any, u: Any) -> Gap | None:
+    def _opened(self, group: Group, x: Unknowns, u: Any) -> Gap | None:
         """Return which joint of a group of one block stays open and by how much."""
         own = self.blocks_of(group)
         return self._opening(own[0], x, u) if len(own) == 1 else None
 
-    def _opening(self, b: int, x: Any, u: Any) -> Gap:
+    def _opening(self, b: int, x: Unknowns, u: Floats) -> Gap:
         from mechdae.motion.assembly.least_gap import opening, reach
 
         model, group = self.scene.model, self.scene.blocks[b].group
         gap = opening(self.solvers[b], model, x, u)
 
-        def place(point: str) -> Any:
+        def place(point: str) -> Floats:
             return self._local(("point", point), lambda: model.point(point))(x, u, self.p).ravel()
 
         own = next(one for one in self.scene.groups if one.index == group)
         return replace(gap, reach=reach(model.mechanism, own, place))
 
-    def _placed(self, group: Group, poses: list[Any], x: Any, u: Any) -> list[Any]:
+    def _placed(
+        self, group: Group, poses: list[dict[tuple[str, str], float]], x: Unknowns, u: Floats
+    ) -> list[Floats]:
         """Return poses given as coordinates of bodies as unknowns, with their whole turns."""
         found = []
         for q in poses:
@@ -416,7 +423,7 @@ class Assembler:
             found += ahead
         return found
 
-    def _polish(self, b: int, x: Any, u: Any) -> Any:
+    def _polish(self, b: int, x: Unknowns, u: Floats) -> Floats:
         """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
         graph = self.graphs.blocks[b]
         result, best = x.copy(), np.inf
@@ -433,12 +440,12 @@ class Assembler:
             result[graph.own] -= step
         return result if np.abs(result - x).max() < 1e-3 else x
 
-    def _among(self, group: Group, x: Any, poses: list[Any]) -> bool:
+    def _among(self, group: Group, x: Unknowns, poses: list[Unknowns]) -> bool:
         """Return whether a pose of a group is one of others."""
         own = self.blocks_of(group)
         return any(all(self.turns.same(b, x, y) for b in own) for y in poses)
 
-    def _search(self, b: int, x: Any, u: Any, most: int | None = None) -> Any:
+    def _search(self, b: int, x: Unknowns, u: Floats, most: int | None = None) -> Any:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
         from mechdae.motion.assembly.multistart import CROWD, MOST, BlockSearch
 
@@ -470,7 +477,7 @@ class Assembler:
             self.free += [group for group in self.scene.groups if group.index == graph.block.group]
         return found.x[~free]
 
-    def _no_others(self, group: Group, b: int, x: Any, u: Any) -> bool:
+    def _no_others(self, group: Group, b: int, x: Unknowns, u: Floats) -> bool:
         """Return whether the last search of a block has missed no solution; only for all modes."""
         from mechdae.motion.assembly.no_others import no_others
 
@@ -482,7 +489,7 @@ class Assembler:
         self.looked_at.setdefault(group.index, []).append(boxes)
         return boxes > 0
 
-    def searches(self) -> list[dict[str, Any]]:
+    def searches(self) -> list[Json]:
         """Return what was searched for: group, starts, solutions, fewest starts that led to one."""
         names = {group.index: group.name for group in self.scene.groups}
         return [
@@ -515,7 +522,7 @@ class Assembler:
 
     # -- whole scene -----------------------------------------------------------------------
 
-    def modes(self, u: Any, by_paths: bool = False) -> ModeTree:
+    def modes(self, u: Floats, by_paths: bool = False) -> ModeTree:
         """Return all modes at driver values `u`.
 
         With `by_paths` larger groups are solved by paths through complex dimensions too: only
@@ -531,16 +538,16 @@ class Assembler:
         """What the sketch says about the groups."""
         return Sketched(self)
 
-    def from_sketch(self, u: Any) -> Nearest:
+    def from_sketch(self, u: Floats) -> Nearest:
         """Return the pose of the whole mechanism nearest to the sketch at driver values `u`."""
         return self.sketched.nearest(u)
 
-    def _coordinate(self, c: NamedCoordinate, x: Any, u: Any) -> float:
+    def _coordinate(self, c: NamedCoordinate, x: Unknowns, u: Floats) -> float:
         """Return the value of a coordinate at a pose."""
         function = self._local(c, lambda: self.scene.model.coordinate(c))
         return float(function(x, u, self.p).item())
 
-    def slides(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+    def slides(self, group: Group, x: Unknowns, u: Floats) -> dict[str, float]:
         """Return the slides of a group's sliding joints [m], and s of its contacts."""
         mechanism = self.scene.model.mechanism
         found = {}

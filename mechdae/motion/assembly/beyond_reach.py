@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.errors import FreedomError
 from mechdae.motion.assembly.assembler import Assembler
+from mechdae.types import Floats, Integers
 
 CHECKED = 24
 """Poses that are looked at, spread over those that are lost."""
@@ -15,7 +14,7 @@ TRIED = 256
 """Poses of groups that are tried at one of them."""
 
 
-def assembles(assembler: Assembler, signs: list[str], u: Any) -> bool | None:
+def assembles(assembler: Assembler, signs: list[str], u: Floats) -> bool | None:
     """Return whether the mechanism assembles at `u` in the mode with these `signs` of its groups.
 
     None where it is not known: groups without a closed form are not searched for, and two modes of
@@ -23,7 +22,7 @@ def assembles(assembler: Assembler, signs: list[str], u: Any) -> bool | None:
     """
     groups = assembler.scene.groups
     wanted = dict(zip(filter(assembler.labelled, groups), signs, strict=True))
-    waiting: list[tuple[int, Any]] = [(0, np.zeros(assembler.graphs.nx))]
+    waiting: list[tuple[int, Floats]] = [(0, np.zeros(assembler.graphs.nx))]
     known = True
     for _ in range(TRIED):
         if not waiting:
@@ -46,7 +45,7 @@ def assembles(assembler: Assembler, signs: list[str], u: Any) -> bool | None:
 
 
 def assembled(
-    assembler: Assembler, start: tuple[Any, Any], values: Any, rows: Any
+    assembler: Assembler, start: tuple[Floats, Floats], values: Floats, rows: Integers
 ) -> dict[int, bool | None]:
     """Return whether the poses `rows` can be assembled in the mode of the pose `start`, (x, u).
 

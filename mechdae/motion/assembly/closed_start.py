@@ -22,6 +22,7 @@ from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.nearest_mode import told_apart
 from mechdae.motion.setup.likely_typos import MANY
 from mechdae.motion.setup.scales import scale_of
+from mechdae.types import Floats, Graph, Sym
 
 SX = ca.SX
 MOST = 16
@@ -77,7 +78,7 @@ class ClosedStart:
         """Whether the modes are few."""
         return all(len(choices) <= MOST for choices in self.choices)
 
-    def _choices(self, own: list[int]) -> list[Any]:
+    def _choices(self, own: list[int]) -> list[Floats]:
         """Return the signs (nb,) of all modes of some blocks, ones for others."""
         branching = [b for b in own if self.form.branches[b]]
         found = []
@@ -87,7 +88,7 @@ class ClosedStart:
             found.append(sign)
         return found
 
-    def _function(self) -> Any:
+    def _function(self) -> Graph:
         """Return (u, sketched values, sketched angles, p) -> length, and of each part's modes.
 
         Those are unknowns (nx, m), least D over A^2 + B^2 and its least size, squares of the
@@ -97,7 +98,7 @@ class ClosedStart:
         g, scale = self.graphs, scale_of(self.graphs.scene.model)
         u, wanted = SX.sym("u", g.nu), SX.sym("wanted", len(self.wanted))
         angles = SX.sym("angles", g.nx)
-        results: list[Any] = [scale]
+        results: list[Sym] = [scale]
         for part, own, choices in zip(self.sketched.parts, self.parts, self.choices, strict=True):
             columns = [self._mode(part, own, sign, u, wanted, angles, scale) for sign in choices]
             results += [ca.horzcat(*rows) for rows in zip(*columns, strict=True)]
@@ -105,9 +106,9 @@ class ClosedStart:
         return without_repeats("start", inputs, [ca.densify(part.T) for part in results])
 
     def _mode(
-        self, part: list[int], own: list[int], sign: Any, u: Any, wanted: Any, angles: Any,
-        scale: Any,
-    ) -> tuple[Any, ...]:  # fmt: skip
+        self, part: list[int], own: list[int], sign: Floats, u: Sym, wanted: Sym, angles: Sym,
+        scale: Sym,
+    ) -> tuple[Sym, ...]:  # fmt: skip
         """Return unknowns, depths, distance, share of a turn and turn of one mode of a part."""
         x, _, _, depth = self.form.symbolic(u, SX(sign))
         inner = depth[own] if own else SX(1)
@@ -129,7 +130,7 @@ class ClosedStart:
         least = [ca.mmin(inner), ca.mmin(ca.fabs(inner))]
         return x, *least, far, between, worst
 
-    def __call__(self, u: Any, p: Any) -> tuple[float, Any, Any] | None:
+    def __call__(self, u: Any, p: Floats) -> tuple[float, Floats, Floats] | None:
         """Return length, unknowns and signs of the nearest mode at drivers `u`; None: not told."""
         length, *modes = self._call(u, self.wanted, self.angles, p)
         x, sign = np.empty(self.graphs.nx), np.ones(self.graphs.nb)

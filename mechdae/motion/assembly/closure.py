@@ -23,6 +23,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Unknowns
 
 UNITS = {"m": "length", "rad": "angle", "1": "parameter"}
 MEANT = 1e-4
@@ -110,7 +111,7 @@ class Closing:
         function = ca.Function("rows", [scene.x, scene.u, scene.model.p], [stacked])
         return Batch(function, shared=[2])
 
-    def residuals(self, x: Any, u: Any, p: Any) -> Any:
+    def residuals(self, x: Unknowns, u: Floats, p: Floats) -> Floats:
         """Return the values of all equations, checks first, at poses (n, nx), (n, nu)."""
         values = self._residuals(x, u, p)[0]
         own = values[:, : len(self.checks)]
@@ -118,7 +119,7 @@ class Closing:
         values[:, : len(self.checks)] -= turns
         return values
 
-    def open(self, x: Any, u: Any, error: Any, constants: Constants) -> Any:
+    def open(self, x: Unknowns, u: Floats, error: Floats, constants: Constants) -> Booleans:
         """Return which checks stay open at poses with the given bounds `error`, (n, nc)."""
         sizes = (constants.size_x, constants.size_u, constants.p, constants.scale, constants.floors)
         slope, rounding = (
@@ -138,7 +139,7 @@ class Closing:
 
     # -- one pose ----------------------------------------------------------------------------
 
-    def gap(self, b: int | None, group: int, x: Any, u: Any) -> Gap | None:
+    def gap(self, b: int | None, group: int, x: Unknowns, u: Floats) -> Gap | None:
         """Return what stays open in block `b` (in the checks of a group, None) at a solved pose."""
         g = self.graphs
         constants = Constants(g, np.abs(u))
@@ -173,7 +174,7 @@ class Closing:
 
     # -- all poses ---------------------------------------------------------------------------
 
-    def largest(self, x: Any, u: Any, p: Any) -> dict[str, float]:
+    def largest(self, x: Unknowns, u: Floats, p: Floats) -> dict[str, float]:
         """Return the largest residual by "length" [m] and "angle" [rad] over poses."""
         units = [check.unit for check in self.checks]
         units += [unit for b in self.blocks for unit in self.graphs.blocks[b].block.units]
@@ -185,14 +186,14 @@ class Closing:
         return found
 
 
-def bar_lengths(mechanism: Mechanism, owners: Iterable[str]) -> Any:
+def bar_lengths(mechanism: Mechanism, owners: Iterable[str]) -> Floats:
     """Return the lengths of the `distance` joints that equations belong to, inf elsewhere."""
     bars = {name for name, joint in mechanism.joints.items() if joint.bar}
     values = mechanism.values() if bars else {}
     return np.array([values[f"{own}.length"] if own in bars else np.inf for own in owners])
 
 
-def straight(F: Any, lengths: Any) -> tuple[Any, Any]:
+def straight(F: Floats, lengths: Floats) -> tuple[Floats, Floats]:
     """Return equations in which (d^2/l - l)/2 is d - l, a gap in metres.
 
     And by what their derivatives are to be multiplied.
@@ -204,7 +205,7 @@ def straight(F: Any, lengths: Any) -> tuple[Any, Any]:
     return changed, slope
 
 
-def worst(F: Any, block: Block, size: float) -> Gap:
+def worst(F: Floats, block: Block, size: float) -> Gap:
     """Return the joint of a block's equations that stays open most.
 
     `F` are the residuals, lengths divided by `size`; lengths of quaternions are no gaps of joints.

@@ -22,6 +22,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.local import local
 from mechdae.motion.assembly.elimination import BlockSolver, Solutions
+from mechdae.types import Floats, Graph, Integers, Points, Sym, Unknowns
 
 SCAN = 1440
 """Places looked at along a curve."""
@@ -37,10 +38,10 @@ CLOSED = 1e-9
 """Residual of a solution over the size of the mechanism."""
 
 
-def _along(scene: Scene, contact: Contact) -> Any:
+def _along(scene: Scene, contact: Contact) -> Graph:
     """Return the angle of a contact's tangent as a function of its place."""
 
-    def make() -> Any:
+    def make() -> Graph:
         angle = ca.atan2(contact.tangent[1], contact.tangent[0])
         return ca.Function("t", [contact.s, scene.model.p], [angle])
 
@@ -54,7 +55,12 @@ class ContactSolver(BlockSolver):
     """
 
     def __init__(
-        self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
+        self,
+        scene: Scene,
+        graph: BlockGraph,
+        p: Floats,
+        size: float,
+        slopes: dict[int, list[float]],
     ) -> None:
         super().__init__(scene, graph, p, size, slopes)
         self._all_p = p
@@ -87,7 +93,7 @@ class ContactSolver(BlockSolver):
             return super().period(j)
         return float(self._periods[j])
 
-    def solve(self, z: Any, u: Any) -> Solutions | None:
+    def solve(self, z: Unknowns, u: Floats) -> Solutions | None:
         """Return the solutions found."""
         low, high = self.contact.range
         count = SCAN if self._closed else COARSE
@@ -107,13 +113,13 @@ class ContactSolver(BlockSolver):
         found = self._distinct_contacts(self._newton(starts, z, u))
         return Solutions(found, False, 0.0 if len(found) or not np.isfinite(gap) else gap)
 
-    def _on(self, s: Any) -> Any:
+    def _on(self, s: Floats) -> Floats:
         """Return unknowns (k, n) at places of the curve, tangents set, others zero."""
         x = np.zeros((len(s), self.n))
         x[:, self._at] = s
         return self.with_tangents(x)
 
-    def with_tangents(self, x: Any) -> Any:
+    def with_tangents(self, x: Unknowns) -> Floats:
         """Return unknowns (k, n) with the tangents' angles that belong to their places."""
         p = self._all_p[:, None]
         for j, k, function in self._tangents:
@@ -121,7 +127,7 @@ class ContactSolver(BlockSolver):
         return x
 
     @staticmethod
-    def _near_roots(g: Any) -> Any:
+    def _near_roots(g: Floats) -> Integers:
         """Return the places next to a change of sign, and where |g| is least beside others."""
         with np.errstate(invalid="ignore"):
             change = np.flatnonzero(g[:-1] * g[1:] <= 0)
@@ -130,13 +136,13 @@ class ContactSolver(BlockSolver):
         small = np.flatnonzero(np.concatenate([[True], inner, [True]]) & np.isfinite(g))
         return np.array(sorted({*change.tolist(), *(change + 1).tolist(), *small.tolist()}), int)
 
-    def _none(self, x: Any, z: Any, u: Any) -> tuple[Any, Any, Any]:
+    def _none(self, x: Unknowns, z: Unknowns, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the equation that is left when the tangent's is met: the largest one."""
         F = self.F(x, z, u)
         row = int(np.argmax(np.nanmax(np.abs(F), axis=0)))
         return F[:, row] / self.size, x, np.abs(F[:, row])
 
-    def _one(self, x: Any, z: Any, u: Any) -> tuple[Any, Any, Any]:
+    def _one(self, x: Unknowns, z: Unknowns, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Return g(s) with the one other unknown eliminated, and that unknown's values."""
         k = self._others[0]
 
@@ -167,7 +173,7 @@ class ContactSolver(BlockSolver):
         arm = np.sqrt(np.abs(det))
         return radius - 1.0, x, np.abs(radius - 1.0) * arm
 
-    def _many(self, s: Any) -> Any:
+    def _many(self, s: Floats) -> Points:
         """Return starts over the curve and over values of all other unknowns."""
         random = np.random.default_rng(SEED)
         x = np.repeat(self._on(s), STARTS, axis=0)
@@ -179,7 +185,7 @@ class ContactSolver(BlockSolver):
             x[:, j] = random.uniform(-reach, reach, len(x)) * self._sizes[j]
         return self.with_tangents(x)
 
-    def _newton(self, x: Any, z: Any, u: Any) -> Any:
+    def _newton(self, x: Unknowns, z: Unknowns, u: Floats) -> Any:
         """Return the starts (k, n) that Newton's method leads to a solution."""
         x = x.copy()
         still = np.ones(len(x), bool)
@@ -205,17 +211,17 @@ class ContactSolver(BlockSolver):
         F = self.F(x, z, u) if len(x) else np.zeros((0, self.n))
         return x[np.abs(F).max(axis=1, initial=0.0) <= CLOSED * self.size]
 
-    def _values(self, x: Any, z: Any, u: Any) -> tuple[Any, Any]:
+    def _values(self, x: Unknowns, z: Unknowns, u: Floats) -> tuple[Any, Any]:
         k, n = len(x), self.n
         fixed = [np.tile(np.asarray(v, float)[:, None], k) for v in (z, u, self._all_p)]
         mapped = self._both.map(k) if k > 1 else self._both
         F, J = (np.array(part) for part in mapped(x.T, *fixed))
         return F.T, J.reshape(n, k, n).transpose(1, 0, 2)
 
-    def _distinct_contacts(self, x: Any) -> Any:
+    def _distinct_contacts(self, x: Unknowns) -> Floats:
         """Return each solution once, closed curves within their range."""
         low, high = self.contact.range
-        kept: list[Any] = []
+        kept: list[Floats] = []
         for row in x:
             if self._periods[self._at]:
                 row[self._at] = low + np.remainder(row[self._at] - low, high - low)
@@ -233,7 +239,7 @@ class ContactSolver(BlockSolver):
 class Contacts:
     """The contacts of a scene at solved poses: where they are, whether they touch."""
 
-    def __init__(self, scene: Scene, p: Any) -> None:
+    def __init__(self, scene: Scene, p: Floats) -> None:
         self.scene, self.p = scene, p
 
     def of(self, group: Group) -> list[Contact]:
@@ -265,13 +271,13 @@ class Contacts:
                 )
         return notes
 
-    def _tangent(self, contact: Contact) -> Any:
+    def _tangent(self, contact: Contact) -> Graph:
         inputs = [contact.s, self.scene.model.p]
         return self.scene.cache(
             ("tangent", contact.joint.name), lambda: ca.Function("t", inputs, [contact.tangent])
         )
 
-    def touch(self, group: Group, x: Any, u: Any) -> bool:
+    def touch(self, group: Group, x: Unknowns, u: Floats) -> bool:
         """Return whether all contacts of a group lie on their curves, rollers outside them."""
         for contact in self.of(group):
             s, ahead = self._at(contact, x, u)
@@ -283,21 +289,21 @@ class Contacts:
                 return False
         return True
 
-    def place(self, joint: str, x: Any, u: Any) -> float:
+    def place(self, joint: str, x: Unknowns, u: Floats) -> float:
         """Return s of a contact; of a closed curve within its range."""
         contact = self.scene.model.contacts[joint]
         s = self._at(contact, x, u)[0]
         low, high = contact.range
         return low + float(np.remainder(s - low, high - low)) if contact.closed else s
 
-    def first(self, group: Group, x: Any, u: Any) -> float:
+    def first(self, group: Group, x: Unknowns, u: Floats) -> float:
         """Return s of a group's first contact."""
         return self.place(self.of(group)[0].joint.name, x, u)
 
-    def _at(self, contact: Contact, x: Any, u: Any) -> tuple[float, float]:
+    def _at(self, contact: Contact, x: Unknowns, u: Floats) -> tuple[float, float]:
         """Return s, and whether the tangent's angle points along growing s (above 0)."""
 
-        def make() -> Any:
+        def make() -> Sym:
             ahead = ca.dot(contact.tangent, contact.direction) if contact.rolls else ca.SX(1)
             return ca.vertcat(contact.s, ahead)
 

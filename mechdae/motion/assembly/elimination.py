@@ -25,6 +25,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import PI, NoDecimals, decimals
 from mechdae.motion.assembly.closure import Gap
 from mechdae.records import dataclass
+from mechdae.types import Floats, Graph, Points, Unknowns
 
 MAX_DENOMINATOR = 1000
 MAX_DEGREE = 4000
@@ -47,7 +48,7 @@ class Solutions:
     angle solves it; ``gap_at`` names unit and joint of the gap of a redundant block.
     """
 
-    x: Any
+    x: Unknowns
     proven: bool
     gap: float = 0.0
     infinite: bool = False
@@ -55,7 +56,7 @@ class Solutions:
     gap_at: Gap | None = None
 
 
-def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:
+def angle_slopes(scene: Scene, p: Floats) -> dict[int, list[float]]:
     """Return by unknown how fast the bodies' angles turn with it, zeros left out."""
 
     def make() -> tuple[list[int], Call]:
@@ -96,12 +97,12 @@ def _zero(a: Any) -> Any:
     return Decimal(0) if a.dtype == object else 0.0
 
 
-def _half_turn(a: Any) -> Any:
+def _half_turn(a: Floats) -> Any:
     """Return pi in the digits of an array."""
     return PI if a.dtype == object else np.pi
 
 
-def _equations(graph: BlockGraph) -> tuple[list[list[bool]], Any, Batch]:
+def _equations(graph: BlockGraph) -> tuple[list[list[bool]], Graph, Batch]:
     """Return which columns of J hold which unknowns not, and F for one pose and for many."""
     J, x = graph.shape.J, graph.shape.x
     bent = [ca.jacobian(J[:, j], x).sparsity() for j in range(graph.size)]
@@ -116,7 +117,12 @@ class BlockSolver:
     """
 
     def __init__(
-        self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
+        self,
+        scene: Scene,
+        graph: BlockGraph,
+        p: Floats,
+        size: float,
+        slopes: dict[int, list[float]],
     ) -> None:
         self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
         self.values, self.scene = p, scene
@@ -141,7 +147,7 @@ class BlockSolver:
             return [0.0] * self.n
         return [self.period(j) if angle else 0.0 for j, angle in enumerate(self.angle)]
 
-    def with_tangents(self, x: Any) -> Any:
+    def with_tangents(self, x: Unknowns) -> Floats:
         """Return unknowns (k, n) as they are: no curve is in the block."""
         return x
 
@@ -173,13 +179,13 @@ class BlockSolver:
         value = self.F(x, z, rng.uniform(-1, 1, self._F.size1_in(2)))
         return bool(np.abs(value[1:] - value[0]).max() > ROLLS * np.abs(value).max())
 
-    def F(self, x: Any, z: Any, u: Any) -> Any:
+    def F(self, x: Unknowns, z: Unknowns, u: Floats) -> Any:
         """Return residuals (k, n) at points `x` (k, n), in 50 digits where these are decimals."""
         if np.asarray(x).dtype == object:
             return np.array([decimals(self._F, [list(row), z, u, self.p]) for row in x], object)
         return self._batch(x, z, u, self.p)[0]
 
-    def solve(self, z: Any, u: Any) -> Solutions | None:
+    def solve(self, z: Unknowns, u: Floats) -> Solutions | None:
         """Return all solutions, None where the block has no closed form."""
         if any(turns is None for turns, angle in zip(self.turns, self.angle, strict=True) if angle):
             return Solutions(np.zeros((0, self.n)), False, infinite=True)
@@ -192,7 +198,7 @@ class BlockSolver:
         self._exact = not len(z)  # the unknowns of other blocks are known but for rounding
         if self.n == 1:  # doubled: a distance multiplies the directions of two bodies
 
-            def residual(a: Any) -> Any:
+            def residual(a: Floats) -> Any:
                 return self.F(a[:, None], z, u)[:, 0]
 
             return self._roots(residual, 0, lambda a: a[:, None], doubled=2)
@@ -204,7 +210,7 @@ class BlockSolver:
                         return found
         return None
 
-    def _linear(self, z: Any, u: Any) -> Solutions:
+    def _linear(self, z: Unknowns, u: Floats) -> Solutions:
         points = np.vstack([np.zeros(self.n), np.eye(self.n)])
         values = self.F(points, z, u)
         J = (values[1:] - values[0]).T
@@ -212,7 +218,7 @@ class BlockSolver:
             return Solutions(np.zeros((0, self.n)), False)
         return Solutions(np.linalg.solve(J, -values[0])[None, :], True)
 
-    def _lengths(self, z: Any, u: Any) -> Solutions | None:
+    def _lengths(self, z: Unknowns, u: Floats) -> Solutions | None:
         """Solve for unknown lengths: all equations but one linear, that one quadratic."""
         J, x = self.graph.shape.J, self.graph.shape.x
         bent = [i for i in range(self.n) if ca.jacobian(J[i, :].T, x).nnz()]
@@ -240,7 +246,7 @@ class BlockSolver:
         t = sorted({q / a, c / q if q else -q / a})
         return Solutions(start + size * np.array(t)[:, None] * along, root > NEAR_FOLD * big)
 
-    def _pair(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
+    def _pair(self, alpha: int, beta: int, z: Unknowns, u: Floats) -> Solutions | None:
         """Eliminate unknown `beta` of two; None where it does not separate."""
         if not self.angle[alpha]:
             return None
@@ -249,7 +255,7 @@ class BlockSolver:
         if not self.constant[beta][alpha] or self.turns[beta] != (1, 1):
             return None
 
-        def at(a: Any, b: Any) -> Any:
+        def at(a: Floats, b: Any) -> Any:
             x = np.empty((len(a), 2), a.dtype)
             x[:, alpha], x[:, beta] = a, b
             return self.F(x, z, u)
@@ -263,7 +269,7 @@ class BlockSolver:
             return None
         sense = 1.0 if np.abs(quarter - turn).max() <= np.abs(quarter + turn).max() else -1.0
 
-        def rest(a: Any) -> Any:
+        def rest(a: Floats) -> Any:
             ends = [np.full_like(a, end) for end in (_zero(a), _half_turn(a))]
             both = at(np.append(a, a), np.concatenate(ends))
             return (both[: len(a)] + both[len(a) :]) / 2
@@ -274,7 +280,7 @@ class BlockSolver:
                 far = np.sum((at(a[:1], _zero(a)) - at(a[:1], PI)) ** 2) / 4
             return np.sum(rest(a) ** 2, axis=1) - far
 
-        def complete(a: Any) -> Any:
+        def complete(a: Floats) -> Points:
             G = rest(a)
             b = np.arctan2(-G[:, 1], -G[:, 0]) - np.arctan2(arm[1], arm[0])
             x = np.empty((len(a), 2))
@@ -288,7 +294,7 @@ class BlockSolver:
             return Solutions(found.x, found.proven, float(np.abs(reach - size).min()))
         return found
 
-    def _turning(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
+    def _turning(self, alpha: int, beta: int, z: Unknowns, u: Floats) -> Solutions | None:
         """Eliminate unknown `beta` that turns a vector whose length depends on `alpha`.
 
         F = k + R(+-beta) w(alpha) has roots where |w| = |k|: an inclined cylinder of given
@@ -297,7 +303,7 @@ class BlockSolver:
         if not (self.angle[alpha] and self.angle[beta]) or self.turns[beta] != (1, 1):
             return None
 
-        def at(a: Any, b: Any) -> Any:
+        def at(a: Floats, b: Any) -> Any:
             x = np.empty((len(a), 2), a.dtype)
             x[:, alpha], x[:, beta] = a, b
             return self.F(x, z, u)
@@ -317,7 +323,7 @@ class BlockSolver:
             middle = k if a.dtype == float else ((at(a, _zero(a)) + at(a, PI)) / 2)[0]
             return np.sum((at(a, _zero(a)) - middle) ** 2, axis=1) - middle @ middle
 
-        def complete(a: Any) -> Any:
+        def complete(a: Floats) -> Points:
             here = at(a, 0.0) - k
             b = np.arctan2(-k[1], -k[0]) - np.arctan2(here[:, 1], here[:, 0])
             x = np.empty((len(a), 2))
@@ -326,21 +332,21 @@ class BlockSolver:
 
         return self._roots(close, alpha, complete, doubled=2)
 
-    def _slide(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
+    def _slide(self, alpha: int, beta: int, z: Unknowns, u: Floats) -> Solutions | None:
         """Eliminate an unknown that enters linearly with a coefficient that turns."""
 
-        def parts(a: Any) -> tuple[Any, Any]:
+        def parts(a: Floats) -> tuple[Any, Any]:
             x = np.zeros((len(a), 2), a.dtype)
             x[:, alpha], x[:, beta] = a, 0 * a
             fixed = self.F(x, z, u)
             x[:, beta] = 0 * a + 1
             return fixed, self.F(x, z, u) - fixed
 
-        def cross(a: Any) -> Any:
+        def cross(a: Floats) -> Any:
             fixed, slope = parts(a)
             return fixed[:, 0] * slope[:, 1] - fixed[:, 1] * slope[:, 0]
 
-        def complete(a: Any) -> Any:
+        def complete(a: Floats) -> Any:
             fixed, slope = parts(a)
             x = np.zeros((len(a), 2))
             x[:, alpha] = a
@@ -413,9 +419,9 @@ class BlockSolver:
         """Return the size below which g is zero for all angles: rounding of its terms."""
         return self._scale**2 * 256 * np.finfo(float).eps if self.n == 2 else 0.0
 
-    def _distinct(self, x: Any, g: Any, alpha: int) -> tuple[Any, bool]:
+    def _distinct(self, x: Unknowns, g: Any, alpha: int) -> tuple[Floats, bool]:
         """Polish roots by the secant method and drop those that are not real roots."""
-        kept: list[Any] = []
+        kept: list[Floats] = []
         sure = True
         for row in x:
             a = row[alpha]

@@ -8,13 +8,14 @@ superfluous equations hold these bodies, all of them are solved as one group.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from mechdae.errors import FreedomError
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.numerics.null_space import ZERO
+from mechdae.types import Booleans, Floats, Unknowns
 
 T = TypeVar("T")
 
@@ -52,7 +53,15 @@ def built_without_idle_freedom(build: Callable[[bool], T], assemble: Callable[[T
             raise error from None
 
 
-def moving(graph: BlockGraph, poses: Any, x: Any, u: Any, p: Any, sizes: Any, scale: float) -> Any:
+def moving(
+    graph: BlockGraph,
+    poses: Unknowns,
+    x: Unknowns,
+    u: Floats,
+    p: Floats,
+    sizes: Floats,
+    scale: float,
+) -> Booleans:
     """Return which solutions (k, n) of a block belong to a continuum of them: it moves by itself.
 
     `x` (nx,) are the unknowns of the scene, `sizes` (n,) and `scale` as for `free_poses`.
@@ -70,8 +79,8 @@ def moving(graph: BlockGraph, poses: Any, x: Any, u: Any, p: Any, sizes: Any, sc
 
 
 def free_poses(
-    graph: BlockGraph, x: Any, u: Any, p: Any, sizes: Any, scale: float
-) -> tuple[Any, Any] | None:
+    graph: BlockGraph, x: Unknowns, u: Floats, p: Floats, sizes: Floats, scale: float
+) -> tuple[Unknowns, Unknowns] | None:
     """Return two poses of a block between which it moves by itself, None where it does not.
 
     The first one is what Newton's method finds from `x` (nx,), in steps of least length. The
@@ -81,11 +90,11 @@ def free_poses(
     """
     r = np.array([scale if unit == "m" else 1.0 for unit in graph.block.units])
 
-    def scaled(x: Any) -> tuple[Any, Any]:
+    def scaled(x: Unknowns) -> tuple[Floats, Floats]:
         F, J, _ = graph.value_at(x, u, p)
         return F / r, J / r[:, None] * sizes
 
-    def settled_at(x: Any, most: float) -> Any:
+    def settled_at(x: Unknowns, most: float) -> Floats:
         x = x.copy()
         for _ in range(ITERATIONS):
             F, J = scaled(x)
@@ -98,7 +107,7 @@ def free_poses(
                 break
         return x
 
-    def free(x: Any) -> Any:
+    def free(x: Unknowns) -> Floats | None:
         """Return the null vector at a solution, None where there is none."""
         F, J = scaled(x)
         if not np.linalg.norm(F) < HOLDS or not np.all(np.isfinite(J)):

@@ -13,6 +13,7 @@ from mechdae.equations.groups import Group
 from mechdae.equations.model import Model
 from mechdae.motion.assembly.closure import Gap, bar_lengths, straight, worst
 from mechdae.motion.assembly.elimination import BlockSolver
+from mechdae.types import Floats, Unknowns
 
 ANGLES = 24
 """Values of each angle from which the least is looked for, where there are one or two."""
@@ -30,7 +31,7 @@ SMALL = 1e-14
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
+def opening(solver: BlockSolver, model: Model, x: Unknowns, u: Floats) -> Gap:
     """Return the joint that stays open and by how much, with the block's equations met best.
 
     That is least squares over the unknowns of the block, the earlier groups being where `x`
@@ -48,7 +49,7 @@ def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
     order = np.argsort(np.sum(misses**2, axis=1), kind="stable")[:BEST]
     p = solver.values
 
-    def value(at: Any) -> tuple[Any, Any]:
+    def value(at: Floats) -> tuple[Any, Any]:
         full = x.copy()
         full[graph.own] = at
         F, J, _ = graph.value_at(full, u, p)
@@ -110,7 +111,7 @@ def _called(mechanism: Mechanism, points: list[str]) -> str:
     return f"{first} to {second} of {body}"
 
 
-def _places(solver: BlockSolver) -> Any:
+def _places(solver: BlockSolver) -> Floats:
     """Return places (k, n) to start from, lengths in lengths of the mechanism."""
     if sum(solver.angle) <= 2 and solver.n <= 3:
         turn = 2 * np.pi * np.arange(ANGLES) / ANGLES
@@ -122,7 +123,7 @@ def _places(solver: BlockSolver) -> Any:
     return random * np.where(solver.angle, np.pi, 1.0)
 
 
-def _least(value: Any, x: Any, widths: Any) -> Any:
+def _least(value: Any, x: Unknowns, widths: Floats) -> Any:
     """Return the residuals at the least sum of their squares near `x`."""
     F, J = value(x)
     damping = 1e-3

@@ -16,6 +16,7 @@ from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.contacts import Contacts
 from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.motion.assembly.turns.block_turns import BlockTurns
+from mechdae.types import Floats, Sym, Unknowns
 
 
 class Listing(Protocol):
@@ -31,8 +32,10 @@ class Listing(Protocol):
 
     def blocks_of(self, group: Group) -> list[int]: ...
     def labelled(self, group: Group) -> bool: ...
-    def group_jacobian(self, x: Any, u: Any, group: Group) -> Any: ...
-    def candidates(self, group: Group, x: Any, u: Any) -> tuple[list[Any], bool, NoPose | None]: ...
+    def group_jacobian(self, x: Unknowns, u: Floats, group: Group) -> Any: ...
+    def candidates(
+        self, group: Group, x: Unknowns, u: Floats
+    ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
 class ModeLabels:
@@ -50,7 +53,7 @@ class ModeLabels:
         self.turns, self.senses = assembler.turns, assembler.senses
         self.contacts, self.p = assembler.contacts, assembler.p
 
-    def sign(self, group: Group, x: Any, u: Any) -> str:
+    def sign(self, group: Group, x: Unknowns, u: Floats) -> str:
         """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian.
 
         A redundant group has no determinant, its sign is always +.
@@ -63,8 +66,8 @@ class ModeLabels:
             value = float(np.linalg.slogdet(self.assembler.group_jacobian(x, u, group))[0])
         return "+" if value > 0 else "-" if value < 0 else "0"
 
-    def _orientation(self, group: Group, x: Any, u: Any) -> float:
-        def make() -> Any:
+    def _orientation(self, group: Group, x: Unknowns, u: Floats) -> float:
+        def make() -> Sym:
             joints = self.scene.model.mechanism.joints
             inner = joints[group.inner[0]]
             first = group.bodies[0]
@@ -76,7 +79,7 @@ class ModeLabels:
         a, b, c = local(self.scene, ("triangle", group.index), make)(x, u, self.p).T
         return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
 
-    def of_group(self, group: Group, poses: list[Any], u: Any) -> list[str]:
+    def of_group(self, group: Group, poses: list[Unknowns], u: Floats) -> list[str]:
         """Return the labels of all poses of one group: sign, and rank where it is no dyad.
 
         Whole turns of a dyad's body, which gears tell apart, are counted from the sketch.
@@ -91,7 +94,7 @@ class ModeLabels:
             labels.append(f"{sign}{rank}")
         return labels
 
-    def of_pose(self, x: Any, u: Any) -> str:
+    def of_pose(self, x: Unknowns, u: Floats) -> str:
         """Return the label of a solved pose among the modes at `u`."""
         labels = []
         for group in self.scene.groups:
@@ -109,7 +112,7 @@ class ModeLabels:
             labels.append(names[int(np.argmin(gaps))] if gaps else sign)
         return ",".join(labels)
 
-    def _whole(self, group: Group, x: Any, u: Any) -> str:
+    def _whole(self, group: Group, x: Unknowns, u: Floats) -> str:
         """Return the whole turns that a pose is away from the sketch as text, if there are any."""
         numbers = [
             self.turns.whole.number(i, x, u)
@@ -123,7 +126,7 @@ class ModeLabels:
         """Return whether the sign, with whole turns, tells the modes of a group apart."""
         return group.is_dyad or all(self.solvers[b].linear for b in self.assembler.blocks_of(group))
 
-    def _rank(self, group: Group, x: Any, u: Any) -> tuple[float, ...]:
+    def _rank(self, group: Group, x: Unknowns, u: Floats) -> tuple[float, ...]:
         """Return by what a group's poses are put in order: first contact or body's angle.
 
         A body that only slides has one angle in all modes: then the unknowns tell.
@@ -147,7 +150,7 @@ class ModeLabels:
                 first -= 2 * np.pi * float(np.ceil(first / (2 * np.pi) - 0.5))
         return (round(first, 9), *np.round(pose[own] / self.turns.natural[own], 9))
 
-    def _angles(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+    def _angles(self, group: Group, x: Unknowns, u: Floats) -> dict[str, float]:
         """Return the angles of a group's bodies at a pose."""
         frame = self.scene.model.frame
         function = local(

@@ -20,6 +20,7 @@ from mechdae.motion.assembly.platform import newton_steps
 from mechdae.motion.assembly.turns.turn_lattice import Lattice
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 FIRST = 256
 MOST = 16_384
@@ -54,10 +55,10 @@ class BlockSolutions:
     """Distinct solutions ``x`` (k, n), the number of starts that led to each, and of all starts."""
 
     x: Any
-    hits: Any
+    hits: Integers
     starts: int
 
-    def only(self, kept: Any) -> BlockSolutions:
+    def only(self, kept: Booleans) -> BlockSolutions:
         """Return those of the solutions that are `kept` (k,)."""
         return BlockSolutions(self.x[kept], self.hits[kept], self.starts)
 
@@ -75,7 +76,7 @@ class BlockSearch:
         Whole turns of its angles that make no difference.
     """
 
-    def __init__(self, solver: BlockSolver, sizes: Any, lattice: Lattice) -> None:
+    def __init__(self, solver: BlockSolver, sizes: Floats, lattice: Lattice) -> None:
         graph = solver.graph
         self.solver, self.n, self.lattice = solver, graph.size, lattice
         self.function: Batch = graph.cache("search", self._equations)
@@ -101,7 +102,7 @@ class BlockSearch:
         return Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
 
     def __call__(
-        self, z: Any, u: Any, hint: Any, most: int = MOST, crowd: int = CROWD
+        self, z: Any, u: Floats, hint: Floats, most: int = MOST, crowd: int = CROWD
     ) -> BlockSolutions:
         """Return the solutions for given earlier unknowns and driver values.
 
@@ -123,7 +124,7 @@ class BlockSearch:
             if settled or goal > most or len(kept) > crowd:
                 return BlockSolutions(kept, hits, done)
 
-    def _starts(self, first: int, last: int) -> Any:
+    def _starts(self, first: int, last: int) -> Floats:
         """Return points `first` to `last` of the sequence, one row each."""
         base = 2.0
         for _ in range(60):  # the root of base^(n + 1) = base + 1
@@ -145,20 +146,20 @@ class BlockSearch:
         if self.n > 1 or not period:
             return TURNS
 
-        def values(x: Any) -> tuple[Any, Any]:
+        def values(x: Unknowns) -> tuple[Floats, Floats]:
             F, J = self._values(x[:, None])
             return F[:, 0], J[:, 0, 0]
 
         most = 2 * (1 + turns_at_most(values, period))
         return min(most, MOST_TURNS) if np.isfinite(most) else TURNS
 
-    def _values(self, x: Any) -> tuple[Any, Any]:
+    def _values(self, x: Unknowns) -> tuple[Any, Any]:
         """Return F (k, m) in units of the rows and J (k, m, n) in those of rows and unknowns."""
         F, J = self.function(x, *self._shared)
         J = J.reshape(-1, self.n, F.shape[1]).transpose(0, 2, 1)
         return F / self.row, J * self.scale / self.row[:, None]
 
-    def _with_lengths(self, x: Any) -> Any:
+    def _with_lengths(self, x: Unknowns) -> Floats:
         """Return starts whose lengths fit their angles best."""
         if len(self.fitted):
             F, J = self._values(x)
@@ -166,7 +167,7 @@ class BlockSearch:
             x[:, self.fitted] -= step * self.scale[self.fitted]
         return x
 
-    def _newton(self, x: Any) -> Any:
+    def _newton(self, x: Unknowns) -> Any:
         """Return the solutions that Newton's method reaches, one row for each start that does."""
         found = []
         for _ in range(ITERATIONS):
@@ -191,7 +192,7 @@ class BlockSearch:
         far = 1 + np.abs(reached[:, self.lengths] / self.solver.size).max(axis=1, initial=0.0)
         return reached[(np.abs(F).max(axis=1) <= self.rounding * far) & (far <= FAR)]
 
-    def _merge(self, kept: Any, hits: Any, reached: Any) -> tuple[Any, Any]:
+    def _merge(self, kept: Floats, hits: Integers, reached: Floats) -> tuple[Floats, Integers]:
         """Return the distinct solutions with their hits when `reached` is added."""
         hits = hits.copy()
         for k, known in enumerate(kept):
@@ -205,13 +206,13 @@ class BlockSearch:
             reached = reached[~same]
         return kept, hits
 
-    def _same(self, x: Any, y: Any) -> Any:
+    def _same(self, x: Unknowns, y: Floats) -> Any:
         """Return which rows are the solution `y`, but for whole turns that make no difference."""
         gap = (x - y) / np.where(self.turning, 2 * np.pi, 1.0)
         gap = self.lattice.remainder(gap) * np.where(self.turning, 2 * np.pi, 1.0)
         return (np.abs(gap) / self.scale).max(axis=1) < self._reach(y)
 
-    def _reach(self, y: Any) -> float:
+    def _reach(self, y: Floats) -> float:
         """Return the distance from a solution within which there is no other distinguishable one.
 
         Newton and Kantorovich: there is none within 1/(beta kappa); what is nearer than the

@@ -30,6 +30,7 @@ from mechdae.motion.assembly.contacts import Contacts
 from mechdae.motion.assembly.turns.block_turns import BlockTurns
 from mechdae.motion.setup.scales import driver_size
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.assembly.turns.undecided import Undecided
@@ -63,7 +64,7 @@ class SketchNumber:
     turns: bool
     value: Local
 
-    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float:
+    def gap(self, x: Unknowns, u: Floats, p: Floats, unwound: bool = False) -> float:
         """Return how far it is from its value at a pose, whole turns too if `unwound`."""
         gap = float((self.value(x, u, p).item() - self.wanted) / self.size)
         return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
@@ -93,7 +94,7 @@ class Assembling(Protocol):
     scene: Scene
     sketch: dict[str, float]
     places: dict[NamedCoordinate, float]
-    p: Any
+    p: Floats
     size: float
     natural: Any
     turns: BlockTurns
@@ -103,7 +104,7 @@ class Assembling(Protocol):
 
     def blocks_of(self, group: Group) -> list[int]: ...
     def candidates(
-        self, group: Group, x: Any, u: Any, nearby: bool = False, *, drawn: bool = False
+        self, group: Group, x: Unknowns, u: Floats, nearby: bool = False, *, drawn: bool = False
     ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
@@ -191,7 +192,7 @@ class Sketched:
 
     # -- search ----------------------------------------------------------------------------
 
-    def nearest(self, u: Any) -> Nearest:
+    def nearest(self, u: Floats) -> Nearest:
         """Return the mode nearest to the sketch at driver values `u`.
 
         Where the sketch is a pose but for rounding, others are looked for only if the mechanism
@@ -209,7 +210,7 @@ class Sketched:
         self.ended, self.turned = result.ended, list(dict.fromkeys(result.turned))
         return result
 
-    def _part(self, part: list[int], result: Nearest, u: Any, drawn: bool) -> None:
+    def _part(self, part: list[int], result: Nearest, u: Floats, drawn: bool) -> None:
         """Continue `result` by the nearest mode of groups that depend on each other."""
         order = itertools.count()
         # the first two tell what is next
@@ -251,7 +252,7 @@ class Sketched:
             result.failure, result.x = failed, at
 
     def _ahead(
-        self, rest: list[int], own: Nearest, u: Any, drawn: bool
+        self, rest: list[int], own: Nearest, u: Floats, drawn: bool
     ) -> tuple[list[tuple[float, int, Nearest]], NoPose | None]:
         """Return how a begun mode goes on: squares of its distance, groups done, the mode.
 
@@ -272,7 +273,7 @@ class Sketched:
         ahead = [(self._square(rest[0], x, u), 1, replace(own, x=x)) for x in poses]
         return ahead, failure
 
-    def _choose(self, part: list[int], found: list[Nearest], result: Nearest, u: Any) -> None:
+    def _choose(self, part: list[int], found: list[Nearest], result: Nearest, u: Floats) -> None:
         """Take the nearest of modes that the sketch does not tell apart, if one is meant."""
         near: list[Nearest] = []
         for own in found:  # a group may give one pose twice
@@ -296,11 +297,11 @@ class Sketched:
             result.doubtful.append(self.undecided.first_to_differ(part, kept))
             result.tied.append((part, kept))
 
-    def _square(self, stage: int, x: Any, u: Any) -> float:
+    def _square(self, stage: int, x: Unknowns, u: Floats) -> float:
         p = self.assembler.p
         return sum(entry.gap(x, u, p) ** 2 for entry in self._at_stage.get(stage, ()))
 
-    def _unwound(self, part: list[int], x: Any, u: Any) -> float:
+    def _unwound(self, part: list[int], x: Unknowns, u: Floats) -> float:
         """Return how far geared bodies are from the sketch, whole turns included [rad]."""
         geared = self.assembler.turns.whole.geared
         own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
@@ -314,13 +315,13 @@ class Sketched:
 
         return Undecided(self, TIE)
 
-    def distance(self, group: Group, x: Any, u: Any) -> float:
+    def distance(self, group: Group, x: Unknowns, u: Floats) -> float:
         """Return how far what is known with a group is from the sketch [rad]."""
         return math.sqrt(self._square(self.stage[group.bodies[0]], x, u))
 
     # -- the sketch as a pose ----------------------------------------------------------------
 
-    def own_pose(self, b: int, x: Any, u: Any, begun: Any = None) -> Any:
+    def own_pose(self, b: int, x: Unknowns, u: Floats, begun: Any = None) -> Unknowns | None:
         """Return the solution of block `b` that the sketch is but for rounding, None: it is none.
 
         Angles and places on curves are those of the sketch, lengths the ones that fit best what
@@ -348,7 +349,7 @@ class Sketched:
             last = moved
         return pose
 
-    def _start(self, b: int, x: Any, u: Any) -> Any:
+    def _start(self, b: int, x: Unknowns, u: Floats) -> Floats | None:
         """Return x with the unknowns of block `b` by the sketch, None where it is silent."""
         assembler, graph = self.assembler, self.assembler.graphs.blocks[b]
         pose, lengths = x.copy(), []
@@ -366,7 +367,7 @@ class Sketched:
         pose[graph.own] = assembler.solvers[b].with_tangents(pose[None, graph.own])[0]
         return self._fitted(b, lengths, pose, u)
 
-    def _fitted(self, b: int, lengths: list[int], pose: Any, u: Any) -> Any:
+    def _fitted(self, b: int, lengths: list[int], pose: Unknowns, u: Floats) -> Floats:
         """Return the pose with lengths that fit the equations of block `b` and the sketch best."""
         graph, p, size = self.assembler.graphs.blocks[b], self.assembler.p, self.assembler.size
         units = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
@@ -390,7 +391,7 @@ class Sketched:
         return pose
 
 
-def told_apart(one: Any, other: Any) -> Any:
+def told_apart(one: Floats | float, other: Floats | float) -> Booleans | bool:
     """Return whether a mode is farther from the sketch than another, by more than rounding."""
     far, near = np.sqrt(one), np.sqrt(other)
     return far - near > TIE * near + ROUNDING

@@ -31,6 +31,7 @@ from mechdae.motion.assembly.multistart import BlockSearch
 from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
+from mechdae.types import Floats, Jacobians, Unknowns
 
 SX = ca.SX
 LARGEST = 4
@@ -55,9 +56,9 @@ MET = 1e-9
 
 def no_others(
     search: BlockSearch,
-    found: Any,
-    z: Any,
-    u: Any,
+    found: Floats,
+    z: Unknowns,
+    u: Floats,
     senses: tuple[OrientationChecks, int] | None = None,
 ) -> int:
     """Return after how many boxes it is known that a block has no other solutions, 0: it is not.
@@ -182,7 +183,7 @@ class _Boxes:
 
     def __init__(
         self, search: BlockSearch, chart: ProjectiveChart, positive: PositiveSenses | None,
-        found: Any, z: Any, u: Any,
+        found: Floats, z: Unknowns, u: Floats,
     ) -> None:  # fmt: skip
         self.search, self.chart, n = search, chart, search.n
         graph, scene = search.solver.graph, search.solver.scene
@@ -206,7 +207,7 @@ class _Boxes:
         self.alone = np.minimum(np.nan_to_num(alone, nan=0.0), WIDEST - 1)
         """Half widths of boxes around the solutions that hold no other one."""
 
-    def _seen(self, found: Any, scale: Any) -> Any:
+    def _seen(self, found: Floats, scale: Floats) -> Any:
         """Return the solutions (k, n) in the chart that lie in its part, nearly."""
         lengths, one = self.search.lengths, self.chart.one
         seen = found.copy()
@@ -219,7 +220,7 @@ class _Boxes:
         within = np.abs(seen[:, lengths]).max(axis=1, initial=0.0) <= 1 + 1e-9
         return seen[within]
 
-    def _values(self, x: Any) -> tuple[Any, Any]:
+    def _values(self, x: Unknowns) -> tuple[Any, Any]:
         n = self.search.n
         F, J = self.chart.values(x, *self._known)
         return F, J.reshape(-1, n, F.shape[1]).transpose(0, 2, 1)
@@ -248,11 +249,11 @@ class _Boxes:
         return count
 
     @np.errstate(all="ignore")
-    def _wound(self) -> tuple[Any, Any]:
+    def _wound(self) -> tuple[Floats, Floats]:
         """Return where one angle of a wheel on a rack or of a screw has to be, and how far on."""
         period = float(self.search.period[0])
 
-        def values(x: Any) -> tuple[Any, Any]:
+        def values(x: Unknowns) -> tuple[Floats, Floats]:
             F, J = self._values(x[:, None])
             return F[:, 0], J[:, 0, 0]
 
@@ -261,7 +262,7 @@ class _Boxes:
         return np.array([-most]), np.array([2 * most])
 
     @np.errstate(all="ignore")
-    def _open(self, x: Any, half: Any) -> Any:
+    def _open(self, x: Unknowns, half: Floats) -> Any:
         """Return which boxes (k,) may hold a solution that is not known."""
         F, J = self._values(x)
         bent = np.einsum("ijk,j,k->i", self.bends, half, half) / 2
@@ -288,7 +289,7 @@ class _Boxes:
         return left
 
 
-def _inverses(J: Any) -> Any:
+def _inverses(J: Jacobians) -> Jacobians:
     """Return inverses (k, n, m) of small matrices (k, m, n), nan where there are none."""
     if J.shape[1] > J.shape[2]:
         across = J.transpose(0, 2, 1)

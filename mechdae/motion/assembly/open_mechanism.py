@@ -28,6 +28,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.motion.setup.drivers import plan, sketched
 from mechdae.records import dataclass
 from mechdae.results import FINE, Named, Result, Series, Status, Summary, SweepResult, statuses
+from mechdae.types import Floats, Json, Unknowns
 
 CLOSED = 1e-9
 """Gap over a length of the mechanism, or in radians, that counts as closed."""
@@ -47,9 +48,9 @@ class Open:
     """A pose with joints that stay open: coordinates, values of their equations, prices."""
 
     joints: tuple[str, ...]
-    q: Any
+    q: Unknowns
     size: float
-    prices: Any
+    prices: Floats
 
 
 def opened(
@@ -183,18 +184,18 @@ class _Equations:
             places = self.model.twist(body)
             self.q0[places], self.free[places] = (*point[pose], angle[pose]), False
 
-    def moved(self, q: Any, step: Any, most: float = 1.0) -> Any:
+    def moved(self, q: Unknowns, step: Floats, most: float = 1.0) -> Floats:
         """Return coordinates after a step of the free ones, in their sizes."""
         after = q.copy()
         after[self.free] += most * self.units[self.free] * step
         return after
 
-    def at(self, q: Any) -> tuple[Any, Any]:
+    def at(self, q: Unknowns) -> tuple[Any, Any]:
         """Return the equations over their sizes, and their slopes by the free coordinates."""
         phi, slope = self._values(q, self.u, self.model.p_values)
         return phi, np.reshape(slope, (len(self.rows), len(q)), order="F")[:, self.free]
 
-    def bent(self, q: Any, prices: Any) -> Any:
+    def bent(self, q: Unknowns, prices: Floats) -> Any:
         """Return the second derivatives of the equations, weighted by their prices."""
         found = self._bent(q, self.u, self.model.p_values, prices)[0]
         return np.reshape(found, (len(q), len(q)), order="F")[np.ix_(self.free, self.free)]
@@ -212,7 +213,7 @@ class _Equations:
 
     # -- poses -----------------------------------------------------------------------------------
 
-    def start(self, angles: dict[str, float], places: dict[NamedCoordinate, float]) -> Any:
+    def start(self, angles: dict[str, float], places: dict[NamedCoordinate, float]) -> Floats:
         """Return the pose at which the equations are violated least, from a rough one."""
         q = self.q0.copy()
         for k, c in enumerate(self.model.coordinates):
@@ -242,7 +243,7 @@ class _Equations:
                     break
         return q
 
-    def least(self, start: Any) -> Open:
+    def least(self, start: Floats) -> Open:
         """Return the pose with the least gap of all joints that may be opened."""
         phi, _ = self.at(start)
         if np.max(np.abs(phi), initial=0.0) <= CLOSED:
@@ -279,7 +280,7 @@ class _Equations:
         driven = {c.part for c in self.drivers}
         return joint.opening, GROUND in joint.bodies, bool(driven & set(joint.bodies))
 
-    def _opened(self, names: tuple[str, ...], start: Any) -> Open | None:
+    def _opened(self, names: tuple[str, ...], start: Floats) -> Open | None:
         """Return the pose with the least gap in some joints, None where others stay open too."""
         loose = np.array([owner in names for owner in self.owners])
         if any(self.rows[k].unit != "m" for k in np.flatnonzero(loose).tolist()):
@@ -332,7 +333,7 @@ def _report(
     gaps = [_gap(equations, joint, found.q, at) for joint in found.joints]
     short, long_ = _to_blame(equations, found)
     words = ", ".join(f"{own['joint']} by {own['gap']:.4g} {own['unit']}" for own in gaps)
-    summary: dict[str, Any] = {
+    summary: Json = {
         "poses": 1,
         "status": {"unassembled": 1},
         "open": gaps,
@@ -366,7 +367,7 @@ def _report(
     )
 
 
-def said(summary: dict[str, Any]) -> str:
+def said(summary: Json) -> str:
     """Return what is too short or too long, in words, empty where nothing is known."""
     parts = [
         f"{word}: {', '.join(own['what'] for own in summary[key])}"
@@ -376,7 +377,7 @@ def said(summary: dict[str, Any]) -> str:
     return "; " + "; ".join(parts) if parts else ""
 
 
-def _gap(equations: _Equations, name: str, q: Any, at: dict[str, Any]) -> dict[str, Any]:
+def _gap(equations: _Equations, name: str, q: Unknowns, at: dict[str, Floats]) -> Json:
     """Return the gap of an open joint: from the first point, or the foot on its guide."""
     joint = equations.mechanism.joints[name]
     first, second = at[joint.first], at[joint.second]
@@ -405,15 +406,13 @@ def _gap(equations: _Equations, name: str, q: Any, at: dict[str, Any]) -> dict[s
     }
 
 
-def _to_blame(
-    equations: _Equations, found: Open
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def _to_blame(equations: _Equations, found: Open) -> tuple[list[Json], list[Json]]:
     """Return the lengths and drivers that are too short, and those that are too long."""
     numbers, drivers = equations.by_numbers(found)
     rows = list(_lengths(equations.mechanism, numbers))
     rows += [(c.text, drivers[c.text]) for c in equations.drivers if c.unit == "m"]
-    short: list[dict[str, Any]] = []
-    long_: list[dict[str, Any]] = []
+    short: list[Json] = []
+    long_: list[Json] = []
     for what, slope in sorted(rows, key=lambda row: -abs(row[1])):
         if abs(slope) >= PULLS:
             entry = {"what": what, "by": found.size / abs(slope), "slope": slope}
@@ -445,5 +444,5 @@ def _lengths(mechanism: Mechanism, numbers: dict[str, float]) -> Iterator[tuple[
             yield f"{body} {a}-{b}", slope
 
 
-def _slope(numbers: dict[str, float], point: str) -> Any:
+def _slope(numbers: dict[str, float], point: str) -> Floats:
     return np.array([numbers.get(f"{point}.{axis}", 0.0) for axis in "xy"])

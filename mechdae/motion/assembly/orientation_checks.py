@@ -19,6 +19,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.choice import is_tree
 from mechdae.kernels.run.local import local
 from mechdae.motion.setup.drivers import Sketch
+from mechdae.types import Floats, Sym, Unknowns
 
 QUATERNION = 4
 FEW = 8
@@ -42,7 +43,7 @@ class OrientationChecks:
                 if group is not None:
                     self._of.setdefault(group, []).append(value)
 
-    def met(self, group: Group, poses: list[Any], u: Any) -> list[Any]:
+    def met(self, group: Group, poses: list[Unknowns], u: Floats) -> list[Floats]:
         """Return the poses of a group with axes of the right sense."""
         values = self._of.get(group.index)
         poses = self._once(poses)
@@ -50,7 +51,9 @@ class OrientationChecks:
             return poses
         return self._positive(("senses", group.index), values, poses, u)
 
-    def without_wrong_sense(self, group: Group, b: int, poses: list[Any], u: Any) -> list[Any]:
+    def without_wrong_sense(
+        self, group: Group, b: int, poses: list[Unknowns], u: Floats
+    ) -> list[Floats]:
         """Return the poses whose axes have the right sense as far as block `b` tells of them.
 
         Legs of a platform double the poses each: those that will be dropped must not be doubled.
@@ -61,33 +64,35 @@ class OrientationChecks:
             poses = self._once(poses)
         return self.possible(b, poses, u)
 
-    def of_block(self, b: int) -> list[Any]:
+    def of_block(self, b: int) -> list[Sym]:
         """Return what must be positive of which block `b` is the last to tell."""
         if not self._told:
             self._told = self._tell()
         return self._told.get(b, [])
 
-    def possible(self, b: int, poses: list[Any], u: Any) -> list[Any]:
+    def possible(self, b: int, poses: list[Unknowns], u: Floats) -> list[Floats]:
         """Return the poses whose axes have the right sense as far as block `b` tells of them."""
         values = self.of_block(b)
         return self._positive(("senses", b, "block"), values, poses, u) if values else poses
 
-    def _tell(self) -> dict[int, list[Any]]:
+    def _tell(self) -> dict[int, list[Sym]]:
         """Return what must be positive by the block that is the last to tell of it."""
         at = {i: b for b, block in enumerate(self.scene.blocks) for i in block.x}
-        told: dict[int, list[Any]] = {}
+        told: dict[int, list[Sym]] = {}
         for value in (value for values in self._of.values() for value in values):
             held = self.scene.held(self.scene.expression(value))[0]
             if held:
                 told.setdefault(max(at[i] for i in held), []).append(value)
         return told
 
-    def _positive(self, key: Any, values: list[Any], poses: list[Any], u: Any) -> list[Any]:
+    def _positive(
+        self, key: Any, values: list[Sym], poses: list[Unknowns], u: Floats
+    ) -> list[Floats]:
         function = local(self.scene, key, lambda: ca.vertcat(*values))
         p = self.scene.model.p_values
         return [x for x in poses if np.all(function(x, u, p) > 0)]
 
-    def _once(self, poses: list[Any]) -> list[Any]:
+    def _once(self, poses: list[Unknowns]) -> list[Floats]:
         """Return the poses without those that have an opposite quaternion and are else the same."""
         if not self.quaternions or len(poses) < 2:
             return poses
@@ -102,7 +107,7 @@ class OrientationChecks:
             kept[k] = not (gaps < SAME).any()
         return [x for x, new in zip(poses, kept, strict=True) if new]
 
-    def towards(self, x: Any, other: Any) -> Any:
+    def towards(self, x: Unknowns, other: Floats) -> Floats:
         """Return unknowns with the signs of quaternions that are nearer to those of others."""
         result = x.copy()
         for own in self.quaternions:

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Jacobians, Matrices
 
 EPS = float(np.finfo(float).eps)
 DEGREE = 3
@@ -88,7 +89,7 @@ class _Platform:
         """Relative rounding of the legs' numbers."""
         self.circle = legs[0].normal == 0
 
-    def linear(self, w: Any) -> tuple[Any, Any, Any, Any]:
+    def linear(self, w: Complexes) -> tuple[Complexes, Floats, Floats, Floats]:
         """Return a and c (k, 2), three rows for lines only, and the sizes of their terms."""
         rows = slice(1, None) if self.circle else slice(None)
         m, b, n = self.m[rows], self.b[rows], self.n[rows]
@@ -109,14 +110,14 @@ class _Platform:
         big_c = np.where(round_, length**2 + least**2 + reach**2, np.abs(length) + reach)
         return a, c, big_a, np.broadcast_to(big_c, c.shape)
 
-    def polynomial(self, w: Any) -> tuple[Any, Any]:
+    def polynomial(self, w: Complexes) -> tuple[Any, Any]:
         """Return the polynomial at w (k,), and the size of its terms."""
         a, c, big_a, big_c = self.linear(w)
 
-        def cross(i: int, j: int) -> Any:
+        def cross(i: int, j: int) -> Floats:
             return np.imag(np.conj(a[:, i]) * a[:, j])
 
-        def both(i: int, j: int) -> Any:
+        def both(i: int, j: int) -> Floats:
             return big_a[:, i] * big_a[:, j]
 
         if self.circle:
@@ -149,7 +150,7 @@ class _Platform:
         base, platform = self.origin
         return Closures(base + self.size * z - w * platform, w, bool(proven), gap, free)
 
-    def none_near(self, w: Any, radius: Any) -> bool:
+    def none_near(self, w: Complexes, radius: Floats) -> bool:
         """Return whether the linear equations contradict each other in all discs around w.
 
         A place P has |P| = l on a circle, at most `FAR` sizes on lines.
@@ -163,7 +164,7 @@ class _Platform:
         slack = (spread + 16 * self.grain) * 4 * (1 + reach)
         return bool(np.any(np.abs(U.T @ c[0]) > most + slack))
 
-    def candidates(self, w: Any) -> tuple[Any, Any]:
+    def candidates(self, w: Complexes) -> tuple[Complexes, Complexes]:
         """Return places P of the first point that may belong to w, with their w.
 
         The better of the linear equations gives P up to a direction; along it the other one or
@@ -185,7 +186,7 @@ class _Platform:
         good = np.isfinite(P)
         return P[good], wide[good]
 
-    def residual(self, P: Any, w: Any) -> tuple[Any, Any]:
+    def residual(self, P: Complexes, w: Complexes) -> tuple[Floats, Matrices]:
         """Return the legs' equations (k, 3) and their Jacobian (k, 3, 3) in x, y, phi."""
         P, w = P[:, None], w[:, None]
         arm = w * self.m
@@ -202,7 +203,7 @@ class _Platform:
         slope += np.where(self.turning, np.real(np.conj(1j * turned) * d), 0.0)
         return f, np.stack([along.real, along.imag, slope], axis=-1)
 
-    def poses(self, w: Any) -> tuple[Any, Any, Any, bool]:
+    def poses(self, w: Complexes) -> tuple[Any, Any, Any, bool]:
         """Return distinct poses (P, w) near the roots, which are certain, and freedom."""
         P, w = self.candidates(w / np.abs(w))
         for _ in range(12):
@@ -256,7 +257,7 @@ class _Platform:
         return self.size * float(misses.min()) if misses.size else 0.0
 
 
-def newton_steps(J: Any, f: Any) -> Any:
+def newton_steps(J: Jacobians, f: Floats) -> Any:
     """Return the Newton steps (k, n); of least length where J is singular."""
     try:
         return np.linalg.solve(J, f[:, :, None])[:, :, 0]
@@ -264,7 +265,7 @@ def newton_steps(J: Any, f: Any) -> Any:
         return np.einsum("kij,kj->ki", np.linalg.pinv(J), f)
 
 
-def real_roots(c: Any, noise: float) -> tuple[Any, Any, Any]:
+def real_roots(c: Complexes, noise: float) -> tuple[Any, Any, Any]:
     """Return the roots that may lie on the unit circle, and which belong together.
 
     Parameters

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -21,6 +20,7 @@ from mechdae.motion.assembly.elimination import BlockSolver, Solutions
 from mechdae.motion.assembly.least_gap import opening
 from mechdae.motion.assembly.turns.block_turns import put
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Unknowns
 
 SEED = 5
 PROBES = 3
@@ -47,7 +47,12 @@ class RedundantSolver(BlockSolver):
     """Finds all solutions of one redundant block."""
 
     def __init__(
-        self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
+        self,
+        scene: Scene,
+        graph: BlockGraph,
+        p: Floats,
+        size: float,
+        slopes: dict[int, list[float]],
     ) -> None:
         super().__init__(scene, graph, p, size, slopes)
         self.slopes = slopes
@@ -56,7 +61,7 @@ class RedundantSolver(BlockSolver):
         self.rough = max(ROUGH, scene.model.mechanism.tolerance / size)
         self._chains: dict[bytes, list[list[Step]]] = {}
 
-    def _chain(self, pattern: Any) -> list[list[Step]]:
+    def _chain(self, pattern: Booleans) -> list[list[Step]]:
         """Return two choices of steps for a pattern (m, n) of the Jacobian."""
         key = pattern.tobytes()
         if key not in self._chains:
@@ -64,7 +69,7 @@ class RedundantSolver(BlockSolver):
             self._chains[key] = [self._steps(pattern, rows), self._steps(pattern, rows[::-1])]
         return self._chains[key]
 
-    def _pattern(self, start: Any, u: Any) -> Any:
+    def _pattern(self, start: Floats, u: Floats) -> Booleans:
         """Return which entries of the Jacobian are not zero for all unknowns of the block.
 
         An equation that repeats another one may hold symbols that cancel.
@@ -78,7 +83,7 @@ class RedundantSolver(BlockSolver):
             found |= np.abs(J) > ZERO
         return found
 
-    def _steps(self, pattern: Any, order: range) -> list[Step]:
+    def _steps(self, pattern: Booleans, order: range) -> list[Step]:
         """Return the steps, each as small as can be, with equations that come first in an order.
 
         One equation for one unknown, else two for two; what is left then is one step. Empty
@@ -109,7 +114,7 @@ class RedundantSolver(BlockSolver):
         graph = self.graph.cache(key, lambda: BlockGraph(self.scene, part))
         return BlockSolver(self.scene, graph, self.values, self.size, self.slopes)
 
-    def solve(self, z: Any, u: Any) -> Solutions | None:
+    def solve(self, z: Unknowns, u: Floats) -> Solutions | None:
         """Return all solutions, None where the steps do not decide.
 
         Without a solution ``gap`` is the least residual of a step that does not close, with
@@ -133,21 +138,21 @@ class RedundantSolver(BlockSolver):
         found += [x for x in second.x if not any(self._same(x, other) for other in found)]
         return Solutions(np.array(found), False, free=True) if found else None
 
-    def _nearly(self, steps: list[Step], start: Any, u: Any) -> Solutions:
+    def _nearly(self, steps: list[Step], start: Floats, u: Floats) -> Solutions:
         """Return no solution, and how far all equations stay open where dimensions hardly agree."""
         near = self._chained(steps, start, u, MEANT)
         gaps = [self._refined(put(start, self.graph.own, x), u)[1] for x in near.x]
         least = min(gaps, key=_size, default=Gap(np.inf, "m", ""))
         return replace(near, x=near.x[:0], gap=least.size, gap_at=least)
 
-    def _chained(self, steps: list[Step], start: Any, u: Any, rough: float) -> Solutions:
+    def _chained(self, steps: list[Step], start: Floats, u: Floats, rough: float) -> Solutions:
         """Return the solutions by some steps, which may miss other equations by `rough` sizes.
 
         ``free`` tells that a step does not decide.
         """
         found, proven, free = [start], True, False
         for step in steps:
-            ahead: list[Any] = []
+            ahead: list[Floats] = []
             nearest = Gap(np.inf, "m", self.graph.block.owners[step.rows[0]])
             for x in found:
                 result = step.solver.solve(x[step.solver.graph.uses], u)
@@ -174,7 +179,7 @@ class RedundantSolver(BlockSolver):
         sure = proven and not free and not self.scene.model.mechanism.tolerance
         return Solutions(np.array(refined), sure, free=free)
 
-    def _missed(self, step: Step, x: Any, u: Any) -> Gap:
+    def _missed(self, step: Step, x: Unknowns, u: Floats) -> Gap:
         """Return what stays open where the step's own equations have no solution.
 
         With a single angle it is the least over all equations of the step, and superfluous
@@ -191,7 +196,7 @@ class RedundantSolver(BlockSolver):
         met = np.any((F.min(axis=0) < 0) & (F.max(axis=0) > 0))
         return replace(found, superfluous=bool(met))
 
-    def _same(self, a: Any, b: Any) -> bool:
+    def _same(self, a: Floats, b: Floats) -> bool:
         gaps = (a - b) / self.x_size
         for j in range(self.n):
             period = self.period(j)
@@ -199,8 +204,12 @@ class RedundantSolver(BlockSolver):
         return bool(np.abs(gaps).max() < 1e-7)
 
     def _refined(
-        self, x: Any, u: Any, columns: list[int] | None = None, rows: list[int] | None = None
-    ) -> tuple[Any, Gap]:
+        self,
+        x: Unknowns,
+        u: Floats,
+        columns: list[int] | None = None,
+        rows: list[int] | None = None,
+    ) -> tuple[Floats, Gap]:
         """Return x after steps of Gauss and Newton on some equations, or all, and what is left."""
         columns = list(range(self.n)) if columns is None else columns
         rows = list(range(self.graph.rows)) if rows is None else rows

@@ -20,6 +20,7 @@ from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.nearest_mode import MOST_BEGUN, Nearest
 from mechdae.motion.setup.drivers import DriverPlan
 from mechdae.motion.setup.likely_typos import MANY, long_length, odd_lengths
+from mechdae.types import Floats, Json, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.assembly.mode_tree import Mode
@@ -32,7 +33,9 @@ MOST_NAMED = 64
 """Assembly modes that a message names."""
 
 
-def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True) -> tuple[Any, Any]:
+def sketched_pose(
+    assembler: Assembler, plan: DriverPlan, labelled: bool = True
+) -> tuple[Unknowns, Unknowns]:
     """Return driver values (nd,) and unknowns (nx,) of the assembled sketch.
 
     `labelled` tells that the task may name the mode by its label.
@@ -70,7 +73,9 @@ def sketched_pose(assembler: Assembler, plan: DriverPlan, labelled: bool = True)
     return u, found.x
 
 
-def _asked_pose(assembler: Assembler, plan: DriverPlan, u: Any) -> tuple[Any, Nearest] | None:
+def _asked_pose(
+    assembler: Assembler, plan: DriverPlan, u: Floats
+) -> tuple[Unknowns, Nearest] | None:
     """Return the values asked for that are nearest to sketched slides that do not close.
 
     And the pose there that is nearest to the rest of the sketch; None where none is found.
@@ -87,7 +92,7 @@ def _asked_pose(assembler: Assembler, plan: DriverPlan, u: Any) -> tuple[Any, Ne
     return None
 
 
-def _where_it_closes(assembler: Assembler, plan: DriverPlan, u: Any) -> str:
+def _where_it_closes(assembler: Assembler, plan: DriverPlan, u: Floats) -> str:
     """Return from which value of a single driver on the sketch closes, "" where none is near."""
     if len(u) > 1 or plan.timing:
         return ""
@@ -108,7 +113,7 @@ def _where_it_closes(assembler: Assembler, plan: DriverPlan, u: Any) -> str:
     return ""
 
 
-def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
+def _check_near(assembler: Assembler, x: Unknowns, u: Floats) -> None:
     """Raise where angles that look like degrees chose between modes a right angle off or more.
 
     Other sketches so far off have a note: they may be those of another value of the driver.
@@ -135,7 +140,7 @@ def _check_near(assembler: Assembler, x: Any, u: Any) -> None:
         )
 
 
-def _turned(assembler: Assembler, x: Any, u: Any) -> dict[Group, dict[str, tuple[float, float]]]:
+def _turned(assembler: Assembler, x: Any, u: Floats) -> dict[Group, dict[str, tuple[float, float]]]:
     """Return by group and body the sketched angle, and by how much the pose is off it."""
     angles: dict[Group, dict[str, tuple[float, float]]] = {}
     for entry in assembler.sketched.entries:
@@ -159,7 +164,7 @@ def try_redundant(assembler: Assembler, plan: DriverPlan) -> None:
 
 
 def doubts(
-    assembler: Assembler, plan: DriverPlan, x: Any, u: Any, slips: Sequence[str] = ()
+    assembler: Assembler, plan: DriverPlan, x: Unknowns, u: Floats, slips: Sequence[str] = ()
 ) -> list[str]:
     """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch.
 
@@ -233,7 +238,7 @@ def start_values(plan: DriverPlan) -> Any:
     return u
 
 
-def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
+def mode_by_label(assembler: Assembler, u: Floats, label: str) -> Mode:
     """Return the assembly mode with that label at `u`.
 
     Raises
@@ -255,7 +260,7 @@ def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
     raise error
 
 
-def not_assembled(scene: Scene, failure: NoPose, u: Any, hint: str = "") -> AssemblyError:
+def not_assembled(scene: Scene, failure: NoPose, u: Floats, hint: str = "") -> AssemblyError:
     """Return the error for a group that has no pose at `u`; `hint` tells where it has one."""
     group, at = failure.group, failure.at
     joint, unit = (at.joint, at.unit) if at is not None else (group.key_joint, "m")
@@ -310,7 +315,7 @@ def tolerance_hint(enough: float) -> str:
     return f"; or let superfluous equations stay open: {TOLERANCE} = {enough:g}"
 
 
-def where(scene: Scene, u: Any) -> str:
+def where(scene: Scene, u: Floats | list[float]) -> str:
     """Return the driver values for a message."""
     return ", ".join(
         f"{c.text} = {shown(c.unit, v)}" for c, v in zip(scene.drivers, u, strict=True)
@@ -324,7 +329,7 @@ def shown(unit: str, value: float) -> str:
     return f"{value:.6g} m" if unit == "m" else f"{value:.6g}"
 
 
-def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, Any]:
+def as_sketch(assembler: Assembler, mode: Mode, u: Floats) -> Json:
     """Return the angles of all bodies [deg], in space coordinates and points, for [sketch]."""
     q = assembler.coordinates(mode.x, u)
     angles = {}

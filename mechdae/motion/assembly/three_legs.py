@@ -11,7 +11,7 @@ from __future__ import annotations
 import cmath
 import itertools
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
@@ -28,6 +28,10 @@ from mechdae.motion.assembly.linkage.rigid_parts import (
 )
 from mechdae.motion.assembly.platform import EPS, Leg, closures
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats
+
 
 ELIMINATED = "elimination: the roots of one polynomial"
 
@@ -51,7 +55,7 @@ class Strut:
     driven: NamedCoordinate | None = None
 
 
-def truss(scene: Scene, group: Group, p: Any) -> Truss | None:
+def truss(scene: Scene, group: Group, p: Floats) -> Truss | None:
     """Return the group as a platform on three legs, None when it is none."""
     try:
         return Truss(scene, group, p)
@@ -62,7 +66,7 @@ def truss(scene: Scene, group: Group, p: Any) -> Truss | None:
 class Truss(GroupParts):
     """A group of two bodies joined by three legs, and all its poses."""
 
-    def __init__(self, scene: Scene, group: Group, p: Any) -> None:
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         super().__init__(scene, group, p)
         nodes = self.nodes
         for base, platform in itertools.combinations(nodes, 2):
@@ -112,7 +116,7 @@ class Truss(GroupParts):
         """Return how many places of a pin belong to known bodies besides the first."""
         return max(sum(self.node_of(place.body) == GROUND for place in pin) - 1, 0)
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses:
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses:
         """Return the bodies' coordinates in all poses.
 
         Parameters

@@ -11,6 +11,7 @@ from mechdae.equations.tree.pointers import WORDS
 from mechdae.motion.assembly.elimination import BlockSolver, Solutions
 from mechdae.motion.modules.catalogue import MODULES
 from mechdae.motion.modules.solutions import solve_module
+from mechdae.types import Floats, Unknowns
 
 LETTERS = dict(zip(WORDS, "lab", strict=True))
 CLOSED = 1e-9
@@ -20,7 +21,7 @@ TRIAL = (0.37, 1.91)
 
 
 def of_loop(
-    solver: BlockSolver, z: Any, u: Any, known: dict[tuple[str, str], float]
+    solver: BlockSolver, z: Unknowns, u: Floats, known: dict[tuple[str, str], float]
 ) -> Solutions | None:
     """Return all solutions of a block that is a module, None where it is none or not surely all.
 
@@ -50,10 +51,10 @@ def of_loop(
     if order is None or MODULES[_name(letters, order)].singular:
         return None
 
-    def rows(x: Any) -> Any:
+    def rows(x: Unknowns) -> Floats:
         return np.array(graph.function(x, z, u, solver.p)).ravel()
 
-    def vector(name: str, x: Any) -> Any:
+    def vector(name: str, x: Unknowns) -> Any:
         at = dict(zip(own, x, strict=True))
         length, e, a = (at.get((name, w), known.get((name, w), np.nan)) for w in WORDS)
         return length * np.array([np.cos(e) * np.cos(a), np.sin(e), np.cos(e) * np.sin(a)])
@@ -97,7 +98,7 @@ def _name(letters: dict[str, str], order: tuple[str, ...]) -> str:
     return "-".join(letters[name] for name in order)
 
 
-def _turned(value: dict[str, Any], sign: float) -> dict[str, Any]:
+def _turned(value: dict[str, Floats], sign: float) -> dict[str, Floats]:
     """Return unknowns of a vector that was run in a sense, by the usual one of equal triples."""
     if "length" not in value:
         return value

@@ -12,6 +12,7 @@ from mechdae.kernels.run.sequence import Sequence
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.crossings.across_change_point import Zone
@@ -37,7 +38,7 @@ class Reach:
     low: Limit | None = None
     high: Limit | None = None
 
-    def contains(self, s: Any) -> Any:
+    def contains(self, s: Floats | float) -> Booleans:
         inside = np.ones(np.shape(s), bool)
         if self.low is not None:
             inside &= s > self.low.s - self.low.belongs
@@ -72,11 +73,11 @@ class AnyPath(ABC):
         Of the blocks' determinants where it begins.
     """
 
-    origin: tuple[float, Any]
+    origin: tuple[float, Floats]
     sign: Any
 
     def __init__(
-        self, graphs: Graphs, constants: Constants, whole: Any, largest: float, counts: Counts
+        self, graphs: Graphs, constants: Constants, whole: Floats, largest: float, counts: Counts
     ) -> None:
         self.graphs, self.constants, self.whole = graphs, constants, whole
         self.largest, self.counts = largest, counts
@@ -98,7 +99,7 @@ class AnyPath(ABC):
         """A radian of the driver, or a length of the mechanism."""
         return self.largest * NODES_PER_TURN / (2 * np.pi)
 
-    def zone_at(self, s: Any) -> Any:
+    def zone_at(self, s: Floats) -> Integers:
         """Return the index of the zone that each place lies in, -1 outside of all, (n,)."""
         if not self.zones:
             return np.full(len(s), -1)
@@ -112,12 +113,14 @@ class AnyPath(ABC):
         """Return which blocks belong to groups that have not ended."""
         return np.array([group not in ended for group in self.block_group], bool)
 
-    def good(self, state: Any, test: Any, det: Any, miss: Any, alive: Any, sign: Any) -> Any:
+    def good(
+        self, state: Floats, test: Floats, det: Floats, miss: Floats, alive: Booleans, sign: Floats
+    ) -> Any:
         """Return whether a step is proved for all blocks that are `alive`."""
         return np.all(self.proved(state, test, det, miss, sign)[..., alive], axis=-1)
 
     @np.errstate(invalid="ignore")
-    def proved(self, state: Any, test: Any, det: Any, miss: Any, sign: Any) -> Any:
+    def proved(self, state: Floats, test: Floats, det: Floats, miss: Floats, sign: Floats) -> Any:
         """Return which blocks (.., nb) a step is proved for; none runs away to a pole."""
         proved = (test <= 1) & (miss <= 1) & (np.sign(det) == sign)
         near = np.abs(state[..., : self.graphs.nx]) <= self.far
@@ -133,7 +136,7 @@ class AnyPath(ABC):
         """The first and the last place that was followed."""
 
     @abstractmethod
-    def drivers(self, s: Any) -> Any:
+    def drivers(self, s: Floats) -> Any:
         """Return the drivers' values (n, nd) at `s` (n,)."""
 
     @abstractmethod
@@ -141,29 +144,29 @@ class AnyPath(ABC):
         """Return the drivers' values and three derivatives with respect to s, each (nd,)."""
 
     @abstractmethod
-    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+    def rates(self, s: Floats, order: int) -> tuple[Floats, ...]:
         """Return the drivers' derivatives (n, nd) with respect to s, up to `order` <= 3."""
 
     # -- poses -------------------------------------------------------------------------------
 
     @abstractmethod
-    def follows(self, group: int, s: Any) -> Any:
+    def follows(self, group: int, s: Floats) -> Booleans:
         """Return at which places a group follows the path: followed, and before its ends."""
 
     @abstractmethod
-    def sign_at(self, s: Any) -> Any:
+    def sign_at(self, s: Floats) -> Floats:
         """Return the signs of the blocks' determinants on the path, (n, nb)."""
 
     @abstractmethod
-    def guess(self, s: Any) -> Any:
+    def guess(self, s: Floats) -> Unknowns:
         """Return unknowns (n, nx) near the path at `s` (n,)."""
 
     @abstractmethod
-    def insert(self, places: Any, most: int = 64) -> int:
+    def insert(self, places: Floats, most: int = 64) -> int:
         """Put further nodes where guesses were too poor; return how many were proved."""
 
     @abstractmethod
-    def on_curves(self) -> tuple[Any, Any, Any]:
+    def on_curves(self) -> tuple[Floats, Floats, Floats]:
         """Return s (m,), x (m, nx), u (m, nd) of poses where all contacts follow the path."""
 
     @abstractmethod

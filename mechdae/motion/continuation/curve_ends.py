@@ -16,6 +16,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.numerics.roots import root_between
+from mechdae.types import Floats, Unknowns
 
 PIECES = 8
 """Places looked at between two nodes."""
@@ -50,7 +51,7 @@ class CurveEnds:
         Groups that have one on an open curve, on one made of pieces.
     """
 
-    def __init__(self, graphs: Graphs, p: Any) -> None:
+    def __init__(self, graphs: Graphs, p: Floats) -> None:
         self.graphs, self.p = graphs, p
         owner = {name: group.index for group in graphs.scene.groups for name in group.joints}
         self.groups = sorted({owner[contact.joint.name] for contact in graphs.contacts})
@@ -67,7 +68,7 @@ class CurveEnds:
                 "open curves", lambda: ca.Function("s", inputs, [scene.expression(places)])
             )
 
-    def places(self, x: Any, u: Any) -> Any:
+    def places(self, x: Unknowns, u: Floats) -> Any:
         """Return s of the open curves' contacts (n, k) at poses x (n, nx), u (n, nu)."""
         return np.array(self._places(x.T, u.T, self.p[:, None])).T
 
@@ -94,7 +95,7 @@ class CurveEnds:
         fine = np.append(fine, nodes[-1])
         fine = fine if up else fine[::-1]
 
-        def on_curves(places: Any) -> Any:
+        def on_curves(places: Floats) -> Any:
             return self.places(quintic(S, X, V, A, places), path.drivers(places))
 
         s = on_curves(fine)
@@ -103,7 +104,9 @@ class CurveEnds:
             name, (low, high) = contact.joint.name, contact.range
             for sense, end in ((-1.0, low), (1.0, high)):
 
-                def beyond(places: Any, j: int = j, sense: float = sense, end: float = end) -> Any:
+                def beyond(
+                    places: Floats, j: int = j, sense: float = sense, end: float = end
+                ) -> Any:
                     return sense * (on_curves(places)[:, j] - end)
 
                 slack = SLACK * (high - low)

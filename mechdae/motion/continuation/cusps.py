@@ -20,6 +20,7 @@ from mechdae.kernels.graphs.singular import vertex
 from mechdae.kernels.run.call import Call
 from mechdae.motion.continuation.crossings.change_points import CrossingFinder, Scaling
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats
 
 SAMPLES = 17
 REACHES = (16.0, 8.0, 4.0, 2.0, 1.0)
@@ -64,7 +65,7 @@ class CuspFinder:
     def __init__(self, crossings: CrossingFinder) -> None:
         self.crossings = crossings
 
-    def find(self, b: int, s: float, state: Any, sense: float) -> Touch | None:
+    def find(self, b: int, s: float, state: Floats, sense: float) -> Touch | None:
         """Return where block `b` has such a place ahead of the node `state` at s, None without."""
         for reach in REACHES:
             half = reach * self.crossings.largest
@@ -88,7 +89,9 @@ class CuspFinder:
             return Touch(place, count / 2, place - wide, place + wide, gap, meet)
         return None
 
-    def _loads(self, b: int, s: float, state: Any, places: Any) -> tuple[Any, Any] | None:
+    def _loads(
+        self, b: int, s: float, state: Floats, places: Floats
+    ) -> tuple[Floats, list[Floats]] | None:
         """Return e at the places and the solutions there, None where it does not exist."""
         finder = self.crossings
         n, own = finder.graphs.nx, finder.graphs.blocks[b].own
@@ -105,14 +108,14 @@ class CuspFinder:
             found.append(y)
         return np.array(found)[:, len(own)], found
 
-    def _upstream(self, b: int, s: float, state: Any, place: float) -> Any:
+    def _upstream(self, b: int, s: float, state: Floats, place: float) -> Any:
         """Return the unknowns (nx,) at a place with earlier blocks solved for."""
         n, ds = self.crossings.graphs.nx, place - s
         x, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
         earlier = self.crossings.graphs.ancestors(b)[:-1]
         return self.crossings.follow(earlier, place, x + v * ds + a * ds * ds / 2, {})[0]
 
-    def _bend(self, b: int, s: float, state: Any, place: float, y: Any) -> float | None:
+    def _bend(self, b: int, s: float, state: Floats, place: float, y: Floats) -> float | None:
         """Return |A| at the singular pose near `y` at a place."""
         finder = self.crossings
         n, graph = finder.graphs.nx, finder.graphs.blocks[b]
@@ -126,7 +129,7 @@ class CuspFinder:
         still = [z, 0 * z, 0 * z, 0 * z]
         x, v = y[: graph.size] * scaling.columns, y[graph.size + 1 :] * scaling.columns
 
-        def second(slope: Any) -> float:
+        def second(slope: Floats) -> float:
             values = finder.jet(b, place, x, (slope, 0 * slope), still)[3]
             return float(w @ scaling.equations(values))
 
@@ -191,7 +194,7 @@ def _cluster(t: Any, loads: Any) -> tuple[float, int, float, float, float] | Non
     return middle, len(cluster), spread, least, slope
 
 
-def _slope(series: Any, zeros: Any, cluster: Any, middle: float) -> float:
+def _slope(series: Floats, zeros: Any, cluster: Complexes, middle: float) -> float:
     """Return the factor a of e = a (t - middle)^number near a cluster of zeros."""
     others = zeros[~np.isin(zeros, cluster)]
     far = np.polynomial.chebyshev.chebval(2.0, series)

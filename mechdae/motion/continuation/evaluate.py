@@ -19,6 +19,7 @@ from mechdae.motion.continuation.reachable_arc import Arc, arc_of
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Graph, Integers, Sym, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
@@ -71,11 +72,11 @@ class Poses:
     alive: Any
     at_limit: Any
     uncertain: Any
-    singular: Any
+    singular: Booleans
     error: Any
     condition: Any
     y: list[Any]
-    bounds: dict[str, Any] = field(default_factory=dict)
+    bounds: dict[str, Floats] = field(default_factory=dict)
     fine: bool = False
 
 
@@ -143,17 +144,17 @@ class Evaluator:
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
 
-    def all_rates(self, path: AnyPath, s: Any, rates: Rates) -> Rates:
+    def all_rates(self, path: AnyPath, s: Floats, rates: Rates) -> Rates:
         """Return as many rates as the kernel needs, zero where they are left out."""
         count, nothing = len(self.graphs.driven), np.zeros((len(s), self.graphs.nu))
         return tuple([*(rates or path.rates(s, count)), *[nothing] * count][:count])
 
-    def tiny(self, constants: Constants) -> Any:
+    def tiny(self, constants: Constants) -> Floats:
         """Return the left-over distance to the solution that is no more than rounding, (nb,)."""
         return TINY * np.where(self.lengths, constants.scale, 1.0)
 
     @staticmethod
-    def _stops(path: AnyPath, s: Any) -> Any:
+    def _stops(path: AnyPath, s: Floats) -> Booleans:
         """Return which poses are where a path stops at a change or dead point."""
         result = np.zeros(len(s), bool)
         for reach in path.reach.values():
@@ -187,8 +188,8 @@ class Evaluator:
         return max(abs(s), path.largest, float(known))
 
     def _turn_round(
-        self, path: AnyPath, s: Any, alive: Any, limits: dict[int, list[Limit]]
-    ) -> tuple[Any, dict[int, list[Limit]]]:
+        self, path: AnyPath, s: Floats, alive: Booleans, limits: dict[int, list[Limit]]
+    ) -> tuple[Floats, dict[int, list[Limit]]]:
         """Return where the poses lie on the path, and which of them are limit positions.
 
         What the driver does not reach directly it may reach by moving the other way round: a
@@ -222,7 +223,7 @@ class Evaluator:
             turns = turns + way
         return places, self._limits(path, places) if found.any() else limits
 
-    def _back(self, path: AnyPath, arc: Arc, s: Any, places: Any) -> Any:
+    def _back(self, path: AnyPath, arc: Arc, s: Floats, places: Floats) -> Booleans:
         """Return which groups are at `s` as they are at places whole turns away, (n, groups)."""
         inner = INWARDS * (arc.last - arc.first)
         inside = np.clip(places, arc.first + inner, arc.last - inner)
@@ -230,7 +231,7 @@ class Evaluator:
         guess = path.guess(beside) if self.graphs.nx else np.zeros((len(s), 0))
         return self.returns(path, guess, s + (beside - places), beside)
 
-    def returns(self, path: AnyPath, guess: Any, s: Any, shifted: Any) -> Any:
+    def returns(self, path: AnyPath, guess: Unknowns, s: Floats, shifted: Floats) -> Booleans:
         """Return which groups are in the same pose at `s` and whole turns away, (n, groups).
 
         Lengths have to agree, and angles but for whole turns, those of eliminated coordinates
@@ -270,7 +271,7 @@ class Evaluator:
         self._carry(~result, result)
         return result
 
-    def _carry(self, lost: Any, kept: Any) -> None:
+    def _carry(self, lost: Booleans, kept: Booleans) -> None:
         """Take groups that are `lost` (n, groups) from those `kept`, and what depends on them."""
         for j, group in enumerate(self.graphs.scene.groups):
             for other in group.after:
@@ -278,14 +279,14 @@ class Evaluator:
         kept &= ~lost
 
     @property
-    def recovered(self) -> tuple[Any, list[list[int]], list[int]]:
+    def recovered(self) -> tuple[Batch, list[list[int]], list[int]]:
         """Values of the coordinates, the unknowns each depends on, places of groups."""
-        found: tuple[Any, list[list[int]], list[int]] = self.graphs.cache(
+        found: tuple[Batch, list[list[int]], list[int]] = self.graphs.cache(
             "recovered", self._recovered
         )
         return found
 
-    def _recovered(self) -> tuple[Any, list[list[int]], list[int]]:
+    def _recovered(self) -> tuple[Batch, list[list[int]], list[int]]:
         scene = self.graphs.scene
         coordinates = ca.densify(ca.vertcat(*scene.recover.values()))
         function = ca.Function("c", [scene.x, scene.u, scene.model.p], [coordinates])
@@ -303,10 +304,10 @@ class Evaluator:
     def _solve(
         self,
         path: AnyPath,
-        s: Any,
-        places: Any,
-        guess: Any,
-        alive: Any,
+        s: Floats,
+        places: Floats,
+        guess: Unknowns,
+        alive: Booleans,
         limits: dict[int, list[Limit]],
         rates: Rates,
     ) -> Poses:
@@ -334,8 +335,8 @@ class Evaluator:
         return self._poses(s, places, results, alive, at_limit, uncertain, constants)
 
     def _converged(
-        self, path: AnyPath, guess: Any, s: Any, places: Any, rates: Rates
-    ) -> tuple[list[Any], Any]:
+        self, path: AnyPath, guess: Unknowns, s: Floats, places: Floats, rates: Rates
+    ) -> tuple[list[Floats], Booleans]:
         """Return the pose kernel's results after as many steps as needed.
 
         `places` are those of the path on which the guesses were made. The second value tells
@@ -372,7 +373,9 @@ class Evaluator:
             )
         return results, first
 
-    def _good(self, path: AnyPath, guess: Any, results: list[Any], first: Any, places: Any) -> Any:
+    def _good(
+        self, path: AnyPath, guess: Unknowns, results: list[Floats], first: Booleans, places: Floats
+    ) -> Any:
         """Return which blocks are certified to be on the path's branch, (n, nb).
 
         Newton-Kantorovich from the guess, which lies in the proved neighbourhood of the path;
@@ -392,7 +395,7 @@ class Evaluator:
             good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
         return good | self.zones.held(path, places) if path.zones else good
 
-    def _open(self, path: AnyPath, s: Any, results: list[Any]) -> Any:
+    def _open(self, path: AnyPath, s: Floats, results: list[Floats]) -> Booleans:
         """Return which groups have an equation without unknowns that is not met, (n, groups)."""
         lost = np.zeros((len(s), len(self.groups)), bool)
         if self.closing.checks:
@@ -401,7 +404,7 @@ class Evaluator:
                 lost[:, j] |= open_[:, k]
         return lost
 
-    def _drop(self, alive: Any, uncertain: Any, lost: Any) -> None:
+    def _drop(self, alive: Booleans, uncertain: Booleans, lost: Booleans) -> None:
         """Take away groups with an uncertified block, and the groups attached to them.
 
         `lost` (n, groups) are groups to be taken away for another reason.
@@ -412,13 +415,21 @@ class Evaluator:
             lost[:, j] |= uncertain[:, b]
         self._carry(lost, alive)
 
-    def _call(self, path: AnyPath, guess: Any, s: Any, rates: Rates, consts: Any) -> list[Any]:
+    def _call(
+        self, path: AnyPath, guess: Unknowns, s: Floats, rates: Rates, consts: Floats
+    ) -> list[Floats]:
         if self.graphs.single:
             return self.pose(guess, s[:, None], consts)
         return self.pose(guess, path.drivers(s), *rates, consts)
 
     def _put_limit(
-        self, path: AnyPath, k: int, s: float, limits: list[Limit], alive: Any, results: list[Any]
+        self,
+        path: AnyPath,
+        k: int,
+        s: float,
+        limits: list[Limit],
+        alive: Booleans,
+        results: list[Floats],
     ) -> None:
         """Write the pose at a limit position: positions of all groups, rates of none."""
         g = self.graphs
@@ -445,20 +456,20 @@ class Evaluator:
                 alive[k, j] = True
 
     @property
-    def _value(self) -> Any:
+    def _value(self) -> Graph:
         scene, y = self.graphs.scene, self.outputs.expression
         inputs = [scene.x, scene.u, scene.model.p]
         return self.graphs.cache("outputs", lambda: ca.Function("y", inputs, [y]))
 
     def _poses(
         self,
-        s: Any,
-        places: Any,
-        results: list[Any],
-        alive: Any,
-        at_limit: Any,
-        uncertain: Any,
-        constants: Any,
+        s: Floats,
+        places: Floats,
+        results: list[Floats],
+        alive: Booleans,
+        at_limit: Booleans,
+        uncertain: Booleans,
+        constants: Constants,
     ) -> Poses:
         x, error, beta = results[0], results[1], results[3]
         y = list(results[5:])
@@ -477,11 +488,13 @@ class Evaluator:
         return Poses(s, places, x, alive, at_limit, lost, nowhere, error, condition, y)
 
 
-def _rows(rates: Rates, rows: Any) -> Rates:
+def _rows(rates: Rates, rows: Integers) -> Rates:
     return tuple(rate[rows] for rate in rates)
 
 
-def in_time(values: list[Any], speed: Any, acceleration: Any, jerk: Any = 0.0) -> list[Any]:
+def in_time(
+    values: list[Sym], speed: Sym, acceleration: Sym, jerk: Floats | float = 0.0
+) -> list[Sym]:
     """Return y and its rates in time from its derivatives with respect to a single driver.
 
     `speed`, `acceleration` and `jerk` of the driver are numbers or (n, 1) arrays.

@@ -20,6 +20,7 @@ from mechdae.motion.continuation.limit_positions import Limit, LimitFinder
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
+from mechdae.types import Floats, Unknowns
 
 ITERATIONS = 12
 STEPS = 1500
@@ -54,8 +55,8 @@ class _Curve:
 
     block: int
     chain: list[int]
-    fold: Any
-    normal: Any
+    fold: Floats
+    normal: Floats
     columns: Any
     rows: Any
 
@@ -71,11 +72,11 @@ class _Place:
     ``beta`` and ``sign`` (of the determinant) are those of the later blocks.
     """
 
-    y: Any
+    y: Floats
     tangent: Any
     size: float
     last: float
-    x: Any
+    x: Unknowns
     rate: Any
     beta: dict[int, float] = field(default_factory=dict)
     sign: dict[int, float] = field(default_factory=dict)
@@ -104,7 +105,7 @@ class FoldApproach:
         self.graphs, self.finder, self.motion = graphs, finder, motion
         self.constants, self.consts, self.kappa = constants, constants.vector(), constants.kappa
 
-    def lead(self, limit: Limit, s: float, x: Any, blocks: Iterable[int]) -> Limit | None:
+    def lead(self, limit: Limit, s: float, x: Unknowns, blocks: Iterable[int]) -> Limit | None:
         """Return a fold with later `blocks` where the pose `x` at `s` leads them.
 
         None where the pose is not on the fold's curve, where no proved way leads to it, or where
@@ -147,7 +148,7 @@ class FoldApproach:
                 return self._end(limit, curve, after, later, way)
             here, done, step, taken = after, done + step, GROWTH * step, taken + 1
 
-    def beside(self, limit: Limit, s: float, x: Any, blocks: Iterable[int]) -> Limit | None:
+    def beside(self, limit: Limit, s: float, x: Unknowns, blocks: Iterable[int]) -> Limit | None:
         """Return a fold with later `blocks` as they stand there, from the pose `x` (nx,) close by.
 
         Nothing is proved about the way; None where the pose is not close, or they do not close.
@@ -189,7 +190,7 @@ class FoldApproach:
         return _Curve(b, chain, fold, normal, columns, rows)
 
     def _arrive(
-        self, curve: _Curve, sigma: float, way: float, y: Any, x: Any, later: list[int]
+        self, curve: _Curve, sigma: float, way: float, y: Floats, x: Unknowns, later: list[int]
     ) -> _Place | None:
         """Return the place at sigma from guesses; rates are those along the `way`."""
         nothing = np.zeros(len(self.graphs.blocks[curve.block].own))
@@ -235,7 +236,7 @@ class FoldApproach:
         open_by = self.graphs.scene.model.mechanism.tolerance / self.finder.scale
         return bool(h <= LAST and left <= OPEN + open_by)
 
-    def _step(self, b: int, x: Any, u: Any, rate: Any, du: Any) -> tuple[Any, ...]:
+    def _step(self, b: int, x: Unknowns, u: Floats, rate: Floats, du: Floats) -> tuple[Any, ...]:
         call = self.graphs.cache(("along", b), lambda: Call(self.graphs.along(b)))
         step, first, det, beta, left = call(x, u, rate, du, self.consts)
         return step, first, float(det[0]), float(beta[0]), float(left[0])
@@ -268,7 +269,7 @@ class FoldApproach:
             away[own] = reach
         return True
 
-    def _off(self, curve: _Curve, here: _Place, after: _Place, step: float) -> Any:
+    def _off(self, curve: _Curve, here: _Place, after: _Place, step: float) -> Floats | None:
         """Return by how much (x, s) may leave the tangent on the curve, None: unproved.
 
         Proved by Newton-Kantorovich for the equations with sigma as the parameter; along laws

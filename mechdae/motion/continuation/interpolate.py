@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechdae.numerics.hermite import upper_coefficients
+from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -16,7 +17,7 @@ CACHED = 32_768
 """Numbers of an array that stays in the cache of the processor."""
 
 
-def quintic(S: Any, X: Any, V: Any, A: Any, s: Any) -> Any:
+def quintic(S: Floats, X: Unknowns, V: Floats, A: Matrix, s: Floats) -> Floats:
     """Return the quintic Hermite interpolant (n, nx) at `s` (n,).
 
     S (m,) are rising nodes, X, V, A (m, nx) values, first and second derivatives.
@@ -25,7 +26,9 @@ def quintic(S: Any, X: Any, V: Any, A: Any, s: Any) -> Any:
 
 
 @np.errstate(invalid="ignore", over="ignore")
-def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> list[Any]:
+def quintic_rates(
+    S: Floats, X: Unknowns, V: Floats, A: Matrix, s: Floats, orders: int = 2
+) -> list[Floats]:
     """Return the quintic Hermite interpolant at `s` and its first `orders` derivatives.
 
     Unknowns of groups that have ended may have run away: they are not finite, without a word.
@@ -54,7 +57,7 @@ def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> li
     return [whole.T for whole in results]
 
 
-def _pieces(S: Any, s: Any) -> Any:
+def _pieces(S: Floats, s: Floats) -> Integers:
     """Return the number of the piece between nodes that each place is in, (n,)."""
     if len(s) > 4 * len(S) and np.all(s[1:] >= s[:-1]):  # places in order: by pieces
         ends = np.searchsorted(s, S[1:-1])
@@ -62,7 +65,9 @@ def _pieces(S: Any, s: Any) -> Any:
     return np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
 
 
-def turning(h: Any, y0: Any, v0: Any, a0: Any, y1: Any, v1: Any, a1: Any) -> tuple[Any, Any]:
+def turning(
+    h: Floats, y0: Floats, v0: Floats, a0: Floats, y1: Floats, v1: Floats, a1: Floats
+) -> tuple[Floats, Floats]:
     """Return where in (0, h) the quintic pieces with these ends are stationary, and the values.
 
     The rates at both ends of a piece have opposite signs; all arguments are (k,) arrays.
@@ -79,7 +84,9 @@ def turning(h: Any, y0: Any, v0: Any, a0: Any, y1: Any, v1: Any, a1: Any) -> tup
     return t * h, y0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
 
 
-def near_limit(s: Any, S: Any, X: Any, V: Any, limit: Limit, side: int) -> tuple[Any, Any]:
+def near_limit(
+    s: Floats, S: Floats, X: Unknowns, V: Floats, limit: Limit, side: int
+) -> tuple[Booleans, Floats]:
     """Return which places lie between the last node and a fold, and guesses there (k, nx).
 
     In sigma, with s = s* + c sigma^2, the path is smooth: a parabola through the fold, the

@@ -19,12 +19,13 @@ from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
+from mechdae.types import Booleans, Floats, Unknowns
 
 SHORT = 8.0
 """Legs longer than so many largest steps are not tried in one step."""
 
 
-def largest_step(d: Any, scales: Any) -> float:
+def largest_step(d: Floats, scales: Floats) -> float:
     """Return the largest step in s along u0 + s d, 0 <= s <= 1."""
     length = float(np.max(np.abs(d) / scales))
     share = 2 * np.pi / NODES_PER_TURN
@@ -44,7 +45,9 @@ class Legs(AnyPath):
         What counts as one radian of each driver.
     """
 
-    def __init__(self, graphs: Graphs, constants: Constants, corners: Any, scales: Any) -> None:
+    def __init__(
+        self, graphs: Graphs, constants: Constants, corners: Floats, scales: Floats
+    ) -> None:
         nothing = np.zeros(corners.shape[1])
         whole = np.concatenate([constants.vector(), corners[0], nothing])
         super().__init__(graphs, constants, whole, 1.0, Counts())
@@ -55,7 +58,7 @@ class Legs(AnyPath):
         self._sizes = np.zeros(graphs.nx)
         self._visited: list[tuple[Any, Any]] = []
 
-    def walk(self, x: Any) -> None:
+    def walk(self, x: Unknowns) -> None:
         """Follow all legs from the solved pose `x` (nx,) at the first corner."""
         self.origin = (0.0, x)
         self.leg.begin(x, 0.0)
@@ -125,7 +128,7 @@ class Legs(AnyPath):
         if self.curves is not None and not self.ended & set(self.curves.groups):
             self._visited.append(found[1:])
 
-    def _grown(self, size: Any) -> None:
+    def _grown(self, size: Floats) -> None:
         """Enlarge the sizes of the unknowns of groups that have not ended."""
         alive = self.alive(self.ended)
         for b, graph in enumerate(self.graphs.blocks):
@@ -148,7 +151,7 @@ class Legs(AnyPath):
     def extent(self) -> tuple[float, float]:
         return 0.0, float(len(self.corners) - 1)
 
-    def drivers(self, s: Any) -> Any:
+    def drivers(self, s: Floats) -> Any:
         """Return the drivers' values (n, nd) at `s` (n,)."""
         k = np.floor(s).astype(int)
         return self.corners[k] + (s - k)[:, None] * self._padded[k]
@@ -158,26 +161,26 @@ class Legs(AnyPath):
         u = self.drivers(np.array([s]))[0]
         return [u, *[np.zeros(len(u))] * 3]
 
-    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+    def rates(self, s: Floats, order: int) -> tuple[Floats, ...]:
         return tuple(np.zeros((len(s), self.corners.shape[1])) for _ in range(order))
 
-    def follows(self, group: int, s: Any) -> Any:
+    def follows(self, group: int, s: Floats) -> Booleans:
         return self.reach[group].contains(s)
 
-    def sign_at(self, s: Any) -> Any:
-        signs: Any = self._signs[np.asarray(s, int)]
+    def sign_at(self, s: Floats) -> Floats:
+        signs: Floats = self._signs[np.asarray(s, int)]
         return signs
 
-    def guess(self, s: Any) -> Any:
+    def guess(self, s: Floats) -> Unknowns:
         """Return the unknowns (n, nx) at corners `s` (n,)."""
-        result: Any = self.nodes[np.asarray(s, int)]
+        result: Floats = self.nodes[np.asarray(s, int)]
         return result
 
-    def insert(self, places: Any, most: int = 64) -> int:
+    def insert(self, places: Floats, most: int = 64) -> int:
         """Return 0: the corners are solved poses, nothing lies between them."""
         return 0
 
-    def on_curves(self) -> tuple[Any, Any, Any]:
+    def on_curves(self) -> tuple[Floats, Floats, Floats]:
         """Return s, x and u of no corner: what was passed between them, s not known as nan."""
         first = (self.nodes[:1], self.corners[:1])
         x, u = (np.vstack(parts) for parts in zip(first, *self._visited, strict=True))

@@ -19,6 +19,7 @@ from mechdae.motion.continuation.crossings.change_points import Crossing
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
+from mechdae.types import Floats, Graph, Jacobian, Matrix, Unknowns
 
 ITERATIONS = 30
 REFINED = 2
@@ -81,7 +82,7 @@ class Limit:
         """Whether the pose there is like any other: the end of a curve."""
         return self.kind == "end_of_curve"
 
-    def leads_to(self, x: Any, s: float, tolerance: float) -> bool:
+    def leads_to(self, x: Unknowns, s: float, tolerance: float) -> bool:
         """Return whether the expansion of the fold's block leads back to the pose `x` at `s`."""
         own = list(self.own)
         offset = (x - self.x)[own]
@@ -107,7 +108,7 @@ class LimitFinder:
     """
 
     def __init__(
-        self, graphs: Graphs, whole: Any, constants: Constants, drivers: Any, unit: float
+        self, graphs: Graphs, whole: Floats, constants: Constants, drivers: Any, unit: float
     ) -> None:
         self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
@@ -126,7 +127,7 @@ class LimitFinder:
         system, slope, J, F_y, bend = call(y, self.whole)
         return [system, slope, J.reshape(-1, self.graphs.blocks[b].size), F_y, bend]
 
-    def find(self, b: int, s: float, x: Any, sense: float, largest: float) -> Limit | None:
+    def find(self, b: int, s: float, x: Unknowns, sense: float, largest: float) -> Limit | None:
         """Return the fold of block `b` just ahead of a solved pose, None while there is none.
 
         Unknowns of blocks that it does not depend on stay those of the pose (see `FoldApproach`).
@@ -144,7 +145,7 @@ class LimitFinder:
         limit = self._fold(b, y, x, sense)
         return limit if limit is not None and limit.leads_to(x, s, ROUGH) else None
 
-    def of_missed(self, crossing: Crossing, x: Any, sense: float) -> Limit | None:
+    def of_missed(self, crossing: Crossing, x: Unknowns, sense: float) -> Limit | None:
         """Return the fold at which branches turn back that nearly meet, from a pose before it.
 
         It is improved in 50 digits: its equations lose as many as the distance of the branches has.
@@ -173,7 +174,7 @@ class LimitFinder:
         limit = self._fold(b, y, x, sense) if moved <= MOVED * abs(ds) else None
         return limit if limit is None else replace(limit, gap=crossing.gap)
 
-    def _fold(self, b: int, y: Any, x: Any, sense: float) -> Limit | None:
+    def _fold(self, b: int, y: Floats, x: Unknowns, sense: float) -> Limit | None:
         """Return the fold of a block at y as seen from the pose `x`, None where it is none."""
         g = self.graphs
         chain, own = self.chain(b)
@@ -191,17 +192,17 @@ class LimitFinder:
         group = g.blocks[b].block.group
         return Limit(found, b, group, "limit", full, columns, rate, -curve / (2 * size))
 
-    def _system(self, b: int) -> Any:
+    def _system(self, b: int) -> Graph:
         """Return the system of a fold alone as a function."""
 
-        def make() -> Any:
+        def make() -> Graph:
             function = self.graphs.fold(b)
             symbols = function.sx_in()
             return ca.Function("system", symbols, [function(*symbols)[0]])
 
         return self.graphs.cache(("fold system", b), make)
 
-    def _solve(self, b: int, y: Any, s: float, count: int, reach: float) -> bool:
+    def _solve(self, b: int, y: Floats, s: float, count: int, reach: float) -> bool:
         """Solve the system of a fold by Newton's method in place; return whether it held."""
         moved = np.inf
         for _ in range(ITERATIONS):
@@ -242,7 +243,7 @@ class LimitFinder:
             exact = exact - change
             y[:] = exact.astype(float)
 
-    def kind(self, b: int, s: float, x: Any) -> str:
+    def kind(self, b: int, s: float, x: Unknowns) -> str:
         """Return what a singular pose that is no fold is.
 
         "change_point": the driver's push lies in the range of J, branches meet;
@@ -264,12 +265,12 @@ class LimitFinder:
         return "change_point" if np.linalg.norm(left @ push) < 1e-2 * size else "dead_point"
 
 
-def _left_null(J: Any) -> Any:
+def _left_null(J: Jacobian) -> Floats:
     """Return the left singular vectors of the smallest singular value and of zero, as rows."""
     return np.linalg.svd(J)[0][:, J.shape[1] - 1 :].T
 
 
-def _push(slope: Any, F_y: Any, count: int, own: list[int], equations: int) -> Any:
+def _push(slope: Matrix, F_y: Floats, count: int, own: list[int], equations: int) -> Floats:
     """Return dF/ds of a block, its ancestors' unknowns following the path."""
     push = F_y[:, count].copy()
     earlier = [k for k in range(count) if k not in own]

@@ -6,6 +6,7 @@ pass, and those near limits and change points, are left to the evaluator.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from mechdae.motion.continuation.output_bounds import ILL, OutputBounds, plain_u
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.path_end import SMALLEST
 from mechdae.motion.setup.outputs import Outputs
+from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 X, ERROR, DET, BETA, ETA, Y = range(6)
 """Numbers of the pose kernel's outputs."""
@@ -44,7 +46,7 @@ Driver = tuple[Any, Any, Any]
 def swept(
     evaluator: Evaluator,
     path: AnyPath,
-    s: Any,
+    s: Floats,
     rates: Rates = (),
     driver: Driver | None = None,
     plain: bool = False,
@@ -95,7 +97,7 @@ class ManyPoses:
         evaluator: Evaluator,
         line: Line,
         path: Path,
-        s: Any,
+        s: Floats,
         rates: Rates,
         speed: float | None,
     ) -> None:
@@ -147,7 +149,7 @@ class ManyPoses:
         poses.x = np.asarray(PoseColumns(self.table, *first))
         return poses
 
-    def _put(self, poses: Poses, rows: Any) -> None:
+    def _put(self, poses: Poses, rows: Integers) -> None:
         """Evaluate some poses one by one and write them."""
         rates = tuple(np.broadcast_to(r, (len(self.s), self.graphs.nu))[rows] for r in self.rates)
         part = self.evaluator.at(self.path, self.s[rows], rates)
@@ -206,7 +208,9 @@ class ManyPoses:
             layout.rates(store, inputs, self.speed)
         return np.zeros(0, int) if good is True else a + np.flatnonzero(~good)
 
-    def _value(self, inputs: Any, into: Any, output: int, row: int) -> Any:
+    def _value(
+        self, inputs: list[Floats], into: dict[tuple[int, int], Floats], output: int, row: int
+    ) -> Any:
         """Return a value of the block: an array (n,) or one number."""
         kind, what = self.line.places[output, row]
         if kind == "result":
@@ -218,9 +222,9 @@ class ManyPoses:
     # -- tests: True where all poses pass by the largest numbers among them, else (n,) ----------
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _first(self, beta: Any, eta: Any, most: Any) -> Any:
+    def _first(self, beta: list[Floats | float], eta: list[Floats], most: Any) -> bool:
         """Return which poses are certified from their guesses, or told by the sign alone."""
-        result: Any = True
+        result: bool = True
         tells = self.evaluator.sign_tells
         for k in np.flatnonzero(~tells):
             kappa, (b, e) = self.constants.kappa[k], most[k]
@@ -229,9 +233,11 @@ class ManyPoses:
         return result
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _again(self, beta: Any, eta: Any, most: Any) -> Any:
+    def _again(
+        self, beta: list[Floats | float], eta: list[Floats], most: Sequence[tuple[float, float]]
+    ) -> Booleans | None:
         """Return which poses are to be solved again, None where no one is."""
-        result: Any = None
+        result: Booleans | None = None
         tiny = self.evaluator.tiny(self.constants)
         for k in range(self.graphs.nb):
             kappa, (b, e) = self.constants.kappa[k], most[k]
@@ -243,9 +249,16 @@ class ManyPoses:
         return result if result is not None and np.any(result) else None
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _good(self, s: Any, x: Any, det: Any, sizes: Any, most: Any) -> Any:
+    def _good(
+        self,
+        s: Floats,
+        x: list[Unknowns],
+        det: Any,
+        sizes: Any,
+        most: Sequence[tuple[float, float]],
+    ) -> Booleans | bool:
         """Return which poses are certified to be on the path's branch."""
-        result: Any = True
+        result: Booleans | bool = True
         beta, eta = sizes
         signs = self.path.sign_at(s).T if self.flips else self.path.sign[:, None]
         for k in range(self.graphs.nb):
@@ -265,16 +278,16 @@ class ManyPoses:
                 result = result & (np.abs(x[i]) <= size)
         return result
 
-    def _near(self, guess: Any, x: Any) -> Any:
+    def _near(self, guess: Unknowns, x: list[Unknowns]) -> Any:
         """Return at which poses no angle has left its guess by far."""
         angles = np.flatnonzero(self.evaluator.angles)
         with np.errstate(invalid="ignore"):
             return np.all([np.abs(x[i] - guess[i]) <= HALF_TURN for i in angles], axis=0)
 
-    def _ordinary(self, s: Any) -> Any:
+    def _ordinary(self, s: Floats) -> Booleans | bool:
         """Return which places are away from limits and change points."""
         low, high = self.between
-        result: Any = True
+        result: Booleans | bool = True
         if not (np.min(s) >= low and np.max(s) <= high):
             result = (s >= low) & (s <= high)
         if self.path.zones:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.path import APPROACH
 from mechdae.motion.continuation.path_end import LONGER, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.step_sizes import PASS, ZONE
+from mechdae.types import Floats, Unknowns
 
 HAIR, MOVED = 1e-7, 1e3
 """Share of the largest step taken over the corner of a curve, and how far the pose may move
@@ -203,7 +203,7 @@ def across(front: Front, b: int, rest: float) -> bool:
     return False
 
 
-def go_back(front: Front, place: float) -> list[tuple[float, Any]]:
+def go_back(front: Front, place: float) -> list[tuple[float, Floats]]:
     """Take away, and return in order, nodes beyond a place: too near to a change point.
 
     StructureCache are nodes where this motion began, of other change points, and before the ends of
@@ -214,7 +214,7 @@ def go_back(front: Front, place: float) -> list[tuple[float, Any]]:
     zone = next((own for own in reversed(path.zones) if own.up == front.up), None)  # the farthest
     marks = [path.began, path.origin[0], *ends, *(zone.nodes[0] if zone else ())]
     last = max(sense * mark for mark in marks if sense * (front.s - mark) >= 0)
-    taken: list[tuple[float, Any]] = []
+    taken: list[tuple[float, Floats]] = []
     while sense * (front.s - place) > 0 and sense * front.s > last:
         taken.insert(0, path.pop(front.up))
     return taken
@@ -282,7 +282,7 @@ def end_of(front: Front, b: int, kind: str) -> Limit:
     return Limit(s, b, group, "unproved" if kind == "change_point" else kind, x)
 
 
-def _touching(touch: Touch, s: float, b: int, group: int, x: Any) -> Limit:
+def _touching(touch: Touch, s: float, b: int, group: int, x: Unknowns) -> Limit:
     """Return the end of a path at `s` just before a place at which branches touch, or nearly do."""
     if not touch.meet:
         return Limit(s, b, group, "ambiguous", x, gap=touch.gap, nearest=touch.s)

@@ -10,6 +10,7 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.motion.setup.scales import Constants
+from mechdae.types import Floats
 
 FEW = 64
 """Rows of which those that others exceed everywhere are left out."""
@@ -68,12 +69,12 @@ class OutputBounds:
         rows = list(dict.fromkeys(self._rows[i] for i in columns if self._rows[i][0]))
         return _largest(rows), float(self.rounding[columns].max(initial=0.0))
 
-    def by_kind(self, error: Any) -> dict[str, Any]:
+    def by_kind(self, error: Any) -> dict[str, Floats]:
         """Return the bounds (n,) of each of the `words` for those of the unknowns, (nx, n)."""
         error = np.nan_to_num(error, nan=0.0)
         return {word: self.of_kind(word, error, np.empty(error.shape[1])) for word in self.words}
 
-    def of_kind(self, word: str, error: Sequence[Any], into: Any) -> Any:
+    def of_kind(self, word: str, error: Sequence[Any], into: Floats) -> Any:
         """Write the bounds of one of the `words` into an (n,) array, and return it."""
         return _worst(error, *self.words[word], into)
 
@@ -92,7 +93,7 @@ def turned(graphs: Graphs) -> float:
     return TURN if balls else TURNED
 
 
-def spread(graphs: Graphs, constants: Any, det: Any, beta: Any) -> Any:
+def spread(graphs: Graphs, constants: Any, det: Floats, beta: Floats) -> Any:
     """Return in what multiples of rounding the inverses of all blocks are wrong, (n, nb).
 
     `det` and `beta` are those of poses; see `spread_of`.
@@ -105,7 +106,7 @@ def spread(graphs: Graphs, constants: Any, det: Any, beta: Any) -> Any:
     return share
 
 
-def spread_of(graphs: Graphs, constants: Any, b: int, det: Any, beta: Any) -> Any:
+def spread_of(graphs: Graphs, constants: Constants, b: int, det: Floats, beta: Floats) -> Any:
     """Return in what multiples of rounding the inverse of a block is wrong, of some poses.
 
     That is |J| |J^-1|; for inverses by the adjugate of m >= 3 rows at most |J|^m / |det J|, with
@@ -125,7 +126,7 @@ def plain_up_to(graphs: Graphs, b: int) -> float:
     return float(ILL ** (1 / graphs.blocks[b].size)) if b in graphs.adjugates else ILL
 
 
-def widened(error: Any, spread: Any) -> Any:
+def widened(error: Floats, spread: Floats) -> Any:
     """Return bounds (n, nx) of poses, larger where the inverse of a block is far off by rounding.
 
     Bounds of later blocks rest on the same inverses: the worst of a pose counts for all.
@@ -136,7 +137,9 @@ def widened(error: Any, spread: Any) -> Any:
     return error * (1 + np.where((worst > ILL) & np.isfinite(worst), worst / WORST, 0.0))[:, None]
 
 
-def _rows(rows: Any, columns: Any, values: Any, count: int, width: int) -> list[Row]:
+def _rows(
+    rows: list[int], columns: list[int], values: Floats | list[float], count: int, width: int
+) -> list[Row]:
     """Return the rows of a sparse matrix; the largest entries of several side by side."""
     entries: list[dict[int, float]] = [{} for _ in range(count)]
     for i, j, value in zip(rows, columns, np.asarray(values).tolist(), strict=True):
@@ -158,7 +161,7 @@ def _largest(rows: list[Row]) -> list[Row]:
     return [rows[i] for i in kept]
 
 
-def _worst(error: Sequence[Any], rows: list[Row], rounding: float, into: Any) -> Any:
+def _worst(error: Sequence[Any], rows: list[Row], rounding: float, into: Floats) -> Any:
     """Write the largest product of a row with each pose's errors (nx, n), and rounding."""
     if not rows:
         into[...] = 0.0

@@ -19,6 +19,7 @@ from mechdae.motion.continuation.interpolate import near_limit, quintic
 from mechdae.motion.continuation.series_steps import Expansion
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.crossings.across_change_point import Builder
@@ -95,8 +96,8 @@ class Path(AnyPath):
         self,
         graphs: Graphs,
         constants: Constants,
-        u0: Any,
-        d: Any,
+        u0: Floats,
+        d: Floats,
         largest: float,
         counts: Counts | None = None,
         within: bool = False,
@@ -106,9 +107,9 @@ class Path(AnyPath):
         self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
         self._one, self._place = graphs.cache("step", lambda: Call(graphs.advance)), np.zeros(2)
         self.tries = Tries()
-        self._arrays: tuple[Any, Any, Any, Any] | None = None
+        self._arrays: tuple[Floats, Floats, Floats, Floats] | None = None
         self.s: list[float] = []
-        self.state: list[Any] = []
+        self.state: list[Floats] = []
         self.flips: list[list[float]] = [[] for _ in graphs.blocks]
 
     @cached_property
@@ -165,7 +166,12 @@ class Path(AnyPath):
         return own if own.kinds else None
 
     def proved_between(
-        self, s: Any, first: Any, states: Any, tests: tuple[Any, Any, Any], sign: Any
+        self,
+        s: Any,
+        first: Floats,
+        states: Floats,
+        tests: tuple[Floats, Floats, Floats],
+        sign: Floats,
     ) -> Any:
         """Return which blocks (m, nb) steps one after the other are proved for.
 
@@ -188,7 +194,7 @@ class Path(AnyPath):
             proved[left] = found | self.quintics.with_all_before(proved[left])
         return proved
 
-    def begin(self, x: Any, s: float) -> None:
+    def begin(self, x: Unknowns, s: float) -> None:
         """Put the first node: a solved pose `x` (nx,) at `s`."""
         g = self.graphs
         self.origin, self.began = (s, x), s
@@ -200,7 +206,7 @@ class Path(AnyPath):
         self.sign = np.where(redundant, 1.0, np.sign(det))  # those must stay closed
         self.front = {True: self.sign.copy(), False: self.sign.copy()}
 
-    def sign_at(self, s: Any) -> Any:
+    def sign_at(self, s: Floats) -> Floats:
         """Return the signs of the blocks' determinants on the path, (n, nb)."""
         signs = np.repeat(self.sign[None, :], len(s), axis=0)
         for b, places in enumerate(self.flips):
@@ -209,7 +215,7 @@ class Path(AnyPath):
                 signs[count % 2 != 0, b] *= -1
         return signs
 
-    def redirect(self, u0: Any, d: Any, largest: float) -> None:
+    def redirect(self, u0: Floats, d: Floats, largest: float) -> None:
         """Use the path for another line u = u0 + s d; it then begins anew."""
         self.u0, self.d, self.largest = u0, d, largest
         self.whole[-2 * len(d) :] = np.concatenate([u0, d])
@@ -221,30 +227,30 @@ class Path(AnyPath):
             self.curves.restart()
         self.tries = Tries()
 
-    def step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
+    def step(self, state: Floats, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step."""
         ds = (s + ds) - s  # as far as the places are apart, which are rounded
         self._place[0], self._place[1] = s, ds
         after, test, det, miss = self._one(state, self._place, self.whole)
         return after, test, det, miss
 
-    def append(self, s: float, state: Any, up: bool) -> None:
+    def append(self, s: float, state: Floats, up: bool) -> None:
         """Put a node behind the last one, upwards or downwards."""
         place = len(self.s) if up else 0
         self.s.insert(place, s)
         self.state.insert(place, state)
 
-    def append_all(self, s: list[float], states: list[Any], up: bool) -> None:
+    def append_all(self, s: list[float], states: list[Floats], up: bool) -> None:
         """Put nodes behind the last one, each beyond the one before."""
         place = slice(len(self.s), None) if up else slice(0, 0)
         self.s[place], self.state[place] = s[:: 1 if up else -1], states[:: 1 if up else -1]
 
-    def pop(self, up: bool) -> tuple[float, Any]:
+    def pop(self, up: bool) -> tuple[float, Floats]:
         """Take the last node away, and return it."""
         self._arrays = None
         return self.s.pop(-1 if up else 0), self.state.pop(-1 if up else 0)
 
-    def follows(self, group: int, s: Any) -> Any:
+    def follows(self, group: int, s: Floats) -> Booleans:
         """Return at which places a group follows the path: followed, and before its ends."""
         reach = self.reach[group]
         inside = reach.contains(s)
@@ -290,7 +296,7 @@ class Path(AnyPath):
         nothing = np.zeros(len(self.d))
         return [self.u0 + s * self.d, self.d, nothing, nothing]
 
-    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+    def rates(self, s: Floats, order: int) -> tuple[Floats, ...]:
         """Return the drivers' derivatives (n, nd) with respect to s, up to `order` <= 3."""
         course = self.graphs.course
         if course:
@@ -298,7 +304,7 @@ class Path(AnyPath):
         shape = (len(s), len(self.d))
         return (np.broadcast_to(self.d, shape), *[np.zeros(shape)] * (order - 1))
 
-    def arrays(self) -> tuple[Any, Any, Any, Any]:
+    def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return s (m,), x, x', x'' (m, nx) of the nodes, s rising."""
         n = self.graphs.nx
         if self._arrays is None or len(self._arrays[0]) != len(self.s):
@@ -307,7 +313,7 @@ class Path(AnyPath):
             self._arrays = (np.array(self.s), *parts)
         return self._arrays
 
-    def insert(self, places: Any, most: int = 64) -> int:
+    def insert(self, places: Floats, most: int = 64) -> int:
         """Put further nodes where guesses were too poor; return how many were proved."""
         wanted = np.array(sorted(set(places.tolist())))
         if len(wanted) > most:
@@ -332,7 +338,7 @@ class Path(AnyPath):
                 inserted += 1
         return inserted
 
-    def on_curves(self) -> tuple[Any, Any, Any]:
+    def on_curves(self) -> tuple[Floats, Floats, Floats]:
         """Return s (m,), x (m, nx), u (m, nd) of the nodes where all contacts follow the path."""
         S, X, _, _ = self.arrays()
         rows = np.ones(len(S), bool)
@@ -349,7 +355,7 @@ class Path(AnyPath):
         """Return a group and those attached to it."""
         return self.graphs.scene.hanging(group) & set(self.groups)
 
-    def guess(self, s: Any) -> Any:
+    def guess(self, s: Floats) -> Unknowns:
         """Return unknowns (n, nx) near the path at `s` (n,), by quintic Hermite pieces.
 
         Between the last node and a limit position the expansion in sigma is used instead.

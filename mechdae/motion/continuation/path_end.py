@@ -8,6 +8,7 @@ import numpy as np
 
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.series_steps import Stretch
+from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -62,7 +63,7 @@ class Front:
         """Signs of the blocks' determinants."""
         return self.path.front[self.up]
 
-    def append(self, s: float, state: Any) -> None:
+    def append(self, s: float, state: Floats) -> None:
         """Put a node behind the last one."""
         self.path.append(s, state, self.up)
 

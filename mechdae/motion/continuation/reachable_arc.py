@@ -15,6 +15,7 @@ import numpy as np
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.path import Path
 from mechdae.records import dataclass
+from mechdae.types import Floats, Integers
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -60,11 +61,11 @@ class Arc:
         ends = [end for end in self.limits if end is not None]
         return all(end.kind in TURNING or end.regular for end in ends)
 
-    def holds(self, s: Any) -> Any:
+    def holds(self, s: Floats | float) -> Any:
         """Return which places the driver can reach, the ends themselves among them."""
         return (s >= self.first) & (s <= self.last)
 
-    def met(self, s: Any) -> Any:
+    def met(self, s: Floats) -> Integers:
         """Return which places (n,) are limit positions: -1 the lower one, 1 the upper one, or 0."""
         found = np.zeros(np.shape(s), int)
         for way, end in zip((-1, 1), self.limits, strict=True):
@@ -73,7 +74,7 @@ class Arc:
                 found[np.abs(s - end.s) <= SAME * np.maximum(size, self.largest)] = way
         return found
 
-    def snapped(self, s: Any) -> Any:
+    def snapped(self, s: Floats) -> Floats:
         """Return places (n,), those of limit positions to the last bit."""
         met = self.met(s)
         return np.where(met < 0, self.first, np.where(met > 0, self.last, s))

@@ -31,6 +31,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+from mechdae.types import Floats, Matrices
 
 ORDER = 16
 """Coefficients of a series."""
@@ -56,7 +57,7 @@ class Stretch:
     s: float
     step: float
     c: Any
-    radius: Any
+    radius: Floats
 
     def at(self, share: float) -> Any:
         """Return the unknowns (nx,) at a share of the step."""
@@ -75,7 +76,7 @@ class Expansion:
         Natural sizes of the unknowns.
     """
 
-    def __init__(self, graphs: Graphs, constants: Constants, sizes: Any) -> None:
+    def __init__(self, graphs: Graphs, constants: Constants, sizes: Floats) -> None:
         self.graphs, self.constants, self.sizes = graphs, constants, sizes
         self._bounds: dict[int, tuple[Any, Any, Any, Any]] = {}
         self._numbers: dict[int, Any] = {}
@@ -97,7 +98,7 @@ class Expansion:
         found: SeriesFunction | None = self.graphs.cache(("series", b), make)
         return found
 
-    def _bound(self, b: int) -> tuple[Any, Any, Any, Any]:
+    def _bound(self, b: int) -> tuple[Matrices, Matrices, Floats, Floats]:
         """Return bounds of a block.
 
         |dJ/dx| (n, n, n), |dJ/dz| (n, n, nz), |dF/dz| (n, nz), rounding of F (n,).
@@ -117,7 +118,14 @@ class Expansion:
         return self._bounds[b]
 
     def stretch(
-        self, state: Any, s: float, u: Any, d: Any, step: float, least: float, blocks: list[int]
+        self,
+        state: Floats,
+        s: float,
+        u: Floats,
+        d: Floats,
+        step: float,
+        least: float,
+        blocks: list[int],
     ) -> Stretch | None:
         """Return a proved step of at most `step` and not less than `least`, None without one.
 
@@ -154,7 +162,9 @@ class Expansion:
             pass
         return None
 
-    def _values(self, b: int, c: Any, u: Any, d: Any, count: int) -> tuple[Any, Any, Any, Any]:
+    def _values(
+        self, b: int, c: Floats, u: Floats, d: Floats, count: int
+    ) -> tuple[Any, Any, Any, Any]:
         """Return F (count, n) and J (count, n, n) along a polynomial, and what they leave out."""
         graph, function = self.graphs.blocks[b], self._function(b)
         assert function is not None
@@ -173,21 +183,21 @@ class Expansion:
         n = graph.size
         return f, ef, j.reshape(count, n, n).transpose(0, 2, 1), ej.reshape(n, n).T
 
-    def _expand(self, b: int, c: Any, u: Any, d: Any) -> None:
+    def _expand(self, b: int, c: Floats, u: Floats, d: Floats) -> None:
         """Write the coefficients of a block's unknowns by Newton's method on power series."""
         own = self.graphs.blocks[b].own
         for count in GROWING:
             f, _, j, _ = self._values(b, c, u, d, count)
             c[:count, own] -= times(inverse(j, count), f[:, :, None], count)[:, :, 0]
 
-    def _share(self, c: Any, blocks: list[int]) -> float:
+    def _share(self, c: Floats, blocks: list[int]) -> float:
         """Return the share of the step over which the last coefficients are small."""
         own = [i for b in blocks for i in self.graphs.blocks[b].own]
         size = np.abs(c[:, own] / self.sizes[own]).max(axis=1)
         last = (ORDER - 2, ORDER - 1)
         return float(min((LAST / size[k]) ** (1 / k) if size[k] > LAST else 1.0 for k in last))
 
-    def _radius(self, c: Any, u: Any, d: Any, blocks: list[int]) -> Any:
+    def _radius(self, c: Floats, u: Floats, d: Floats, blocks: list[int]) -> Floats | None:
         """Return how far the solutions may be from the polynomial (nx,), None: not proved."""
         radius = np.zeros(self.graphs.nx)
         for b in blocks:

@@ -11,6 +11,7 @@ from mechdae.motion.continuation.evaluate import H_LIMIT
 from mechdae.motion.continuation.output_bounds import WORST, spread, widened
 from mechdae.motion.setup.scales import Constants, divisors
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Unknowns
 
 
 @dataclass(frozen=True)
@@ -21,12 +22,12 @@ class Certified:
     """
 
     x: Any
-    sure: Any
+    sure: Booleans
     error: Any
     constants: Constants
 
 
-def certified(graphs: Graphs, x: Any, u: Any) -> Certified:
+def certified(graphs: Graphs, x: Unknowns, u: Floats) -> Certified:
     """Return which poses (k, nx) at driver values `u` pass the test of Newton and Kantorovich."""
     k = len(x)
     constants = Constants(graphs, np.abs(u))

@@ -21,6 +21,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.motion.assembly.start import shown
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.kinematics.prepared import Run, Setting
+from mechdae.types import Floats, Integers
 
 ORDERS = 3
 SAMPLES = 257
@@ -47,7 +48,7 @@ def without_two_values(setting: Setting, run: Run) -> None:
             )
 
 
-def _named(setting: Setting, run: Run, rows: Any) -> str:
+def _named(setting: Setting, run: Run, rows: Integers) -> str:
     """Return the first of some poses by their driver, beside several of them by number."""
     plan = setting.plan
     if plan.by_value:
@@ -59,7 +60,7 @@ def _named(setting: Setting, run: Run, rows: Any) -> str:
     return text + (f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else "")
 
 
-def _hide(evaluator: Evaluator, poses: Poses, group: int, order: Any) -> Any:
+def _hide(evaluator: Evaluator, poses: Poses, group: int, order: Any) -> Integers:
     """Write nan over rates that depend on a group; return the numbers of those poses."""
     after = evaluator.graphs.scene.hanging(group)
     columns = np.array(
@@ -89,7 +90,7 @@ class CurvePieces:
         known = {**scene.model.mechanism.values(), PARAMETER: s}
         self.course = DriverCurve(s, place(contact.joint, known, FUNCTIONS))
 
-    def orders(self, poses: Poses, drivers: Any) -> Any:
+    def orders(self, poses: Poses, drivers: Floats) -> Integers:
         """Return the lowest order of the rates that have two values at each pose, (n,) ints."""
         s, reach = self._places(poses, drivers)
         found = np.full(len(s), ORDERS + 1)
@@ -121,14 +122,14 @@ class CurvePieces:
                 found[k] = ORDERS + (not self.contact.rolls)
         return found
 
-    def _inside(self, s: Any) -> Any:
+    def _inside(self, s: Floats) -> Floats:
         """Return places of a curve that is repeated within its range."""
         if not self.contact.wrapped:
             return s
         low, high = self.contact.range
         return low + np.remainder(s - low, high - low)
 
-    def _places(self, poses: Poses, drivers: Any) -> tuple[Any, Any]:
+    def _places(self, poses: Poses, drivers: Floats) -> tuple[Floats, Floats]:
         """Return s of the contact at each pose and how far it may be off, (n,) both."""
         scene, p = self.scene, self.scene.model.p_values
         expression = scene.expression(self.contact.s)

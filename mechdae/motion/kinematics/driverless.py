@@ -21,6 +21,7 @@ from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.describe.values import Number
 from mechdae.motion.assembly import start
 from mechdae.motion.kinematics.prepared import Setting, prepare
+from mechdae.types import Floats, Matrix
 
 INDEPENDENT = 1e-6
 """Share of a coordinate's gradient across the others from which it is independent."""
@@ -56,7 +57,7 @@ def likely_drivers(problem: Problem, names: Iterable[str]) -> Iterator[NamedCoor
 
 
 def independent(
-    every: Iterable[NamedCoordinate], slope: Callable[[NamedCoordinate], Any], basis: Any
+    every: Iterable[NamedCoordinate], slope: Callable[[NamedCoordinate], Any], basis: Matrix
 ) -> list[NamedCoordinate]:
     """Return the first coordinates that tell the freedoms apart, as many as there are if they do.
 
@@ -80,7 +81,7 @@ def independent(
 
 def assembled(
     problem: Problem, sketch: Mapping[NamedCoordinate, float], driven: Iterable[NamedCoordinate]
-) -> tuple[Setting, Any, Any]:
+) -> tuple[Setting, Floats, Floats]:
     """Return a sketch assembled as a sweep begins that drives some of its coordinates.
 
     That is the setting with its notes, driver values and unknowns.

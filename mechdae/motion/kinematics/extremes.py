@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from mechdae.motion.continuation.reachable_arc import arc_of, before_limits
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
 from mechdae.results import LazyPart, Summary
-from mechdae.types import Floats, Integers
+from mechdae.types import Booleans, Floats, Integers
 
 ITERATIONS = 6
 NEAR = 1e-4
@@ -43,7 +44,7 @@ class Spans:
         poses: Poses,
         low: float,
         high: float,
-        between: Any = (),
+        between: Sequence[float] = (),
     ) -> None:
         self.entries = _spanned(outputs)
         self.evaluations = self.refined = 0  # beside those that the evaluator counts
@@ -141,7 +142,7 @@ class Brackets:
     b: Floats
     s: Floats
 
-    def take(self, rows: Any, s: Any = None) -> Brackets:
+    def take(self, rows: Booleans, s: Floats | None = None) -> Brackets:
         """Return some of the brackets, with other guesses."""
         s = self.s if s is None else s
         return Brackets(self.entry[rows], self.a[rows], self.b[rows], s[rows])

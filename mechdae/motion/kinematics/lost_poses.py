@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
 from mechdae.results.status import Cause
+from mechdae.types import Floats, Integers, Json, Unknowns
 
 RANK = 1e-6
 """Least singular value by the largest below which equations are said to lose rank."""
@@ -25,14 +24,16 @@ class Reason:
     cause: Cause
     least: float = np.nan
 
-    def entry(self) -> dict[str, Any]:
+    def entry(self) -> Json:
         """Return it as results hold it."""
         if self.cause is Cause.OPEN:
             return {}
         return {"cause": str(self.cause), "least_singular_value": self.least}
 
 
-def reason(graphs: Graphs, constants: Constants, x: Any, u: Any, blocks: Any) -> Reason:
+def reason(
+    graphs: Graphs, constants: Constants, x: Unknowns, u: Floats, blocks: Integers | range
+) -> Reason:
     """Return why some `blocks` have no certified pose near unknowns `x` (nx,) at drivers `u`.
 
     That is asked of the equations in the units of the mechanism, without any bounds.

@@ -35,6 +35,7 @@ from mechdae.motion.kinematics.near_numbers import NearNumbers
 from mechdae.motion.kinematics.poses import PoseArrays
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Points, Unknowns
 
 STILL = 1e-9
 """Largest step of Newton's method from a closed form that is one but for rounding."""
@@ -57,18 +58,18 @@ class StartState:
 
     numbers: dict[str, Number]
     s: float
-    state: Any
+    state: Floats
     sign: Any
     whole: Any
-    consts: Any
-    kappa: Any
-    rho: Any
-    mu: Any
-    size_x: Any
+    consts: Floats
+    kappa: Floats
+    rho: Floats
+    mu: Floats
+    size_x: Floats
     reach: float
     unit: float
     scale: float
-    p: Any
+    p: Floats
 
 
 @dataclass(frozen=True)
@@ -176,7 +177,9 @@ class NearPoses:
         """Return the largest step, in the driver's unit."""
         return 2 * np.pi / NODES_PER_TURN * begun.unit
 
-    def _nodes(self, begun: StartState, to: float, most: int) -> tuple[list[Any], list[Any]] | None:
+    def _nodes(
+        self, begun: StartState, to: float, most: int
+    ) -> tuple[list[Floats], list[Floats]] | None:
         """Return places and states (., k) of proved steps from the start; None: not proved.
 
         Steps that are not proved are halved.
@@ -210,7 +213,7 @@ class NearPoses:
                 return None
         return places, found
 
-    def _several(self, begun: StartState, places: Any) -> CertifiedNearPoses | None:
+    def _several(self, begun: StartState, places: Floats) -> CertifiedNearPoses | None:
         """Return poses at several places, None where one is not proved."""
         nodes = self._all_nodes(begun, places)
         if nodes is None:
@@ -219,7 +222,9 @@ class NearPoses:
         guess = np.repeat(nodes[1], len(places), axis=0) if alone else quintic(*nodes, places)
         return self._all_solved(begun, guess, places)
 
-    def _all_nodes(self, begun: StartState, places: Any) -> tuple[Any, Any, Any, Any] | None:
+    def _all_nodes(
+        self, begun: StartState, places: Floats
+    ) -> tuple[Floats, Points, Points, Points] | None:
         """Return s (m,), x, x', x'' (m, nx) of proved steps over all places, or None."""
         low = self._nodes(begun, min(float(places.min()), begun.s), MOST_NODES)
         high = low and self._nodes(begun, max(float(places.max()), begun.s), MOST_NODES)
@@ -232,7 +237,9 @@ class NearPoses:
         X, V, A = (whole[:, k * n : (k + 1) * n] for k in range(3))
         return np.concatenate(S), X, V, A
 
-    def _all_proved(self, begun: StartState, x: Any, test: Any, det: Any, miss: Any) -> bool:
+    def _all_proved(
+        self, begun: StartState, x: Unknowns, test: Floats, det: Floats, miss: Floats
+    ) -> bool:
         """Return whether all steps are plainly proved, told by the largest of all alone."""
         largest = np.maximum.reduce
         if not (largest(test, axis=None) <= 1 and largest(miss, axis=None) <= 1):
@@ -240,13 +247,15 @@ class NearPoses:
         ahead = np.minimum.reduce(det * begun.sign, axis=None) > 0
         return bool(ahead and largest(np.abs(x) - begun.size_x, axis=None) <= 0)
 
-    def _proved(self, begun: StartState, x: Any, test: Any, det: Any, miss: Any) -> Any:
+    def _proved(
+        self, begun: StartState, x: Unknowns, test: Floats, det: Floats, miss: Floats
+    ) -> Any:
         """Return which steps (k,) are proved for all blocks; what is not a number is not."""
         blocks = (test <= 1) & (miss <= 1) & (det * begun.sign > 0)
         return np.atleast_2d(blocks).all(axis=1) & (np.abs(x) <= begun.size_x).all(axis=1)
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _solved(self, begun: StartState, guess: Any, u: float) -> CertifiedNearPoses | None:
+    def _solved(self, begun: StartState, guess: Unknowns, u: float) -> CertifiedNearPoses | None:
         """Return the pose near unknowns that lie on the path, None where it is not certified."""
         kappa, place = begun.kappa, np.array([u])
         x, error, det, beta, eta, *y = self._pose(guess, place, begun.consts)
@@ -264,7 +273,9 @@ class NearPoses:
         return CertifiedNearPoses(error[None, :], condition, y)
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _all_solved(self, begun: StartState, guess: Any, places: Any) -> CertifiedNearPoses | None:
+    def _all_solved(
+        self, begun: StartState, guess: Points, places: Floats
+    ) -> CertifiedNearPoses | None:
         """Return the poses near unknowns (n, nx) on the path, None where one is not certified."""
         kappa, u = begun.kappa, places[:, None]
         results = self._poses(guess, u, begun.consts)
@@ -283,13 +294,20 @@ class NearPoses:
         condition = (begun.mu * beta).max(axis=1, initial=1.0)
         return CertifiedNearPoses(error, condition, in_time(y, *self._rates))
 
-    def _again(self, begun: StartState, left: Any, eta: Any) -> Any:
+    def _again(self, begun: StartState, left: Floats, eta: Floats) -> Booleans:
         """Return for which blocks another step of Newton's method brings something."""
         tiny = TINY * np.where(self._blocks, begun.scale, 1.0)
         return (left > tiny) | (self._turning & (eta > CARRIED))
 
     def _certified(
-        self, begun: StartState, guess: Any, x: Any, det: Any, beta: Any, eta: Any, first: Any
+        self,
+        begun: StartState,
+        guess: Unknowns,
+        x: Unknowns,
+        det: Floats,
+        beta: Floats,
+        eta: Floats,
+        first: Booleans,
     ) -> bool:
         """Return whether all blocks of all poses are certified to be on the path's branch."""
         slope = begun.kappa * beta

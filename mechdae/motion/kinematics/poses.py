@@ -17,6 +17,7 @@ from mechdae.motion.kinematics.prepared import Setting, covered, first_pose, pre
 from mechdae.motion.kinematics.sweep import cover
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,13 @@ class PoseArrays:
     """
 
     u: Any
-    ok: Any
+    ok: Booleans
     error: Any
     condition: Any
     _setting: Setting
-    _y: list[Any]
+    _y: list[Floats]
 
-    def __getitem__(self, path: str) -> Any:
+    def __getitem__(self, path: str) -> Floats:
         """Return a series: ``points/rod.B/position`` (n, 2), ``bodies/rod/angle`` (n,).
 
         Raises
@@ -76,7 +77,7 @@ class Posed:
         self._low = self._high = self._begin
         self._path: Path | None = None
 
-    def at(self, u: Any) -> PoseArrays:
+    def at(self, u: Floats) -> PoseArrays:
         """Return the poses at driver values `u` (n,).
 
         Raises
@@ -121,5 +122,5 @@ class Posed:
         return path
 
 
-def _condition(poses: Poses) -> Any:
+def _condition(poses: Poses) -> Floats:
     return np.where(poses.alive.all(axis=1), poses.condition, np.nan)

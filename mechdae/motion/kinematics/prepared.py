@@ -33,6 +33,7 @@ from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.motion.setup.scales import Constants, divisors
 from mechdae.records import dataclass
 from mechdae.results import Summary
+from mechdae.types import Floats, Json, Unknowns
 
 GROWTHS = 8
 SAFE = 0.75
@@ -98,7 +99,7 @@ class Run:
     poses: Poses
     values: Any
     places: Any
-    events: list[dict[str, Any]]
+    events: list[Json]
     summary: Summary
     found: Measured = field(default_factory=Measured)
     spans: Spans | None = None
@@ -202,7 +203,7 @@ def _again(
     return setting
 
 
-def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
+def first_pose(setting: Setting, task: Sweep) -> tuple[Unknowns, Unknowns]:
     """Return driver values and unknowns of the pose the path starts from."""
     setting.notes[:] = setting.scene.left_out
     if task.mode is None:
@@ -218,9 +219,9 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
 def covered(
     follow: Callable[[Constants], tuple[P, Any]],
     setting: Setting,
-    span: Any,
-    margin: Any,
-    start: tuple[Any, Any],
+    span: Floats,
+    margin: Floats | float,
+    start: tuple[Floats, Floats],
     graphs: Graphs | None = None,
 ) -> tuple[P, Any]:
     """Return what `follow` gives with bounds that hold for the path it found.

@@ -36,6 +36,7 @@ from mechdae.results import (
     events_of,
 )
 from mechdae.results.status import Cause, why_lost
+from mechdae.types import Booleans, Floats, Integers, Json
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.crossings.across_change_point import Zone
@@ -60,13 +61,13 @@ STOPS = {
 }
 
 
-def limit_events(setting: Setting, path: AnyPath, low: float, high: float) -> list[dict[str, Any]]:
+def limit_events(setting: Setting, path: AnyPath, low: float, high: float) -> list[Json]:
     """Return the ends of the path's groups as events, in the order of s.
 
     ``at`` is the driver's value, with several drivers the list of their values; ``time`` is
     added where they follow laws. Those beyond the limit of another group are not ``reached``.
     """
-    found: list[tuple[float, dict[str, Any]]] = []
+    found: list[tuple[float, Json]] = []
     seen = set()
     crossed = {zone.s for zone in path.zones}
     arc = arc_of(path)
@@ -99,7 +100,7 @@ def limit_events(setting: Setting, path: AnyPath, low: float, high: float) -> li
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 
 
-def _event(setting: Setting, path: AnyPath, s: float, group: Group, inside: bool) -> dict[str, Any]:
+def _event(setting: Setting, path: AnyPath, s: float, group: Group, inside: bool) -> Json:
     """Return an event at `s`: the drivers' values and the time, the group and its joint."""
     at = path.drivers(np.array([s]))[0].tolist()
     event = {
@@ -117,7 +118,7 @@ def _event(setting: Setting, path: AnyPath, s: float, group: Group, inside: bool
 
 def _crossed(
     setting: Setting, path: AnyPath, zone: Zone, low: float, high: float
-) -> list[tuple[float, dict[str, Any]]]:
+) -> list[tuple[float, Json]]:
     """Return the change points of a zone as events, with the tangents of both branches.
 
     ``tangents`` has the rates of the unknowns of the group over the path parameter on the
@@ -233,7 +234,7 @@ def _work(setting: Setting, run: Run) -> LazyPart:
         "refined_poses": evaluator.refined,
     }
 
-    def whole() -> dict[str, Any]:
+    def whole() -> dict[str, Json]:
         if spans is None:
             return {"work": work}
         spans.later.parts()
@@ -281,7 +282,7 @@ def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[di
     return events, intervals
 
 
-def _in_order(setting: Setting, run: Run, events: list[dict[str, Any]]) -> tuple[Event, ...]:
+def _in_order(setting: Setting, run: Run, events: list[Json]) -> tuple[Event, ...]:
     """Return events in the order of the motion; along lines they are in that order."""
     graphs = run.path.graphs
     if not (graphs.single or graphs.course):
@@ -344,7 +345,7 @@ def _near_crossings(setting: Setting, path: AnyPath) -> list[str]:
     return notes
 
 
-def _ambiguous(path: AnyPath, s: Any, at_them: bool = True) -> Any:
+def _ambiguous(path: AnyPath, s: Floats, at_them: bool = True) -> Booleans:
     """Return which places lie behind branches that come too near each other to be distinguished."""
     result = np.zeros(len(s), bool)
     for zone in path.zones:
@@ -354,7 +355,7 @@ def _ambiguous(path: AnyPath, s: Any, at_them: bool = True) -> Any:
     return result
 
 
-def _drivers(plan: DriverPlan, values: Any, task: Sweep) -> Named:
+def _drivers(plan: DriverPlan, values: Floats, task: Sweep) -> Named:
     n = len(values)
     table = {}
     for k, c in enumerate(plan.coordinates):
@@ -375,13 +376,13 @@ def _mode(setting: Setting, run: Run) -> LazyPart:
     return LazyPart(lambda: {"mode": labels.of_pose(*begin)})
 
 
-def _start(run: Run) -> tuple[Any, Any]:
+def _start(run: Run) -> tuple[Floats, Floats]:
     """Return unknowns and driver values of the pose the path starts from."""
     s, x = run.path.origin
     return x, run.path.drivers(np.array([s]))[0]
 
 
-def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
+def _failed(setting: Setting, run: Run, status: Integers) -> list[Json]:
     """Return the intervals of poses that have none: from, to, group and joint."""
     lost = among(status, LOST) if status.any() else np.zeros(0, bool)
     if not lost.any():
@@ -401,7 +402,7 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
             first = _between(run.path, before, first)
             last = _between(run.path, last, after, default=last)
         values = run.path.drivers(np.array([first, last]))[:, plan.lead]
-        entry: dict[str, Any] = {"from": float(values[0]), "to": float(values[1])}
+        entry: Json = {"from": float(values[0]), "to": float(values[1])}
         if plan.timing and run.path.graphs.course:
             entry["time"] = [first, last]
         found = [there[k] for k in range(a, b) if k in there]
@@ -450,7 +451,7 @@ def _between(path: AnyPath, a: float, b: float, default: float | None = None) ->
     return b if default is None else default
 
 
-def _gap(setting: Setting, run: Run, group: Group, poses: range) -> dict[str, Any]:
+def _gap(setting: Setting, run: Run, group: Group, poses: range) -> Json:
     """Return the joint of a superfluous equation that stays open at lost poses, and its gap."""
     if not group.superfluous or run.poses.singular[poses].all():
         return {}
@@ -467,7 +468,7 @@ def _gap(setting: Setting, run: Run, group: Group, poses: range) -> dict[str, An
     return entry | ({TOLERANCE: max(enough)} if max(enough) < math.inf else {})
 
 
-def _cause(run: Run, status: Any, poses: range) -> dict[str, Any]:
+def _cause(run: Run, status: Integers, poses: range) -> Json:
     """Return why poses that are singular have no values: the worst reason of some of them."""
     from mechdae.motion.kinematics.lost_poses import reason
 
@@ -484,7 +485,7 @@ def _cause(run: Run, status: Any, poses: range) -> dict[str, Any]:
     return min(found, key=lambda own: (order.index(own.cause), own.least)).entry()
 
 
-def _first_lost(setting: Setting, alive: Any) -> Group | None:
+def _first_lost(setting: Setting, alive: Booleans) -> Group | None:
     for j, group in enumerate(setting.scene.groups):
         if not alive[j]:
             return group
@@ -494,8 +495,8 @@ def _first_lost(setting: Setting, alive: Any) -> Group | None:
 def _fault(
     setting: Setting,
     run: Run,
-    status: Any,
-    failed: list[dict[str, Any]],
+    status: Integers,
+    failed: list[Json],
     rollers: list[dict[str, Any]],
 ) -> str | None:
     """Return what is wrong with the answer in one sentence, None when nothing is."""
@@ -527,13 +528,13 @@ def _cutting(setting: Setting, joint: str, intervals: list[dict[str, Any]]) -> s
     )
 
 
-def begins_singular(setting: Setting, path: AnyPath, event: dict[str, Any]) -> bool:
+def begins_singular(setting: Setting, path: AnyPath, event: Json) -> bool:
     """Return whether the path comes no further than its first pose, which is singular."""
     alone = setting.graphs.single and event["kind"] == "dead_point"
     return alone and bool(event["at"] == path.origin[0])
 
 
-def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]) -> str:
+def _lost(setting: Setting, run: Run, status: Integers, failed: list[Json]) -> str:
     """Return which poses are lost and why."""
     entry = failed[0]
     c = setting.plan.coordinates[setting.plan.lead]
@@ -583,7 +584,7 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     return text
 
 
-def _not_switched(event: dict[str, Any]) -> str:
+def _not_switched(event: Json) -> str:
     """Return why a path that was to switch stops at a change point."""
     if event.get("excluded"):
         return "the other one does not meet the superfluous equations"
@@ -596,7 +597,7 @@ def _not_switched(event: dict[str, Any]) -> str:
     )
 
 
-def _range(event: dict[str, Any]) -> str:
+def _range(event: Json) -> str:
     """Return to which order branches touch and how well the place is known, '' for others."""
     if "range" not in event:
         return ""
@@ -605,7 +606,7 @@ def _range(event: dict[str, Any]) -> str:
     return f"{touch}, within {(high - low) / 2:.1g} of it"
 
 
-def _place(setting: Setting, event: dict[str, Any]) -> str:
+def _place(setting: Setting, event: Json) -> str:
     """Return where an event is: the time of a law, and the drivers' values."""
     at = event["at"] if isinstance(event["at"], list) else [event["at"]]
     time = f"t = {event['time']:.6g} s, " if "time" in event else ""

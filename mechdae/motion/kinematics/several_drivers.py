@@ -18,6 +18,7 @@ from mechdae.motion.kinematics.report import limit_events
 from mechdae.motion.measures.measure import at_poses
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Summary
+from mechdae.types import Floats, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -54,7 +55,7 @@ def walked(setting: Setting, x: Any, corners: Any) -> Legs:
     return legs
 
 
-def approach(setting: Setting, u: Any, x: Any, to: Any) -> Any:
+def approach(setting: Setting, u: Floats, x: Unknowns, to: Floats) -> Floats | None:
     """Return the unknowns at the drivers' values `to`, moved there straight from `u`.
 
     None where a limit position lies between.
@@ -65,7 +66,9 @@ def approach(setting: Setting, u: Any, x: Any, to: Any) -> Any:
     return legs.nodes[-1] if legs.whole_way else None
 
 
-def leaving(setting: Setting, u: Any, x: Any, way: Any, places: Any) -> tuple[float, Any] | None:
+def leaving(
+    setting: Setting, u: Floats, x: Unknowns, way: Any, places: Floats
+) -> tuple[float, Any] | None:
     """Return a place of a way that begins on a limit position, and the unknowns there.
 
     `way` gives the drivers' values (n, nd) at places (n,) of it. The mechanism moves from the
@@ -107,7 +110,7 @@ def _same(setting: Setting, one: Any, other: Any) -> bool:
     return bool(np.all(np.abs(apart) <= ALIKE * sizes))
 
 
-def from_pose_to_pose(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
+def from_pose_to_pose(setting: Setting, task: Sweep, u: Floats, x: Unknowns) -> Run:
     """Return the poses along straight legs from one to the next, the sketch first.
 
     Groups that reach a limit position are lost from there on, the others go on.
@@ -123,7 +126,7 @@ def from_pose_to_pose(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     return Run(legs, evaluator, poses, plan.values, places, events, Summary(), measured)
 
 
-def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
+def along_a_line(setting: Setting, task: Sweep, u: Floats, x: Unknowns) -> Run:
     """Return the poses along one straight line from the first to the last values."""
     plan = setting.plan
     values = plan.values
@@ -158,7 +161,7 @@ def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     return Run(path, evaluator, poses, values, grid, events, summary, measured, spans)
 
 
-def _rates(setting: Setting) -> tuple[Any, ...]:
+def _rates(setting: Setting) -> tuple[Floats, ...]:
     """Return speeds, accelerations and jerks of the drivers, each (n, nd)."""
     plan = setting.plan
     shape = plan.values.shape

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Sweep
@@ -13,6 +13,10 @@ from mechdae.equations.tree.choice import model_of
 from mechdae.errors import MechdaeError
 from mechdae.motion.kinematics.prepared import first_pose, prepare
 from mechdae.motion.setup.drivers import plan
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 WORDS = ("positions", "velocities", "accelerations", "jerks")
 
@@ -24,7 +28,7 @@ def driven_structure(
     loaded: Iterable[str] | None = None,
     parts: Callable[[Scene], dict[str, Any]] | None = None,
     order: int = 0,
-) -> dict[str, Any]:
+) -> Json:
     """Return what a task will build: unknowns, blocks, bodies outside of its scene.
 
     Parameters
@@ -38,7 +42,7 @@ def driven_structure(
     order
         Derivatives that are computed at least.
     """
-    entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
+    entry: Json = {"kind": task.kind, "available": task.available}
     try:
         numbers = plan(problem.mechanism, task)
         if model is None:

@@ -29,6 +29,7 @@ from mechdae.motion.measures.measure import along_path, at_poses
 from mechdae.motion.setup.laws import Timing
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Result, Summary
+from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -188,7 +189,7 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
     return Run(path, evaluator, poses, values, places, events, summary, measured, spans)
 
 
-def _largest(laws: Timing, scales: Any) -> float:
+def _largest(laws: Timing, scales: Floats) -> float:
     """Return the largest step in time: drivers and their speeds change little over it.
 
     Unknowns may move faster than the drivers: the interval has at least as many steps as a
@@ -206,7 +207,9 @@ def _largest(laws: Timing, scales: Any) -> float:
     return span / count or 1.0
 
 
-def cover(path: Path, evaluator: Evaluator, values: Any, is_angle: bool, corners: Any = ()) -> None:
+def cover(
+    path: Path, evaluator: Evaluator, values: Floats, is_angle: bool, corners: Any = ()
+) -> None:
     """Follow the path over all values, and the other way round where some are not reached."""
     if not path.followed:
         return
@@ -310,7 +313,7 @@ def _closed(path: Path) -> Any:
 
 
 def _rounds(
-    path: Path, evaluator: Evaluator, span: float, turns: int, turned: Any, notes: list[str]
+    path: Path, evaluator: Evaluator, span: float, turns: int, turned: Floats, notes: list[str]
 ) -> int:
     """Return after how many rounds of `span` bodies that gears and racks move are back too.
 

@@ -18,6 +18,7 @@ import numpy as np
 from mechdae.equations.curve_contacts import Contact
 from mechdae.equations.reduction import Scene
 from mechdae.records import dataclass
+from mechdae.types import Floats, Points, Unknowns
 
 PLACES = 1024
 """Places of the curve that are compared."""
@@ -46,7 +47,7 @@ class Undercut:
     ends: tuple[float, float] | None = None
 
 
-def cuts(scene: Scene, x: Any, u: Any) -> list[Undercut]:
+def cuts(scene: Scene, x: Unknowns, u: Floats) -> list[Undercut]:
     """Return where rollers cut into their curves, at poses x (n, nx), u (n, nu)."""
     owners = {name for group in scene.groups for name in group.joints}
     found = []
@@ -63,7 +64,7 @@ def cuts(scene: Scene, x: Any, u: Any) -> list[Undercut]:
 
 
 def refined(
-    scene: Scene, cut: Undercut, s: Any, poses: Callable[[Any], tuple[Any, Any]]
+    scene: Scene, cut: Undercut, s: Floats, poses: Callable[[Any], tuple[Any, Any]]
 ) -> Undercut:
     """Return a cut with the places where it begins and ends, which poses only enclose.
 
@@ -91,13 +92,13 @@ def refined(
     return replace(cut, ends=(ends[0], ends[1]))
 
 
-def _contacts(contact: Contact, scene: Scene, x: Any, u: Any) -> Any:
+def _contacts(contact: Contact, scene: Scene, x: Unknowns, u: Floats) -> Floats:
     """Return the place of the contact on its curve at each pose."""
     place = ca.Function("s", [scene.x, scene.u, scene.model.p], [scene.expression(contact.s)])
     return np.array(place(x.T, u.T, scene.model.p_values[:, None])).ravel()
 
 
-def depths(contact: Contact, scene: Scene, s: Any) -> Any:
+def depths(contact: Contact, scene: Scene, s: Floats) -> Floats:
     """Return how deep the roller cuts with the contact at `s` (n,) [m]; 0 where it does not."""
     low, high = contact.range
     grid = low + (high - low) * np.arange(PLACES + 1) / PLACES
@@ -120,7 +121,7 @@ def depths(contact: Contact, scene: Scene, s: Any) -> Any:
     return result
 
 
-def _depth(radius: float, curve: Any, center: Any) -> Any:
+def _depth(radius: float, curve: Points, center: Points) -> Floats:
     """Return how much nearer than the radius the places of the curve come to centres."""
     near = np.empty(len(center))
     for k in range(0, len(center), CHUNK):
@@ -131,7 +132,7 @@ def _depth(radius: float, curve: Any, center: Any) -> Any:
     return depth
 
 
-def _finely(contact: Contact, scene: Scene, center: Any, curve: Any, grid: Any) -> Any:
+def _finely(contact: Contact, scene: Scene, center: Points, curve: Points, grid: Floats) -> Floats:
     """Return the same as `_depth`, with the curve looked at closely where it is nearest.
 
     The nearest of the places is never nearer than the curve: a cut is not seen too early.
@@ -156,7 +157,7 @@ def _finely(contact: Contact, scene: Scene, center: Any, curve: Any, grid: Any) 
     return result
 
 
-def _parallel(contact: Contact, scene: Scene, s: Any) -> tuple[float, Any, Any, Any]:
+def _parallel(contact: Contact, scene: Scene, s: Floats) -> tuple[float, Points, Points, Floats]:
     """Return the radius, places on the curve and of the centre, and how the centre advances.
 
     The last is the centre's speed over that of the contact: 1 - curvature * radius.

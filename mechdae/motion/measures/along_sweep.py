@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from mechdae.describe.coordinate_kinds import ANGLE, UNIT
 from mechdae.describe.expression import evaluate
@@ -21,6 +22,10 @@ from mechdae.motion.measures.measured import OF_POSES, Measured
 from mechdae.motion.measures.strokes import time_ratios
 from mechdae.motion.measures.track import Track
 from mechdae.motion.setup.outputs import Outputs, Request
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats, Json
+
 
 ALONG = ("extremes", "time-ratio", "dwell", "envelope")
 """Measures that follow the path of a single driver."""
@@ -49,7 +54,7 @@ def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
     return found
 
 
-def _transmission(scene: Scene) -> Any:
+def _transmission(scene: Scene) -> ModuleType:
     """Return the module that reads transmission angles off a scene: in space they are of bars."""
     return transmission if scene.model.mechanism.dimension == 2 else bars
 
@@ -107,7 +112,7 @@ def along_path(
     task: Sweep,
     evaluator: Evaluator,
     path: Path,
-    values: Any,
+    values: Floats,
     found: Measured,
     moving: int,
 ) -> None:
@@ -155,7 +160,7 @@ def along_path(
         found.notes.append(f"measures: {track.lost} places of the path were not certified")
 
 
-def _once(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _once(events: list[Json]) -> list[Json]:
     """Return one event of a quantity at a place: a rest is met on all pieces that it joins."""
     found = {(event.get("of"), event["at"]): event for event in reversed(events)}
     return list(reversed(found.values()))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from mechdae.motion.measures.stationary_places import AT_REST, stops
 from mechdae.motion.measures.track import SAME, Sample, Track
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 TIE = 1e-12
 """Share of the range within which two extremes are the same; the first one is named."""
@@ -60,7 +60,7 @@ def quantities(outputs: Outputs) -> list[ReportedScalar]:
     return found
 
 
-def travel(sample: Sample, columns: list[int]) -> Any:
+def travel(sample: Sample, columns: list[int]) -> Floats:
     """Return greatest less least value of columns, 0 for those without values."""
     values = sample.y[0][:, columns]
     known = np.isfinite(values)

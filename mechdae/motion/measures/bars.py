@@ -23,6 +23,7 @@ from mechdae.motion.measures.track import Sample, Track
 from mechdae.motion.measures.transmission import PREFIX, angles_of, summary_of
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym
 
 
 @dataclass(frozen=True)
@@ -38,16 +39,16 @@ class DrivenByBar:
     bodies: tuple[str, str]
     group: Group
     held: tuple[str, ...]
-    bar: Any
-    way: Any
+    bar: Sym
+    way: Sym
 
     @property
-    def dot(self) -> Any:
+    def dot(self) -> Sym:
         """Dot product of both directions."""
         return ca.dot(self.bar, self.way)
 
     @property
-    def sine(self) -> Any:
+    def sine(self) -> Sym:
         """Sine of the angle, with the sign of the side that the bar pushes to."""
         return self.dot / ca.sqrt(ca.sumsqr(self.bar) * ca.sumsqr(self.way))
 
@@ -124,17 +125,17 @@ def requests(scene: Scene) -> list[Request]:
     ]  # fmt: skip
 
 
-def angles(outputs: Outputs, values: Any) -> dict[str, dict[str, Any]]:
+def angles(outputs: Outputs, values: Floats) -> dict[str, dict[str, Floats]]:
     """Return ``transmission_angle`` [rad] by joint at given poses, 0 to pi/2."""
     return angles_of(outputs, values, _folded)
 
 
-def _folded(products: Any) -> Any:
+def _folded(products: Floats) -> Any:
     across = np.linalg.norm(products[:, 1:], axis=1)
     return np.arctan2(np.abs(products[:, 0]), across)
 
 
-def summary(track: Track, outputs: Outputs) -> dict[str, Any]:
+def summary(track: Track, outputs: Outputs) -> dict[str, dict[str, float]]:
     """Return joint -> {"min", "at", "max", "max_at"} over the sweep, refined."""
     return summary_of(track, outputs, _Family, _folded)
 
@@ -145,12 +146,12 @@ class _Family:
     def __init__(self, columns: list[int]) -> None:
         self.columns = columns
 
-    def __call__(self, sample: Sample) -> tuple[Any, Any]:
+    def __call__(self, sample: Sample) -> tuple[Floats, Floats]:
         """Return the rate of the squared sine over its size, and the dot product."""
         y = [array[:, self.columns] for array in sample.y[:3]]
         (d, c), (d1, c1), (d2, c2) = ((array[:, 0], array[:, 1:]) for array in y)
 
-        def dot(a: Any, b: Any) -> Any:
+        def dot(a: Floats, b: Floats) -> Any:
             return np.sum(a * b, axis=1)
 
         turn = d1 * dot(c, c) - d * dot(c, c1)

@@ -19,6 +19,7 @@ from mechdae.motion.measures.along_sweep_extremes import travel
 from mechdae.motion.measures.stationary_places import AT_REST, stops
 from mechdae.motion.measures.track import SAME, Track
 from mechdae.motion.setup.outputs import Outputs, Request
+from mechdae.types import Floats, Json, Points
 
 FRAME, PIN = "frame of ", "pin "
 FAR = 1e12
@@ -59,12 +60,12 @@ class Planes:
     def __init__(self, outputs: Outputs, values: list[Any], scale: float) -> None:
         self.outputs, self.scale, self.count = outputs, scale, len(values[0])
         model = outputs.scene.model
-        self.anchors: dict[str, Any] = {}
+        self.anchors: dict[str, Floats] = {}
         self.place: dict[str, Any] = {GROUND: np.zeros((self.count, 2))}
-        self.speed: dict[str, Any] = {GROUND: np.zeros((self.count, 2))}
-        self.angle: dict[str, Any] = {GROUND: np.zeros(self.count)}
+        self.speed: dict[str, Points] = {GROUND: np.zeros((self.count, 2))}
+        self.angle: dict[str, Floats] = {GROUND: np.zeros(self.count)}
         self.turn: dict[str, Any] = {GROUND: np.zeros(self.count)}
-        self.pins: dict[frozenset[str], Any] = {}
+        self.pins: dict[frozenset[str], Points] = {}
         self.pinned = {name for name in bodies_of(outputs.scene) if is_pinned(outputs.scene, name)}
         numbers = model.mechanism.values()
         for entry in outputs.entries:
@@ -102,7 +103,7 @@ class Planes:
             there = (size > way / FAR) & np.isfinite(centre).all(axis=1)
         return np.where(there[:, None], centre, np.nan)
 
-    def moving(self, body: str, centre: Any) -> Any:
+    def moving(self, body: str, centre: Points) -> Any:
         """Return a place in the body's own frame, that of the file."""
         arm = centre - self.place[body]
         cos, sin = np.cos(self.angle[body]), np.sin(self.angle[body])
@@ -116,7 +117,7 @@ def is_pinned(scene: Scene, body: str) -> bool:
     return bool(ca.jacobian(place, ca.vertcat(scene.x, scene.u)).nnz() == 0)
 
 
-def at_infinity(track: Track, outputs: Outputs, columns: list[int]) -> dict[str, Any]:
+def at_infinity(track: Track, outputs: Outputs, columns: list[int]) -> Json:
     """Return where a body's instant centre against the ground is at infinity.
 
     ``at_infinity`` has the driver values at which a body stops turning, of an interval in which
@@ -144,16 +145,16 @@ def at_infinity(track: Track, outputs: Outputs, columns: list[int]) -> dict[str,
         if places:
             far = np.diff(places, prepend=-np.inf) > NEAR * track.unit
             found[body] = [s for s, new in zip(places, far, strict=True) if new]
-    summary: dict[str, Any] = {"at_infinity": found} if found else {}
+    summary: dict[str, dict[str, list[float]]] = {"at_infinity": found} if found else {}
     return summary | ({"never_turn": still} if still else {})
 
 
-def _cross(vectors: Any) -> Any:
+def _cross(vectors: Points) -> Points:
     """Return k x v of each row."""
     return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 
-def centrodes(planes: Planes, wanted: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+def centrodes(planes: Planes, wanted: tuple[str, ...]) -> dict[str, dict[str, Points]]:
     """Return ``centrode_fixed`` and ``centrode_moving`` (n, 2) of bodies that ever turn."""
     found = {}
     for body in wanted:
@@ -164,7 +165,7 @@ def centrodes(planes: Planes, wanted: tuple[str, ...]) -> dict[str, dict[str, An
     return found
 
 
-def instant_centres(planes: Planes) -> tuple[dict[str, Any], list[str]]:
+def instant_centres(planes: Planes) -> tuple[dict[str, Points], list[str]]:
     """Return "first-second" -> centres (n, 2), and the pairs whose centre is always far away.
 
     Raises

@@ -12,6 +12,7 @@ from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.track import KNOWN, SAME, Family, Piece, Sample, Track
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
 from mechdae.numerics.quadrature import KRONROD, PLACES, Substitution, integrate
+from mechdae.types import Booleans, Floats, Json, Points
 
 CUSP = 1e-12
 """Way of the driver, in its unit, to where the velocity vanishes: nearer is there."""
@@ -28,7 +29,7 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 """Share of a length that the rounding of speeds may add up to."""
 
 
-def directions(outputs: Outputs, values: list[Any], unit: float) -> dict[str, dict[str, Any]]:
+def directions(outputs: Outputs, values: list[Any], unit: float) -> dict[str, dict[str, Floats]]:
     """Return ``tangent`` [rad] and ``curvature`` [1/m] of each point at given poses.
 
     `values` are y and its derivatives, three in space. Both are nan where the velocity vanishes. In
@@ -52,7 +53,7 @@ def directions(outputs: Outputs, values: list[Any], unit: float) -> dict[str, di
     return found
 
 
-def _in_space(v: Any, a: Any, jerk: Any, there: Any) -> dict[str, Any]:
+def _in_space(v: Floats, a: Floats, jerk: Floats, there: Booleans) -> dict[str, Floats]:
     """Return Frenet's tangent, curvature and torsion; `there` tells where the point moves."""
     across, speed = np.cross(v, a), _size(v)
     turn = _size(across)
@@ -65,24 +66,24 @@ def _in_space(v: Any, a: Any, jerk: Any, there: Any) -> dict[str, Any]:
         }
 
 
-def _size(vectors: Any) -> Any:
+def _size(vectors: Floats) -> Any:
     """Return the lengths of vectors (n, 2) or (n, 3)."""
     if vectors.shape[1] == 2:
         return np.hypot(vectors[:, 0], vectors[:, 1])
     return np.sqrt(np.sum(vectors**2, axis=1))
 
 
-def _across(v: Any, a: Any) -> Any:
+def _across(v: Any, a: Floats) -> Any:
     """Return the sizes of the products v x a."""
     if v.shape[1] == 2:
         return np.abs(v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0])
     return _size(np.cross(v, a))
 
 
-def curves(track: Track, outputs: Outputs) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+def curves(track: Track, outputs: Outputs) -> tuple[dict[str, Json], list[Json]]:
     """Return what there is to say about each point's path over the sweep, and the cusps."""
-    found: dict[str, Any] = {}
-    events: list[dict[str, Any]] = []
+    found: dict[str, Json] = {}
+    events: list[Json] = []
     for entry in _points(outputs):
         path = _Curve(track, entry)
         if not path.moves:
@@ -124,8 +125,8 @@ class _Curve:
             (travel(track.sample(piece), self.columns) > AT_REST * track.scale).any()
             for piece in searched
         )
-        self.cusps: list[dict[str, Any]] = []
-        self.reversals: list[dict[str, Any]] = []
+        self.cusps: list[Json] = []
+        self.reversals: list[Json] = []
         self.stops: list[float] = []
         if self.moves:
             for piece in searched:
@@ -135,7 +136,7 @@ class _Curve:
     def _speed(self) -> Family:
         """Half the rate of the squared speed, and its own rate."""
 
-        def family(sample: Sample) -> tuple[Any, Any]:
+        def family(sample: Sample) -> tuple[Floats, Floats]:
             v, a, j = (array[:, self.columns] for array in sample.y[1:4])
             slope = np.sum(v * a, axis=1, keepdims=True)
             return slope, np.sum(a * a + v * j, axis=1, keepdims=True)
@@ -173,13 +174,13 @@ class _Curve:
         return bool(np.abs(x - x[0]).max() <= RESTING * self.track.scale)
 
     @property
-    def events(self) -> list[dict[str, Any]]:
+    def events(self) -> list[Json]:
         return [
             {"kind": "cusp", "point": self.entry.part, **cusp, "in_range": True}
             for cusp in self.cusps
         ]
 
-    def facts(self) -> dict[str, Any]:
+    def facts(self) -> Json:
         """Return length and area with their errors, whether the path is closed, its cusps."""
         track = self.track
         pieces = track.pieces(track.low, track.high)
@@ -188,20 +189,20 @@ class _Curve:
             return {"length": None, "closed": False}
         start = track.at(np.array([pieces[0].low])).y[0][0, self.columns]
 
-        def integrand(s: Any) -> Any:
+        def integrand(s: Floats) -> Points:
             y = track.at(s).y
             x, v = y[0][:, self.columns] - start, y[1][:, self.columns]
             area = (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / 2  # in space: seen along z
             return np.stack([_size(v), area], axis=1)
 
-        def size(integrals: Any) -> Any:
+        def size(integrals: Floats | tuple[float, float]) -> Floats:
             return np.array([integrals[0], integrals[0] ** 2])
 
         (length, area), error = integrate(integrand, charts, size)
         ends = [s for piece in pieces for s in (piece.low, piece.high)]
         off = self._cut(ends) + _beside_folds(integrand, charts)
         error = error + size((length, area)) * ROUNDING + off * np.array([1, length])
-        facts: dict[str, Any] = {"length": float(length), "error": float(error[0])}
+        facts: Json = {"length": float(length), "error": float(error[0])}
         facts["closed"] = self._closed(pieces, float(length))
         if facts["closed"] and len(self.columns) == 2:
             facts |= {"area": track.sense * float(area), "area_error": float(error[1])}

@@ -9,6 +9,7 @@ import numpy as np
 from mechdae.motion.measures.along_sweep_extremes import Course
 from mechdae.motion.measures.stationary_places import stops
 from mechdae.motion.measures.track import SAME, TURN, Piece, Sample, Track
+from mechdae.types import Floats, Json
 
 ROUNDS = 60
 FINE = 1e-13
@@ -17,7 +18,7 @@ CLOSE = 1e-6
 """Share of the driver's unit within which two dwells are the same one."""
 
 
-def dwells(track: Track, courses: dict[str, Course], share: float) -> dict[str, Any]:
+def dwells(track: Track, courses: dict[str, Course], share: float) -> Json:
     """Return the dwells of bodies and slides that move, by the name of the part.
 
     A dwell contains a stationary position, the quantity stays within `share` of its swing
@@ -75,17 +76,17 @@ class _Finder:
             [(first, -1, m) for (first, _, _), m in zip(chosen, means, strict=True)]
         )
         rights = self._leaves([(last, 1, m) for (_, last, _), m in zip(chosen, means, strict=True)])
-        found: list[dict[str, Any]] = []
+        found: list[dict[str, float]] = []
         for (_, _, shift), mean, left, right in zip(chosen, means, lefts, rights, strict=True):
             if np.isfinite([left[0], right[0]]).all():
                 ends = {"from": left[0] + shift, "to": right[0] + shift}
-                entry: dict[str, Any] = {**ends, "mean": mean, "within": self.half}
+                entry: dict[str, float] = {**ends, "mean": mean, "within": self.half}
                 entry |= {"cut": True} if left[1] or right[1] else {}
                 if not any(self._again(entry, other) for other in found):
                     found.append(entry)
         return found
 
-    def _again(self, entry: dict[str, Any], other: dict[str, Any]) -> bool:
+    def _again(self, entry: dict[str, float], other: dict[str, float]) -> bool:
         """Return whether a dwell is another one whole turns later."""
         gaps = [entry[end] - other[end] for end in ("from", "to")]
         turns = round(gaps[0] / TURN) if self.track.is_angle else 0
@@ -141,7 +142,7 @@ class _Finder:
         if brackets:
             owners, a, b, rising, levels = (np.array(part) for part in zip(*brackets, strict=True))
 
-            def family(sample: Sample) -> tuple[Any, Any]:
+            def family(sample: Sample) -> tuple[Floats, Floats]:
                 q, rate = (array[:, [self.column]] for array in sample.y[:2])
                 return q - levels, rate + 0 * levels
 

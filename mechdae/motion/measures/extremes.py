@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.motion.measures.along_sweep_extremes import Course
 from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.track import Track
 
+if TYPE_CHECKING:
+    from mechdae.types import Json
 
-def extremes(track: Track, courses: dict[str, Course]) -> dict[str, Any]:
+
+def extremes(track: Track, courses: dict[str, Course]) -> dict[str, dict[str, dict[str, float]]]:
     """Return name -> {"min": {"value", "at", "error"}, "max": {...}} of everything that moves."""
     found = {}
     for name, course in courses.items():
@@ -27,7 +30,7 @@ def extremes(track: Track, courses: dict[str, Course]) -> dict[str, Any]:
     return found
 
 
-def stationary_events(courses: dict[str, Course]) -> list[dict[str, Any]]:
+def stationary_events(courses: dict[str, Course]) -> list[Json]:
     """Return the stationary positions (dead points) of bodies and slides as events."""
     return [
         {
@@ -45,7 +48,7 @@ def stationary_events(courses: dict[str, Course]) -> list[dict[str, Any]]:
     ]
 
 
-def envelope(courses: dict[str, Course]) -> dict[str, Any]:
+def envelope(courses: dict[str, Course]) -> Json:
     """Return the box [xmin, xmax, ymin, ymax] swept by the points: of all, and by body.
 
     In space zmin and zmax follow.

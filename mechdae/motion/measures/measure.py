@@ -13,6 +13,7 @@ from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.measures.measured import OF_POSES, Measured
 from mechdae.motion.setup.outputs import Outputs, Request
+from mechdae.types import Floats
 
 ORDERS = {
     "transmission": 2,
@@ -66,7 +67,7 @@ def along_path(
     task: Sweep,
     evaluator: Evaluator,
     path: Path,
-    values: Any,
+    values: Floats,
     found: Measured,
     moving: int,
 ) -> None:

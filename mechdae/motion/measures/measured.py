@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats
+
 
 OF_POSES = {"instant-centres", "axodes", "screw-axes"}
 """Measures of single poses, which look at nothing between them."""
@@ -21,6 +26,6 @@ class Measured:
     events: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def put(self, kind: str, parts: dict[str, dict[str, Any]]) -> None:
+    def put(self, kind: str, parts: Mapping[str, dict[str, Floats]]) -> None:
         for part, arrays in parts.items():
             self.series.setdefault(kind, {}).setdefault(part, {}).update(arrays)

@@ -21,6 +21,7 @@ from mechdae.motion.measures.centres import FAR, MOST, bodies_of
 from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 PLACEMENT = "placement of "
 TURN = 2 * np.pi
@@ -47,7 +48,7 @@ class Axes:
     All are nan where there is none, the direction is that of the turning.
     """
 
-    direction: Any
+    direction: Floats
     point: Any
     pitch: Any
 
@@ -109,14 +110,14 @@ class Twists:
         return Axes(direction, _foot(point, direction), axis.pitch)
 
 
-def _foot(point: Any, direction: Any) -> Any:
+def _foot(point: Floats, direction: Floats) -> Any:
     """Return the point of a line that is nearest to the origin."""
     return point - direction * np.sum(point * direction, axis=1, keepdims=True)
 
 
 def axodes(
     twists: Twists, wanted: tuple[str, ...]
-) -> tuple[dict[str, dict[str, Any]], dict[str, list[str]]]:
+) -> tuple[dict[str, dict[str, Floats]], dict[str, list[str]]]:
     """Return the axodes of bodies that ever turn, and which ``never_turn``."""
     found, still = {}, []
     for body in wanted:
@@ -137,7 +138,7 @@ def axodes(
     return found, {"never_turn": still} if still else {}
 
 
-def screw_axes(twists: Twists) -> tuple[dict[str, Any], list[str]]:
+def screw_axes(twists: Twists) -> tuple[dict[str, Floats], list[str]]:
     """Return the axes of all pairs of bodies, and the pairs that never turn to each other.
 
     Of each pair there are ``A-B.direction``, ``A-B.point`` (n, 3) and ``A-B.pitch`` (n,).

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from mechdae.motion.measures.track import FINEST, SAME, Family, Piece, Sample, Track
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 AT_REST = 1e-11
 """Share of a radian, or of a length of the mechanism, by which rounding may move what rests."""
@@ -48,13 +48,15 @@ class Stop:
 def rates_of(columns: list[int]) -> Family:
     """Return the first rates of columns as functions that vanish where they are stationary."""
 
-    def family(sample: Sample) -> tuple[Any, Any]:
+    def family(sample: Sample) -> tuple[Floats, Floats]:
         return sample.y[1][:, columns], sample.y[2][:, columns]
 
     return family
 
 
-def stops(track: Track, piece: Piece, columns: list[int], sizes: Any) -> list[list[Stop]]:
+def stops(
+    track: Track, piece: Piece, columns: list[int], sizes: Floats | list[float]
+) -> list[list[Stop]]:
     """Return for each column where it is stationary over a piece, in the order of the path.
 
     `sizes` (m,) are what a quantity is measured by: a radian, or a length of the mechanism.
@@ -70,7 +72,7 @@ def stops(track: Track, piece: Piece, columns: list[int], sizes: Any) -> list[li
     return found
 
 
-def _single(track: Track, piece: Piece, column: int, slack: float, places: Any) -> list[Stop]:
+def _single(track: Track, piece: Piece, column: int, slack: float, places: Floats) -> list[Stop]:
     """Return the stops at zeros of the rate, of which the neighbours tell on which side they are.
 
     The second rate does it where a neighbour is too near, or beyond another zero.
@@ -122,7 +124,7 @@ def _apart(rests: list[Stop]) -> list[Stop]:
 
 
 def _edge(
-    track: Track, column: int, s: Any, y: Any, rows: range, value: float, slack: float
+    track: Track, column: int, s: Floats, y: Floats, rows: range, value: float, slack: float
 ) -> tuple[int, float]:
     """Return on which side of its value a rest is left, and where, going on over `rows`."""
     for inner, outer in itertools.pairwise(rows):
@@ -134,7 +136,7 @@ def _edge(
         side = 1 if gap > 0 else -1
         level = value + side * slack
 
-        def family(sample: Sample, level: float = level) -> tuple[Any, Any]:
+        def family(sample: Sample, level: float = level) -> tuple[Floats, Floats]:
             return sample.y[0][:, [column]] - level, sample.y[1][:, [column]]
 
         a, b = sorted((s[inner], s[outer]))

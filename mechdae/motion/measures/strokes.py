@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from mechdae.motion.measures.along_sweep_extremes import ReportedScalar, travel
 from mechdae.motion.measures.stationary_places import AT_REST, stops
 from mechdae.motion.measures.track import SAME, TURN, Piece, Track
+from mechdae.types import Floats, Json
 
 CLOSED = 1e-9
 """Share of its size within which a quantity is back after a turn."""
 
 
-def time_ratios(track: Track, wanted: list[ReportedScalar]) -> dict[str, dict[str, Any]]:
+def time_ratios(track: Track, wanted: list[ReportedScalar]) -> dict[str, Json]:
     """Return ``time_ratio``, ``return_angle`` and, where there is none, ``no_time_ratio``.
 
     Keys below are bodies and joints. The ratio is the longer stroke's driver angle over the
     shorter one's, `return_angle` the shorter one; reasons are sentences.
     """
-    found: dict[str, dict[str, Any]] = {"time_ratio": {}, "return_angle": {}, "no_time_ratio": {}}
+    found: dict[str, Json] = {"time_ratio": {}, "return_angle": {}, "no_time_ratio": {}}
     for quantity in wanted:
         if not quantity.is_output:
             continue
@@ -72,7 +72,7 @@ def _ratio(track: Track, quantity: ReportedScalar) -> float | str | None:
     return min(stroke, TURN - stroke)
 
 
-def _distinct(places: list[float], start: float) -> Any:
+def _distinct(places: list[float], start: float) -> Floats:
     """Return places of one turn from `start`, each once."""
     kept: list[float] = []
     for s in places:

@@ -15,6 +15,7 @@ from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.reachable_arc import arc_of, before_limits
 from mechdae.numerics.roots import refined
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Integers
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -79,7 +80,7 @@ class Track:
         self,
         evaluator: Evaluator,
         path: Path,
-        values: Any,
+        values: Floats,
         is_angle: bool,
         scale: float,
         turns: list[int],
@@ -99,12 +100,12 @@ class Track:
         self.margin = path.largest
         self.reach(self.low - self.margin, self.high + self.margin)
 
-    def at(self, s: Any) -> Sample:
+    def at(self, s: Floats | list[float]) -> Sample:
         """Return the quantities at places of the path."""
         poses = self.evaluator.at(self.path, np.asarray(s, float))
         return Sample(poses.s, poses.y)
 
-    def errors(self, s: Any, column: int) -> Any:
+    def errors(self, s: list[float], column: int) -> Floats:
         """Return how far values of a column at places (n,) may be off.
 
         At limit positions, which are solved for as such, that is the share `KNOWN` of a radian
@@ -218,7 +219,7 @@ class Track:
 
     # -- where something vanishes ---------------------------------------------------------
 
-    def zeros(self, piece: Piece, family: Family, moving: Any = None) -> list[Any]:
+    def zeros(self, piece: Piece, family: Family, moving: Booleans | None = None) -> list[Any]:
         """Return the places at which each function of a family vanishes over a piece.
 
         A sign change between two samples is refined by Newton's method, held in its bracket;
@@ -238,7 +239,7 @@ class Track:
         places = self.refine(family, columns, a, b, rising)
         return [np.sort(places[(columns == k) & np.isfinite(places)]) for k in range(f.shape[1])]
 
-    def _turned(self, s: Any, f: Any, df: Any, family: Family) -> tuple[Any, ...]:
+    def _turned(self, s: Floats, f: Floats, df: Floats, family: Family) -> tuple[Any, ...]:
         """Return brackets of pairs of zeros between two samples."""
         with np.errstate(invalid="ignore", divide="ignore"):
             dips = (f[:-1] * f[1:] > 0) & (f[:-1] * df[:-1] < 0) & (f[1:] * df[1:] > 0)
@@ -265,10 +266,17 @@ class Track:
         ends = [end.s for r in self.path.reach.values() for end in (r.low, r.high) if end]
         return any(abs(s - end) <= SAME * self.unit for end in ends)
 
-    def refine(self, family: Family, columns: Any, a: Any, b: Any, rising: Any) -> Any:
+    def refine(
+        self,
+        family: Family,
+        columns: Integers,
+        a: Floats | list[float],
+        b: Floats | list[float],
+        rising: Booleans,
+    ) -> Floats:
         """Return the zeros of functions in their brackets [a, b]; nan where one is lost."""
 
-        def evaluate(rows: Any, places: Any) -> tuple[Any, Any]:
+        def evaluate(rows: Integers, places: Any) -> tuple[Any, Any]:
             which = np.arange(len(rows))
             f, df = (part[which, columns[rows]] for part in family(self.at(places)))
             return f, df
@@ -278,7 +286,7 @@ class Track:
         return s
 
 
-def _brackets(s: Any, f: Any) -> tuple[Any, ...]:
+def _brackets(s: Floats, f: Floats) -> tuple[Any, ...]:
     """Return row, column, ends and sense of every sign change between neighbours."""
     sign = np.where(f >= 0, 1, -1)
     with np.errstate(invalid="ignore"):
@@ -296,7 +304,7 @@ def _joined(first: Sample, second: Sample) -> Sample:
     return Sample(np.concatenate([first.s, second.s]), y)
 
 
-def _filled(places: Any, widest: Any) -> Any:
+def _filled(places: Floats, widest: Floats) -> Floats:
     """Return the places with further ones between, no step wider than asked for."""
     steps = np.diff(places)
     counts = np.maximum(np.ceil(steps / widest - 1e-9), 1).astype(int)

@@ -10,7 +10,7 @@ the other line is that of the follower.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -23,6 +23,12 @@ from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.track import SAME, Sample, Track
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.records import dataclass
+from mechdae.types import Floats, Points, Sym
+
+if TYPE_CHECKING:
+    from mechdae.describe.joints.joint import Joint
+    from mechdae.equations.model import Model
+
 
 PREFIX = "transmission of "
 
@@ -38,11 +44,11 @@ class Dyad:
     joint: str
     bodies: tuple[str, str]
     group: Group
-    across: Any
-    dot: Any
+    across: Sym
+    dot: Sym
 
     @property
-    def sine(self) -> Any:
+    def sine(self) -> Sym:
         """Sine of the angle between the lines, with the sign of the side they are on."""
         return self.across / ca.sqrt(self.across**2 + self.dot**2)
 
@@ -74,16 +80,16 @@ def requests(scene: Scene) -> list[Request]:
     return found
 
 
-def _lines(scene: Scene, group: Group) -> tuple[str, Any, Any] | None:
+def _lines(scene: Scene, group: Group) -> tuple[str, Sym, Sym] | None:
     """Return the joint a dyad's transmission angle belongs to, and the directions of its lines."""
     model, bodies = scene.model, set(group.bodies)
     joints = {name: model.mechanism.joints[name] for name in group.joints}
 
-    def pin(name: str) -> Any:
+    def pin(name: str) -> Sym:
         joint = joints[name]
         return model.point(joint.first if joint.first_body in bodies else joint.second)
 
-    def line(name: str, to: Any) -> Any:
+    def line(name: str, to: Sym) -> Sym:
         """Line along which the link between an outer joint and `to` holds it."""
         if joints[name].guide:
             return model.ends[name].normal()
@@ -114,8 +120,8 @@ def _lines(scene: Scene, group: Group) -> tuple[str, Any, Any] | None:
 
 
 def _across_guide(
-    normal: Any, a: str, b: str, joints: dict[str, Any], pin: Any, model: Any
-) -> tuple[Any, Any]:
+    normal: Sym, a: str, b: str, joints: dict[str, Joint], pin: Any, model: Model
+) -> tuple[Sym, Sym]:
     """Return the lines of a dyad with a slide inside: between outer pins, or outer normal."""
     slides = [name for name in (a, b) if joints[name].guide]
     if slides:
@@ -123,14 +129,14 @@ def _across_guide(
     return pin(b) - pin(a), normal
 
 
-def angles(outputs: Outputs, values: Any) -> dict[str, dict[str, Any]]:
+def angles(outputs: Outputs, values: Floats) -> dict[str, dict[str, Floats]]:
     """Return ``transmission_angle`` [rad] by joint at given poses, 0 to pi/2."""
     return angles_of(outputs, values, _folded)
 
 
 def angles_of(
-    outputs: Outputs, values: Any, folded: Callable[[Any], Any]
-) -> dict[str, dict[str, Any]]:
+    outputs: Outputs, values: Floats, folded: Callable[[Any], Any]
+) -> dict[str, dict[str, Floats]]:
     """Return ``transmission_angle`` by joint, `folded` from its columns at given poses."""
     return {
         entry.part.removeprefix(PREFIX): {"transmission_angle": folded(values[:, entry.columns])}
@@ -139,11 +145,11 @@ def angles_of(
     }
 
 
-def _folded(lines: Any) -> Any:
+def _folded(lines: Points) -> Floats:
     return np.arctan2(np.abs(lines[:, 0]), np.abs(lines[:, 1]))
 
 
-def summary(track: Track, outputs: Outputs) -> dict[str, Any]:
+def summary(track: Track, outputs: Outputs) -> dict[str, dict[str, float]]:
     """Return joint -> {"min", "at", "max", "max_at"} over the sweep, refined."""
     return summary_of(track, outputs, _Family, _folded)
 
@@ -154,7 +160,7 @@ class _Family:
     def __init__(self, columns: list[int]) -> None:
         self.columns = columns
 
-    def __call__(self, sample: Sample) -> tuple[Any, Any]:
+    def __call__(self, sample: Sample) -> tuple[Floats, Floats]:
         """Return the rate of the angle times its square's size; cross product; dot product."""
         s, c = ([array[:, k] for array in sample.y[:3]] for k in self.columns)
         turn, rate = c[0] * s[1] - s[0] * c[1], c[0] * s[2] - s[0] * c[2]
@@ -172,7 +178,7 @@ class _Family:
 
 def summary_of(
     track: Track, outputs: Outputs, family_of: Callable[[list[int]], Any], folded: Any
-) -> dict[str, Any]:
+) -> dict[str, dict[str, float]]:
     """Return joint -> {"min", "at", "max", "max_at"} of angles that `folded` reads off columns."""
     found = {}
     for entry in outputs.entries:
@@ -196,7 +202,7 @@ def summary_of(
     return found
 
 
-def _extremes(track: Track, at: Any, values: Any) -> dict[str, Any]:
+def _extremes(track: Track, at: Floats, values: Floats) -> dict[str, float]:
     least, most = float(np.nanmin(values)), float(np.nanmax(values))
     slack = TIE * (most - least)
     first, last = (

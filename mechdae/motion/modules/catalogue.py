@@ -8,9 +8,13 @@ towards z. A module is a closed loop with as many unknowns as equations: two, or
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 WORDS = {"l": "length", "a": "elevation", "b": "azimuth"}
 PLANE_WORDS = {"l": "length", "a": "angle"}
@@ -52,7 +56,7 @@ class Module:
         """The unknown letters of each vector."""
         return tuple(self.name.split("-"))
 
-    def plain(self) -> dict[str, Any]:
+    def plain(self) -> Json:
         """Return it as plain data, with the unknowns in words."""
         words = WORDS if self.space else PLANE_WORDS
         return asdict(self) | {"unknowns": [[words[u] for u in own] for own in self.unknowns]}

@@ -12,12 +12,13 @@ import numpy as np
 
 from mechdae.motion.modules.sets import Circle, Vector3, circle
 from mechdae.numerics.trigonometric import angles_of_roots
+from mechdae.types import Floats, Integers, Matrices
 
 NEAR, NEAR_QUARTIC, WIDE = 1e-4, 1e-3, 0.1
 """How far from the unit circle roots are taken for real."""
 
 
-def candidates(vectors: list[Vector3], d: Any, wide: bool = False) -> list[Any]:
+def candidates(vectors: list[Vector3], d: Floats, wide: bool = False) -> list[Matrices]:
     """Return candidates of each vector of a module whose sum is d (n, 3).
 
     ``wide`` takes more of them for three circles: all eliminations, all signs, roots further off.
@@ -51,15 +52,15 @@ def candidates(vectors: list[Vector3], d: Any, wide: bool = False) -> list[Any]:
     return [np.concatenate(own, axis=1) for own in zip(*parts, strict=True)]
 
 
-def _roots(g: Any, d: Any, degree: int, near: float = NEAR) -> Any:
+def _roots(g: Any, d: Floats, degree: int, near: float = NEAR) -> Floats:
     return angles_of_roots(g, len(d), degree, near)
 
 
-def _dot(a: Any, b: Any) -> Any:
+def _dot(a: Floats, b: Floats) -> Any:
     return (a * b).sum(axis=-1)
 
 
-def _split(lines: list[Any], rest: Any) -> list[Any]:
+def _split(lines: list[Floats], rest: Matrices) -> list[Matrices]:
     """Return the parts along two lines of what lies in their plane, (n, k, 3)."""
     one, other = (line[:, None, :] for line in lines)
     normal = np.cross(one, other)
@@ -70,7 +71,7 @@ def _split(lines: list[Any], rest: Any) -> list[Any]:
     return [first[..., None] * one, second[..., None] * other]
 
 
-def _lines(lines: list[Any], d: Any) -> list[Any]:
+def _lines(lines: list[Any], d: Floats) -> list[Matrices]:
     first, second, third = lines
     with np.errstate(all="ignore"):
         volume = _dot(first, np.cross(second, third))
@@ -83,26 +84,26 @@ def _lines(lines: list[Any], d: Any) -> list[Any]:
     return [(length[:, None] * line)[:, None, :] for length, line in pairs]
 
 
-def _two(vectors: list[Vector3], d: Any) -> list[Any]:
+def _two(vectors: list[Vector3], d: Floats) -> list[Matrices]:
     """A plane, a cone or a sphere, and a line or a circle."""
     surface, curve = vectors
     known = surface.known
     if surface.unknown == "la":
 
-        def level(w: Any) -> Any:
+        def level(w: Matrices) -> Any:
             return _dot(w, surface.h[:, None, :])
 
         degree = 1
     elif surface.unknown == "ab":
 
-        def level(w: Any) -> Any:
+        def level(w: Matrices) -> Any:
             return _dot(w, w) - known["length"][:, None] ** 2
 
         degree = 2 if curve.unknown == "l" else 1
     else:
         e = known["elevation"][:, None]
 
-        def level(w: Any) -> Any:
+        def level(w: Matrices) -> Any:
             x, y, z = np.moveaxis(w, -1, 0)
             return y**2 * np.cos(e) ** 2 - (x**2 + z**2) * np.sin(e) ** 2
 
@@ -115,7 +116,7 @@ def _two(vectors: list[Vector3], d: Any) -> list[Any]:
     return [d[:, None, :] - second, second]
 
 
-def _on_line(level: Any, u: Any, d: Any, degree: int) -> Any:
+def _on_line(level: Any, u: Floats, d: Floats, degree: int) -> Any:
     """Return the places t u at which a quadratic or linear function of d - t u vanishes."""
     size = np.sqrt(_dot(d, d))[:, None] + 1e-300
     t = size * np.array([[-1.0, 0.0, 1.0]])
@@ -133,7 +134,7 @@ def _on_line(level: Any, u: Any, d: Any, degree: int) -> Any:
     return (roots * size)[..., None] * u[:, None, :]
 
 
-def _line_and_circles(u: Any, circles: list[Circle], d: Any) -> list[Any]:
+def _line_and_circles(u: Floats, circles: list[Circle], d: Floats) -> list[Matrices]:
     """Project along the line; the circle that is better conditioned there is inverted."""
     seeds = np.eye(3)[np.argmin(np.abs(u), axis=1)]
     p = np.cross(u, seeds)
@@ -160,11 +161,11 @@ def _line_and_circles(u: Any, circles: list[Circle], d: Any) -> list[Any]:
             / (np.linalg.det(a)[:, None, None])
         )
 
-    def cosines(t: Any) -> Any:
+    def cosines(t: Floats) -> Any:
         rest = (d - inverted.centre)[:, None, :] - hidden.at(t)
         return np.einsum("nij,njk,nmk->nmi", inverse, frame, rest)
 
-    def g(t: Any) -> Any:
+    def g(t: Floats) -> Any:
         # g(t) by its size: the inverse may be large
         values = cosines(t)
         return (_dot(values, values) - 1) * np.linalg.det(a)[:, None] ** 2
@@ -183,7 +184,7 @@ def _line_and_circles(u: Any, circles: list[Circle], d: Any) -> list[Any]:
     return [line, first, second]
 
 
-def _circles(circles: list[Circle], d: Any, i: Any, wide: bool) -> list[Any]:
+def _circles(circles: list[Circle], d: Floats, i: Integers, wide: bool) -> list[Matrices]:
     """Hide circle i, for two others that are crossed well; the eliminant has degree four."""
     own, one, other = (circles[0].taken(circles[1:], (i + k) % 3) for k in range(3))
     n1, n2 = one.normal, other.normal
@@ -193,14 +194,14 @@ def _circles(circles: list[Circle], d: Any, i: Any, wide: bool) -> list[Any]:
     p1, p2 = np.cross(n1, m), np.cross(n2, m)
     radius1, radius2 = one.radius[:, None] ** 2, other.radius[:, None] ** 2
 
-    def parts(t: Any) -> tuple[Any, ...]:
+    def parts(t: Floats) -> tuple[Floats, ...]:
         s = (d - one.centre - other.centre)[:, None, :] - own.at(t)
         with np.errstate(all="ignore"):
             mu2 = _dot(s, n1[:, None, :]) / _dot(n1, p2)[:, None]
             mu1 = _dot(s, n2[:, None, :]) / _dot(n2, p1)[:, None]
         return _dot(s, m[:, None, :]), mu1, mu2, radius1 - mu1**2, radius2 - mu2**2
 
-    def g(t: Any) -> Any:
+    def g(t: Floats) -> Floats:
         sigma, _, _, a, b = parts(t)
         return (sigma**2 + a - b) ** 2 - 4 * sigma**2 * a
 

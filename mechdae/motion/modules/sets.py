@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Floats, Integers, Matrices
 
 Y = np.array([0.0, 1.0, 0.0])
 
@@ -17,7 +18,7 @@ class Vector3:
     """A vector of many data: its unknown letters, and arrays (n,) of what is known of it."""
 
     unknown: str
-    known: Mapping[str, Any]
+    known: Mapping[str, Floats]
 
     @property
     def u(self) -> Any:
@@ -26,18 +27,18 @@ class Vector3:
         return np.stack([np.cos(e) * np.cos(a), np.sin(e), np.cos(e) * np.sin(a)], axis=-1)
 
     @property
-    def h(self) -> Any:
+    def h(self) -> Floats:
         """Normal of the vertical plane of an azimuth: direction in which it turns."""
         a = self.known["azimuth"]
         return np.stack([-np.sin(a), np.zeros_like(a), np.cos(a)], axis=-1)
 
     @property
-    def across(self) -> Any:
+    def across(self) -> Floats:
         """Direction of an azimuth in the x-z plane."""
         a = self.known["azimuth"]
         return np.stack([np.cos(a), np.zeros_like(a), np.sin(a)], axis=-1)
 
-    def value(self, found: Mapping[str, Any]) -> Any:
+    def value(self, found: Mapping[str, Floats]) -> Any:
         """Return the vector (..., 3) with its unknowns found, arrays (n, k)."""
         length, e, a = (
             found[word] if word in found else self.known[word][:, None]
@@ -48,7 +49,7 @@ class Vector3:
             np.broadcast_arrays(level * np.cos(a), length * np.sin(e), level * np.sin(a)), axis=-1
         )
 
-    def unknowns_of(self, w: Any) -> dict[str, Any]:
+    def unknowns_of(self, w: Matrices) -> dict[str, Floats]:
         """Return the unknowns (n, k) of the vector that is w (n, k, 3)."""
         x, y, z = np.moveaxis(w, -1, 0)
         if self.unknown == "l":
@@ -86,7 +87,7 @@ class Vector3:
         found = {"azimuth": azimuth}
         return found if self.unknown == "b" else {"length": length, **found}
 
-    def columns(self, found: Mapping[str, Any]) -> list[Any]:
+    def columns(self, found: Mapping[str, Floats]) -> list[Any]:
         """Return the derivatives (n, k, 3) of the vector by its unknowns."""
         length, e, a = np.broadcast_arrays(
             *(
@@ -107,11 +108,11 @@ class Vector3:
 class Circle:
     """Places centre + first cos t + second sin t, each (n, 3); first and second are normal."""
 
-    centre: Any
+    centre: Floats
     first: Any
-    second: Any
+    second: Floats
 
-    def at(self, t: Any) -> Any:
+    def at(self, t: Floats) -> Any:
         """Return the places (n, m, 3) at angles (n, m)."""
         return (
             self.centre[:, None, :]
@@ -130,7 +131,7 @@ class Circle:
         with np.errstate(all="ignore"):
             return across / np.linalg.norm(across, axis=-1, keepdims=True)
 
-    def taken(self, others: list[Circle], which: Any) -> Circle:
+    def taken(self, others: list[Circle], which: Integers) -> Circle:
         """Return for each datum this circle (0) or one of the others (1, 2, ...)."""
         every = [self, *others]
         rows = np.arange(len(which))

@@ -13,6 +13,7 @@ from mechdae.motion.modules.catalogue import MODULES, PLANE, WORDS
 from mechdae.motion.modules.places import candidates
 from mechdae.motion.modules.sets import Vector3
 from mechdae.records import dataclass
+from mechdae.types import Floats, Integers, Matrices
 
 CLOSED = 1e-13
 """Largest gap of a solution, by the sizes of the vectors."""
@@ -37,8 +38,8 @@ class ModuleSolutions:
 
     unknowns: dict[str, Any]
     count: Any
-    gap: Any
-    determinant: Any
+    gap: Floats
+    determinant: Floats
     sure: Any = None
 
     def labels(self, row: int) -> list[str]:
@@ -52,7 +53,9 @@ class ModuleSolutions:
         return result
 
 
-def solve_module(name: str, vectors: Sequence[Mapping[str, Any]], total: Any) -> ModuleSolutions:
+def solve_module(
+    name: str, vectors: Sequence[Mapping[str, Any]], total: Floats | list[float]
+) -> ModuleSolutions:
     """Return all real solutions of a spatial module.
 
     Parameters
@@ -103,7 +106,9 @@ def solve_module(name: str, vectors: Sequence[Mapping[str, Any]], total: Any) ->
     return found
 
 
-def _all(vectors: list[Vector3], places: list[Any], d: Any, steps: int = STEPS) -> ModuleSolutions:
+def _all(
+    vectors: list[Vector3], places: list[Matrices], d: Floats, steps: int = STEPS
+) -> ModuleSolutions:
     """Return the solutions near candidates."""
     found = [v.unknowns_of(w) for v, w in zip(vectors, places, strict=True)]
     polished, gap, determinant = _polished(vectors, found, d, steps)
@@ -133,14 +138,14 @@ def _with(found: ModuleSolutions, rows: Any, more: ModuleSolutions) -> ModuleSol
 
 
 def _polished(
-    vectors: list[Vector3], found: list[dict[str, Any]], d: Any, steps: int
-) -> tuple[list[dict[str, Any]], Any, Any]:
+    vectors: list[Vector3], found: list[dict[str, Floats]], d: Floats, steps: int
+) -> tuple[list[dict[str, Floats]], Floats, Floats]:
     """Return the unknowns after Newton steps on the closure, its gap by the sizes, determinants."""
     best, gap = found, _gap(vectors, found, d)
     for _ in range(steps):
         columns = [c for v, f in zip(vectors, best, strict=True) for c in v.columns(f)]
         step = _step(columns, _closure(vectors, best, d))
-        moved: list[dict[str, Any]] = []
+        moved: list[dict[str, Floats]] = []
         letters = iter(range(3))
         for own in best:
             moved.append({word: value - step[..., next(letters)] for word, value in own.items()})
@@ -155,12 +160,12 @@ def _polished(
     return best, gap, _volume(columns)
 
 
-def _volume(columns: list[Any]) -> Any:
+def _volume(columns: list[Matrices]) -> Any:
     first, second, third = columns
     return (first * np.cross(second, third)).sum(axis=-1)
 
 
-def _step(columns: list[Any], rows: Any) -> Any:
+def _step(columns: list[Matrices], rows: Matrices) -> Any:
     """Return J^-1 F of three columns (n, k, 3), by Cramer's rule."""
     first, second, third = columns
     with np.errstate(all="ignore"):
@@ -173,12 +178,12 @@ def _step(columns: list[Any], rows: Any) -> Any:
         return np.stack(parts, axis=-1) / volume[..., None]
 
 
-def _closure(vectors: list[Vector3], found: list[dict[str, Any]], d: Any) -> Any:
+def _closure(vectors: list[Vector3], found: list[dict[str, Floats]], d: Floats) -> Any:
     values = [v.value(f) for v, f in zip(vectors, found, strict=True)]
     return np.sum(values, axis=0) - d[:, None, :]
 
 
-def _gap(vectors: list[Vector3], found: list[dict[str, Any]], d: Any) -> Any:
+def _gap(vectors: list[Vector3], found: list[dict[str, Floats]], d: Floats) -> Floats:
     values = [v.value(f) for v, f in zip(vectors, found, strict=True)]
     sizes = np.linalg.norm(d, axis=-1)[:, None] + sum(np.linalg.norm(v, axis=-1) for v in values)
     with np.errstate(all="ignore"):
@@ -187,13 +192,17 @@ def _gap(vectors: list[Vector3], found: list[dict[str, Any]], d: Any) -> Any:
 
 
 def _between(
-    vectors: list[Vector3], found: list[dict[str, Any]], d: Any, rows: Any, pair: tuple[int, int]
-) -> Any:
+    vectors: list[Vector3],
+    found: list[dict[str, Floats]],
+    d: Floats,
+    rows: Integers,
+    pair: tuple[int, int],
+) -> Floats:
     """Return the gap half-way between two solutions of some rows."""
     own = [
         Vector3(v.unknown, {word: value[rows] for word, value in v.known.items()}) for v in vectors
     ]
-    middle: list[dict[str, Any]] = []
+    middle: list[dict[str, Floats]] = []
     for part in found:
         middle.append({})
         for word, value in part.items():
@@ -206,7 +215,11 @@ def _between(
 
 
 def _distinct(
-    vectors: list[Vector3], found: list[dict[str, Any]], gap: Any, determinant: Any, d: Any
+    vectors: list[Vector3],
+    found: list[dict[str, Floats]],
+    gap: Floats,
+    determinant: Floats,
+    d: Floats,
 ) -> ModuleSolutions:
     """Return the solutions that close, each once, in the order of their determinants."""
     values = np.concatenate([v.value(f) for v, f in zip(vectors, found, strict=True)], axis=-1)
@@ -233,7 +246,7 @@ def _distinct(
     order = order[:, : max(int(count.max(initial=0)), 1)]
     kept = np.take_along_axis(good, order, axis=1)
 
-    def taken(array: Any) -> Any:
+    def taken(array: Floats) -> Floats:
         return np.where(kept, np.take_along_axis(array, order, axis=1), np.nan)
 
     unknowns = {
@@ -244,7 +257,9 @@ def _distinct(
     return ModuleSolutions(unknowns, count, taken(gap), taken(determinant))
 
 
-def solve_planar(name: str, vectors: Sequence[Mapping[str, Any]], total: Any) -> ModuleSolutions:
+def solve_planar(
+    name: str, vectors: Sequence[Mapping[str, Any]], total: Sequence[float]
+) -> ModuleSolutions:
     """Return all real solutions of a planar module: vectors with ``length`` and ``angle``.
 
     A planar module is a spatial one whose vectors lie in a plane of one azimuth, beside a third

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrices
 
 
-def turning(values: Sequence[Floats], names: Sequence[str]) -> dict[str, Any]:
+def turning(values: Sequence[Floats], names: Sequence[str]) -> dict[str, Floats]:
     """Return the series of a body by their names.
 
     Parameters
@@ -40,7 +40,7 @@ def turning(values: Sequence[Floats], names: Sequence[str]) -> dict[str, Any]:
     return result
 
 
-def quaternions(R: Any) -> Any:
+def quaternions(R: Matrices) -> Floats:
     """Return unit quaternions (n, 4) of rotation matrices (n, 3, 3), real part first.
 
     The largest component is found first, so that no digits are lost. The first row has a real

@@ -22,6 +22,7 @@ from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.motion.setup.laws import Timing, interval, timing
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 MAX_POSES = 2_000_000
 
@@ -45,9 +46,9 @@ class DriverPlan:
     values: Any
     poses: int
     named: bool
-    speed: Any
-    acceleration: Any
-    jerk: Any
+    speed: Floats
+    acceleration: Floats
+    jerk: Floats
     sketch: Any
     course: DriverCurve | None = None
     moving: int | None = None
@@ -132,7 +133,7 @@ def _by_laws(
     moving: list[int],
     poses: int,
     known: Mapping[str, float],
-    sketch: Any,
+    sketch: Floats,
 ) -> DriverPlan:
     """Return the plan of drivers that follow laws of time, others held."""
     t = timing(drivers, poses, known)
@@ -182,7 +183,7 @@ def _check_held(driver: Driver, known: Mapping[str, float]) -> None:
 
 def _moved(
     driver: Driver, poses: int, known: Mapping[str, float], moves: bool
-) -> tuple[Any, float, float, float]:
+) -> tuple[Floats, float, float, float]:
     """Return values (n,), speed, acceleration and jerk of one driver."""
     held = driver.speed is None and not moves
     speed = 0.0 if held else evaluate(driver.usual_speed, known)
@@ -192,7 +193,7 @@ def _moved(
     return values, speed, acceleration, jerk
 
 
-def _values(driver: Driver, poses: int, known: Mapping[str, float]) -> Any:
+def _values(driver: Driver, poses: int, known: Mapping[str, float]) -> Floats:
     if driver.at is not None:
         return np.array([evaluate(value, known) for value in driver.at])
     assert driver.from_ is not None

@@ -14,6 +14,7 @@ from mechdae.equations.model import FUNCTIONS
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.graphs.driver_curve import FINITE, DriverCurve
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Sym
 
 SAMPLES = 1025
 """Places at which corners of a law are looked for, beside the poses."""
@@ -35,14 +36,14 @@ class Timing:
     course: DriverCurve
     times: Any
     values: Any
-    speed: Any
-    acceleration: Any
-    jerk: Any
+    speed: Floats
+    acceleration: Floats
+    jerk: Floats
     corners: Any
-    rough: Any
+    rough: Booleans
 
     @property
-    def dense(self) -> Any:
+    def dense(self) -> Floats:
         """Times (k,) close enough to see how fast the laws move."""
         return np.linspace(self.times.min(), self.times.max(), SAMPLES)
 
@@ -65,9 +66,9 @@ def timing(drivers: Sequence[Driver], count: int, known: Mapping[str, float]) ->
     return Timing(course, times, values, speed, acceleration, jerk, corners, rough)
 
 
-def _times(drivers: Sequence[Driver], count: int, known: Mapping[str, float]) -> Any:
+def _times(drivers: Sequence[Driver], count: int, known: Mapping[str, float]) -> Floats:
     """Return the times (n,) that the laws name; they are the same for all of them."""
-    found: list[Any] = []
+    found: list[Floats] = []
     for driver in drivers:
         if driver.law is None:
             continue
@@ -83,7 +84,7 @@ def _times(drivers: Sequence[Driver], count: int, known: Mapping[str, float]) ->
     return found[0]
 
 
-def interval(first: float, last: float, count: int) -> Any:
+def interval(first: float, last: float, count: int) -> Floats:
     """Return `count` equally spaced values, both ends exact."""
     if count == 1:
         return np.array([first])
@@ -94,7 +95,7 @@ def interval(first: float, last: float, count: int) -> Any:
     return grid
 
 
-def _expression(driver: Driver, t: Any, known: Mapping[str, float]) -> Any:
+def _expression(driver: Driver, t: Sym, known: Mapping[str, float]) -> Sym:
     if driver.law is None:
         assert driver.at is not None
         return ca.SX(evaluate(driver.at[0], known))
@@ -104,7 +105,9 @@ def _expression(driver: Driver, t: Any, known: Mapping[str, float]) -> Any:
         raise problem.inside("law") from None
 
 
-def _at_poses(course: DriverCurve, times: Any) -> tuple[Any, Any, Any, Any, Any]:
+def _at_poses(
+    course: DriverCurve, times: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Booleans]:
     """Return u, u', u'', u''' at the times, and which poses lie on a corner of u or u'.
 
     At the first and the last of the times the rates are those of the inner side.
@@ -139,12 +142,12 @@ def _at_poses(course: DriverCurve, times: Any) -> tuple[Any, Any, Any, Any, Any]
     return values, *derivatives, rough
 
 
-def _refuse_times(times: Any, values: Any, rates: Any) -> None:
+def _refuse_times(times: Floats, values: Floats, rates: Floats) -> None:
     bad = times[~np.all(np.isfinite(values) & np.isfinite(rates), axis=1)]
     raise InputError(f"the law has no finite value or rate at t = {bad[0]:.6g}", where="law")
 
 
-def _corners(course: DriverCurve, times: Any) -> Any:
+def _corners(course: DriverCurve, times: Floats) -> Floats:
     """Return the times strictly between the first and the last at which a switch turns."""
     first, last = float(times.min()), float(times.max())
     if not course.switches.numel() or first == last:
@@ -197,7 +200,7 @@ def _refuse_jumps(course: DriverCurve, times: Any) -> None:
             _refuse_place(low)
 
 
-def _refuse_cuts(course: DriverCurve, grid: Any) -> None:
+def _refuse_cuts(course: DriverCurve, grid: Floats) -> None:
     """Raise where an atan2 passes its cut and the law jumps with it."""
     sides = course.cuts(grid)
     size = np.max(np.abs(course.sampled(grid)[0]), axis=0) + 1e-300

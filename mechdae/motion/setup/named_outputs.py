@@ -25,6 +25,7 @@ from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.setup.drivers import DriverPlan
 from mechdae.motion.setup.outputs import Request
 from mechdae.results import OUTPUT_RATES, Named, Series
+from mechdae.types import Booleans, Floats, Sym
 
 SX = ca.SX
 
@@ -107,7 +108,7 @@ class NamedOutputs:
             return "it uses t, and this task has no time", "a driver with a constant speed or a law"
         return None
 
-    def row(self, name: str, quantity: str, coordinates: Any, time: Any, p: Any) -> Any:
+    def row(self, name: str, quantity: str, coordinates: Sym, time: Sym, p: Sym) -> Sym:
         """Return the expression of an output's value or rate over given symbols."""
         known = {f"{n}/{OUTPUT_RATES[rate]}": k for k, (n, rate) in enumerate(self._columns)}
         if f"{name}/{quantity}" not in known:
@@ -127,7 +128,7 @@ class NamedOutputs:
         for i, text in enumerate(self.coordinates):
             for rate, symbols in zip(("", *RATES), self._symbols, strict=False):
                 known[text + rate] = symbols[i]
-        ready: dict[str, Any] = {}
+        ready: dict[str, Sym] = {}
         rows = []
         for name, most in self.rates.items():
             rows.append(self._expression(name, known, ready))
@@ -137,7 +138,7 @@ class NamedOutputs:
         function = without_repeats("named", inputs, [ca.vertcat(*rows)])
         return Batch(function, shared=[2])
 
-    def _expression(self, name: str, known: dict[str, Any], ready: dict[str, Any]) -> Any:
+    def _expression(self, name: str, known: dict[str, Sym], ready: dict[str, Sym]) -> Sym:
         """Return the graph of a named output, of those it refers to first."""
         if name not in ready:
             mechanism = self.model.mechanism
@@ -154,14 +155,14 @@ class NamedOutputs:
         outputs = self.model.mechanism.outputs
         return [used for used in names_in(outputs[name]) if used in outputs]
 
-    def _rate(self, expression: Any) -> Any:
+    def _rate(self, expression: Sym) -> Sym:
         """Return the total derivative in time of an expression over coordinates and rates."""
         lower, higher = self._symbols[:-1], self._symbols[1:]
         at, along = ca.vertcat(*lower, self._time), ca.vertcat(*higher, SX(1))
         return ca.jtimes(expression, at, along)
 
     def evaluate(
-        self, coordinates: list[Any], time: Any, certified: Any
+        self, coordinates: list[Floats], time: Any, certified: Booleans
     ) -> tuple[Named, list[str]]:
         """Return values and rates of all outputs, and notes on those without a finite value.
 
@@ -178,7 +179,7 @@ class NamedOutputs:
             return Named("output", {}), []
         t = np.zeros((n, 1)) if time is None else np.asarray(time, float).reshape(n, 1)
         (values,) = self._batch()(np.hstack(coordinates), t, self.model.p_values)
-        series: dict[str, dict[str, Any]] = {name: {} for name in self.rates}
+        series: dict[str, dict[str, Floats]] = {name: {} for name in self.rates}
         notes = []
         for column, (name, rate) in enumerate(self._columns):
             there = certified & self._known(name, rate, coordinates)
@@ -189,7 +190,7 @@ class NamedOutputs:
                 notes.append(f"outputs.{name} has no finite value at {lost} of {n} poses")
         return Named("output", {name: Series(arrays) for name, arrays in series.items()}), notes
 
-    def _known(self, name: str, rate: int, coordinates: list[Any]) -> Any:
+    def _known(self, name: str, rate: int, coordinates: list[Floats]) -> Booleans:
         """Return at which poses everything an output's rate depends on has a value.
 
         Functions like min would otherwise turn nan into a number.
@@ -202,7 +203,7 @@ class NamedOutputs:
         return known
 
 
-def time_of(numbers: DriverPlan, values: Any = None) -> Any:
+def time_of(numbers: DriverPlan, values: Floats | None = None) -> Any:
     """Return the time of each pose (n,), None for a task that has none.
 
     Laws give the times; where one driver moves with constant speed it is the time since the

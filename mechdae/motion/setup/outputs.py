@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from copy import copy
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -19,6 +19,10 @@ from mechdae.motion.setup.angular_rates import turning
 from mechdae.records import dataclass
 from mechdae.results import LazyPart, Named, Series
 from mechdae.types import Floats, Points, Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.tree.joint_chains import WayProducts
+
 
 RATES = {
     "orientation": ("orientation", "angular_velocity", "angular_acceleration", "angular_jerk"),
@@ -83,7 +87,7 @@ class Outputs:
     def __init__(self, scene: Scene, hidden: Iterable[Request] = ()) -> None:
         self.scene = scene
         self.entries: list[ReportedQuantity] = []
-        self._scalars: list[Any] = []
+        self._scalars: list[Sym] = []
         self._reaches: list[Any] = []
         model, chosen = scene.model, scene.selection
         self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
@@ -105,7 +109,7 @@ class Outputs:
         self.expression = ca.densify(self._one_place(scene.expression(stacked)))
         scene.keep_reaches(self.expression.elements(), self._reaches)
 
-    def _one_place(self, expression: Any) -> Any:
+    def _one_place(self, expression: Sym) -> Sym:
         """Return the scalars with points that a pin holds together as one of them.
 
         That of the group solved first, else the one that moves in fewer directions. Where
@@ -166,7 +170,7 @@ class Outputs:
         name: str,
         value: Sym,
         bodies: tuple[str, ...],
-        reaches: Iterable[Any] = (),
+        reaches: Iterable[WayProducts | None] = (),
     ) -> None:
         start = len(self._scalars)
         scalars = ca.vertsplit(ca.SX(value))
@@ -239,7 +243,11 @@ class Outputs:
 
         `extra` has further series: kind, part, name -> array.
         """
-        tables: dict[str, dict[str, dict[str, Any]]] = {"bodies": {}, "points": {}, "joints": {}}
+        tables: dict[str, dict[str, dict[str, Floats | LazyPart]]] = {
+            "bodies": {},
+            "points": {},
+            "joints": {},
+        }
         for entry in self.entries:
             if entry.name == "guide" or entry.kind == "hidden":
                 continue

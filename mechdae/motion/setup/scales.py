@@ -9,13 +9,14 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import PLACE, UNIT
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.equations.curve_contacts import Contact
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
+from mechdae.types import Floats, Sym, Unknowns
 
 BOXES = 64
 """Parts of the curves for which bounds are computed apart."""
@@ -45,10 +46,10 @@ class Constants:
     def __init__(
         self,
         graphs: Graphs,
-        size_u: Any,
-        size_x: Any = None,
-        measured: Any = None,
-        p: Any = None,
+        size_u: Floats,
+        size_x: Floats | None = None,
+        measured: Floats | None = None,
+        p: Floats | None = None,
     ) -> None:
         self.graphs = graphs
         self.p = graphs.scene.model.p_values if p is None else np.asarray(p, float)
@@ -75,7 +76,7 @@ class Constants:
             boxes = (part.ravel() for part in self.boxes)
             self.kappa, self.rho, self.mu = call(*sizes, self.scale, self.floors, *boxes)
 
-    def _floors(self, measured: Any) -> tuple[Any, bool]:
+    def _floors(self, measured: Floats | None) -> tuple[Floats, bool]:
         """Return the floors, and whether they had to be measured."""
         graphs = self.graphs
         if not graphs.contacts:
@@ -87,13 +88,13 @@ class Constants:
         floors[: len(least)] = least if proved or measured is None else measured / 2
         return floors, not proved
 
-    def vector(self) -> Any:
+    def vector(self) -> Floats:
         """Return the input ``consts`` of the kernels."""
         grain = ROUNDOFF * self.size_x
         return np.concatenate([self.p, [self.scale], self.kappa, self.rho, grain, self.floors])
 
 
-def boxes_of(graphs: Graphs) -> tuple[Any, Any]:
+def boxes_of(graphs: Graphs) -> tuple[Floats, Floats]:
     """Return boxes of the contacts' places, (nc, k) lower and upper bounds, all ranges in all.
 
     A bound over a whole curve at once is wide; the largest of those over its parts is not.
@@ -113,7 +114,7 @@ def boxes_of(graphs: Graphs) -> tuple[Any, Any]:
     return corners[0], corners[1]
 
 
-def divisors(graphs: Graphs, x: Any, u: Any) -> Any:
+def divisors(graphs: Graphs, x: Unknowns, u: Floats) -> Any:
     """Return the least sizes (nd,) at poses x (n, nx), u (n, nu) of what curves divide by."""
     if not graphs.contacts:
         return np.zeros(0)
@@ -134,11 +135,11 @@ def driver_size(model: Model, c: NamedCoordinate, scale: float) -> float:
     return 1.0 if c.is_angle else scale
 
 
-def scale_of(model: Model) -> Any:
+def scale_of(model: Model) -> Sym:
     """Return `Mechanism.scale` of a planar mechanism without curves over the parameters."""
     mechanism = model.mechanism
     spans = [ca.SX(0)]
-    parts: list[tuple[str, Any]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
+    parts: list[tuple[str, Body | Ground]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
     for name, body in parts:
         for axis in mechanism.axes if len(body.points) > 1 else "":
             places = [ca.SX(model.numbers[f"{name}.{point}.{axis}"]) for point in body.points]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -31,6 +30,7 @@ from mechdae.numerics.homotopy.canonical import Canonical
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.numerics.homotopy.linkage_poses import MONODROMY, THEOREM, linkage_poses
 from mechdae.numerics.homotopy.stored_instances import instance_of
+from mechdae.types import Complexes, Floats
 
 BASIS = {
     THEOREM: "homotopy: {} complex poses are certified, as many as there can be",
@@ -39,7 +39,7 @@ BASIS = {
 }
 
 
-def linkage_group(scene: Scene, group: Group, p: Any) -> LinkageGroup | None:
+def linkage_group(scene: Scene, group: Group, p: Floats) -> LinkageGroup | None:
     """Return the group as a linkage, None where it has other joints."""
     try:
         return LinkageGroup(scene, group, p)
@@ -50,7 +50,7 @@ def linkage_group(scene: Scene, group: Group, p: Any) -> LinkageGroup | None:
 class LinkageGroup(GroupParts):
     """A group of rigid parts joined by pins, guides, slots and bars."""
 
-    def __init__(self, scene: Scene, group: Group, p: Any) -> None:
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         super().__init__(scene, group, p)
         self.bars = [joint for joint in self.higher if joint.bar]
         self.slots = [joint for joint in self.higher if not joint.bar]
@@ -123,7 +123,7 @@ class LinkageGroup(GroupParts):
             raise OtherShape from None
         return linkage
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses | None:
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
         """Return the bodies' coordinates in all poses, None where no generic linkage is known.
 
         Parameters
@@ -162,7 +162,7 @@ class _Numbers(PlacedParts):
 
     shape: LinkageGroup
 
-    def __init__(self, shape: LinkageGroup, q: Mapping[tuple[str, str], float], u: Any) -> None:
+    def __init__(self, shape: LinkageGroup, q: Mapping[tuple[str, str], float], u: Floats) -> None:
         super().__init__(shape, q, u)
         bars = [
             {pair[0]: 0j, pair[1]: complex(shape.number(f"{joint.name}.length"))}
@@ -223,7 +223,7 @@ class _Numbers(PlacedParts):
             n[k] = along * turned
         return ComplexDimensions.real(np.array(a), np.array(n, complex))
 
-    def frames(self, turns: Any, slides: Any) -> dict[str, tuple[complex, complex]]:
+    def frames(self, turns: Complexes, slides: Floats) -> dict[str, tuple[complex, complex]]:
         """Return origin and direction of the parts' frames."""
         linkage, own = self.shape.linkage, self.numbers()
         of_step = linkage.step_slides

@@ -19,6 +19,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.equations.space import PLANE
 from mechdae.kernels.run.call import Call
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 Pose = tuple[complex, float]
 """Origin and angle of a frame in another."""
@@ -80,7 +81,7 @@ class GroupPoses:
 class GroupParts:
     """The parts of a planar group; raises `OtherShape` for groups with other joints."""
 
-    def __init__(self, scene: Scene, group: Group, p: Any) -> None:
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         model = scene.model
         if model.mechanism.dimension != 2 or not group.bodies or group.superfluous:
             raise OtherShape
@@ -167,7 +168,7 @@ class GroupParts:
 
         return self.model.cache(("number", name), function)(self.p)[0]
 
-    def turn(self, joint: Joint, u: Any) -> float:
+    def turn(self, joint: Joint, u: Floats) -> float:
         """Return the angle of a joint's second body less that of its first."""
         k, kind = self.driven.get(joint.name, (0, ""))
         return float(u[k]) if kind == "joint angle" else self.number(f"{joint.name}.turn")
@@ -176,7 +177,7 @@ class GroupParts:
 class PlacedParts:
     """The parts of a group in numbers, at one pose of what is known."""
 
-    def __init__(self, shape: GroupParts, q: Mapping[tuple[str, str], float], u: Any) -> None:
+    def __init__(self, shape: GroupParts, q: Mapping[tuple[str, str], float], u: Floats) -> None:
         self.shape, self.q, self.u = shape, q, u
         self.placed: dict[str, Pose] = {}
         """Frames of bodies in that of the body they are one with."""

@@ -17,6 +17,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses, OtherShape
 from mechdae.motion.assembly.spatial.known_sides import KnownSides
 from mechdae.motion.setup.angular_rates import quaternions
+from mechdae.types import Floats, Unknowns
 
 MOST = 4
 BASIS = f"closed form: a circle and a sphere, twice, so at most {MOST} poses"
@@ -27,7 +28,7 @@ CLEAR = 1e-9
 class ArmAndHub:
     """An arm on a hinge, and a hub on two balls, of the arm and of a known body, with a rod."""
 
-    def __init__(self, scene: Scene, group: Group, p: Any) -> None:
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         model: Any = scene.model
         idle, joints = getattr(model, "idle", {}), model.mechanism.joints
         rods = [(*idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
@@ -68,7 +69,7 @@ class ArmAndHub:
         places = {"rod": known[0], "steer": ends[0]}
         self.sides = KnownSides(scene, group, p, places, sides, {"length": rod[2]})
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses | None:
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
         """Return the hinge's angle and the ball's quaternion in all poses, None next to a fold.
 
         Parameters
@@ -112,7 +113,7 @@ class ArmAndHub:
         return GroupPoses(poses, True, BASIS, generic=MOST, bounded=True)
 
     def _coordinates(
-        self, at: Mapping[str, Any], turn: float, arm: Any, hub: Any
+        self, at: Mapping[str, Floats], turn: float, arm: Floats, hub: Floats
     ) -> dict[tuple[str, str], float]:
         """Return a pose as coordinates, from the arm's turn and the rotations of both bodies."""
         if self.on_arm:
@@ -127,7 +128,7 @@ class ArmAndHub:
         return found
 
 
-def _turns(middle: Any, X: Any, Y: Any, square: float) -> list[float] | None:
+def _turns(middle: Floats, X: Unknowns, Y: Floats, square: float) -> list[float] | None:
     """Return the turns t where middle + X cos t + Y sin t has a length, None next to a fold."""
     a, b = 2 * float(middle @ X), 2 * float(middle @ Y)
     c = square - float(middle @ middle + X @ X)

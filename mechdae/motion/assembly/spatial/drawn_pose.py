@@ -14,6 +14,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 from mechdae.motion.assembly.nearest_mode import ROUNDING, Sketched, SketchNumber
+from mechdae.types import Floats, Matrix, Unknowns
 
 CLOSE = 1e-6
 """Farthest a sketch is from the pose that it is but for rounding [rad, sizes]."""
@@ -85,13 +86,20 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
     return pose[own], FARTHER * far < sigma * APART * beta
 
 
-def _tells(entry: SketchNumber, columns: list[int], own: list[int], x: Any) -> bool:
+def _tells(entry: SketchNumber, columns: list[int], own: list[int], x: Unknowns) -> bool:
     """Return whether an entry of the sketch holds some of the lengths, and nothing unsolved."""
     held = set(entry.value.held[0])
     return bool(held & set(columns)) and held <= set(range(min(own))) | set(own)
 
 
-def _slopes(entries: list[Any], columns: list[int], sizes: Any, pose: Any, u: Any, p: Any) -> Any:
+def _slopes(
+    entries: list[SketchNumber],
+    columns: list[int],
+    sizes: Floats,
+    pose: Unknowns,
+    u: Floats,
+    p: Floats,
+) -> Matrix:
     """Return the derivatives (m, n) of entries of the sketch by some unknowns in their sizes."""
     slopes = np.zeros((len(entries), len(columns)))
     for k, (i, size) in enumerate(zip(columns, sizes, strict=True)):

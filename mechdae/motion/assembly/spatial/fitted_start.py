@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import UNIT
 from mechdae.motion.assembly.nearest_mode import OWN, Sketched
+from mechdae.types import Floats, Unknowns
 
 NUDGE = 1e-6
 ITERATIONS = 25
@@ -21,7 +22,7 @@ SETTLED = 1e-9
 ROTATIONS = np.vstack([np.eye(4), [[1, 1, 1, 1], [1, -1, -1, 1], [1, 1, -1, -1], [1, -1, 1, -1]]])
 
 
-def fitted_start(sketched: Sketched, b: int, x: Any, u: Any) -> Any:
+def fitted_start(sketched: Sketched, b: int, x: Unknowns, u: Floats) -> Any:
     """Return x (nx,) with the unknowns of block `b` by the sketch, None where none fits.
 
     `x` has the unknowns of earlier blocks, `u` (nd,) are the drivers' values.
@@ -37,7 +38,7 @@ def fitted_start(sketched: Sketched, b: int, x: Any, u: Any) -> Any:
     held = [e for e in sketched.entries if set(own) & set(e.value.held[0]) <= known]
     held = [entry for entry in held if set(entry.value.held[0]) & set(own)]
 
-    def gaps(pose: Any) -> Any:
+    def gaps(pose: Unknowns) -> Floats:
         return np.array([entry.gap(pose, u, p) for entry in held])
 
     for rotation in ROTATIONS if turned else ROTATIONS[:1]:

@@ -18,6 +18,7 @@ from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses, OtherShape
 from mechdae.motion.assembly.spatial.known_sides import KnownSides
 from mechdae.numerics.homotopy.six_axes import PARALLEL, arm_poses
 from mechdae.numerics.homotopy.wrists import wrist_at
+from mechdae.types import Floats
 
 AXES = 6
 BASIS = "homotopy: {} complex poses are certified, as many as there can be"
@@ -27,7 +28,7 @@ WRIST = "three axes meet in a point: {} complex poses, as many as there can be"
 class HingeLoop:
     """Five bodies in a row on six hinges, whose ends are known."""
 
-    def __init__(self, scene: Scene, group: Group, p: Any) -> None:
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         joints = scene.model.mechanism.joints
         every = [joints[name] for name in group.joints]
         hinges = len(every) == AXES and all(j.turns and len(j.coordinates) == 1 for j in every)

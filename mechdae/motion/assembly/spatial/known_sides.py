@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
+from mechdae.types import Floats, Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.tree.tree_model import TreeModel
+
 
 SX = ca.SX
 
@@ -31,14 +36,14 @@ class KnownSides:
         self,
         scene: Scene,
         group: Group,
-        p: Any,
+        p: Floats,
         places: Mapping[str, str],
         sides: Mapping[str, tuple[str, bool]],
-        numbers: Mapping[str, Any],
+        numbers: Mapping[str, Sym],
     ) -> None:
         self.scene, self.p = scene, p
         model: Any = scene.model
-        parts: dict[str, Any] = {}
+        parts: dict[str, Sym] = {}
         for name, reference in places.items():
             parts[name] = self._point(model, group, reference)
         for name, (joint, second) in sides.items():
@@ -54,7 +59,7 @@ class KnownSides:
         stacked = ca.vertcat(*[ca.vec(part) for part in parts.values()])
         self._function = ca.Function("sides", [model.q, model.p], [ca.densify(stacked)])
 
-    def _point(self, model: Any, group: Group, reference: str) -> Any:
+    def _point(self, model: TreeModel, group: Group, reference: str) -> Sym:
         if reference.split(".")[0] in group.bodies:
             return model.local(reference)
         return model.point(reference)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.coordinate_kinds import LENGTH, UNIT
 from mechdae.equations.groups import Group
@@ -13,6 +13,10 @@ from mechdae.motion.assembly.spatial.known_sides import KnownSides
 from mechdae.numerics.homotopy.platforms import platform_poses
 from mechdae.numerics.homotopy.study_quadrics import MOST
 
+if TYPE_CHECKING:
+    from mechdae.types import Floats, Sym
+
+
 LEGS = 6
 BASIS = f"homotopy: {MOST} complex poses are certified, as many as there can be"
 FAR = "homotopy: {} complex poses and {} at infinity are certified, as many as there can be"
@@ -21,7 +25,7 @@ FAR = "homotopy: {} complex poses and {} at infinity are certified, as many as t
 class SixLegs:
     """A platform on six legs of given lengths: bars, and links that spin between ball joints."""
 
-    def __init__(self, scene: Scene, group: Group, p: Any) -> None:
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         model: Any = scene.model
         idle = getattr(model, "idle", {})
         hubs = [name for name in group.bodies if name not in idle]
@@ -29,7 +33,7 @@ class SixLegs:
             raise OtherShape
         (self.hub,) = hubs
         self._own = [c for c in model.coordinates if c.owner == self.hub]
-        ends: list[tuple[str, str, Any]] = []
+        ends: list[tuple[str, str, Sym]] = []
         spun = {name for link in idle.values() for name in (link.joint, *link.others)}
         for name in group.bodies:
             if name in idle:
@@ -59,7 +63,7 @@ class SixLegs:
         """Whether place and quaternion of the body are its coordinates."""
         return [c.kind for c in self._own] == [LENGTH] * 3 + [UNIT] * 4
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses:
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses:
         """Return the body's coordinates in all poses.
 
         Parameters
@@ -90,7 +94,7 @@ class SixLegs:
             placed=(self._point, *found.complex_places(platform[0])),
         )
 
-    def _coordinates(self, place: Any, e: Any) -> dict[tuple[str, str], float]:
+    def _coordinates(self, place: Floats, e: Floats) -> dict[tuple[str, str], float]:
         """Return the coordinates of a displacement of points given from the body's anchor."""
         values = [*place, *e]
         return {c.key: float(value) for c, value in zip(self._own, values, strict=True)}

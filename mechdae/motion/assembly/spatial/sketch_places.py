@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -14,14 +14,17 @@ from mechdae.equations.coordinates import QUATERNION
 from mechdae.kernels.run.local import local
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.mode_tree import Mode
+from mechdae.types import Floats, Json, Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.tree.tree_model import TreeModel
+
 
 FLAT = 1e-6
 """Share of their distances by which points have to lie beside a line to tell how a body turns."""
 
 
-def in_space(
-    assembler: Assembler, mode: Mode, u: Any, q: dict[tuple[str, str], float]
-) -> dict[str, Any]:
+def in_space(assembler: Assembler, mode: Mode, u: Floats, q: dict[tuple[str, str], float]) -> Json:
     """Return the coordinates of joints [deg, m], and points of bodies on balls and bars [m]."""
     scene, found = assembler.scene, {}
     tree: Any = scene.model
@@ -49,11 +52,11 @@ def in_space(
     return found
 
 
-def _side_by_side(model: Any, names: list[str]) -> Any:
+def _side_by_side(model: TreeModel, names: list[str]) -> Sym:
     return ca.horzcat(*[model.point(name) for name in names])
 
 
-def _spread(model: Any, body: str) -> list[str]:
+def _spread(model: TreeModel, body: str) -> list[str]:
     """Return up to three points of a body in no line, which tell where it is."""
     values, chosen = model.mechanism.values(), []
     places = np.zeros((0, 3))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
@@ -12,9 +12,12 @@ from mechdae.motion.assembly.spatial.hinge_loop import HingeLoop
 from mechdae.motion.assembly.spatial.six_legs import SixLegs
 from mechdae.motion.assembly.spatial.three_points import ThreePoints
 
+if TYPE_CHECKING:
+    from mechdae.types import Floats
+
 
 def spatial_group(
-    scene: Scene, group: Group, p: Any
+    scene: Scene, group: Group, p: Floats
 ) -> ThreePoints | SixLegs | HingeLoop | ArmAndHub | None:
     """Return the group as platform on three points or six legs, row of six hinges, wishbone."""
     if scene.model.mechanism.dimension != 3:

@@ -21,6 +21,7 @@ from mechdae.motion.assembly.spatial.known_sides import KnownSides
 from mechdae.motion.assembly.spatial.tree_coordinates import TreeCoordinates
 from mechdae.motion.assembly.spatial.triangle import MOST, PAIRS, PointCourse, triangles
 from mechdae.records import dataclass
+from mechdae.types import Floats, Sym
 
 BASIS = "elimination: {} complex poses are certified, as many as there can be"
 NONE = "two legs at one point do not meet"
@@ -53,7 +54,7 @@ class TwoBars:
 class ThreePoints:
     """A body on three legs of one freedom with balls at their ends."""
 
-    def __init__(self, scene: Scene, group: Group, p: Any) -> None:
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         model: Any = scene.model
         if group.superfluous or model.mechanism.closure is not None:
             raise OtherShape
@@ -152,7 +153,7 @@ class ThreePoints:
 
     def _pairs(self, hub: str, inward: bool, number: int) -> list[LegChain | TwoBars]:
         """Return the pairs of distances with a common point."""
-        met: dict[str, list[tuple[str, Any]]] = {}
+        met: dict[str, list[tuple[str, Sym]]] = {}
         for ends, length in self._bars:
             on = [end for end in ends if end.split(".")[0] == hub]
             off = [end for end in ends if end.split(".")[0] not in self.group.bodies]
@@ -175,7 +176,7 @@ class ThreePoints:
 
     # -- all poses -------------------------------------------------------------------------
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses | None:
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
         """Return the group's coordinates in all poses, None where legs lead points nowhere.
 
         Parameters
@@ -216,14 +217,14 @@ class ThreePoints:
             by="elimination",
         )
 
-    def _value(self, joint: Joint, u: Any, free: float) -> float:
+    def _value(self, joint: Joint, u: Floats, free: float) -> float:
         if joint.rigid:
             return 0.0
         return float(u[self.driven[joint.name]]) if joint.name in self.driven else free
 
     def _walk(
-        self, at: Mapping[str, Any], leg: LegChain, u: Any, free: float
-    ) -> dict[str, tuple[Any, Any]]:
+        self, at: Mapping[str, Floats], leg: LegChain, u: Floats, free: float
+    ) -> dict[str, tuple[Floats, Floats]]:
         """Return places and rotations of a leg's bodies, seen from where it begins."""
         frames, here = dict[str, tuple[Any, Any]](), (np.zeros(3), np.eye(3))
         for joint, forward in leg.joints:
@@ -242,12 +243,12 @@ class ThreePoints:
             frames[joint.second_body if forward else joint.first_body] = here
         return frames
 
-    def _led(self, at: Mapping[str, Any], leg: LegChain, u: Any, size: float) -> PointCourse:
+    def _led(self, at: Mapping[str, Floats], leg: LegChain, u: Floats, size: float) -> PointCourse:
         """Return the circle or line of a leg's end, its value in the sense of the free joint."""
         joint, forward = leg.joints[leg.free]
         tip = at[leg.tip].ravel()
 
-        def end(value: float) -> tuple[Any, Any, Any]:
+        def end(value: float) -> tuple[Floats, Floats, Floats]:
             frames = self._walk(at, leg, u, value)
             last, _ = leg.joints[-1]
             body = last.second_body if leg.joints[-1][1] else last.first_body
@@ -272,7 +273,12 @@ class ThreePoints:
         return PointCourse(pivot + (arm @ axis) * axis, frame, radius)
 
     def _pose(
-        self, at: Mapping[str, Any], courses: list[PointCourse], values: Any, points: Any, u: Any
+        self,
+        at: Mapping[str, Floats],
+        courses: list[PointCourse],
+        values: Floats,
+        points: Floats,
+        u: Floats,
     ) -> dict[tuple[str, str], float]:
         """Return a pose as coordinates, from the values of the three legs."""
         ends = np.stack([own.at(value) for own, value in zip(courses, values, strict=True)])
@@ -288,7 +294,7 @@ class ThreePoints:
         return self.tree.read(at, frames)
 
 
-def _triad(points: Any) -> Any:
+def _triad(points: Floats) -> Floats:
     """Return a frame (3, 3) of three points (3, 3)."""
     x = points[1] - points[0]
     x = x / np.linalg.norm(x)
@@ -298,7 +304,7 @@ def _triad(points: Any) -> Any:
     return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
-def _circle(at: Mapping[str, Any], leg: TwoBars) -> PointCourse | bool | None:
+def _circle(at: Mapping[str, Floats], leg: TwoBars) -> PointCourse | bool | None:
     """Return where two spheres meet: a circle, False where they do not, None where they touch."""
     (a, b), (L, M) = (
         (at[end].ravel() for end in leg.ends),

@@ -12,6 +12,7 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.motion.assembly.linkage.rigid_parts import OtherShape
 from mechdae.motion.setup.angular_rates import quaternions
+from mechdae.types import Floats
 
 READ = {"angle", "slide", "x", "y", *QUATERNION}
 
@@ -38,7 +39,7 @@ class TreeCoordinates:
         return dict(pairs)
 
     def read(
-        self, at: Mapping[str, Any], frames: Mapping[str, tuple[Any, Any]]
+        self, at: Mapping[str, Floats], frames: Mapping[str, tuple[Floats, Floats]]
     ) -> dict[tuple[str, str], float]:
         """Return the coordinates by name.
 

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Matrix, Unknowns
 
 MOST = (16, 16, 12, 8)
 """Solutions at most, by the number of lines."""
@@ -53,8 +54,8 @@ class PointCourse:
     in units of ``size``.
     """
 
-    centre: Any
-    frame: Any
+    centre: Floats
+    frame: Floats
     size: float
     straight: bool = False
 
@@ -120,7 +121,7 @@ def triangles(courses: Sequence[PointCourse], distances: Sequence[float]) -> Tri
     return Triangles(values, len(solved.z), most, proven)
 
 
-def _polynomial(course: PointCourse, turned: float) -> tuple[Any, Any]:
+def _polynomial(course: PointCourse, turned: float) -> tuple[Floats, Floats]:
     """Return the place (3,) as coefficients (3, 3) of powers of z, and the denominator (3,)."""
     u, v = course.frame[:, 0] * course.size, course.frame[:, 1] * course.size
     if course.straight:
@@ -133,7 +134,7 @@ def _polynomial(course: PointCourse, turned: float) -> tuple[Any, Any]:
 
 def _equation(
     one: PointCourse, other: PointCourse, turned: float, also: float, square: float
-) -> tuple[Any, Any]:
+) -> tuple[Floats, Floats]:
     """Return the coefficients (3, 3) of |P - Q|^2 = square, and the sizes of their terms.
 
     |P - Q|^2 is |c|^2 + |p|^2 + |q|^2 + 2 c.p - 2 c.q - 2 p.q with p and q from the centres, whose
@@ -161,7 +162,7 @@ class Solved:
     no other solution.
     """
 
-    z: Any
+    z: Complexes
     turned: Any
     size: Any
     radius: Any
@@ -171,7 +172,7 @@ class Solved:
 class _System:
     """F12(z1, z2) = F23(z2, z3) = F13(z1, z3) = 0, coefficients (3, 3, 3) of sums 1."""
 
-    def __init__(self, C: Any, noise: Any, straight: list[bool]) -> None:
+    def __init__(self, C: Matrices, noise: Matrices, straight: list[bool]) -> None:
         self.C, self.noise, self.straight = C, noise, np.array(straight)
         flips = np.array([[0, 0, 1], [0, -1, 0], [1, 0, 0.0]])  # z = -1 / z'
         self.flip = np.stack([np.eye(3), flips])
@@ -190,7 +191,7 @@ class _System:
         found = np.empty((4, len(first), 3), complex)
         for own, (m, n) in zip(found, product((0, 1), (0, 1)), strict=True):
             own[:, k], own[:, i], own[:, j] = first, second[:, m], third[:, n]
-        every: Any = found.reshape(-1, 3)
+        every: Complexes = found.reshape(-1, 3)
         return every[np.isfinite(every).all(axis=1)]
 
     def _of(self, i: int, j: int) -> Any:
@@ -199,7 +200,7 @@ class _System:
         return own if i < j else own.T
 
     @staticmethod
-    def _first(a: Any, b: Any, C: Any, reach: float) -> Any:
+    def _first(a: Floats, b: Floats, C: Matrix, reach: float) -> Any:
         """Return the unknowns (n,) of all solutions: angles, or lengths of a size (reach > 0)."""
         w = np.exp(2j * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
         if reach:
@@ -223,7 +224,7 @@ class _System:
 
     # -- solutions -------------------------------------------------------------------------
 
-    def _charted(self, z: Any) -> tuple[Any, Any, Any, Any, Any]:
+    def _charted(self, z: Complexes) -> tuple[Complexes, Booleans, Floats, Floats, Floats]:
         """Return z in charts where it is at most 1, which are turned, sizes, C and its noise."""
         turned = (np.abs(z) > 1) & ~self.straight
         z = np.where(turned, -1 / np.where(z == 0, 1, z), z)
@@ -238,7 +239,7 @@ class _System:
         )
         return z / size, turned, size, np.stack(C, axis=1), np.stack(noise, axis=1)
 
-    def _values(self, C: Any, z: Any) -> tuple[Any, Any]:
+    def _values(self, C: Floats, z: Complexes) -> tuple[Complexes, Complexes]:
         """Return F (n, 3) and J (n, 3, 3)."""
         powers = z[:, :, None] ** np.arange(3)
         slopes = np.zeros_like(powers)
@@ -253,7 +254,7 @@ class _System:
         return F, J
 
     @np.errstate(all="ignore")
-    def solved(self, z: Any) -> Solved:
+    def solved(self, z: Complexes) -> Solved:
         """Return the different solutions that Newton's method finds from places, certified."""
         z, turned, size, C, _ = self._charted(z.astype(complex))
         for _ in range(NEWTON):
@@ -293,7 +294,7 @@ class _System:
         gaps = np.abs(length[:, None] - length[None]) / np.maximum(size[:, None], size[None])
         return np.where(self.straight, gaps, chords).max(axis=2, initial=0.0)
 
-    def judged(self, found: Solved, most: int) -> tuple[Any, bool]:
+    def judged(self, found: Solved, most: int) -> tuple[Floats, bool]:
         """Return z (n, 3) of the real solutions in no chart, and whether these are all."""
         gap = 2 * np.linalg.norm(found.z.imag, axis=1)
         real = gap + found.radius <= found.alone
@@ -307,7 +308,7 @@ class _System:
         return z, bool(len(real) == most and apart and (real | other).all())
 
 
-def _solve(J: Any, F: Any) -> Any:
+def _solve(J: Complexes, F: Complexes) -> Any:
     """Return J^-1 F by Cramer's rule; not finite where J is singular."""
     a, b, c = J[:, :, 0], J[:, :, 1], J[:, :, 2]
     bc = np.cross(b, c)
@@ -316,7 +317,7 @@ def _solve(J: Any, F: Any) -> Any:
     return np.stack([(own * F).sum(axis=1) for own in (bc, ca, ab)], axis=1) / det
 
 
-def _quadratic(c: Any) -> Any:
+def _quadratic(c: Complexes) -> Complexes:
     """Return both roots (n, 2) of c0 + c1 x + c2 x^2, without cancellation."""
     with np.errstate(all="ignore"):
         root = np.sqrt(c[:, 1] ** 2 - 4 * c[:, 0] * c[:, 2])
@@ -325,13 +326,13 @@ def _quadratic(c: Any) -> Any:
         return np.stack([q / c[:, 2], c[:, 0] / q], axis=1)
 
 
-def _eliminant(a: Any, b: Any, C: Any) -> Any:
+def _eliminant(a: Complexes, b: Complexes, C: Matrix) -> Any:
     """Return the resultant (n,) of a(z2), b(z3) and C(z2, z3), quadratic in all of them."""
     n = len(a)
     # by z3: (b0 c2 - b2 c0)^2 - (b0 c1 - b1 c0) (b1 c2 - b2 c1), the c being quadratic in z2
     c0, c1, c2 = (C[:, k] for k in range(3))
 
-    def by(i: int, j: int, x: Any, y: Any) -> Any:
+    def by(i: int, j: int, x: Unknowns, y: Floats) -> Complexes:
         return b[:, i, None] * y - b[:, j, None] * x
 
     first, second, third = by(0, 2, c0, c2), by(0, 1, c0, c1), by(1, 2, c1, c2)

@@ -18,6 +18,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.motion.assembly.elimination import BlockSolver
 from mechdae.motion.assembly.turns.turn_lattice import lattices, with_periods
 from mechdae.motion.assembly.turns.whole_turns import WholeTurns
+from mechdae.types import Floats, Unknowns
 
 SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
@@ -45,7 +46,7 @@ class BlockTurns:
     def __init__(
         self, scene: Scene, graphs: Sequence[BlockGraph], solvers: Sequence[BlockSolver],
         whole: WholeTurns, sketch: Mapping[str, float], places: Mapping[NamedCoordinate, float],
-        natural: Any,
+        natural: Floats,
     ) -> None:  # fmt: skip
         self.scene, self.graphs, self.solvers, self.whole = scene, graphs, solvers, whole
         self.sketch, self.natural = sketch, natural
@@ -58,9 +59,11 @@ class BlockTurns:
         """Whole turns by block that make no difference."""
         self.endless = [a is not b for a, b in zip(exact, self.lattices, strict=True)]
         """Whether turns without end move bodies solved later: modes are not all listed."""
-        self._classes: dict[tuple[int, bool], Any] = {}
+        self._classes: dict[tuple[int, bool], Floats] = {}
 
-    def turned(self, b: int, solution: Any, x: Any, u: Any, single: bool = False) -> list[Any]:
+    def turned(
+        self, b: int, solution: Floats, x: Unknowns, u: Floats, single: bool = False
+    ) -> list[Floats]:
         """Return the solution with all whole turns of its angles that gears tell apart.
 
         A solver gives solutions within its periods, `single` ones within one turn.
@@ -72,7 +75,7 @@ class BlockTurns:
         turns = 2 * np.pi * self._classes[b, single]
         return [self._nearest(b, solution + turn, x, u) for turn in turns]
 
-    def _nearest(self, b: int, solution: Any, x: Any, u: Any) -> Any:
+    def _nearest(self, b: int, solution: Floats, x: Unknowns, u: Floats) -> Any:
         """Return the solution with whole turns that make no difference, nearest to the sketch."""
         graph, solver = self.graphs[b], self.solvers[b]
         result = np.array(solution, float)
@@ -89,7 +92,7 @@ class BlockTurns:
         left = self.lattices[b].remainder(gaps[None], np.where(told, 1.0, SILENT))[0]
         return result - 2 * np.pi * np.round(gaps - left)
 
-    def distinct(self, b: int, poses: list[Any], u: Any) -> list[Any]:
+    def distinct(self, b: int, poses: list[Unknowns], u: Floats) -> list[Floats]:
         """Return poses of block `b` that differ by more than whole turns that make no difference.
 
         Those before the block are the same in all poses.
@@ -104,11 +107,11 @@ class BlockTurns:
                 kept.append(x)
         return kept
 
-    def same(self, b: int, x: Any, y: Any) -> bool:
+    def same(self, b: int, x: Unknowns, y: Floats) -> bool:
         """Return whether two poses are the same in block `b`, but for turns and rounding."""
         return bool(self.apart(b, x, y).max(initial=0.0) < SAME)
 
-    def apart(self, b: int, x: Any, y: Any) -> Any:
+    def apart(self, b: int, x: Any, y: Floats) -> Any:
         """Return how far the unknowns of block `b` are apart, without turns [rad, sizes]."""
         own = self.graphs[b].own
         unit = np.where(self.solvers[b].angle, 2 * np.pi, 1.0)
@@ -120,7 +123,7 @@ class BlockTurns:
             gaps -= np.where(periods > 0, periods * np.round(gaps / periods), 0.0)
         return np.abs(gaps) / self.natural[own]
 
-    def wanted(self, i: int, x: Any, u: Any) -> float:
+    def wanted(self, i: int, x: Unknowns, u: Floats) -> float:
         """Return the sketched value of an unknown that has a period, in its absence a middle."""
         own = self.scene.unknowns[i]
         if own.kind is PLACE:
@@ -128,7 +131,7 @@ class BlockTurns:
         return self.whole.wanted(i, x, u) if own.kind is ANGLE else self.sketch.get(own.owner, 0.0)
 
 
-def put(x: Any, own: list[int], values: Any) -> Any:
+def put(x: Unknowns, own: list[int], values: Any) -> Floats:
     """Return x with the unknowns of a block replaced."""
     result = x.copy()
     result[own] = values

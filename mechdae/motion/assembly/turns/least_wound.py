@@ -9,11 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.meshes import bearings
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats
+
 
 WHOLE = 1e-6
 """Share of a turn by which turns may differ from whole ones."""
@@ -33,8 +37,8 @@ def wound(scene: Scene, groups: Sequence[Group]) -> list[list[str]]:
 
 
 def least_wound(
-    near: list[Any], angles: list[list[str]], turned: Callable[[str, Any], float]
-) -> list[Any]:
+    near: list[Floats], angles: list[list[str]], turned: Callable[[str, Any], float]
+) -> list[Floats]:
     """Return poses without those that are others turned further.
 
     Parameters

@@ -22,6 +22,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.equations.space import PLANE
 from mechdae.motion.assembly.elimination import rational
+from mechdae.types import Floats, Matrix
 
 MOST = 1000
 """Classes of whole turns that are listed; where there are more, they count as infinitely many."""
@@ -32,7 +33,7 @@ NEAR = 4
 class Lattice:
     """Vectors of whole turns; ``basis`` is (r, n), rows of integers."""
 
-    def __init__(self, basis: Any, size: int) -> None:
+    def __init__(self, basis: list[list[int]], size: int) -> None:
         rows = np.array(basis, float).reshape(-1, size)
         self.size, self.basis = size, _shortened(rows)
         """Size of the vectors, and short vectors that span the lattice."""
@@ -44,7 +45,7 @@ class Lattice:
             self.single = [bool(np.abs(self.remainder(e[None])).max() < 0.25) for e in np.eye(size)]
         """Whether a single turn of each angle alone is in the lattice."""
 
-    def remainder(self, gaps: Any, weights: Any = None) -> Any:
+    def remainder(self, gaps: Floats, weights: Floats | None = None) -> Floats:
         """Return gaps (k, n) [turns] less the lattice vectors nearest to them.
 
         With `weights` (n,) some entries count more than others.
@@ -293,7 +294,7 @@ def _cleared(rows: list[list[int]], done: int, j: int) -> int:
                 rows[i] = [a - times * b for a, b in zip(rows[i], rows[done], strict=True)]
 
 
-def _shortened(basis: Any) -> Any:
+def _shortened(basis: Matrix) -> Floats:
     """Return vectors of the same lattice, none of which gets shorter by another one."""
     basis = basis.copy()
     changed = len(basis) > 1

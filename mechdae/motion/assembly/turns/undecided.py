@@ -19,6 +19,7 @@ from mechdae.describe.structure import cylinders
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.local import Local
+from mechdae.types import Floats, Unknowns
 
 
 class NumberOfSketch(Protocol):
@@ -30,7 +31,7 @@ class NumberOfSketch(Protocol):
     def turns(self) -> bool: ...
     @property
     def value(self) -> Local: ...
-    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float: ...
+    def gap(self, x: Unknowns, u: Floats, p: Any, unwound: bool = False) -> float: ...
 
 
 class BlocksOfGroups(Protocol):
@@ -71,7 +72,9 @@ class Undecided:
         self.sketched, self.assembler = sketched, sketched.assembler
         self.scene, self.groups = sketched.scene, sketched.groups
 
-    def meant(self, part: list[int], near: list[Any], u: Any) -> tuple[list[Any], list[str]]:
+    def meant(
+        self, part: list[int], near: list[Floats], u: Floats
+    ) -> tuple[list[Floats], list[str]]:
         """Return the modes of some groups that may be meant, and joints turned as little as can be.
 
         `near` are poses that the sketch tells apart by whole turns at most.
@@ -84,7 +87,7 @@ class Undecided:
             near, turned = self._least_turned(part, near, u) if len(near) > 1 else (near, [])
         return near, turned
 
-    def _pushed_out(self, part: list[int], near: list[Any], u: Any) -> list[Any]:
+    def _pushed_out(self, part: list[int], near: list[Floats], u: Floats) -> list[Floats]:
         """Return the modes in which each cylinder has a positive slide, all if there is none."""
         mechanism = self.scene.model.mechanism
         told = {e.coordinate.part for e in self.sketched.entries if not e.coordinate.is_angle}
@@ -98,7 +101,7 @@ class Undecided:
         """Return a coordinate as if the sketch said that it is zero."""
         return self.sketched.entry(coordinate(self.scene.model.mechanism, name), 0.0)
 
-    def _least_wound(self, near: list[Any], u: Any) -> list[Any]:
+    def _least_wound(self, near: list[Floats], u: Floats) -> list[Floats]:
         """Return modes in space without those that are others with wheels or screws turned on."""
         from mechdae.motion.assembly.turns.least_wound import least_wound, wound
 
@@ -109,15 +112,15 @@ class Undecided:
         told = {entry.coordinate.text: entry for entry in self.sketched.entries}
         entries = {name: told.get(name) or self._of(name) for own in angles for name in own}
 
-        def turned(name: str, x: Any) -> float:
+        def turned(name: str, x: Unknowns) -> float:
             entry = entries[name]
             return 0.0 if entry is None else float(entry.gap(x, u, p, True))
 
         return least_wound(near, angles, turned)
 
     def _least_turned(
-        self, part: list[int], near: list[Any], u: Any
-    ) -> tuple[list[Any], list[str]]:
+        self, part: list[int], near: list[Floats], u: Floats
+    ) -> tuple[list[Floats], list[str]]:
         """Return of modes in which all points are at one place the one of the least angles.
 
         A leg between a cross and a ball closes too when it is turned by half a turn about itself.
@@ -157,7 +160,7 @@ class Undecided:
     # -- what would tell -------------------------------------------------------------------
 
     def hint(
-        self, tied: Sequence[tuple[list[int], list[Any]]], u: Any
+        self, tied: Sequence[tuple[list[int], list[Floats]]], u: Floats
     ) -> tuple[list[str], list[str]]:
         """Return keys of the sketch that tell the tied modes apart, and lines as one mode has them.
 
@@ -182,7 +185,7 @@ class Undecided:
                 left = [x for x in left if abs(self._moved(first, near, x, u)) <= self.tie]
         return keys, lines
 
-    def _upright(self, entry: NumberOfSketch, poses: list[Any], u: Any) -> Any:
+    def _upright(self, entry: NumberOfSketch, poses: list[Unknowns], u: Floats) -> Floats:
         """Return the first pose, or one half a turn from it that stands as it is drawn."""
         turned = [abs(self._moved(entry, poses[0], x, u)) for x in poses]
         half = [x for x, t in zip(poses, turned, strict=True) if abs(t - math.pi) <= self.tie]
@@ -192,11 +195,11 @@ class Undecided:
             key=lambda x: abs(math.remainder(entry.value(x, u, p).item(), 2 * math.pi)),
         )
 
-    def first_to_differ(self, part: list[int], poses: list[Any]) -> Group:
+    def first_to_differ(self, part: list[int], poses: list[Unknowns]) -> Group:
         """Return the first group whose unknowns are not the same in all poses."""
         return next(self.groups[k] for k in part if self._differ(self.groups[k], poses))
 
-    def _differ(self, group: Group, poses: list[Any]) -> bool:
+    def _differ(self, group: Group, poses: list[Unknowns]) -> bool:
         own = [i for b in self.assembler.blocks_of(group) for i in self.scene.blocks[b].x]
         return any(not np.array_equal(poses[0][own], x[own]) for x in poses)
 
@@ -207,13 +210,13 @@ class Undecided:
         every = Selection((), tuple(f"{body}.{point}" for point in points), ())
         return [point.split(".")[1] for point in model.reported(every, False).points]
 
-    def _moved(self, entry: NumberOfSketch, x: Any, y: Any, u: Any) -> float:
+    def _moved(self, entry: NumberOfSketch, x: Unknowns, y: Floats, u: Floats) -> float:
         """Return by how much a coordinate differs between two poses, in its size."""
         p = self.assembler.p
         gap = entry.gap(y, u, p, True) - entry.gap(x, u, p, True)
         return math.remainder(gap, 2 * math.pi) if entry.turns else gap
 
-    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[NumberOfSketch]:
+    def _telling(self, group: Group, poses: list[Unknowns], u: Floats) -> list[NumberOfSketch]:
         """Return angles that differ between poses, else slides, else the point that moves most."""
         mechanism = self.scene.model.mechanism
         told = {entry.coordinate.text for entry in self.sketched.entries}

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.local import Local, local
+from mechdae.types import Floats, Unknowns
 
 NOISE = 1e-6
 """Share of a turn within which a pose is half a turn away."""
@@ -35,7 +35,7 @@ class WholeTurns:
         Values of the parameters.
     """
 
-    def __init__(self, scene: Scene, angles: Mapping[str, float], p: Any) -> None:
+    def __init__(self, scene: Scene, angles: Mapping[str, float], p: Floats) -> None:
         self.scene, self.angles, self.p = scene, angles, p
         self._deciding: dict[int, list[tuple[str, Local]]] = {}
         self._rigid = _turning_together(scene.model.mechanism)
@@ -62,7 +62,7 @@ class WholeTurns:
     def _angle(self, body: str) -> Local:
         return local(self.scene, (body, ANGLE), lambda: self.scene.turn_of(body))
 
-    def wanted(self, i: int, x: Any, u: Any) -> float:
+    def wanted(self, i: int, x: Unknowns, u: Floats) -> float:
         """Return the value of unknown angle `i` that the sketch asks for; 0 where it is silent.
 
         Of bodies that turn together it is the one that gears hang on that decides.
@@ -71,7 +71,7 @@ class WholeTurns:
             return float(x[i] - (angle(x, u, self.p).item() - self.angles[body]))
         return self.angles.get(self.scene.unknowns[i].owner, 0.0)
 
-    def start(self, i: int, x: Any, u: Any) -> float:
+    def start(self, i: int, x: Unknowns, u: Floats) -> float:
         """Return the sketched angle `i` on the turn that the sketch asks for, nan without one."""
         own = self.angles.get(self.scene.unknowns[i].owner)
         if not self.told(i):
@@ -79,7 +79,7 @@ class WholeTurns:
         wanted = self.wanted(i, x, u)
         return wanted if own is None else own + 2 * np.pi * round((wanted - own) / (2 * np.pi))
 
-    def number(self, i: int, x: Any, u: Any) -> int:
+    def number(self, i: int, x: Unknowns, u: Floats) -> int:
         """Return the whole turns of angle `i` between the sketch and a pose.
 
         Of two poses half a turn from the sketch it is always the lower one that counts as near.

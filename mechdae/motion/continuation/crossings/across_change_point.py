@@ -28,6 +28,7 @@ from mechdae.motion.continuation.step_sizes import PASS
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Points, Unknowns
 
 TOGETHER = 1e-9
 """Distance within which two blocks are said to cross at the same pose, in largest steps."""
@@ -55,7 +56,7 @@ class Zone:
     s: float
     crossings: tuple[Crossing, ...]
     nodes: tuple[Any, ...]
-    remainder: Any
+    remainder: Floats
     action: str
     up: bool
 
@@ -67,7 +68,7 @@ class Zone:
     def high(self) -> float:
         return float(self.nodes[0][-1])
 
-    def sides(self, s: Any) -> Any:
+    def sides(self, s: Floats) -> Floats:
         """Return places on one side of a switch: none between its two nodes, a hair apart."""
         S = self.nodes[0]
         if len(S) < 4:
@@ -96,7 +97,7 @@ class Zone:
             return self.low, self.high
         return (self.s, self.high) if self.up else (self.low, self.s)
 
-    def carried(self, s: Any, columns: list[int]) -> list[Any]:
+    def carried(self, s: Floats, columns: list[int]) -> list[Floats]:
         """Return x, x', x'' (n, nx) at places (n,); the crossing block's unknowns are `columns`."""
         S, X, V, A = self.nodes
         found = quintic_rates(S, X, V, A, self.sides(s))
@@ -136,7 +137,7 @@ class Builder:
     """
 
     def __init__(
-        self, finder: CrossingFinder, step: Any, constants: Constants, weights: Any
+        self, finder: CrossingFinder, step: Any, constants: Constants, weights: list[Floats]
     ) -> None:
         self.finder, self.step = finder, step
         self.kappa, self.rho, self.weights = constants.kappa, constants.rho, weights
@@ -146,9 +147,9 @@ class Builder:
         self,
         crossing: Crossing,
         s: float,
-        state: Any,
-        sign: Any,
-        alive: Any,
+        state: Floats,
+        sign: Floats,
+        alive: Booleans,
         action: str,
     ) -> Bridge | None:
         """Return the bridge from the proved node `state` at `s`, None where it does not hold.
@@ -223,7 +224,13 @@ class Builder:
         )
         return Bridge((*centre, (far, landed)), zone, flipped)
 
-    def _remainder(self, crossings: list[Crossing], centre: float, near: Any, far: Any) -> Any:
+    def _remainder(
+        self,
+        crossings: list[Crossing],
+        centre: float,
+        near: tuple[float, Floats, tuple[Floats, Floats, Floats]],
+        far: tuple[float, Floats, tuple[Floats, Floats, Floats]],
+    ) -> Any:
         """Return by how much interpolated unknowns (nx,) may miss solved ones.
 
         Between the nodes `near` and `far` (s, state, unknowns at the centre). None where that is
@@ -246,7 +253,9 @@ class Builder:
             remainder[own] = missed
         return remainder
 
-    def _passed(self, crossing: Crossing, middle: Any, sense: float) -> Any:
+    def _passed(
+        self, crossing: Crossing, middle: tuple[Floats, Floats, Floats], sense: float
+    ) -> Any:
         """Return by how much expansions of branches that pass each other may miss them (nx,).
 
         They are compared with solved poses where they end, with unknowns of the `middle` as first
@@ -276,7 +285,7 @@ class Builder:
         graph = self.graphs.blocks[b]
         return graph.size <= ADJUGATE_LIMIT and not graph.redundant
 
-    def _misses(self, crossing: Crossing, moved: Any) -> float:
+    def _misses(self, crossing: Crossing, moved: Floats) -> float:
         """Return a distance of its block's unknowns as one along the driver.
 
         It is where the two branches of the crossing are as far apart.
@@ -288,7 +297,9 @@ class Builder:
             apart = crossing.still / self.finder.unit
         return float(np.max(np.abs(moved) / size) / np.max(np.abs(apart) / size))
 
-    def _seen_from(self, crossing: Crossing, s: float, state: Any, sense: float) -> Crossing | None:
+    def _seen_from(
+        self, crossing: Crossing, s: float, state: Floats, sense: float
+    ) -> Crossing | None:
         """Return a crossing whose branch leads back to the node at s, None if it does not.
 
         What was found from further away may be whole turns off, or on the other branch.
@@ -300,12 +311,12 @@ class Builder:
             return None
         return again
 
-    def _leads_to(self, crossing: Crossing, s: float, state: Any) -> bool:
+    def _leads_to(self, crossing: Crossing, s: float, state: Floats) -> bool:
         x = state[self.graphs.blocks[crossing.block].own]
         moved = _taylor(crossing.s, crossing.x, crossing.own)(s)[0] - x
         return self._misses(crossing, moved) <= MISS * abs(s - crossing.s)
 
-    def _noise(self, blocks: list[int], state: Any, s: float) -> Any:
+    def _noise(self, blocks: list[int], state: Floats, s: float) -> Floats:
         """Return bounds (nx,) of what rounding does to the unknowns of some blocks at a node.
 
         After many turns the last bits of the unknowns themselves, and of the place, count.
@@ -321,7 +332,7 @@ class Builder:
                 error[graph.own] += np.abs(solve(J, Fz)) @ error[graph.uses]
         return error
 
-    def _missed(self, carried: Piece, s: float, centre: float, own: Any) -> Any:
+    def _missed(self, carried: Piece, s: float, centre: float, own: list[int]) -> Floats:
         """Return by how much an interpolant between s and a crossing may miss the solution.
 
         It is compared with poses that are solved for. The whole piece must be looked at: on an
@@ -339,7 +350,13 @@ class Builder:
         return UNSEEN * worst
 
     def _together(
-        self, crossing: Crossing, s: float, state: Any, sense: float, proved: Any, alive: Any
+        self,
+        crossing: Crossing,
+        s: float,
+        state: Floats,
+        sense: float,
+        proved: Booleans,
+        alive: Booleans,
     ) -> tuple[list[Crossing] | None, dict[int, Piece]]:
         """Return the crossings of all blocks at the pose of the first, None for others nearby."""
         g, n = self.graphs, self.graphs.nx
@@ -365,13 +382,13 @@ class Builder:
         return found, known
 
     def _centre(
-        self, living: list[int], place: float, state: Any, s: float, known: Mapping[int, Piece]
-    ) -> tuple[Any, Any, Any]:
+        self, living: list[int], place: float, state: Floats, s: float, known: Mapping[int, Piece]
+    ) -> tuple[Floats, Floats, Floats]:
         x, v, a = _parts(state, self.graphs.nx)
         ds = place - s
         return self.finder.follow(living, place, x + v * ds + a * ds * ds / 2, known)[:3]
 
-    def _behind(self, guess: Any, s: float) -> tuple[Any, Any, Any] | None:
+    def _behind(self, guess: Unknowns, s: float) -> tuple[Floats, Floats, Floats] | None:
         """Return state, signs and Newton-Kantorovich numbers of the solution at `guess`."""
         g, n = self.graphs, self.graphs.nx
         start = np.concatenate([guess, np.zeros(2 * n + g.nb)])
@@ -385,12 +402,12 @@ class Builder:
             h[b] = self.kappa[b] * beta[b] * np.linalg.norm(moved[graph.own] / self.weights[b])
         return after, np.sign(det), h
 
-    def _state(self, parts: Any, like: Any) -> Any:
+    def _state(self, parts: tuple[Floats, Floats, Floats], like: Floats) -> Floats:
         """Return a node that interpolates but cannot be stepped from: beta is infinite."""
         return np.concatenate([*parts, np.full(len(like) - 3 * self.graphs.nx, np.inf)])
 
 
-def passing(crossing: Crossing, s: Any, up: bool) -> tuple[Any, Any, Any]:
+def passing(crossing: Crossing, s: Floats, up: bool) -> tuple[Points, Points, Points]:
     """Return x, x', x'' (n, m) of a block near a crossing that its branches miss, at places (n,).
 
     They are the expansions of the asymptotes, and what the branch is off them; `up` tells
@@ -411,12 +428,12 @@ def passing(crossing: Crossing, s: Any, up: bool) -> tuple[Any, Any, Any]:
     return x, slope + bend * ds + off[1], bend + off[2]
 
 
-def _parts(state: Any, n: int) -> tuple[Any, Any, Any]:
+def _parts(state: Floats, n: int) -> tuple[Floats, Floats, Floats]:
     return state[:n], state[n : 2 * n], state[2 * n : 3 * n]
 
 
-def _taylor(s: float, x: Any, branch: Branch) -> Piece:
-    def at(place: float) -> tuple[Any, Any, Any, Any]:
+def _taylor(s: float, x: Unknowns, branch: Branch) -> Piece:
+    def at(place: float) -> tuple[Floats, Floats, Floats, Floats]:
         ds = place - s
         slope, bend = branch.slope, branch.bend
         return x + slope * ds + bend * ds * ds / 2, slope + bend * ds, bend, np.zeros(len(x))

@@ -12,7 +12,7 @@ derivative of F in the same way (Keller, Numerical Methods in Bifurcation Proble
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -28,6 +28,7 @@ from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.hermite import upper_coefficients
 from mechdae.records import dataclass
+from mechdae.types import Floats, Jacobian, Unknowns
 
 ITERATIONS = 12
 """Most steps towards a crossing: they converge quadratically, in eight at most of 374 found."""
@@ -64,9 +65,9 @@ class Scaling:
 
     columns: Any
     rows: Any
-    mix: Any = None
+    mix: Floats | None = None
 
-    def equations(self, values: Any) -> Any:
+    def equations(self, values: Floats) -> Any:
         """Return residuals (m,) or a Jacobian (m, n) in units of the equations, mixed."""
         scaled = values / (self.rows if values.ndim == 1 else self.rows[:, None])
         return scaled if self.mix is None else self.mix @ scaled
@@ -82,8 +83,8 @@ class Scaling:
 class Branch:
     """One of the two branches through a crossing: x' and x'' (n,) of the block's unknowns."""
 
-    slope: Any
-    bend: Any
+    slope: Floats
+    bend: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +105,7 @@ class Crossing:
     x: Any
     own: Branch
     other: Branch | None
-    still: Any
+    still: Floats
     residual: float = 0.0
     gap: float = 0.0
     excluded: bool = False
@@ -133,7 +134,7 @@ class _Form:
     A: float
     B: float
     C: float
-    tangent: Any
+    tangent: Floats
     v: Any
 
     @property
@@ -141,7 +142,7 @@ class _Form:
         return max(abs(self.A), abs(self.B), abs(self.C))
 
 
-def _quotient(J: Any, F: Any) -> Any:
+def _quotient(J: Jacobian, F: Floats) -> Any:
     """Return the solution of J z = F, in the sense of least squares."""
     if J.shape == (1, 1) and J[0, 0]:
         return F / J[0, 0]
@@ -187,7 +188,7 @@ class CrossingFinder:
         units = self.graphs.blocks[b].block.units
         return np.array([self.scale if unit == "m" else 1.0 for unit in units])
 
-    def scaling(self, b: int, J: Any) -> Scaling:
+    def scaling(self, b: int, J: Jacobian) -> Scaling:
         """Return the units of a block; `J` (m, n) is its Jacobian near the pose."""
         columns, rows = self.columns(b), self.rows(b)
         if not self.graphs.blocks[b].redundant:
@@ -199,7 +200,9 @@ class CrossingFinder:
         """Return the drivers' values (nd,) at s."""
         return self.drivers(s)[0]
 
-    def jet(self, b: int, s: float, x: Any, rates: Any, z: Any) -> tuple[Any, ...]:
+    def jet(
+        self, b: int, s: float, x: Unknowns, rates: Sequence[Floats], z: list[Unknowns]
+    ) -> tuple[Floats, ...]:
         """Return F, J, f', f'', f''' of a block for x, (x', x'') and (z, z', z'', z''')."""
         g = self.graphs
         call = g.cache(("jets", b), lambda: Call(jets(g.scene, g.blocks[b])))
@@ -214,7 +217,7 @@ class CrossingFinder:
     # -- unknowns of earlier blocks ----------------------------------------------------------
 
     def follow(
-        self, blocks: list[int], s: float, x: Any, known: Mapping[int, Piece]
+        self, blocks: list[int], s: float, x: Unknowns, known: Mapping[int, Piece]
     ) -> tuple[Any, Any, Any, Any]:
         """Return x, x', x'', x''' (nx,) of `blocks` (in solve order) at s, from a guess `x`.
 
@@ -251,7 +254,7 @@ class CrossingFinder:
         self,
         b: int,
         s: float,
-        state: Any,
+        state: Floats,
         sense: float,
         known: Mapping[int, Piece],
         behind: float = 0.0,
@@ -267,7 +270,7 @@ class CrossingFinder:
         own = graph.own
         equations = self._system(b)
 
-        def upstream(place: float) -> tuple[Any, list[Any]]:
+        def upstream(place: float) -> tuple[Floats, list[Floats]]:
             ds = place - s
             guess = x + v * ds + a * ds * ds / 2
             whole = self.follow(earlier, place, guess, known)
@@ -316,10 +319,10 @@ class CrossingFinder:
 
     def _judged(
         self,
-        found: tuple[Crossing, _Form, Any],
-        at: tuple[int, float, Any, Any],
-        whole: Any,
-        z: list[Any],
+        found: tuple[Crossing, _Form, Floats],
+        at: tuple[int, float, Floats, Floats],
+        whole: Floats,
+        z: list[Unknowns],
         known: Mapping[int, Piece],
         scaling: Scaling,
     ) -> Crossing:
@@ -351,12 +354,12 @@ class CrossingFinder:
         self,
         b: int,
         s: float,
-        x: Any,
-        whole: Any,
+        x: Unknowns,
+        whole: Floats,
         earlier: list[int],
         form: _Form,
         residual: float,
-        w: Any,
+        w: Floats,
         scaling: Scaling,
     ) -> Missed | None:
         """Return how branches pass each other that miss a crossing by a residual.
@@ -373,8 +376,8 @@ class CrossingFinder:
         return Missed(form.A, form.B, form.C, residual, form.tangent, form.v, self.unit)
 
     def _branches(
-        self, b: int, s: float, y: Any, z: Any, slope: Any, scaling: Scaling
-    ) -> tuple[Crossing, _Form, Any] | None:
+        self, b: int, s: float, y: Floats, z: list[Unknowns], slope: Any, scaling: Scaling
+    ) -> tuple[Crossing, _Form, Floats] | None:
         """Return the crossing with its two branches, A, B, C, and w.
 
         `slope` is that of the path's branch as far as it is known. None where no branches
@@ -384,7 +387,7 @@ class CrossingFinder:
         columns = scaling.columns
         x, nothing = y[: graph.size] * columns, np.zeros(graph.size)
 
-        def second(slope: Any) -> Any:
+        def second(slope: Floats) -> Any:
             return scaling.equations(self.jet(b, s, x, (slope, nothing), z)[3])
 
         F, J, push, *_ = self.jet(b, s, x, (nothing, nothing), z)
@@ -420,7 +423,7 @@ class CrossingFinder:
         if scaling.mix is not None:
             left = np.linalg.svd(J * columns / scaling.rows[:, None])[0][:, graph.size - 1 :]
 
-            def missed(slope: Any) -> Any:
+            def missed(slope: Floats) -> Any:
                 return left.T @ (self.jet(b, s, x, (slope, nothing), z)[3] / scaling.rows)
 
             if other is None:
@@ -445,12 +448,12 @@ class CrossingFinder:
         self,
         b: int,
         s: float,
-        x: Any,
-        slope: Any,
-        scaled: Any,
-        w: Any,
-        v: Any,
-        z: Any,
+        x: Unknowns,
+        slope: Floats,
+        scaled: Floats,
+        w: Floats,
+        v: Floats,
+        z: list[Unknowns],
         scaling: Scaling,
     ) -> Branch | None:
         """Return a branch with its second derivative, by the condition of third order.
@@ -465,14 +468,16 @@ class CrossingFinder:
         return Branch(slope, bend - rest / (more - rest) * v) if more != rest else None
 
     @staticmethod
-    def _solve(scaled: Any, right: Any) -> Any:
+    def _solve(scaled: Floats, right: Floats) -> Any:
         """Return the least solution of the singular system."""
         left, sigma, turned = np.linalg.svd(scaled)
         kept = sigma[:-1]
         return turned[:-1].T @ ((left[:, :-1].T @ right) / kept)
 
 
-def piece(a: float, b: float, at_a: Any, at_b: Any) -> Piece:
+def piece(
+    a: float, b: float, at_a: tuple[Floats, ...], at_b: tuple[Floats, Floats, Floats]
+) -> Piece:
     """Return the polynomial of degree five through (x, x', x'') at a and b, with derivatives."""
     h = b - a
     (x0, v0, a0), (x1, v1, a1) = at_a, at_b

@@ -19,6 +19,7 @@ from mechdae.kernels.run.high_precision import DIGITS, NoDecimals, decimals, exa
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
+from mechdae.types import Floats, Graph
 
 REFINED = 6
 """Newton steps for unknowns of earlier blocks, which are regular: each gives some 14 digits."""
@@ -53,7 +54,7 @@ class ExactPoses:
         self.sizes = graphs.scene.unknowns.sizes(constants.scale)
         self.columns, self.rows = graphs.units(constants.scale, constants.p)
 
-    def at(self, b: int, driven: list[Any], whole: list[Any], sign: float) -> ExactPose | None:
+    def at(self, b: int, driven: list[Any], whole: list[Floats], sign: float) -> ExactPose | None:
         """Return the pose of block `b`, None where nothing is proved.
 
         Parameters
@@ -72,7 +73,9 @@ class ExactPoses:
         except (NoDecimals, ArithmeticError, np.linalg.LinAlgError):
             return None
 
-    def _at(self, b: int, driven: list[Any], whole: list[Any], sign: float) -> ExactPose | None:
+    def _at(
+        self, b: int, driven: list[Floats], whole: list[Floats], sign: float
+    ) -> ExactPose | None:
         graph, u = self.graphs.blocks[b], [exactly(value) for value in driven[0]]
         x = [exactly(value) for value in whole[0]]
         for k in self.graphs.ancestors(b)[:-1]:
@@ -117,7 +120,7 @@ class ExactPoses:
         """Return F and J, column by column, of a block."""
         graph = self.graphs.blocks[b]
 
-        def make() -> Any:
+        def make() -> Graph:
             inputs = [graph.x, graph.z, self.graphs.scene.u, graph.p]
             return ca.Function("FJ", inputs, [ca.densify(ca.vertcat(graph.F, ca.vec(graph.J)))])
 
@@ -133,12 +136,12 @@ class ExactPoses:
         return inv, det, product(inv, values[:n])
 
     def _rates(
-        self, b: int, inv: list[Vector], x: Vector, driven: list[Any], whole: list[Any]
-    ) -> tuple[Any, Any]:
+        self, b: int, inv: list[Vector], x: Vector, driven: list[Floats], whole: list[Floats]
+    ) -> tuple[Floats, Floats]:
         """Return x' and x'' of a block; those of earlier ones are given in doubles."""
         graph, g = self.graphs.blocks[b], self.graphs
 
-        def make() -> Any:
+        def make() -> Graph:
             function = jets(g.scene, graph)
             symbols = function.sx_in()
             found = function(*symbols)

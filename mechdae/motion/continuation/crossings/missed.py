@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 LEAST = 1e-12
 """Distance of the branches down to which they are told apart [rad, lengths of the mechanism]."""
@@ -33,7 +34,7 @@ class Missed:
     B: float
     C: float
     r: float
-    tangent: Any
+    tangent: Floats
     v: Any
     unit: float
 
@@ -51,12 +52,12 @@ class Missed:
         """Distance of the branches along ``v`` where they pass each other."""
         return 2 * float(np.sqrt(abs(2 * self.r / self.A)))
 
-    def side(self, slope: Any, sense: float) -> float:
+    def side(self, slope: Floats, sense: float) -> float:
         """Return the sign of A a + B e on the branch that comes in along a `slope` (n,) of x."""
         along = float((slope - self.tangent) @ self.v / (self.v @ self.v)) * self.unit
         return -sense * float(np.sign(self.A * along + self.B))
 
-    def from_asymptote(self, ds: Any, side: float, order: int) -> Any:
+    def from_asymptote(self, ds: Floats, side: float, order: int) -> Any:
         """Return a on a branch less that on its asymptote, or a derivative by s.
 
         `side` is the sign of the branch, that of A a + B e; `ds` (n,) are places from the crossing.
@@ -73,7 +74,7 @@ class Missed:
             value = k * q / root**3
         return side * value / self.A / self.unit**order
 
-    def turning(self, sense: float) -> tuple[float, Any]:
+    def turning(self, sense: float) -> tuple[float, Floats]:
         """Return s - s* and x - x* (n,) where the branches coming in a sense turn back."""
         e = -sense * float(np.sqrt(2 * self.A * self.r / self._root))
         return e * self.unit, self.tangent * e * self.unit - self.B * e / self.A * self.v

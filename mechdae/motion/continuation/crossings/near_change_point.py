@@ -17,6 +17,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.crossings.across_change_point import Zone
 from mechdae.motion.continuation.step_sizes import PASS
+from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.crossings.exact_poses import ExactPose
@@ -32,7 +33,7 @@ class ZonePoses:
         self.graphs = graphs
         self._exact: dict[tuple[Zone, float], ExactPose | None] = {}
 
-    def estimated(self, path: AnyPath, s: Any, places: Any) -> bool:
+    def estimated(self, path: AnyPath, s: Floats, places: Floats) -> bool:
         """Return whether a bound of the poses at `s`, which the path passes at `places`, is none.
 
         Those of branches that pass each other are proved where the pose was solved in 50 digits.
@@ -52,7 +53,7 @@ class ZonePoses:
         batch: Batch = self.graphs.cache(("held", blocks), make)
         return batch
 
-    def held(self, path: AnyPath, s: Any) -> Any:
+    def held(self, path: AnyPath, s: Floats) -> Booleans:
         """Return which blocks are given by the expansion at a change point, (n, nb)."""
         held = np.zeros((len(s), self.graphs.nb), bool)
         index = path.zone_at(s)
@@ -63,10 +64,10 @@ class ZonePoses:
     def write(
         self,
         path: AnyPath,
-        s: Any,
-        places: Any,
-        guess: Any,
-        results: list[Any],
+        s: Floats,
+        places: Floats,
+        guess: Unknowns,
+        results: list[Floats],
         rates: Rates,
         pose: Callable[[Any, Any, Rates], list[Any]],
     ) -> None:
@@ -133,8 +134,14 @@ class ZonePoses:
                     whole[row, own] = value
 
     def _solved(
-        self, blocks: frozenset[int], path: AnyPath, s: Any, guess: Any, rates: Any, expanded: Any
-    ) -> list[Any]:
+        self,
+        blocks: frozenset[int],
+        path: AnyPath,
+        s: Floats,
+        guess: Unknowns,
+        rates: Any,
+        expanded: list[Floats],
+    ) -> list[Floats]:
         """Return the results at poses of a zone: unknowns of `blocks` by their expansion."""
         given = {i for b in blocks for i in self.graphs.blocks[b].own}
         outside = np.array([i for i in range(self.graphs.nx) if i not in given], int)

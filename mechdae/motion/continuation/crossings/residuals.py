@@ -19,6 +19,7 @@ from mechdae.kernels.run.high_precision import (
     exactly,
 )
 from mechdae.numerics.least_squares import solve
+from mechdae.types import Floats, Graph, Matrix, Unknowns
 
 REFINEMENTS = 4
 EXACT = 2.0**-90
@@ -48,11 +49,18 @@ class Residuals:
         The drivers' values (nd,) at a place.
     """
 
-    def __init__(self, graphs: Graphs, p: Any, u: Callable[[float], Any]) -> None:
+    def __init__(self, graphs: Graphs, p: Floats, u: Callable[[float], Any]) -> None:
         self.graphs, self.p, self.u = graphs, p, u
 
     def wide(
-        self, b: int, s: float, x: Any, whole: Any, earlier: list[int], w: Any, scaling: Any
+        self,
+        b: int,
+        s: float,
+        x: Unknowns,
+        whole: Floats,
+        earlier: list[int],
+        w: Floats,
+        scaling: Any,
     ) -> float:
         """Return |w . F| in 80-bit floats; to first order errors of x and s do not matter.
 
@@ -77,12 +85,12 @@ class Residuals:
     def precise(
         self,
         b: int,
-        whole: Any,
+        whole: Floats,
         earlier: list[int],
-        y: Any,
-        system: Any,
-        slope: Any,
-        driven: tuple[Any, ...],
+        y: Floats,
+        system: Graph,
+        slope: Matrix,
+        driven: tuple[Floats, ...],
         scaling: Any,
     ) -> float | None:
         """Return w . F in 50 digits at the crossing next to y, None where they cannot be had.
@@ -96,12 +104,12 @@ class Residuals:
     def _refined(
         self,
         b: int,
-        whole: Any,
+        whole: Floats,
         earlier: list[int],
-        y: Any,
-        system: Any,
-        slope: Any,
-        driven: tuple[Any, ...],
+        y: Floats,
+        system: Graph,
+        slope: Matrix,
+        driven: tuple[Floats, ...],
         scaling: Any,
     ) -> float | None:
         g = self.graphs
@@ -134,9 +142,9 @@ class Residuals:
         residual: float,
         b: int,
         s: float,
-        x: Any,
+        x: Unknowns,
         earlier: list[int],
-        w: Any,
+        w: Floats,
         scaling: Any,
     ) -> bool:
         """Return whether the numbers given, as far as they are known, decide the sign of w . F.
@@ -155,8 +163,8 @@ class Residuals:
         return abs(residual) > doubt and abs(written) > least and residual * written > 0
 
     def _slopes(
-        self, b: int, s: float, x: Any, earlier: list[int], w: Any, scaling: Any
-    ) -> tuple[Any, Any]:
+        self, b: int, s: float, x: Unknowns, earlier: list[int], w: Floats, scaling: Any
+    ) -> tuple[Floats, Floats]:
         """Return the derivatives of w . F by the parameters (np,) and the drivers' values (nd,)."""
         g, u = self.graphs, self.u(s)
         slope, load, by_u = np.zeros(len(self.p)), np.zeros(g.nx), np.zeros(g.nu)
@@ -173,11 +181,11 @@ class Residuals:
                 load[graph.uses] += Fz.T @ weight
         return slope, by_u
 
-    def _by_numbers(self, b: int, x: Any, u: Any) -> tuple[Any, Any]:
+    def _by_numbers(self, b: int, x: Unknowns, u: Floats) -> tuple[Floats, Floats]:
         """Return the derivatives of a block's equations by its parameters and by the drivers."""
         g, graph = self.graphs, self.graphs.blocks[b]
 
-        def make() -> Any:
+        def make() -> Graph:
             symbols = graph.function.sx_in()
             value = graph.function(*symbols)
             parts = [ca.densify(ca.jacobian(value, symbols[k])) for k in (3, 2)]
@@ -194,7 +202,7 @@ class Residuals:
         return (COMPUTED if several else KNOWN) * np.spacing(np.abs(u))
 
     @property
-    def _grain(self) -> tuple[Any, Any]:
+    def _grain(self) -> tuple[Floats, Floats]:
         """By how much each parameter may differ from what was meant, and decimals from doubles."""
         model = self.graphs.scene.model
         given = dict(model.mechanism.parameters)
@@ -208,5 +216,5 @@ class Residuals:
         return units * np.spacing(np.abs(self.p)), shift
 
 
-def floats(values: list[Any]) -> Any:
+def floats(values: list[Any]) -> Floats:
     return np.array([float(value) for value in values])
