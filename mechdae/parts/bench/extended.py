@@ -12,9 +12,10 @@ import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.high_precision import LONG, evaluate
+from mechdae.types import Floats
 
 
-def true_error(graphs: Graphs, x: Any, u: Any, p: Any) -> Any:
+def true_error(graphs: Graphs, x: Any, u: Floats, p: Any) -> Floats:
     """Return the distance of each unknown from the exact solution, (n, nx).
 
     Block after block: J step = F - F_z step of earlier blocks.

@@ -31,6 +31,7 @@ from mechdae.parts.bench.yardstick import yardstick
 from mechdae.records import dataclass
 from mechdae.tasks.solve import solve
 from mechdae.tasks.solver import Solver
+from mechdae.types import Floats, Integers, Json, Unknowns
 
 SIZES = (1, 100, 1_000, 10_000, 100_000)
 QUICK_SIZES = (100, 1_000)
@@ -128,7 +129,7 @@ def nothing_kept() -> Any:
             os.environ[VARIABLE] = before
 
 
-def sets_of(problem: Problem, changed: str | None) -> Iterator[dict[str, Any]]:
+def sets_of(problem: Problem, changed: str | None) -> Iterator[dict[str, float]]:
     """Yield another value of a dimension for each call, nothing where none is to change."""
     value = problem.mechanism.values()[changed] if changed else 0.0
     for k in count(1):
@@ -148,7 +149,7 @@ def measure(
     sizes: tuple[int, ...],
     repeats: int = 7,
     others: Others | None = None,
-) -> list[dict[str, Any]]:
+) -> list[Json]:
     """Return one record per size and method: work, method, n, ratio, yardstick, error, seconds.
 
     ``seconds`` is that of a call from the problem to the result: path, poses, velocities,
@@ -158,7 +159,7 @@ def measure(
     `others` are measured beside.
     """
     solve(load("slider-crank"), "turn")  # imports are no part of a first call
-    records: list[dict[str, Any]] = []
+    records: list[Json] = []
     for n in sizes:
         task = item.of(n)
         problem = item.problem.with_task(TASK, task)
@@ -200,7 +201,7 @@ def calls(
 
 
 def as_arrays(
-    solver: Solver, numbers: Iterator[dict[str, Any]], u: Any, stick: Way, repeats: int
+    solver: Solver, numbers: Iterator[dict[str, Any]], u: Floats, stick: Way, repeats: int
 ) -> tuple[float, float]:
     """Return the medians of a solver's poses at driver values `u` and of the yardstick."""
     solver.poses({}, u)
@@ -224,12 +225,12 @@ def interleaved(ours: Way, theirs: Way, repeats: int) -> tuple[float, float]:
     return median(times[0]), median(times[1])
 
 
-def _sample(poses: Any) -> Any:
+def _sample(poses: Any) -> Integers:
     rows = np.flatnonzero(poses.alive.all(axis=1) & ~poses.at_limit)
     return rows[:: max(1, len(rows) // SAMPLES)]
 
 
-def unknowns_error(setting: Setting, x: Any, s: Any) -> tuple[float, float]:
+def unknowns_error(setting: Setting, x: Unknowns, s: Floats) -> tuple[float, float]:
     """Return the largest true error of the unknowns `x` (k, nx) at `s`, and what is allowed."""
     if not x.shape[1]:
         return 0.0, 1e-15
@@ -241,7 +242,7 @@ def unknowns_error(setting: Setting, x: Any, s: Any) -> tuple[float, float]:
     return float(error[worst]), float(allowed[worst])
 
 
-def table(records: list[dict[str, Any]]) -> str:
+def table(records: list[Json]) -> str:
     """Return the records as text."""
     lines = [
         f"{'work':44} {'poses':>8} {'ms':>9} {'ns/pose':>9} {'x yardstick':>12} {'error':>9} "

@@ -16,6 +16,7 @@ from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.errors import MechdaeError
 from mechdae.records import dataclass
+from mechdae.types import Floats, Graph, Unknowns
 
 SX = ca.SX
 TIGHT = 1e-13
@@ -29,7 +30,7 @@ STATE = "summary/state/"
 class MotionEnd:
     """Where an integration ends, and how many right-hand sides it took."""
 
-    x: Any
+    x: Unknowns
     rhs: int
 
 
@@ -49,7 +50,7 @@ class MotionWork:
         What was found beforehand: expected values that are not those of the file.
     """
 
-    def __init__(self, problem: Problem, name: str, run: MotionRun, x: Any, v: Any) -> None:
+    def __init__(self, problem: Problem, name: str, run: MotionRun, x: Unknowns, v: Floats) -> None:
         self.name = f"{problem.name} {name}"
         self.problem, self.key = problem, name
         self.run, self.x, self.v = run, x, v
@@ -84,14 +85,14 @@ class MotionWork:
         """The time at the end."""
         return self.setup.end
 
-    def error(self, x: Any) -> float:
+    def error(self, x: Unknowns) -> float:
         """Return the largest error at the end, over natural sizes or what is larger."""
         found = x if self._outputs is None else self._outputs(self.end, x)
         found = np.array(ca.DM(found)).ravel()
         scale = np.maximum(self._units, np.abs(self._wanted))
         return float(np.max(np.abs(found - self._wanted) / scale, initial=0.0))
 
-    def drift(self, x: Any) -> float:
+    def drift(self, x: Unknowns) -> float:
         """Return the largest gap of a constraint at the end, over its natural size."""
         if not self.kernel.m:
             return 0.0
@@ -131,7 +132,9 @@ class RubbingWork(MotionWork):
         return MotionEnd(run.last[self.integrator.layout["x"]].copy(), self.integrator.rhs - before)
 
 
-def _expected(setup: MotionProblem, problem: Problem, name: str) -> tuple[Any, Any, Any, float]:
+def _expected(
+    setup: MotionProblem, problem: Problem, name: str
+) -> tuple[Graph | None, Floats, Floats, float]:
     """Return the function (t, x) -> named outputs that the problem has values of.
 
     With them, the values, natural sizes, and the largest deviation that the file allows.

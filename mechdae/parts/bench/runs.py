@@ -7,11 +7,15 @@ import os
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae import __version__
 from mechdae.describe.file.atomic_write import whole_file
 from mechdae.kernels.machine.library import backend
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 STAMP = ("run", "date", "version", "back_end", "load")
 """What is added to each row, see `BenchRun`."""
@@ -36,7 +40,7 @@ class BenchRun:
         self.path, self.records = path, list[dict[str, Any]]()
         self.name = f"{begun:%Y-%m-%dT%H:%M:%SZ}-{os.getpid()}"
 
-    def add(self, records: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    def add(self, records: Iterable[Json]) -> list[Json]:
         """Return rows just measured with what tells their run; they are written with the others."""
         stamp = {
             "run": self.name,

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from mechdae.records import dataclass
 from mechdae.tasks.check import check
 from mechdae.tasks.solve import solve
 from mechdae.tasks.solver import Solver
+from mechdae.types import Floats, Json
 
 POSES = 10_000
 """Poses of the yardstick."""
@@ -56,14 +56,12 @@ over the one parameter that is left [rad]."""
 GIVEN = {"andrews-squeezer": {"tol": 1e-10}}
 
 
-def measure(
-    works: tuple[TaskWork, ...] = WORKS, repeats: int = 7, sets: int = SETS
-) -> list[dict[str, Any]]:
+def measure(works: tuple[TaskWork, ...] = WORKS, repeats: int = 7, sets: int = SETS) -> list[Json]:
     """Return records of whole tasks: work, method, n, ratio, yardstick, error, seconds.
 
     ``n`` counts poses, modes, steps or designs; the yardstick runs with 10 000 poses.
     """
-    records: list[dict[str, Any]] = []
+    records: list[Json] = []
     for item in works:
         problem = load(item.problem).with_values(GIVEN.get(item.problem, {}))
         records += _of_task(item, problem, min(repeats, item.repeats))
@@ -71,7 +69,7 @@ def measure(
     return records
 
 
-def _of_task(item: TaskWork, problem: Problem, repeats: int) -> Iterator[dict[str, Any]]:
+def _of_task(item: TaskWork, problem: Problem, repeats: int) -> Iterator[Json]:
     """Yield the records of one task."""
     result = solve(problem, item.task)
     if item.problem in BEST:
@@ -87,7 +85,7 @@ def _of_task(item: TaskWork, problem: Problem, repeats: int) -> Iterator[dict[st
         }  # fmt: skip
 
 
-def _stick() -> Any:
+def _stick() -> tuple[Floats, ...]:
     return yardstick(np.linspace(0, 2 * np.pi, POSES))
 
 
@@ -103,7 +101,7 @@ def off_expected(problem: Problem, task: str) -> float:
     return largest
 
 
-def _of_study(count: int, repeats: int) -> dict[str, Any]:
+def _of_study(count: int, repeats: int) -> Json:
     """Return the record of a study: four-bars with lengths of +-5 %."""
     problem = load("four-bar-crank-rocker")
     problem = problem.with_task("turn", replace(problem.tasks["turn"], poses=SET_POSES))  # type: ignore[call-arg]
@@ -124,7 +122,7 @@ def _of_study(count: int, repeats: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def table(records: list[dict[str, Any]]) -> str:
+def table(records: list[Json]) -> str:
     """Return the records as text."""
     lines = [
         f"{'whole task':32} {'n':>6} {'first ms':>10} {'again ms':>9} {'md.Solver ms':>13} "

@@ -5,14 +5,14 @@ Times of sweeps are quoted as ratios to this function, same number of poses, sam
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+
+from mechdae.types import Floats
 
 CRANK, COUPLER, ROCKER, GROUND = 0.048, 0.09, 0.08, 0.1
 
 
-def yardstick(t2: Any) -> tuple[Any, ...]:
+def yardstick(t2: Floats) -> tuple[Floats, ...]:
     """Return coupler and rocker angle, their first and second derivatives, each (n,)."""
     a, b, c, d = CRANK, COUPLER, ROCKER, GROUND
     ax, ay = a * np.cos(t2), a * np.sin(t2)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from mechdae.additions import Added, Registry
 from mechdae.describe.file.atomic_write import whole_file
@@ -109,7 +108,7 @@ def exported(
     problem: Problem | str | Path,
     format: str,
     task: str | None = None,
-    **options: Any,
+    **options: float,
 ) -> Exported:
     """Return a mechanism in another program's format.
 

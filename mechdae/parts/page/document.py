@@ -38,6 +38,7 @@ from mechdae.parts.page.space_scenes import space_of
 from mechdae.records import dataclass
 from mechdae.results import Result, plain
 from mechdae.tasks.solve import solve
+from mechdae.types import Floats, Json
 
 CHECKS = 12
 """Poses at which the page compares itself with Python when it is opened."""
@@ -212,7 +213,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
     found = _followed(problem, name, lang)
     setting, run, result, task = found.setting, found.run, found.result, found.task
     reason = said(live.why_recorded(setting, run, task), lang, kind=getattr(task, "kind", ""))
-    data: dict[str, Any] = {
+    data: Json = {
         "schema": 1,
         "version": __version__,
         "title": problem.title or problem.name,
@@ -262,7 +263,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
 
 
 def _make_live(
-    data: dict[str, Any],
+    data: Json,
     problem: Problem,
     setting: Setting,
     run: Run,
@@ -336,7 +337,7 @@ def _telling(run: Run) -> list[int]:
     return [int(part[np.argmin(poses.condition[part])]) for part in parts]
 
 
-def _checks(run: Run, rows: list[int]) -> list[dict[str, Any]]:
+def _checks(run: Run, rows: list[int]) -> list[Json]:
     """Return values and rates of the outputs at poses, without any where the path begins."""
     poses, orders = run.poses, 3
     if not rows:
@@ -350,13 +351,13 @@ def _checks(run: Run, rows: list[int]) -> list[dict[str, Any]]:
     ]
 
 
-def _slider(name: str, value: float, automatic: bool) -> dict[str, Any]:
+def _slider(name: str, value: float, automatic: bool) -> Json:
     """Return a number that can be changed, with the range of its slider."""
     low, high = sorted((value / live.FAR, value * live.FAR)) if value else (-1.0, 1.0)
     return {"name": name, "value": value, "low": low, "high": high, "automatic": automatic}
 
 
-def _driver(result: Result) -> dict[str, Any]:
+def _driver(result: Result) -> Json:
     """Return the coordinate that the cursor moves along: a driver, or time."""
     if result.time is not None:
         return {"name": "t", "unit": "s", "values": plain(np.asarray(result.time, float))}
@@ -369,12 +370,12 @@ def _driver(result: Result) -> dict[str, Any]:
     return {"name": name, "unit": "", "values": list(range(len(result.status)))}
 
 
-def _ways(result: Result) -> list[Any]:
+def _ways(result: Result) -> list[Floats]:
     """Return the ways of all points, as large as they are seen."""
     return in_picture([np.asarray(series.position) for series in result.points.values()])
 
 
-def _recorded(result: Result, most: int, turned: Collection[str]) -> dict[str, Any]:
+def _recorded(result: Result, most: int, turned: Collection[str]) -> Json:
     """Return the places of all points at `most` poses, and the angles of bodies `turned`."""
     count = len(result.status)
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
@@ -400,12 +401,12 @@ def _recorded(result: Result, most: int, turned: Collection[str]) -> dict[str, A
     }
 
 
-def _packed(values: Any) -> str:
+def _packed(values: Floats) -> str:
     """Return float64 numbers, little-endian, row by row, in base64."""
     return base64.b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()
 
 
-def data_of(path: str | FilePath) -> dict[str, Any]:
+def data_of(path: str | FilePath) -> Json:
     """Return the data of a page that was written before.
 
     Raises
@@ -417,5 +418,5 @@ def data_of(path: str | FilePath) -> dict[str, Any]:
     _, found, rest = text.partition(link.OPENING)
     if not found:
         raise InputError("is no page of mechdae", where=str(path))
-    data: dict[str, Any] = json.loads(rest.partition("</script>")[0])
+    data: Json = json.loads(rest.partition("</script>")[0])
     return data

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.describe.file import library
 from mechdae.describe.file.load import load
@@ -13,6 +13,10 @@ from mechdae.describe.units import UNITS
 from mechdae.errors import InputError
 from mechdae.parts.page import link
 from mechdae.parts.page.document import LANGUAGES, Page
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 LARGEST = 200_000
 """Characters of a file that the editor's page opens."""
@@ -56,7 +60,7 @@ def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Pag
                 where=name,
                 hint=f"the editor opens files up to {LARGEST // 1000} kB",
             )
-    data: dict[str, Any] = {
+    data: Json = {
         "schema": 1,
         "title": title,
         "problem": "" if problem is None else whole.name,

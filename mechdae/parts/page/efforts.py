@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,6 +12,7 @@ from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import LoadedRun, unknown_columns
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
 from mechdae.results import effort_unit
+from mechdae.types import Graph, Json
 
 PARAMETERS = 6
 """Place of the parameters among the inputs of the balance."""
@@ -29,7 +29,7 @@ def why_without(statics: InverseDynamics) -> str:
     return ""
 
 
-def functions(statics: InverseDynamics) -> Mapping[str, Any]:
+def functions(statics: InverseDynamics) -> Mapping[str, Graph]:
     """Return the functions that the page calls, by the names that they have there."""
     balance = statics.balance
     found = {"report": balance.report(statics.coupled), "slipping": balance.slipping}
@@ -58,7 +58,7 @@ def used(statics: InverseDynamics) -> set[int]:
     return found
 
 
-def numbers(loaded: LoadedRun, rows: list[int]) -> dict[str, Any]:
+def numbers(loaded: LoadedRun, rows: list[int]) -> Json:
     """Return what the page needs beside the functions, and the forces at some of the poses."""
     statics, setting = loaded.statics, loaded.setting
     balance = statics.balance
@@ -93,7 +93,7 @@ def numbers(loaded: LoadedRun, rows: list[int]) -> dict[str, Any]:
     }
 
 
-def _checks(loaded: LoadedRun, rows: list[int]) -> list[dict[str, Any]]:
+def _checks(loaded: LoadedRun, rows: list[int]) -> list[Json]:
     """Return reactions and efforts of some of the poses, those that have one solution."""
     motion, statics = loaded.motion.rows(rows), loaded.statics
     answer: PoseForces = solved(statics, motion, motion.there, critical=False)

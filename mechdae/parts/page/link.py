@@ -13,7 +13,11 @@ import re
 import zlib
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 WEB = Path(__file__).resolve().parent / "web"
 OPENING = '<script type="application/json" id="mechdae">'
@@ -42,7 +46,7 @@ FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
 """The module that begins, and the file that it works in."""
 
 
-def linked(data: dict[str, Any], kernels: str, main: str = MAIN) -> str:
+def linked(data: Json, kernels: str, main: str = MAIN) -> str:
     """Return the page; the same data give the same text.
 
     ``main`` is the module that begins, and its ``.html`` what is filled.

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND, Body, Ground
-from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.equations.model import Model
 from mechdae.equations.parameters import parameters_of
 from mechdae.equations.tree.choice import is_tree
@@ -25,6 +25,7 @@ from mechdae.motion.setup.outputs import RATES, Outputs, ReportedQuantity
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import HELPERS, Printed, printed
 from mechdae.records import dataclass
+from mechdae.types import Graph, Json
 
 MOST_SLIDERS = 24
 FAR = 2.5
@@ -43,7 +44,7 @@ class PrintedKernels:
     layout: dict[str, Any]
 
 
-def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
+def why_recorded(setting: Setting | None, run: Run | None, task: Task) -> str:
     """Return the key of the reason why a task cannot be live, "" where it can."""
     if not isinstance(task, Sweep) or task.kind != "sweep" or setting is None or run is None:
         return "open" if getattr(task, "kind", "") == "sweep" else "kind"
@@ -64,7 +65,7 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
 
 
 def kernels(
-    graphs: Graphs, model: Model, sliders: Sequence[str], more: Mapping[str, Any]
+    graphs: Graphs, model: Model, sliders: Sequence[str], more: Mapping[str, Graph]
 ) -> PrintedKernels:
     """Return the functions that the page calls, with `more` by their names there.
 
@@ -107,7 +108,7 @@ def kernels(
     return PrintedKernels(text, layout | others)
 
 
-def looks_of(model: Model) -> tuple[list[list[str]], Any]:
+def looks_of(model: Model) -> tuple[list[list[str]], Graph]:
     """Return joints and keys of what symbols are drawn by, and these numbers over p."""
     keys = {"axis": "axis", "radius": "radius", "roller_radius": "roller"}
     space = model.mechanism
@@ -147,7 +148,7 @@ def bounded_of(outputs: Outputs) -> dict[str, list[int]]:
     }
 
 
-def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:
+def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Graph]:
     """Return bounds of the outputs' slopes with their places, and of their rounding."""
     function = graphs.output_bounds
     at = function.sx_in()
@@ -202,7 +203,7 @@ def _used(setting: Setting) -> list[str]:
     return [setting.scene.model.p_names[k] for k in columns]
 
 
-def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
+def numbers_of(setting: Setting, run: Run) -> Json:
     """Return what the path begins with: pose, sizes, scale, weights, blocks."""
     graphs, path = setting.graphs, run.path
     constants = path.constants
@@ -241,7 +242,7 @@ def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
     }
 
 
-def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
+def modes_of(setting: Setting, run: Run) -> list[Json]:
     """Return the assembly modes at the pose where the path begins."""
     s, x = ways.start_of(run.path)
     u = run.path.drivers(np.array([s]))[0]

@@ -20,12 +20,13 @@ from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.kinematics.several_drivers import scales
 from mechdae.results import Result
+from mechdae.types import Floats, Graph, Json
 
 LINE = "line_"
 """What names of functions begin with that are those of straight lines, beside a law's."""
 
 
-def start_of(path: AnyPath) -> tuple[float, Any]:
+def start_of(path: AnyPath) -> tuple[float, Floats]:
     """Return the place where the page begins, and the unknowns there (nx,)."""
     if isinstance(path, Legs):  # the first leg leads from the sketch to the first pose
         return 1.0, path.nodes[1]
@@ -43,7 +44,7 @@ def followed_by(setting: Setting) -> Graphs:
     return graphs.straight if plan.moving is not None and graphs.course else graphs
 
 
-def functions(setting: Setting) -> dict[str, Any]:
+def functions(setting: Setting) -> dict[str, Graph]:
     """Return the functions of a law and of straight lines, by the names that the page knows."""
     if not is_law(setting):
         return {}
@@ -61,7 +62,7 @@ def cornered(setting: Setting) -> bool:
     return timing is not None and bool(len(timing.corners) or np.any(timing.rough))
 
 
-def drivers_of(setting: Setting, result: Result) -> list[dict[str, Any]] | None:
+def drivers_of(setting: Setting, result: Result) -> list[Json] | None:
     """Return the drivers that can be moved on their own, None where there is one."""
     plan = setting.plan
     if setting.graphs.single:
@@ -84,7 +85,7 @@ def drivers_of(setting: Setting, result: Result) -> list[dict[str, Any]] | None:
     ]
 
 
-def way_of(setting: Setting, run: Run) -> dict[str, Any]:
+def way_of(setting: Setting, run: Run) -> Json:
     """Return what the page's poses lie along.
 
     ``kind`` is "value" (of one driver), "alone" (one of several, the others held), "legs" or

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.describe.joints.curve import follows_curve, place, span
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.parts.page.space_scenes import joint_in_space
 
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
+
 SAMPLES = 240
 """Pieces of a curve."""
 
 
-def drawn(mechanism: Mechanism) -> dict[str, Any]:
+def drawn(mechanism: Mechanism) -> Json:
     """Return the bodies, points and joints of the diagram.
 
     ``bodies``: name, number on the diagram, references of the points that shape it.
@@ -45,7 +49,7 @@ def drawn(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
-def turned(scene: dict[str, Any]) -> set[str]:
+def turned(scene: Json) -> set[str]:
     """Return the bodies whose angles the diagram needs: guides and curves turn with them."""
     joints = [joint for joint in scene["joints"] if "curve" in joint or "axis" in joint]
     return {joint["first"].split(".")[0] for joint in joints if scene["dimension"] == 2} - {GROUND}
@@ -56,9 +60,9 @@ def round_off(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[str, Any]:
+def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> Json:
     joint = mechanism.joints[name]
-    entry: dict[str, Any] = {
+    entry: Json = {
         "name": name,
         "kind": joint.kind,
         "first": joint.first,

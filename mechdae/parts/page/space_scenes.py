@@ -12,15 +12,16 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.results import Result
+from mechdae.types import Json
 
 
-def joint_in_space(mechanism: Mechanism, joint: Joint) -> dict[str, Any]:
+def joint_in_space(mechanism: Mechanism, joint: Joint) -> Json:
     """Return what is drawn of a joint.
 
     ``axis`` is its direction in the first body and ``axis2`` the one in the second, ``sliding``
     tells that its symbol is at the second point.
     """
-    entry: dict[str, Any] = {"sliding": joint.straight, "pointer": joint.pointer}
+    entry: Json = {"sliding": joint.straight, "pointer": joint.pointer}
     if isinstance(joint, SpatialJoint) and dict(joint.directions()):
         sides = [_axis(mechanism, joint, second) for second in (False, True)]
         entry |= {"axis": sides[0], "axis2": sides[1]}
@@ -81,7 +82,7 @@ def _reach(scene: SpatialScene, mesh: Joint) -> list[float]:
     return [min(ways), max(ways)] if ways else [0.0, 0.0]
 
 
-def space_of(result: Result) -> dict[str, Any]:
+def space_of(result: Result) -> Json:
     """Return the direction to look from, and symbols that are moved along their axes [m]."""
     # what draws, and matplotlib with it, is for mechanisms in space alone
     from mechdae.draw.space.anchors import anchor

@@ -13,6 +13,7 @@ from mechdae.errors import InputError, SolveError, UnavailableError
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
+    from mechdae.types import Json
 
 KINDS = ("sweep", "modes")
 """Kinds of tasks of which certificates are written."""
@@ -77,7 +78,7 @@ def check_certificate(path: str | Path, problem: Problem | str | None = None) ->
     return proved
 
 
-def as_json(content: dict[str, Any]) -> str:
+def as_json(content: Json) -> str:
     """Return a certificate as the text of its file."""
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
@@ -100,7 +101,7 @@ def _checker() -> ModuleType:
         ) from None
 
 
-def _compare(content: dict[str, Any], problem: Problem) -> None:
+def _compare(content: Json, problem: Problem) -> None:
     """Raise where a certificate is not of this problem: name, task, mechanism."""
     from mechdae.parts.proof.write import mechanism_of_task
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from flint import acb
 
+if TYPE_CHECKING:
+    from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses
+    from mechdae.parts.proof.checker.space import SpatialMechanism
 
-def poses_of_group(m: Any, z: list[Any], group: Any) -> list[list[Any]]:
+
+def poses_of_group(m: SpatialMechanism, z: list[Any], group: GroupPoses) -> list[list[Any]]:
     """Return poses that differ from a pose in the bodies of one group, solved by paths.
 
     Parameters
@@ -44,7 +48,7 @@ def poses_of_group(m: Any, z: list[Any], group: Any) -> list[list[Any]]:
 
 
 def hinge_row_poses(
-    m: Any, z: list[Any], row: Sequence[tuple[str, bool]], axes: Any
+    m: SpatialMechanism, z: list[Any], row: Sequence[tuple[str, bool]], axes: Any
 ) -> list[list[Any]]:
     """Return poses that differ from a pose in the bodies of a row of hinges.
 

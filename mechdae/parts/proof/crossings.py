@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.errors import UnavailableError
 from mechdae.parts.proof.checker import mechanism_of
@@ -12,11 +12,15 @@ from mechdae.parts.proof.checker.arithmetic import FalseClaim, exact, exacts
 from mechdae.parts.proof.checker.crossings import ExactChangePoint
 from mechdae.parts.proof.superfluous import origins
 
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
+
 NEAR = 1e-6
 """How far an angle may be off right angles to be taken for them, as near as rounding lets it be."""
 
 
-def meeting(mechanism: dict[str, Any], bodies: dict[str, list[str]], s: float) -> dict[str, Any]:
+def meeting(mechanism: dict[str, Json], bodies: dict[str, list[str]], s: float) -> Json:
     """Return the exact pose near `bodies` at a change point, with the driver at `s`.
 
     Raises

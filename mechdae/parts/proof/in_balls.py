@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from flint import acb
@@ -19,6 +19,12 @@ from mechdae.parts.proof.checker.theorems_in_space import IN_SPACE
 from mechdae.parts.proof.checker.tubes import follow, solution, turning
 from mechdae.parts.proof.complex_starts import poses_of_group
 from mechdae.parts.proof.mechanism import as_text
+from mechdae.types import Floats, Json
+
+if TYPE_CHECKING:
+    from mechdae.parts.proof.checker.mechanism import ClaimedMechanism
+    from mechdae.parts.proof.checker.space import SpatialMechanism
+
 
 LAST_KEPT = 1e-3
 """Weight of the equations of crosses and screws: theorems count poses of those that keep others."""
@@ -26,7 +32,7 @@ STARTS, MOST_STARTS = 200, 1000
 """Starts for each pose that is sought, and in all."""
 
 
-def left_out(mechanism: dict[str, Any], places: Sequence[tuple[dict[str, Any], str]]) -> list[str]:
+def left_out(mechanism: Json, places: Sequence[tuple[dict[str, Any], str]]) -> list[str]:
     """Return as many equations as there are superfluous ones, those that others tell.
 
     They are equations of joints, one after the other those that carry most of the self-stresses,
@@ -45,11 +51,11 @@ def left_out(mechanism: dict[str, Any], places: Sequence[tuple[dict[str, Any], s
     return [str(k) for k in sorted(chosen)]
 
 
-def _least(rows: Any) -> float:
+def _least(rows: Floats) -> float:
     return float(np.linalg.svd(rows, compute_uv=False)[-1])
 
 
-def _slopes(m: Any, bodies: dict[str, Any], at: str) -> Any:
+def _slopes(m: SpatialMechanism, bodies: dict[str, list[str]], at: str) -> Any:
     """Return the derivatives of all equations at a pose, in rows of length 1 or `LAST_KEPT`."""
     z = m.claimed({"bodies": bodies}, exact(at, "at"), "at")
     rows = m.equations([Dual(x, {k: ONE}) for k, x in enumerate(z)])[0]
@@ -60,12 +66,12 @@ def _slopes(m: Any, bodies: dict[str, Any], at: str) -> Any:
     return J * np.array([*weights, *[1.0] * (len(J) - len(weights))])[:, None]
 
 
-def names_of(mechanism: dict[str, Any]) -> list[tuple[str, str]]:
+def names_of(mechanism: Json) -> list[tuple[str, str]]:
     """Return the coordinates that the checker has: owner and word of each."""
     return list(mechanism_of(mechanism, square=False).names)
 
 
-def refined_path(mechanism: dict[str, Any], path: dict[str, Any]) -> dict[str, Any]:
+def refined_path(mechanism: dict[str, Any], path: dict[str, Any]) -> Json:
     """Return a path with its poses to the last bit; those that balls do not prove as they were."""
     m, places = mechanism_of(mechanism), [path, *path["steps"]]
     corners = m.dimension == 3 and any(isinstance(law, list) for law in m.drivers.values())
@@ -92,7 +98,7 @@ def refined_path(mechanism: dict[str, Any], path: dict[str, Any]) -> dict[str, A
     return path
 
 
-def refined_mode(mechanism: dict[str, Any], mode: dict[str, Any], at: str) -> dict[str, Any]:
+def refined_mode(mechanism: Json, mode: Json, at: str) -> Json:
     """Return a mode with its pose to the last bit, as it was where balls do not prove one."""
     m = mechanism_of(mechanism)
     try:
@@ -102,7 +108,7 @@ def refined_mode(mechanism: dict[str, Any], mode: dict[str, Any], at: str) -> di
     return mode | {"bodies": _bodies(m, z)}
 
 
-def _bodies(m: Any, z: list[Any]) -> dict[str, list[str]]:
+def _bodies(m: ClaimedMechanism, z: list[Any]) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for (owner, _), v in zip(m.names, z, strict=False):
         found.setdefault(owner, []).append(as_text(v.mid()))
@@ -111,7 +117,7 @@ def _bodies(m: Any, z: list[Any]) -> dict[str, list[str]]:
 
 def complex_poses(
     content: dict[str, Any],
-    real: list[dict[str, Any]],
+    real: list[Json],
     solved: Sequence[GroupPoses] = (),
 ) -> list[list[list[str]]]:
     """Return places to look at for all complex poses, the real ones first: (re, im) of each number.
@@ -137,7 +143,7 @@ def complex_poses(
     return [[[as_text(x.real.mid()), as_text(x.imag.mid())] for x in pose[:-1]] for pose in found]
 
 
-def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
+def check_count(mechanism: Json, groups: list[list[str]]) -> str:
     """Return what proves that modes are all: "" for theorems of the checker, or boxes.
 
     Raises
@@ -154,7 +160,7 @@ def check_count(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
     return ""
 
 
-def looked_at(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
+def looked_at(mechanism: Json, groups: list[list[str]]) -> str:
     """Return by what boxes it can be proved that modes are all: "turns", "places", "" by none.
 
     Groups of a spatial mechanism are bodies that a driver holds, and else bodies on hinges from
@@ -172,7 +178,7 @@ def looked_at(mechanism: dict[str, Any], groups: list[list[str]]) -> str:
     return proofs.pop() if len(proofs) == 1 else ""
 
 
-def counted(m: Any, groups: list[list[str]]) -> int:
+def counted(m: ClaimedMechanism, groups: list[list[str]]) -> int:
     """Return how many poses groups have together, by the theorems of the checker."""
     count = Count(m, groups, IN_SPACE if m.dimension == 3 else IN_PLANE)
     for group, (most, _) in zip(groups, count.of_groups, strict=True):
@@ -188,7 +194,7 @@ def counted(m: Any, groups: list[list[str]]) -> int:
 class PoseSearch:
     """The search for all complex poses of the groups in a certificate's `content`."""
 
-    def __init__(self, content: dict[str, Any]) -> None:
+    def __init__(self, content: Json) -> None:
         self.m: Any = mechanism_of(content["mechanism"])
         self.theorems = IN_SPACE if self.m.dimension == 3 else IN_PLANE
         self.u, self.groups = exact(content["at"], "at"), content["groups"]

@@ -14,6 +14,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.bounds.walk import replay
+from mechdae.types import Graph, Json, Unknowns
 
 NAMES = {"pin-in-slot": "slot", "belt": "gear", "friction-wheel": "gear"}
 """Kinds of joints whose equation is that of another one."""
@@ -44,7 +45,7 @@ CURVES = OPERATIONS | {ca.OP_SQRT: "sqrt"}
 
 
 def formulas(
-    function: Any,
+    function: Graph,
     numbers: tuple[str, ...] = (),
     known: dict[int, str] = OPERATIONS,
     what: str = "laws",
@@ -107,13 +108,13 @@ def planar_mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any
     return {"bodies": points, "joints": joints, "drivers": laws}
 
 
-def _add(points: dict[str, dict[str, list[str]]], reference: str, values: Any) -> None:
+def _add(points: dict[str, dict[str, list[str]]], reference: str, values: dict[str, float]) -> None:
     body, _, point = reference.partition(".")
     if body in points:
         points[body][point] = [as_text(values[f"{reference}.{axis}"]) for axis in "xy"]
 
 
-def _joint(joint: Joint, values: Any) -> dict[str, Any]:
+def _joint(joint: Joint, values: Any) -> dict[str, str]:
     kind = NAMES.get(joint.kind, joint.kind)
     if kind not in NUMBERS:
         raise UnavailableError(
@@ -133,7 +134,7 @@ def _joint(joint: Joint, values: Any) -> dict[str, Any]:
     return claim | {key: as_text(value) for key, value in numbers.items()}
 
 
-def _curve(scene: Scene, joint: Curve, values: Any) -> dict[str, Any]:
+def _curve(scene: Scene, joint: Curve, values: dict[str, float]) -> Json:
     """Return place and roller of a curve: exact numbers are put into its formulas."""
     contact, model = scene.model.contacts[joint.name], scene.model
     if contact.wrapped or not contact.closed:
@@ -178,7 +179,7 @@ class Frames:
         expression = ca.densify(scene.expression(ca.vertcat(*rows)))
         self._function = ca.Function("frames", [scene.x, scene.u, model.p], [expression])
 
-    def at(self, x: Any, u: Any) -> dict[str, list[str]]:
+    def at(self, x: Unknowns, u: Any) -> dict[str, list[str]]:
         """Return x, y, angle of each body as exact texts, at unknowns `x` and drivers `u`.
 
         Of each curve s and the angle of a roller's tangent, by the joint's name.

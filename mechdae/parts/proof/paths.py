@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,11 @@ from mechdae.motion.continuation.reachable_arc import Arc
 from mechdae.parts.proof.crossings import meeting
 from mechdae.parts.proof.mechanism import Frames, as_text
 from mechdae.parts.proof.space import SpatialFrames
+from mechdae.types import Floats, Json
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.crossings.across_change_point import Zone
+
 
 BEFORE = 1e-3
 """Share of the largest step before a limit position from which on the way into it begins."""
@@ -27,9 +32,9 @@ def path_of(
     path: Path,
     arc: Arc,
     frames: Frames | SpatialFrames,
-    places: Any,
-    mechanism: dict[str, Any],
-) -> dict[str, Any]:
+    places: Floats,
+    mechanism: Json,
+) -> Json:
     """Return the nodes of a path inside its arc, and the limit positions that end it.
 
     Where all is linear in the drivers' values there are none: the ends of the poses' `places`.
@@ -67,7 +72,7 @@ def path_of(
             f"no certificate is written of a path that takes about {steps} steps to check: it "
             "leads across change points to a singular pose"
         )
-    found: dict[str, Any] = {**nodes[0], "steps": []}
+    found: Json = {**nodes[0], "steps": []}
     for (s, _), (before, after) in zip(known, pairwise(nodes), strict=False):
         step = {"from": before["at"], "to": after["at"], "bodies": after["bodies"]}
         if s in zones:
@@ -94,7 +99,7 @@ def corners_of(path: Legs, arc: Arc, frames: Frames | SpatialFrames) -> dict[str
     return nodes[0] | {"steps": steps}
 
 
-def _thinned(nodes: list[Any]) -> list[Any]:
+def _thinned(nodes: list[Json]) -> list[Json]:
     """Return the first node, the last one, and so many between that they make `MOST_NODES` steps.
 
     Nodes lie closer where the way is harder.
@@ -103,7 +108,7 @@ def _thinned(nodes: list[Any]) -> list[Any]:
     return [nodes[k * (len(nodes) - 1) // max(count, 1)] for k in range(count + 1)]
 
 
-def _steps(path: Path, known: list[tuple[float, Any]], zones: dict[float, Any]) -> int:
+def _steps(path: Path, known: list[tuple[float, Floats]], zones: dict[float, Zone]) -> int:
     """Return about how many steps around tangents lead along the nodes of a path.
 
     As many as a step at whose beginning the test is passed goes into the way to the next node,

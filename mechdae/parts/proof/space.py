@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,11 @@ from mechdae.equations.tree.pointers import WORDS
 from mechdae.errors import UnavailableError
 from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.parts.proof.mechanism import as_text
+from mechdae.types import Floats, Json, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.tree.tree_model import TreeModel
+
 
 SIDES = (("axis", "zero"), ("axis2", "zero2"))
 
@@ -73,7 +78,7 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
     return {"dimension": 3} | content | {key: value for key, value in more.items() if value}
 
 
-def _spin(model: Any, spin: Spin) -> dict[str, Any]:
+def _spin(model: TreeModel, spin: Spin) -> dict[str, Any]:
     """Return which body hangs on which by the quaternion that has no part along a direction."""
     if spin.sleeve or len({*spin.ends.values()}) > 2:
         raise UnavailableError(
@@ -86,7 +91,7 @@ def _spin(model: Any, spin: Spin) -> dict[str, Any]:
     return {"body": edge.child, "on": edge.parent, "across": [as_text(v) for v in across]}
 
 
-def _sum(mechanism: Mechanism, mesh: Joint, numbers: Any) -> dict[str, str]:
+def _sum(mechanism: Mechanism, mesh: Joint, numbers: dict[str, float]) -> dict[str, str]:
     """Return factors of coordinates, and what is added to their sum: together they vanish."""
     one, other = bearings(mechanism, mesh)
     ratio = Fraction(numbers[f"{mesh.name}.{'ratio' if mesh.wheels > 1 else 'radius'}"])
@@ -100,7 +105,7 @@ def _sum(mechanism: Mechanism, mesh: Joint, numbers: Any) -> dict[str, str]:
     }
 
 
-def _joint(joint: Joint, numbers: Any, counted: list[str]) -> dict[str, Any]:
+def _joint(joint: Joint, numbers: dict[str, float], counted: list[str]) -> Json:
     """Return a joint; of its turns those are unknowns that count for drivers, wheels or a screw."""
     kind = "vector" if joint.pointer else joint.kind
     claim: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
@@ -122,7 +127,9 @@ def _joint(joint: Joint, numbers: Any, counted: list[str]) -> dict[str, Any]:
     return claim
 
 
-def _side_of(joint: SpatialJoint, second: bool, values: Any) -> tuple[Any, Any]:
+def _side_of(
+    joint: SpatialJoint, second: bool, values: dict[str, float]
+) -> tuple[list[float], list[float]]:
     """Return axis and zero of a side; absent ones are what they stand for."""
     axis, zero = joint.side(second)
     along = [values[f"{joint.name}.{axis}.{letter}"] for letter in AXES]
@@ -147,9 +154,9 @@ class SpatialFrames:
         self.joints = joints
         expression = ca.densify(scene.expression(ca.vertcat(*rows)))
         self._function = ca.Function("frames", [scene.x, scene.u, model.p], [expression])
-        self._last: dict[str, Any] = {}
+        self._last: dict[str, Floats] = {}
 
-    def at(self, x: Any, u: Any) -> dict[str, list[str]]:
+    def at(self, x: Unknowns, u: Any) -> dict[str, list[str]]:
         """Return the numbers of each body and joint, at unknowns `x` and drivers `u`.
 
         Signs of quaternions follow those of the call before.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from mechdae.errors import UnavailableError
 from mechdae.parts.proof.checker import mechanism_of
 from mechdae.parts.proof.checker.arithmetic import ZERO, FalseClaim, exact
 from mechdae.parts.proof.checker.superfluous import EQUATIONS
+from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.parts.proof.checker.plane import PlanarMechanism
+
 
 NEAR = 2.0**-20
 """Distance from a change point up to which ranks are proved."""
@@ -26,8 +31,8 @@ Waves = dict[tuple[int, str], Fraction]
 
 
 def with_motion(
-    mechanism: dict[str, Any], groups: list[list[str]], bodies: dict[str, Any], at: str
-) -> tuple[dict[str, Any], list[list[str]]]:
+    mechanism: dict[str, Json], groups: list[list[str]], bodies: dict[str, list[str]], at: str
+) -> tuple[Json, list[list[str]]]:
     """Return a mechanism with equations left out and its motion, and its groups in their order.
 
     Parameters
@@ -54,7 +59,7 @@ def with_motion(
     return whole, found
 
 
-def steps_of(first: float, last: float, crossings: list[float]) -> dict[str, Any]:
+def steps_of(first: float, last: float, crossings: list[float]) -> Json:
     """Return a path from `first` to `last` whose steps are short next to change points."""
     places = {first, last}
     for s in crossings:
@@ -81,7 +86,7 @@ def _refused(why: str) -> UnavailableError:
 
 
 def _left_out(
-    m: Any, groups: list[list[str]], bodies: dict[str, Any]
+    m: PlanarMechanism, groups: list[list[str]], bodies: dict[str, list[str]]
 ) -> tuple[set[int], list[list[str]]]:
     """Return the numbers of equations that others tell, and groups that keep as many as needed."""
     rows = dict[str, range]()
@@ -110,7 +115,7 @@ def _left_out(
 
 
 def _next(
-    m: Any, remaining: list[str], known: set[str], rows: dict[str, range]
+    m: PlanarMechanism, remaining: list[str], known: set[str], rows: dict[str, range]
 ) -> tuple[list[str], list[str]]:
     """Return one body on two pins of known ones, or two of a dyad, with the joints that hold it."""
     to_known = {body: [*m.joints_of([body], known)] for body in remaining}
@@ -127,7 +132,7 @@ def _next(
     raise _refused("they are no dyads and links on two pins one behind the other")
 
 
-def _told(m: Any, names: list[str], bodies: dict[str, Any]) -> int:
+def _told(m: PlanarMechanism, names: list[str], bodies: dict[str, list[str]]) -> int:
     """Return which equation of the second of two pins changes less when a body turns on the first.
 
     Turned about the first pin, the second one moves across the line between them.
@@ -144,7 +149,9 @@ def _told(m: Any, names: list[str], bodies: dict[str, Any]) -> int:
     return int(abs(y2 - y1) > abs(x2 - x1))
 
 
-def _motion(m: Any, mechanism: dict[str, Any], bodies: dict[str, Any], at: str) -> dict[str, Any]:
+def _motion(
+    m: PlanarMechanism, mechanism: dict[str, Json], bodies: dict[str, list[str]], at: str
+) -> dict[str, Any]:
     """Return x, y, angle of each body by s: rates are whole, phases right angles."""
     u = float(Fraction(at))
     z = m.claimed({"bodies": bodies}, exact(at, "at"), "at")
@@ -168,7 +175,7 @@ def _motion(m: Any, mechanism: dict[str, Any], bodies: dict[str, Any], at: str) 
 
 
 def origins(
-    mechanism: dict[str, Any], turns: dict[str, tuple[int, int]]
+    mechanism: dict[str, Json], turns: dict[str, tuple[int, int]]
 ) -> dict[str, tuple[Waves, Waves]]:
     """Return x, y of the origins of all bodies that pins and welds link to the ground.
 

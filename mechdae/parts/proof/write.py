@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -43,12 +43,17 @@ from mechdae.parts.proof.paths import corners_of, path_of
 from mechdae.parts.proof.space import SpatialFrames, spatial_mechanism_of
 from mechdae.parts.proof.superfluous import steps_of, with_motion
 from mechdae.results import ModesResult, Result, Status
+from mechdae.types import Floats, Json, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.groups import Group
+
 
 LOOKED_AT = 64
 """Places of a path at which superfluous equations are chosen."""
 
 
-def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
+def certificate_of(problem: Problem, name: str) -> Json:
     """Return the certificate of a task as plain data; it is not checked yet.
 
     Raises
@@ -74,7 +79,7 @@ def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
     )
 
 
-def _groups(groups: Any, bodies: Any) -> list[list[str]]:
+def _groups(groups: list[Group], bodies: dict[str, dict[str, list[str]]]) -> list[list[str]]:
     """Return the bodies of each group that has any: links that turn freely have no place."""
     found = [[body for body in group.bodies if body in bodies] for group in groups]
     return [placed for placed in found if placed]
@@ -102,7 +107,7 @@ def mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
     return (spatial_mechanism_of if spatial else planar_mechanism_of)(scene, laws)
 
 
-def _frames(scene: Scene, mechanism: dict[str, Any]) -> Frames | SpatialFrames:
+def _frames(scene: Scene, mechanism: Json) -> Frames | SpatialFrames:
     if "dimension" in mechanism:
         return SpatialFrames(scene, names_of(mechanism))
     return Frames(scene, mechanism["bodies"])
@@ -131,13 +136,13 @@ def _line(start: float, slope: float) -> Formula:
     return ["+", as_text(start), ["*", as_text(slope), "s"]]
 
 
-def _values(setting: Setting, u: Any) -> dict[str, Formula]:
+def _values(setting: Setting, u: Floats) -> dict[str, Formula]:
     """Return the values of the drivers at a pose: the first one is the parameter."""
     names = [driver.text for driver in setting.scene.drivers]
     return dict(zip(names, ["s", *map(as_text, u[1:])], strict=True))
 
 
-def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
+def _sweep(problem: Problem, name: str, task: Sweep) -> Json:
     """Return path and poses of a sweep."""
     where = f"tasks.{name}"
     setting = prepare(problem, task)
@@ -180,8 +185,8 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
 
 
 def _closed_sweep(
-    problem: Problem, name: str, task: Sweep, ran: tuple[Setting, Run, dict[str, Any]]
-) -> dict[str, Any]:
+    problem: Problem, name: str, task: Sweep, ran: tuple[Setting, Run, dict[str, Json]]
+) -> Json:
     """Return motion in closed form and poses of a planar sweep with superfluous equations."""
     setting, done, mechanism = ran
     path, arc = done.path, arc_of(done.path)
@@ -202,8 +207,8 @@ def _closed_sweep(
 
 
 def _poses(
-    result: Result, done: Run, arc: Arc, path: dict[str, Any], bodies: Any
-) -> list[dict[str, Any]]:
+    result: Result, done: Run, arc: Arc, path: Json, bodies: dict[str, dict[str, list[str]]]
+) -> list[Json]:
     """Return what is claimed of each pose: its place, points, angles, and their bounds.
 
     Of poses that are reached whole turns of the driver away, and of those between the last step
@@ -216,7 +221,7 @@ def _poses(
     for k, (value, met) in enumerate(zip(values, arc.met(values), strict=True)):
         status = str(result.status[k])
         on_path = first <= Fraction(float(value)) <= last
-        claim: dict[str, Any] = {"pose": k, "at": as_text(value), "status": status}
+        claim: Json = {"pose": k, "at": as_text(value), "status": status}
         if status == Status.LIMIT.value and met:
             found.append(claim | {"end": ends[met]} | reported(result, k, bodies))
         elif status == Status.OK.value and on_path:
@@ -235,7 +240,7 @@ def _beyond(arc: Arc, value: float) -> bool:
     return (low and value < arc.first) or (high and value > arc.last)
 
 
-def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
+def reported(result: Result, k: int, bodies: dict[str, dict[str, list[str]]]) -> dict[str, Json]:
     """Return points of these bodies, angles or orientations and bounds of a pose as reported.
 
     Of spatial modes that are reported without bounds none of these are told.
@@ -253,7 +258,7 @@ def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
             "no certificate is written of a mode that is next to a singular pose"
         )
     bound = {word: as_text(value) for word, value in bounds.items()}
-    claim: dict[str, Any] = {"points": points, "bound": bound}
+    claim: Json = {"points": points, "bound": bound}
     if result.mechanism.dimension == 3:
         turns = {name: [as_text(v) for v in s.orientation[k]] for name, s in result.bodies.items()}
         return claim | {"orientations": turns}
@@ -261,12 +266,12 @@ def reported(result: Result, k: int, bodies: Any) -> dict[str, Any]:
     return claim | {"angles": angles}
 
 
-def _without(modes: list[dict[str, Any]], *keys: str) -> list[dict[str, Any]]:
+def _without(modes: list[Json], *keys: str) -> list[Json]:
     """Return modes without some of their keys, in the order that they have."""
     return [{key: value for key, value in mode.items() if key not in keys} for mode in modes]
 
 
-def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
+def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Unknowns]:
     """Return the scene of all bodies at the pose of a task of modes, and its driver value (1,)."""
     numbers = plan(problem.mechanism, task)
     if numbers.values is None or len(numbers.values) != 1:
@@ -279,7 +284,7 @@ def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
     return prepare(problem, Sweep(drivers=drivers, outputs=task.outputs, derivatives=0)), u
 
 
-def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
+def _modes(problem: Problem, name: str, task: Modes) -> Json:
     """Return all modes at one pose, and all complex poses, which prove that there are no others."""
     setting, u = _at_pose(problem, task)
     mechanism = mechanism_of(setting.scene, _values(setting, u))

@@ -12,6 +12,7 @@ from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
+    from mechdae.types import Json
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,7 +59,7 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
         works = []
     sizes, repeats = (bench.QUICK_SIZES, 3) if options.quick else (bench.SIZES, 7)
     measured = BenchRun(Path(options.out) / "bench.json" if options.out else None)
-    moving: list[dict[str, Any]] = []
+    moving: list[Json] = []
     for item in works:
         message(f"measuring {item.name}", options.quiet)
         planar = item.problem.mechanism.dimension == 2
@@ -96,9 +97,7 @@ def _tasks(options: argparse.Namespace) -> list[dict[str, Any]]:
     return found
 
 
-def _draw(
-    options: argparse.Namespace, moving: list[dict[str, Any]], released: list[dict[str, Any]]
-) -> None:
+def _draw(options: argparse.Namespace, moving: list[Json], released: list[dict[str, Any]]) -> None:
     """Write pictures of sweeps and of motions."""
     from mechdae.draw import save
     from mechdae.draw.precision import draw as draw_motion

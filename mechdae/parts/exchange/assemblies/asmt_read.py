@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import ProblemFileError, UnavailableError
+from mechdae.types import Floats, Matrix
 
 HEADS = ("OndselSolver", "freeCAD:")
 REFERENCES = ("RefPoints", "RefCurves", "RefSurfaces")
@@ -51,8 +52,8 @@ class AsmtNode:
 class AsmtFrame:
     """Origin (3,) and directions of the axes (3, 3) of a frame."""
 
-    origin: Any
-    R: Any
+    origin: Floats
+    R: Matrix
 
     def inside(self, other: AsmtFrame) -> AsmtFrame:
         """Return a frame that is given in another one."""
@@ -157,7 +158,7 @@ def _tree(path: Path) -> AsmtNode:
     return root
 
 
-def _row(node: AsmtNode, count: int) -> Any:
+def _row(node: AsmtNode, count: int) -> Floats:
     try:
         values = [float(word) for word in node.text.split()]
     except ValueError:
@@ -189,7 +190,7 @@ def _frame(node: AsmtNode) -> AsmtFrame:
     return AsmtFrame(origin, R)
 
 
-def _off(R: Any) -> float:
+def _off(R: Matrix) -> float:
     """Return by how much a matrix misses a rotation."""
     return float(np.abs(R @ R.T - np.eye(3)).max())
 
@@ -228,7 +229,7 @@ def _named(node: AsmtNode) -> str:
     return name
 
 
-def _mass(node: AsmtNode) -> tuple[float, AsmtFrame, Any] | None:
+def _mass(node: AsmtNode) -> tuple[float, AsmtFrame, Floats] | None:
     marker = node.get("PrincipalMassMarker")
     if marker is None or marker.get("Mass") is None:
         return None

@@ -16,6 +16,7 @@ from mechdae.describe.table import Table
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtJoint
 from mechdae.parts.exchange.assemblies.assembly_parts import SAME, JoinedAssembly, Side
+from mechdae.types import Floats, Json, Unknowns
 
 PARALLEL = 1e-6
 """Sine of the angle within which directions are parallel."""
@@ -39,17 +40,17 @@ class AssemblyPlane:
 
     x: Any
     y: Any
-    normal: Any
+    normal: Floats
 
-    def place(self, point: Any) -> tuple[float, float]:
+    def place(self, point: Floats) -> tuple[float, float]:
         """Return a point in the plane."""
         return _rounded(float(self.x @ point)), _rounded(float(self.y @ point))
 
-    def angle(self, direction: Any) -> float:
+    def angle(self, direction: Floats) -> float:
         """Return the angle of a direction."""
         return math.atan2(float(self.y @ direction), float(self.x @ direction))
 
-    def holds(self, direction: Any) -> bool:
+    def holds(self, direction: Floats) -> bool:
         """Return whether a direction lies in the plane."""
         return abs(float(self.normal @ direction)) <= PARALLEL
 
@@ -80,7 +81,7 @@ def plane_of(made: JoinedAssembly) -> AssemblyPlane | None:
     return AssemblyPlane(x, np.cross(normal, x), normal)
 
 
-def _z(made: JoinedAssembly, joint: AsmtJoint) -> Any:
+def _z(made: JoinedAssembly, joint: AsmtJoint) -> Unknowns:
     return made.markers[joint.first].R[:, 2]
 
 
@@ -113,7 +114,7 @@ class _InPlane:
 
     def _flatten(self) -> None:
         """Make one point of those of a body that lie behind each other: they are on one pin."""
-        known: dict[str, list[tuple[Any, str]]] = {body: [] for body in self.angles}
+        known: dict[str, list[tuple[Floats, str]]] = {body: [] for body in self.angles}
         for side, point in self.made.points.items():
             body = self.made.body(side)
             here = np.array(self._local(body, self.made.local(side)))
@@ -122,7 +123,7 @@ class _InPlane:
             known[body].append((here, point))
             self.made.points[side] = same[0] if same else point
 
-    def _local(self, body: str, place: Any) -> tuple[float, float]:
+    def _local(self, body: str, place: Floats) -> tuple[float, float]:
         """Return a place in the part's frame in the frame of a body."""
         x, y = self.axes[body]
         return _rounded(float(x @ place)), _rounded(float(y @ place))
@@ -254,7 +255,7 @@ class _InPlane:
             gravity=flat if any(flat) else None,
         )
 
-    def _mass(self, part: str, body: str) -> dict[str, Any]:
+    def _mass(self, part: str, body: str) -> Json:
         """Return what a part weighs."""
         weighed = self.made.weighed(part)
         if weighed is None:
@@ -264,7 +265,7 @@ class _InPlane:
         shares = (self.plane.normal @ axes) ** 2
         inertia = float(shares @ moments)
         center = self._local(body, frame.origin * self.made.unit)
-        found: dict[str, Any] = {"mass": mass, "center": center}
+        found: Json = {"mass": mass, "center": center}
         if inertia > 0:
             found["inertia"] = inertia * self.made.unit**2
         return found

@@ -22,6 +22,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtFrame, AsmtJoint
 from mechdae.parts.exchange.assemblies.assembly_parts import JoinedAssembly
+from mechdae.types import Floats
 
 KINDS: dict[str, Any] = {
     "RevoluteJoint": SpatialRevolute,
@@ -110,5 +111,5 @@ def _mass(made: JoinedAssembly, part: str) -> dict[str, Any]:
     return found
 
 
-def _rounded(values: Any) -> tuple[float, ...]:
+def _rounded(values: Floats) -> tuple[float, ...]:
     return tuple(round(float(value), DIGITS) + 0.0 for value in values)

@@ -143,7 +143,7 @@ def joined(assembly: AsmtAssembly, unit: float, path: str) -> JoinedAssembly:
 
 def _points(made: JoinedAssembly) -> None:
     """Name the points of joints: one for each place of a body."""
-    known: dict[str, list[tuple[Any, str]]] = {}
+    known: dict[str, list[tuple[Floats, str]]] = {}
     for joint in made.joints:
         for side in (joint.first, joint.second):
             places = known.setdefault(made.body(side), [])

@@ -20,6 +20,7 @@ from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.drawings.dxf_text import SAME, UNDRAWN, DxfText
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Floats, Points
 
 PIN = 0.012
 """Radius of pins,"""
@@ -60,7 +61,7 @@ class _Drawing:
         self.motion, self.scene, self.pose = motion, scene, pose
         self.out = DxfText()
         self.size = self._size()
-        self.lines: list[tuple[Any, Any]] = []
+        self.lines: list[tuple[Floats, Floats]] = []
         self.undrawn: list[str] = []
 
     def _size(self) -> float:
@@ -97,7 +98,7 @@ class _Drawing:
 
     # -- links -----------------------------------------------------------------------------
 
-    def _at(self, name: str, point: str) -> Any:
+    def _at(self, name: str, point: str) -> Floats:
         return self.scene.place(f"{name}.{point}", self.pose)
 
     def _link(self, name: str) -> None:
@@ -197,7 +198,7 @@ class _Drawing:
             self.out.line("GUIDES" if fixed else "JOINTS", start + side, end + side)
             self.lines.append((start + side, end + side))
 
-    def _keep_clear(self, places: Any) -> None:
+    def _keep_clear(self, places: Points | list[Floats]) -> None:
         """Let no name stand on the lines between places."""
         self.lines += list(itertools.pairwise(places))
 
@@ -240,7 +241,7 @@ class _Drawing:
     def _names(self, places: list[Place]) -> None:
         """Put the letters of places where they cover no line, and the numbers of the links."""
         scene, height = self.scene, LETTER * self.size
-        taken: list[Any] = []
+        taken: list[Floats] = []
         letters: dict[str, str] = letters_of(scene, self.pose, places)
         named: set[str] = set()
         for reference, letter in letters.items():
@@ -255,7 +256,7 @@ class _Drawing:
             if len(points) > 1:
                 self._word(str(number), np.mean(points, axis=0), 0.8 * height, taken)
 
-    def _word(self, word: str, place: Any, height: float, taken: list[Any]) -> None:
+    def _word(self, word: str, place: Floats, height: float, taken: list[Floats]) -> None:
         """Put a word beside a place, in the direction that is farthest from lines and words."""
         wide = 0.8 * height * len(word)
         best, found = -np.inf, np.zeros(2)
@@ -276,7 +277,7 @@ class _Drawing:
         self.out.text("NAMES", found - np.array([wide, height]) / 2, height, word)
 
 
-def _distance(point: Any, start: Any, end: Any) -> float:
+def _distance(point: Floats, start: Floats, end: Floats) -> float:
     """Return the distance of a point from a stretch of a line."""
     way = end - start
     long = float(way @ way)

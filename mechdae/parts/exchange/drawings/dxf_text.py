@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Floats
+
 MILLIMETRE = 1000.0
 LAYERS = {"LINKS": 7, "JOINTS": 5, "GROUND": 8, "GUIDES": 8, "PATHS": 1, "NAMES": 3}
 """Layers with their colours."""
@@ -25,19 +27,19 @@ class DxfText:
         self.low = np.full(2, np.inf)
         self.high = np.full(2, -np.inf)
 
-    def _put(self, *pairs: tuple[int, Any]) -> None:
+    def _put(self, *pairs: tuple[int, float | str]) -> None:
         self.entities += [f"{code:3d}\n{_value(value)}" for code, value in pairs]
 
-    def _place(self, place: Any, code: int = 10) -> list[tuple[int, Any]]:
+    def _place(self, place: Floats, code: int = 10) -> list[tuple[int, float]]:
         x, y = (MILLIMETRE * float(v) for v in place)
         self.low, self.high = np.minimum(self.low, (x, y)), np.maximum(self.high, (x, y))
         return [(code, x), (code + 10, y), (code + 20, 0.0)]
 
-    def line(self, layer: str, start: Any, end: Any) -> None:
+    def line(self, layer: str, start: Floats, end: Floats) -> None:
         """Put a line."""
         self._put((0, "LINE"), (8, layer), *self._place(start), *self._place(end, 11))
 
-    def polyline(self, layer: str, places: Iterable[Any], closed: bool = False) -> None:
+    def polyline(self, layer: str, places: Iterable[Floats], closed: bool = False) -> None:
         """Put a polyline."""
         self._put((0, "POLYLINE"), (8, layer), (66, 1), (10, 0.0), (20, 0.0), (30, 0.0))
         self._put((70, int(closed)))
@@ -45,13 +47,13 @@ class DxfText:
             self._put((0, "VERTEX"), (8, layer), *self._place(place))
         self._put((0, "SEQEND"), (8, layer))
 
-    def circle(self, layer: str, center: Any, radius: float) -> None:
+    def circle(self, layer: str, center: Floats, radius: float) -> None:
         """Put a circle."""
         for corner in (-radius, radius):
             self._place(np.asarray(center, float) + corner)
         self._put((0, "CIRCLE"), (8, layer), *self._place(center), (40, MILLIMETRE * radius))
 
-    def text(self, layer: str, place: Any, height: float, words: str) -> None:
+    def text(self, layer: str, place: Floats, height: float, words: str) -> None:
         """Put a text whose lower left corner is at a place."""
         self._put((0, "TEXT"), (8, layer), *self._place(place))
         self._put((40, MILLIMETRE * height), (1, _plain(words)))
@@ -90,7 +92,7 @@ def _line_type(name: str, text: str, parts: Sequence[float]) -> list[tuple[int, 
     return [*head, *[(49, part) for part in parts]]
 
 
-def _value(value: Any) -> str:
+def _value(value: float | str) -> str:
     if isinstance(value, str | int):
         return f"{value:6d}" if isinstance(value, int) else value
     return repr(round(float(value), 12) + 0.0)

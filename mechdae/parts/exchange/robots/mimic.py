@@ -27,6 +27,7 @@ from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.series_steps import Expansion, Stretch
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Floats
 
 DEGREES = 160
 """Degree of the fit before what is small is cut off."""
@@ -50,10 +51,10 @@ class MimicPolynomial:
     """q = sum of ``coefficients`` times Chebyshev's polynomials of the driver, within ``error``."""
 
     coordinate: str
-    coefficients: Any
+    coefficients: Floats
     error: float
 
-    def at(self, s: Any, low: float, high: float) -> Any:
+    def at(self, s: Floats, low: float, high: float) -> Any:
         """Return the values at driver values `s`."""
         return chebyshev.chebval((2 * np.asarray(s) - low - high) / (high - low), self.coefficients)
 
@@ -149,7 +150,7 @@ def _columns(setting: Setting, coordinates: list[str]) -> list[int]:
     return [found[name] for name in coordinates]
 
 
-def _cut(c: Any, aim: float) -> Any:
+def _cut(c: Floats, aim: float) -> Floats:
     """Return the coefficients without those at the end that are small together."""
     tails = np.cumsum(np.abs(c[::-1]))[::-1]
     keep = int(np.argmax(tails <= aim / 2)) if (tails <= aim / 2).any() else len(c)
@@ -157,8 +158,8 @@ def _cut(c: Any, aim: float) -> Any:
 
 
 def _errors(
-    setting: Setting, path: Path, low: float, high: float, columns: list[int], fits: list[Any]
-) -> Any:
+    setting: Setting, path: Path, low: float, high: float, columns: list[int], fits: list[Floats]
+) -> Floats:
     """Return bounds of the differences between coordinates and fits over the whole range."""
     scene = setting.scene
     p = ca.DM(path.constants.p)
@@ -246,11 +247,11 @@ class _NumericExpansion(Expansion):
 class _Fit:
     """Fitted polynomials, and how far others are from them on intervals."""
 
-    def __init__(self, fits: list[Any], low: float, high: float) -> None:
+    def __init__(self, fits: list[Floats], low: float, high: float) -> None:
         self.low, self.high = low, high
         self.fits = [(c, *_derivatives(c)) for c in fits]
 
-    def apart(self, s: float, step: float, c: Any, e: Any) -> Any:
+    def apart(self, s: float, step: float, c: Floats, e: Floats) -> Floats:
         """Return bounds of |y - P| over [s, s + step] for y = c_0 + c_1 t + ... within e."""
         return np.array(
             [
@@ -259,7 +260,7 @@ class _Fit:
             ]
         )
 
-    def _one(self, fit: tuple[Any, ...], s: float, step: float, y: Any, error: float) -> float:
+    def _one(self, fit: tuple[Any, ...], s: float, step: float, y: Floats, error: float) -> float:
         coefficients, rates, above = fit
         half = (self.high - self.low) / 2
         pieces = max(1, int(np.ceil(2 * (step / half) * len(coefficients))))
@@ -294,7 +295,7 @@ BERNSTEIN = BINOMIALS / BINOMIALS[-1][None, :]
 """From powers of t to Bernstein's polynomials on 0 <= t <= 1: b_i = sum C(i,k)/C(n,k) a_k."""
 
 
-def _shifted(y: Any, starts: Any, width: float, count: int) -> Any:
+def _shifted(y: Floats, starts: Floats, width: float, count: int) -> Floats:
     """Return the coefficients (count, pieces) of y(start + width t)."""
     powers = starts[None, :] ** np.arange(len(y))[:, None]
     found = np.zeros((count, len(starts)))
@@ -304,7 +305,7 @@ def _shifted(y: Any, starts: Any, width: float, count: int) -> Any:
     return found
 
 
-def _derivatives(c: Any) -> tuple[list[Any], float]:
+def _derivatives(c: Floats) -> tuple[list[Floats], float]:
     """Return P, P', P''/2, ... as Chebyshev series, and a bound of the next one on the range."""
     rates, series = [], np.asarray(c, float)
     for k in range(ORDER):

@@ -16,6 +16,7 @@ from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_m
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeLink
 from mechdae.parts.exchange.robots.xml_text import Element, document, numbers, put, remark
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Floats
 
 
 def mjcf(motion: ExportedMotion) -> dict[str, str]:
@@ -72,7 +73,7 @@ class _Model:
         if tree.left_out:
             remark(self.root, f"not in this file: {', '.join(tree.left_out)}")
 
-    def _ground(self, point: str) -> Any:
+    def _ground(self, point: str) -> Floats:
         values, axes = self.motion.mechanism.values(), self.motion.mechanism.axes
         return placed([values[f"{GROUND}.{point}.{axis}"] for axis in axes])
 
@@ -136,7 +137,7 @@ class _Model:
 
     # -- loops -----------------------------------------------------------------------------
 
-    def _site(self, link: str, place: Any, loop: LoopJoint, side: str) -> str:
+    def _site(self, link: str, place: Floats, loop: LoopJoint, side: str) -> str:
         """Return the name of a site at the second point with the directions of the second body."""
         name = f"{loop.joint}.{side}"
         turn = self.tree.frame(link).R.T @ self.tree.frame(loop.second).R

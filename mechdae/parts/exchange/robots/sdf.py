@@ -22,6 +22,7 @@ from mechdae.parts.exchange.robots.single_freedoms import (
 from mechdae.parts.exchange.robots.tree_parts import LoopJoint
 from mechdae.parts.exchange.robots.xml_text import Element, document, number, numbers, put, remark
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Floats
 
 VERSION = "1.10"
 TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
@@ -90,7 +91,7 @@ class _World:
             put(inertia, name, number(moment))
         return body
 
-    def _drawn(self, body: Element, places: list[Any]) -> None:
+    def _drawn(self, body: Element, places: list[Floats]) -> None:
         """Put rods between the points of a link."""
         for k, one, other in self.tree.rods(places):
             way = other - one

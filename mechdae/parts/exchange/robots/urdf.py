@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from mechdae.parts.exchange.robots.single_freedoms import ChainJoint, chain
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint
 from mechdae.parts.exchange.robots.xml_text import Element, document, number, put, remark
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Floats, Json, Matrix
 
 TOLERANCE = 1e-6
 SIDECAR = ".loops.json"
@@ -133,7 +133,7 @@ class _Robot:
         put(inertial, "inertia", "", **mass.moments())
         return element
 
-    def _drawn(self, link: Element, places: list[Any]) -> None:
+    def _drawn(self, link: Element, places: list[Floats]) -> None:
         for _, one, other in self.tree.rods(places):
             way = other - one
             length = float(np.linalg.norm(way))
@@ -192,7 +192,7 @@ class _Robot:
         put(entry, "mimic", joint=lead, multiplier=slope, offset=offset)
 
 
-def _roll_pitch_yaw(R: Any) -> list[float]:
+def _roll_pitch_yaw(R: Matrix) -> list[float]:
     """Return the angles about fixed x, y, z, in this order, of a matrix (3, 3)."""
     pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
     if abs(R[2, 0]) > 1 - 1e-14:
@@ -205,7 +205,7 @@ def _sidecar(
 ) -> str:
     """Return the second file: loops, wheels, polynomials."""
     motion = tree.motion
-    data: dict[str, Any] = {
+    data: Json = {
         "mechdae": __version__,
         "problem": motion.problem.name,
         "task": motion.task,
@@ -231,7 +231,7 @@ def _sidecar(
     return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
 
 
-def _polynomials(found: Mimics, tolerance: float, size: float) -> dict[str, Any]:
+def _polynomials(found: Mimics, tolerance: float, size: float) -> Json:
     joints = {
         word: {
             "coefficients": fit.coefficients.tolist(),
@@ -250,7 +250,7 @@ def _polynomials(found: Mimics, tolerance: float, size: float) -> dict[str, Any]
     }
 
 
-def _loop(tree: LinkTree, loop: LoopJoint) -> dict[str, Any]:
+def _loop(tree: LinkTree, loop: LoopJoint) -> Json:
     """Return a joint that closes a loop: places and axes in the frames of both links."""
     first, second = tree.frame(loop.first), tree.frame(loop.second)
     turn = first.R.T @ second.R

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import casadi as ca
 
 from mechdae.errors import UnavailableError
 from mechdae.parts.page.programs.kernel_functions import KernelSource, kernel_source, told
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Graph
 
 FUNCTIONS = ("numbers", "constants", "advance", "pose")
 PROGRAM = Path(__file__).with_name("follower.c.txt")
@@ -49,7 +49,7 @@ def c(motion: ExportedMotion) -> dict[str, str]:
     return {"": text + _program(source, name)}
 
 
-def _printed(functions: dict[str, Any], name: str) -> str:
+def _printed(functions: dict[str, Graph], name: str) -> str:
     """Return the functions in C, each with a call that brings its work vectors."""
     generator = ca.CodeGenerator(f"{name}.c", {"with_header": False, "casadi_int": "long long int"})
     for part, function in functions.items():
@@ -71,7 +71,7 @@ def _printed(functions: dict[str, Any], name: str) -> str:
     return text + "\n" + "\n".join(calls)
 
 
-def _sizes(source: KernelSource, functions: dict[str, Any], name: str) -> str:
+def _sizes(source: KernelSource, functions: dict[str, Graph], name: str) -> str:
     graphs = source.setting.graphs
     counts = {
         "N_THETA": len(source.inputs),

@@ -10,11 +10,11 @@ from __future__ import annotations
 import heapq
 import math
 import re
-from typing import Any
 
 import casadi as ca
 
 from mechdae.records import dataclass
+from mechdae.types import Graph
 
 PIECE = 300
 """Operations in one piece,"""
@@ -106,7 +106,7 @@ class Printed:
     size: int
 
 
-def supported(function: Any) -> bool:
+def supported(function: Graph) -> bool:
     """Return whether every operation of the function can be printed."""
     known = {*OPERATIONS, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
     return function.is_a("SXFunction") and all(
@@ -114,7 +114,7 @@ def supported(function: Any) -> bool:
     )
 
 
-def printed(function: Any, name: str) -> Printed:
+def printed(function: Graph, name: str) -> Printed:
     """Return a function with dense outputs as JavaScript.
 
     Parameters
@@ -153,7 +153,7 @@ class _Value:
 class _Printer:
     """Prints one function; values are numbered in the order of the instructions."""
 
-    def __init__(self, function: Any, name: str) -> None:
+    def __init__(self, function: Graph, name: str) -> None:
         self.function, self.name = function, name
         counts = [function.numel_in(i) for i in range(function.n_in())]
         results = [function.numel_out(i) for i in range(function.n_out())]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 
@@ -15,6 +14,7 @@ from mechdae.errors import UnavailableError
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.parts.page import live
 from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.types import Graph, Json
 
 WHY = {
     "curves": "its curves touch, which steps of the path alone do not follow",
@@ -62,7 +62,7 @@ class KernelSource:
     run: Run
     inputs: tuple[tuple[str, str, float], ...]
     outputs: tuple[KernelOutput, ...]
-    start: dict[str, Any]
+    start: Json
     low: float
     high: float
 
@@ -77,7 +77,7 @@ class KernelSource:
         """The names of the numbers that may be changed."""
         return [name for name, _, _ in self.inputs]
 
-    def functions(self, wanted: Sequence[str]) -> dict[str, Any]:
+    def functions(self, wanted: Sequence[str]) -> dict[str, Graph]:
         """Return casadi functions with dense outputs by their names."""
         graphs, model = self.setting.graphs, self.setting.scene.model
         symbols = ca.SX.sym("names", len(self.names))

@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, pi, radians
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae import __version__
 from mechdae.describe.file.load import load
@@ -35,6 +35,10 @@ from mechdae.parts.paper.reports import sections
 from mechdae.parts.paper.reports.report import ENDINGS, MOST, Report
 from mechdae.records import dataclass
 from mechdae.tasks.solver import Solver
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 USUAL = 30
 """Variants where no number is asked for."""
@@ -179,7 +183,7 @@ def _quoted(text: str) -> str:
 
 def assign(
     problem: Problem | str | Path,
-    vary: Mapping[str, Sequence[Any]],
+    vary: Mapping[str, Sequence[int | str]],
     *,
     count: int | None = None,
     task: str | None = None,
@@ -262,7 +266,7 @@ def _with_positions(problem: Problem, name: str, positions: int) -> Problem:
     """Return the problem with one task: the positions of the tables, transmission angles."""
     task = problem.tasks[name]
     assert isinstance(task, Sweep)
-    changes: dict[str, Any] = {}
+    changes: Json = {}
     if not any(driver.at is not None for driver in task.all_drivers):
         changes["poses"] = positions + 1
     if problem.mechanism.dimension == 2:

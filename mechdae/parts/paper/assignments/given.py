@@ -42,7 +42,7 @@ def signed(digits: str) -> str:
     return digits.replace("-", "−")
 
 
-def amount(value: Any, unit: str | None, say: Phrases) -> str:
+def amount(value: float | str, unit: str | None, say: Phrases) -> str:
     """Return a number with its unit, angles in degrees; an expression's numbers have their own."""
     if isinstance(value, str) or unit in (None, "", "1"):
         return text(value)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal, DecimalException
 from math import isfinite
-from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_unit
@@ -58,7 +57,7 @@ class RoundRange:
         return UNITS[suffix].name if suffix else ""
 
 
-def ranges(problem: Problem, vary: Mapping[str, Sequence[Any]]) -> tuple[RoundRange, ...]:
+def ranges(problem: Problem, vary: Mapping[str, Sequence[int | str]]) -> tuple[RoundRange, ...]:
     """Return the ranges of the numbers that are varied.
 
     Parameters
@@ -85,7 +84,7 @@ def ranges(problem: Problem, vary: Mapping[str, Sequence[Any]]) -> tuple[RoundRa
     return found
 
 
-def _range(problem: Problem, name: str, ends: Sequence[Any]) -> RoundRange:
+def _range(problem: Problem, name: str, ends: Sequence[int | str]) -> RoundRange:
     where = f"vary {name}"
     _check_name(problem, name, where)
     if isinstance(ends, str) or not isinstance(ends, Sequence) or len(ends) not in (2, 3):
@@ -107,7 +106,7 @@ def _range(problem: Problem, name: str, ends: Sequence[Any]) -> RoundRange:
     return RoundRange(name, first * step, step, int(last - first) + 1)
 
 
-def _decimal(value: Any, where: str) -> Decimal:
+def _decimal(value: int | str, where: str) -> Decimal:
     """Return a number with the digits that were typed."""
     try:
         found = Decimal(value if isinstance(value, str) else repr(float(value)))

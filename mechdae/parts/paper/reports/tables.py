@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,11 @@ from mechdae.draw.formulas.tree import decimals, number, rounded
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
+from mechdae.types import Floats, Points
+
+if TYPE_CHECKING:
+    from mechdae.describe.file.problem import Problem
+
 
 DOTS = ("\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")
 WIDEST = 8
@@ -31,7 +36,7 @@ class TableColumn:
     values: Any
 
 
-def parameters(problem: Any, say: Phrases) -> Grid:
+def parameters(problem: Problem, say: Phrases) -> Grid:
     """Return the numbers that the file gives names to."""
     mechanism = problem.mechanism
     values = mechanism.values()
@@ -118,7 +123,7 @@ def point_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Tab
     Points on one pin are one.
     """
     word, mark, unit = (("velocity", "v", "m/s"), ("acceleration", "a", "m/s²"))[order - 1]
-    found: dict[str, Any] = {}
+    found: dict[str, Points] = {}
     for reference, letter in subject.letters.items():
         series = subject.result.points.get(reference, {}).get(word)
         fixed = reference.split(".")[0] == GROUND or letter in found
@@ -202,7 +207,7 @@ def _rate_of(letter: Letter, order: int) -> Letter:
     return replace(letter, text=letter.text + DOTS[order - 1])
 
 
-def _moving(subject: Subject, order: int = 0) -> Iterator[tuple[Letter, bool, list[Any]]]:
+def _moving(subject: Subject, order: int = 0) -> Iterator[tuple[Letter, bool, list[Floats]]]:
     """Yield symbol, whether it is an angle, and series up to an order of what moves."""
     result, mechanism = subject.result, subject.scene.mechanism
     if mechanism.dimension == 3:

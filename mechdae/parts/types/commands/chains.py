@@ -7,7 +7,7 @@ import itertools
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mechdae.cli import message
 from mechdae.describe.file.atomic_write import whole_file
@@ -15,6 +15,7 @@ from mechdae.errors import InputError
 
 if TYPE_CHECKING:
     from mechdae.parts.types.chains.chains import KinematicChain
+    from mechdae.types import Json
 
 PICTURES = (".svg", ".png", ".pdf")
 SHOWN = 40
@@ -40,7 +41,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     _check(options)
-    head: dict[str, Any] = {"links": options.links, "freedoms": options.freedoms}
+    head: dict[str, int] = {"links": options.links, "freedoms": options.freedoms}
     if options.count:
         number = _count(options)
         print(json.dumps(head | {"count": number}) if options.json else number)
@@ -118,8 +119,8 @@ def _count(options: argparse.Namespace) -> int:
     )
 
 
-def _entry(chain: KinematicChain, with_formula: bool) -> dict[str, Any]:
-    entry: dict[str, Any] = {"joints": [list(joint) for joint in chain.joints]}
+def _entry(chain: KinematicChain, with_formula: bool) -> Json:
+    entry: Json = {"joints": [list(joint) for joint in chain.joints]}
     for word in ("fixed", "driver", "pairs"):
         if getattr(chain, word) is not None:
             entry[word] = getattr(chain, word)

@@ -18,8 +18,11 @@ from matplotlib.patches import Polygon
 from mechdae.draw import style
 from mechdae.parts.types.chains.mechanisms import letters
 from mechdae.parts.types.chains.places import joint_places, link_places
+from mechdae.types import Points
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from mechdae.parts.types.chains.chains import KinematicChain
 
 CELL = (2.6, 1.5)
@@ -52,7 +55,7 @@ def atlas(chains: Sequence[KinematicChain], title: str = "", columns: int = COLU
     return figure
 
 
-def _frame(ax: Any, places: Any) -> None:
+def _frame(ax: Axes, places: Points) -> None:
     """Show all places, to one scale in both directions."""
     low, high = places.min(axis=0), places.max(axis=0)
     room = 0.12 * max(*(high - low), 1e-9)
@@ -82,7 +85,7 @@ def _graph(ax: Any, chain: KinematicChain) -> None:
     _frame(ax, places)
 
 
-def _links(ax: Any, chain: KinematicChain) -> None:
+def _links(ax: Axes, chain: KinematicChain) -> None:
     places = joint_places(chain)
     for link in range(chain.links):
         corners = places[[k for k, joint in enumerate(chain.joints) if link in joint]]

@@ -12,7 +12,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.structure import structure_of
+from mechdae.describe.structure import Structure, structure_of
 from mechdae.errors import MechdaeError
 from mechdae.parts.types.chains.variants.scheme import Variant
 from mechdae.parts.types.ranking.criteria import Criteria, measured
@@ -72,7 +72,7 @@ def valued(
 
 def grouped(variants: Sequence[Variant], task: str) -> list[AlikeVariants]:
     """Return the variants by structure."""
-    groups: dict[Any, list[AlikeVariants]] = {}
+    groups: dict[Structure, list[AlikeVariants]] = {}
     for variant in variants:
         assert variant.problem is not None
         mechanism = variant.problem.mechanism
@@ -154,7 +154,7 @@ def _different(
     carry nothing more by them) make no difference.
     """
     used = _named(problem)
-    keys: dict[Any, int] = {}
+    keys: dict[tuple[float, ...], int] = {}
     sets: list[dict[str, float]] = []
     which = []
     for changes in numbers:

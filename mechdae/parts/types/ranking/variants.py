@@ -24,6 +24,7 @@ from mechdae.parts.types.chains.variants.scheme import Pose, Variant, moves, pla
 from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
+from mechdae.types import Floats, Unknowns
 
 WAYS = ("order", "inversion", "pairs", "construction")
 
@@ -181,7 +182,7 @@ class MotionOfVaried:
             {name: series["slide"][k] for name, series in joints.items() if "slide" in series},
         )
 
-    def _all_points(self, poses: list[int]) -> dict[str, Any]:
+    def _all_points(self, poses: list[int]) -> dict[str, Floats]:
         """Return places (2, poses) of all points, those of the ground too."""
         mechanism, n = self.problem.mechanism, len(poses)
         values = mechanism.values()
@@ -225,7 +226,7 @@ class MotionOfVaried:
 Bars = list[tuple[Any, Any]]
 
 
-def _bars(body: str, joints: Table[Joint], points: dict[str, Any]) -> Bars:
+def _bars(body: str, joints: Table[Joint], points: dict[str, Floats]) -> Bars:
     """Return the bars of a link between each two of its joints, ends (2, poses)."""
     ends = {
         end: points[end]
@@ -244,7 +245,7 @@ def _near(one: Bars, two: Bars, width: float) -> bool:
     return any(bool((_distance(*a, *b) < width).any()) for a in one for b in two)
 
 
-def _distance(p: Any, q: Any, r: Any, s: Any) -> Any:
+def _distance(p: Floats, q: Unknowns, r: Floats, s: Floats) -> Floats:
     """Return the distance of the segments p-q and r-s, each end (2, poses)."""
     ends = np.minimum.reduce(
         [_to_bar(p, r, s), _to_bar(q, r, s), _to_bar(r, p, q), _to_bar(s, p, q)]
@@ -253,12 +254,12 @@ def _distance(p: Any, q: Any, r: Any, s: Any) -> Any:
     return np.where(sides[0] & sides[1], 0.0, ends)
 
 
-def _to_bar(x: Any, p: Any, q: Any) -> Any:
+def _to_bar(x: Unknowns, p: Floats, q: Unknowns) -> Any:
     along = q - p
     length = (along**2).sum(axis=0)
     share = np.clip(((x - p) * along).sum(axis=0) / np.where(length > 0, length, 1.0), 0.0, 1.0)
     return np.linalg.norm(x - p - share * along, axis=0)
 
 
-def _side(p: Any, q: Any, x: Any) -> Any:
+def _side(p: Floats, q: Unknowns, x: Unknowns) -> Any:
     return (q - p)[0] * (x - p)[1] - (q - p)[1] * (x - p)[0]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import InputError, UnknownName
+from mechdae.types import Floats
 
 CLOSE = 1e-9
 """How far from 1 the sum of weights may be."""
@@ -47,7 +48,7 @@ def checked(weights: Mapping[str, float] | None, names: Sequence[str]) -> dict[s
     return {name: float(weights.get(name, 0.0)) for name in names}
 
 
-def shares(values: Any, senses: Sequence[str]) -> Any:
+def shares(values: Floats, senses: Sequence[str]) -> Any:
     """Return how far each value is from the best to the worst of its criterion (n, k), 0 to 1.
 
     Values that differ by rounding alone are equal.
@@ -60,7 +61,7 @@ def shares(values: Any, senses: Sequence[str]) -> Any:
     return np.round(np.where(apart, (costs - best) / np.where(apart, width, 1.0), 0.0), DIGITS)
 
 
-def ordered(costs: Any, weights: Any) -> list[int]:
+def ordered(costs: Floats, weights: Any) -> list[int]:
     """Return the rows by their weighted sums, least first.
 
     Of equal ones that with the least sum of all criteria, then the first.
@@ -69,12 +70,12 @@ def ordered(costs: Any, weights: Any) -> list[int]:
     return [int(k) for k in np.lexsort((plain, _sums(costs, weights)))]
 
 
-def _sums(costs: Any, weights: Any) -> Any:
+def _sums(costs: Floats, weights: Floats) -> Any:
     """Return the weighted sums, equal where they differ by rounding alone."""
     return np.round(np.asarray(costs, float) @ np.asarray(weights, float), DIGITS)
 
 
-def intervals(costs: Any, weights: Sequence[float], first: int) -> list[tuple[float, float]]:
+def intervals(costs: Floats, weights: Sequence[float], first: int) -> list[tuple[float, float]]:
     """Return for each criterion the weights with which the same row stays first.
 
     One weight moves, the others keep their proportions and add up to the rest of 1 (equal ones,

@@ -47,7 +47,7 @@ class Aim:
 
     what: str
     corners: tuple[complex, ...] = ()
-    targets: tuple[Any, ...] = ()
+    targets: tuple[complex, ...] = ()
     angles: tuple[float, ...] = ()
     ordered: bool = True
     weights: tuple[float, ...] = ()

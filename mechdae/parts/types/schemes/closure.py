@@ -13,6 +13,7 @@ import numpy as np
 from mechdae.parts.types.schemes.scheme import CRANK, DYAD, FIXED, RIGID, Scheme
 from mechdae.parts.types.schemes.slides import Moved, sine_rate, slid, slid_derivatives
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats
 
 
 @dataclass
@@ -37,23 +38,27 @@ class SchemeTurn:
     """
 
     x: Any
-    sines: dict[int, Any]
+    sines: dict[int, Floats]
     derivatives: Any = None
     slopes: dict[int, tuple[Any, Any]] | None = None
-    every: list[Any] | None = None
-    reaches: list[tuple[Any, Any]] | None = None
+    every: list[Complexes] | None = None
+    reaches: list[tuple[Floats, Floats]] | None = None
 
     @property
-    def least(self) -> Any:
+    def least(self) -> Floats:
         """(b,) the least sine of all dyads; negative where one does not assemble."""
         every = [np.nan_to_num(sines, nan=-1.0).min(axis=1) for sines in self.sines.values()]
         return np.min(every, axis=0) if every else np.ones(self.x.shape[1])
 
 
 def turned(
-    scheme: Scheme, places: Any, angles: Any, derivatives: bool = False, by_angle: bool = False,
+    scheme: Scheme,
+    places: Complexes,
+    angles: Floats,
+    derivatives: bool = False,
+    by_angle: bool = False,
     dimensions: bool = True,
-) -> SchemeTurn:  # fmt: skip
+) -> SchemeTurn:
     """Return a batch at crank angles, counted from the pose that the places are those of.
 
     Parameters
@@ -71,7 +76,7 @@ def turned(
     n, count = scheme.size, start.shape[1]
     crank = np.exp(1j * np.atleast_2d(angles))
     x = np.empty((n, count, crank.shape[1]), complex)
-    sines: dict[int, Any] = {}
+    sines: dict[int, Floats] = {}
     with np.errstate(invalid="ignore", divide="ignore"):
         for k, (kind, i, j) in enumerate(scheme.points):
             if kind == FIXED:
@@ -90,7 +95,9 @@ def turned(
     return turn
 
 
-def _dyad(one: Any, other: Any, first: Any, second: Any) -> tuple[Any, Any]:
+def _dyad(
+    one: Complexes, other: Complexes, first: Complexes, second: Complexes
+) -> tuple[Complexes, Floats]:
     """Return where two bars meet, on the side where they met at the start, and the sine there."""
     gap = other - one
     far = gap.real**2 + gap.imag**2
@@ -102,12 +109,12 @@ def _dyad(one: Any, other: Any, first: Any, second: Any) -> tuple[Any, Any]:
 
 
 def _differentiate(
-    scheme: Scheme, start: Any, turn: SchemeTurn, by_angle: bool, dimensions: bool
+    scheme: Scheme, start: Complexes, turn: SchemeTurn, by_angle: bool, dimensions: bool
 ) -> None:
     """Add derivatives by implicit differentiation of the lengths of bars."""
     x, size = turn.x, 2 * (scheme.size - 1) * dimensions + by_angle
     count, steps = x.shape[1:]
-    found: list[Any] = []
+    found: list[Complexes] = []
     turn.slopes = {}
     units = np.zeros((scheme.size, size), complex)
     for k in range(1, scheme.size if dimensions else 1):
@@ -136,7 +143,7 @@ def _differentiate(
 
 
 def _slid_derivatives(
-    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], units: Any, k: int
+    scheme: Scheme, start: Complexes, turn: SchemeTurn, found: list[Complexes], units: Any, k: int
 ) -> Any:
     """Return the derivatives of the middle of a dyad with a slide; enter that of its sine."""
     moved = Moved(start, turn.x, units, found)
@@ -149,7 +156,7 @@ def _slid_derivatives(
     return rate
 
 
-def _reach(x: Any, found: list[Any], i: int, j: int) -> tuple[Any, Any]:
+def _reach(x: Complexes, found: list[Complexes], i: int, j: int) -> tuple[Floats, Floats]:
     """Return the longest distance of two points, and its derivatives."""
     gap = x[j] - x[i]
     at = np.nan_to_num(np.abs(gap), nan=-1.0).argmax(axis=1)
@@ -161,7 +168,7 @@ def _reach(x: Any, found: list[Any], i: int, j: int) -> tuple[Any, Any]:
 
 
 def _dyad_derivatives(
-    scheme: Scheme, start: Any, turn: SchemeTurn, found: list[Any], units: Any, k: int
+    scheme: Scheme, start: Complexes, turn: SchemeTurn, found: list[Complexes], units: Any, k: int
 ) -> Any:
     """Return the derivatives of a dyad's pin; enter the slope of its least sine."""
     _, i, j = scheme.points[k]
@@ -186,7 +193,7 @@ def _dyad_derivatives(
     return moved
 
 
-def shortest(scheme: Scheme, places: Any) -> Any:
+def shortest(scheme: Scheme, places: Complexes) -> Any:
     """Return the length of the shortest of crank and bars of dyads (b,)."""
     places = np.asarray(places, complex)
     one, other = np.array(scheme.members).T
@@ -194,7 +201,7 @@ def shortest(scheme: Scheme, places: Any) -> Any:
 
 
 def material(
-    scheme: Scheme, places: Any, slopes: bool = False, turn: SchemeTurn | None = None
+    scheme: Scheme, places: Complexes, slopes: bool = False, turn: SchemeTurn | None = None
 ) -> Any:
     """Return twice the sum of the lengths of bars (b,), and its derivatives (b, p) if asked for.
 

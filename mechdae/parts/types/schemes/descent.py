@@ -15,6 +15,7 @@ from mechdae.parts.types.schemes.aims import Aim
 from mechdae.parts.types.schemes.closure import SchemeTurn, material, shortest
 from mechdae.parts.types.schemes.losses import LossAsked, loss_slopes, losses
 from mechdae.parts.types.schemes.scheme import MIDDLES, Scheme
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Points
 
 ROOM = 1.6
 """Sines of dyads are pushed away from so many times the least ones that are allowed."""
@@ -43,19 +44,19 @@ class Descent(ABC):
         (b,) sine of its dyads that each set keeps at all angles.
     """
 
-    def __init__(self, scheme: Scheme, places: Any, limits: Any, least: Any) -> None:
+    def __init__(self, scheme: Scheme, places: Complexes, limits: Floats, least: Floats) -> None:
         self.scheme = scheme
         self.limits, self.least = np.asarray(limits, float), np.asarray(least, float)
         self.places = np.array(places, complex)
         self._rubbing: tuple[Aim, LossAsked, Any] | None = None
         self.middles = [k for k, (kind, *_) in enumerate(scheme.points) if kind in MIDDLES]
 
-    def lose(self, aim: Aim, rubbing: LossAsked, limits: Any) -> None:
+    def lose(self, aim: Aim, rubbing: LossAsked, limits: Floats) -> None:
         """Keep each set within its limit of loss (b,) [W]; inf: any."""
         if np.isfinite(limits).any():
             self._rubbing = aim, rubbing, np.asarray(limits, float)
 
-    def run(self, iterations: int) -> Any:
+    def run(self, iterations: int) -> Complexes:
         """Return the places (b, n) after so many iterations."""
         damping = np.full(len(self.places), 1e-2)
         growth = np.full(len(self.places), 2.0)
@@ -77,7 +78,7 @@ class Descent(ABC):
             self.places = state.places
         return self._finished(state)
 
-    def _finished(self, state: Any) -> Any:
+    def _finished(self, state: Any) -> Complexes:
         """Return the places that are the answer."""
         return self.places
 
@@ -86,18 +87,20 @@ class Descent(ABC):
         """Return the state of `places`, all that is not a dimension found anew."""
 
     @abstractmethod
-    def _stepped(self, state: Any, step: Any) -> Any:
+    def _stepped(self, state: Any, step: Floats) -> Any:
         """Return the state after a step (b, p) of all unknowns."""
 
     @abstractmethod
-    def _normal(self, state: Any) -> tuple[Any, Any]:
+    def _normal(self, state: Any) -> tuple[Matrices, Floats]:
         """Return approximate Hessian (b, p, p) and gradient (b, p) of the merit."""
 
     @abstractmethod
-    def _chosen(self, taken: Any, one: Any, other: Any) -> Any:
+    def _chosen(self, taken: Booleans, one: Any, other: Any) -> Any:
         """Return a state of rows of two states."""
 
-    def _judged(self, places: Any, turn: SchemeTurn, merit: Any) -> tuple[Any, Any, Any]:
+    def _judged(
+        self, places: Complexes, turn: SchemeTurn, merit: Floats
+    ) -> tuple[Floats, Points, Matrices]:
         """Return merit with limits, by how much they are exceeded, and slopes of that.
 
         The merit is infinite where a set does not assemble with the sines it has to keep.
@@ -108,7 +111,7 @@ class Descent(ABC):
         lost |= ~np.isfinite(merit)
         return np.where(lost, np.inf, merit), excess, slopes
 
-    def _limits(self, places: Any, turn: SchemeTurn) -> tuple[Any, Any]:
+    def _limits(self, places: Complexes, turn: SchemeTurn) -> tuple[Points, Matrices]:
         """Return by how much limits are exceeded (b, k), weighted, and derivatives (b, k, p)."""
         excess, slopes = [], []
         assert turn.slopes is not None
@@ -131,7 +134,7 @@ class Descent(ABC):
             slopes.append(slope)
         return np.nan_to_num(np.stack(excess, axis=1)), np.nan_to_num(np.stack(slopes, axis=1))
 
-    def _lost(self, places: Any) -> tuple[Any, Any]:
+    def _lost(self, places: Complexes) -> tuple[Any, Any]:
         """Return by how much limits of loss are exceeded, weighted, and derivatives."""
         assert self._rubbing is not None
         aim, rubbing, limits = self._rubbing
@@ -144,7 +147,7 @@ class Descent(ABC):
         return PRESS * over, share[:, None] * slope
 
 
-def moved_by(places: Any, step: Any) -> Any:
+def moved_by(places: Complexes, step: Floats) -> Complexes:
     """Return places (b, n) after a step (b, 2 n - 2) of all but the first."""
     trial = places.copy()
     trial[:, 1:] += step[:, 0::2] + 1j * step[:, 1::2]

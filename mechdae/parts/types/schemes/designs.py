@@ -26,6 +26,7 @@ from mechdae.parts.types.schemes.scheme import SLIDER, Scheme
 from mechdae.records import dataclass
 from mechdae.results import FINE
 from mechdae.solver.solve import solve
+from mechdae.types import Complexes
 
 PATH = "path"
 """Task of a design's problem that moves it."""
@@ -136,7 +137,7 @@ def _turns(scheme: Scheme, place: PlacedDesign) -> list[float]:
 def _points(
     names: list[str],
     link: tuple[int, ...],
-    spots: Any,
+    spots: Complexes,
     origin: complex,
     angle: float,
     natural: bool,

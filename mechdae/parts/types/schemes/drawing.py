@@ -7,20 +7,25 @@ way of its pin across the guide, a slot passes its rod's pin nearer than the blo
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.parts.types.schemes.closure import SchemeTurn, material
 from mechdae.parts.types.schemes.scheme import CRANK, DYAD, FIXED, RIGID, SLIDER, Scheme
 from mechdae.parts.types.schemes.slides import Moved, slid, turning
+from mechdae.types import Complexes, Floats
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 MARGIN = 0.12
 """By how much bars reach further than they must, at least."""
 TURN = 2 * np.pi
 
 
-def drawn(scheme: Scheme, count: int, angles: Any, generator: Any) -> Any:
+def drawn(scheme: Scheme, count: int, angles: Floats, generator: Generator) -> Complexes:
     """Return the places (n, count, t) of all points over a turn; the crank has length 1."""
     x = np.empty((scheme.size, count, len(angles)), complex)
     for k, (kind, i, j) in enumerate(scheme.points):
@@ -45,7 +50,7 @@ def drawn(scheme: Scheme, count: int, angles: Any, generator: Any) -> Any:
     return x
 
 
-def middle(scheme: Scheme, x: Any, k: int, generator: Any) -> Any:
+def middle(scheme: Scheme, x: Complexes, k: int, generator: Generator) -> Any:
     """Return a place (b,) at the first angle of the middle of a dyad with a slide.
 
     Parameters
@@ -83,12 +88,14 @@ OFFSET = 0.6
 """Share of rods whose slot passes beside their pin."""
 
 
-def amount_of(scheme: Scheme, places: Any, x: Any) -> Any:
+def amount_of(scheme: Scheme, places: Complexes, x: Complexes) -> Any:
     """Return the material (b,) of sets whose places (n, b, t) are known."""
     return material(scheme, places, turn=SchemeTurn(x, {}) if scheme.ways else None)
 
 
-def reaching(one: Any, other: Any, generator: Any, margin: float = MARGIN) -> tuple[Any, Any, Any]:
+def reaching(
+    one: Complexes, other: Complexes, generator: Generator, margin: float = MARGIN
+) -> tuple[Floats, Floats, Floats]:
     """Return lengths of two bars (b, 1) between moving points that always meet, and a side."""
     far = np.abs(other - one)
     low, high = far.min(axis=1, keepdims=True), far.max(axis=1, keepdims=True)
@@ -101,10 +108,10 @@ def reaching(one: Any, other: Any, generator: Any, margin: float = MARGIN) -> tu
     return (whole + difference) / 2, (whole - difference) / 2, side
 
 
-def _far(generator: Any, count: int) -> Any:
+def _far(generator: Generator, count: int) -> Any:
     size = np.exp(generator.normal(0.8, 0.6, count))
     return size * np.exp(1j * generator.uniform(0, TURN, count))
 
 
-def shares(generator: Any, shape: tuple[int, ...]) -> Any:
+def shares(generator: Generator, shape: tuple[int, ...]) -> Complexes:
     return 0.5 + generator.normal(0, 0.9, shape) + 1j * generator.normal(0, 0.9, shape)

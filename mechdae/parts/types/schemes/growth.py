@@ -13,9 +13,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +33,11 @@ from mechdae.parts.types.schemes.scheme import (
     Scheme,
 )
 from mechdae.records import dataclass
+from mechdae.types import Complexes
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 ANGLES = 64
 TURN = 2 * np.pi
@@ -52,7 +57,7 @@ class Change:
     origin: tuple[int, ...]
 
     def places(
-        self, parent: Scheme, places: Any, count: int, generator: Any,
+        self, parent: Scheme, places: Complexes, count: int, generator: Generator,
         span: tuple[float, float] | None = None,
     ) -> Any:  # fmt: skip
         """Return so many sets (count, n) from one of the parent (n,).
@@ -70,7 +75,9 @@ class Change:
             self._draw(parent, places, found, generator, span)
         return found
 
-    def _draw(self, parent: Scheme, places: Any, found: Any, generator: Any, span: Any) -> None:
+    def _draw(
+        self, parent: Scheme, places: Complexes, found: Complexes, generator: Generator, span: Any
+    ) -> None:
         new = self.origin.index(-1)
         _, i, j = self.scheme.points[new]
         angles = TURN * np.arange(ANGLES) / ANGLES
@@ -170,7 +177,9 @@ def _traces_arc(scheme: Scheme, trace: int) -> bool:
     return any(trace in link and fixed & set(link) for link in links)
 
 
-def _inserted(scheme: Scheme, at: int, new: list[Point], origin: list[int]) -> tuple[Any, Any, Any]:
+def _inserted(
+    scheme: Scheme, at: int, new: list[Point], origin: list[int]
+) -> tuple[list[tuple[str, int, int]], list[int], Callable[..., Any]]:
     """Return points with new ones before `at`, the origin of each, and how numbers move."""
 
     def moved(k: int) -> int:
@@ -183,7 +192,9 @@ def _inserted(scheme: Scheme, at: int, new: list[Point], origin: list[int]) -> t
     return points, [*range(at), *origin, *range(at, scheme.size)], moved
 
 
-def _with_end(scheme: Scheme, k: int, old: int, new: int, points: list[Point], moved: Any) -> Any:
+def _with_end(
+    scheme: Scheme, k: int, old: int, new: int, points: list[Point], moved: Any
+) -> list[tuple[str, int, int]]:
     """Return points whose bar from `old` to `k`, with all that is on its link, ends at `new`."""
     carrier = next(link for link in scheme.links if old in link and k in link)
     at = {moved(k), *(moved(p) for p in carrier if p > k and scheme.points[p][0] == RIGID)}

@@ -16,6 +16,7 @@ from mechdae.parts.types.schemes.descent import Descent, moved_by
 from mechdae.parts.types.schemes.scheme import Scheme
 from mechdae.parts.types.schemes.shape import Resampled, centred, fitted, resampled
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Points
 
 ANGLES, POINTS = 120, 100
 """Crank angles and points at equal arc length while dimensions are refined."""
@@ -31,9 +32,9 @@ class _State:
     places: Any
     turn: SchemeTurn
     curve: Resampled
-    gaps: Any
-    merit: Any
-    excess: Any
+    gaps: Complexes
+    merit: Floats
+    excess: Points
     slopes: Any
 
 
@@ -52,7 +53,9 @@ class Refinement(Descent):
         (b,) sine of its dyads that each set keeps at all angles.
     """
 
-    def __init__(self, scheme: Scheme, places: Any, wanted: Any, limits: Any, least: Any) -> None:
+    def __init__(
+        self, scheme: Scheme, places: Complexes, wanted: Complexes, limits: Floats, least: Floats
+    ) -> None:
         super().__init__(scheme, places, limits, least)
         self.wanted = wanted
         self.angles = TURN * np.arange(ANGLES) / ANGLES
@@ -62,10 +65,10 @@ class Refinement(Descent):
         self.places, self._targets = self._aligned(self.places)
         return self._at(self.places, self._targets)
 
-    def _stepped(self, state: _State, step: Any) -> _State:
+    def _stepped(self, state: _State, step: Floats) -> _State:
         return self._at(moved_by(state.places, step), self._targets)
 
-    def _aligned(self, places: Any) -> tuple[Any, Any]:
+    def _aligned(self, places: Complexes) -> tuple[Complexes, Complexes]:
         """Return the places turned so that the curves lie on the wanted one, and its points."""
         turn = turned(self.scheme, places, self.angles)
         curve = centred(resampled(_finite(turn.x[self.scheme.trace]), POINTS).points)
@@ -73,7 +76,7 @@ class Refinement(Descent):
         factor = np.where(np.isfinite(fit.factor), fit.factor, 1.0)
         return places * factor[:, None], fit.targets(self.wanted)
 
-    def _at(self, places: Any, targets: Any) -> _State:
+    def _at(self, places: Complexes, targets: Complexes) -> _State:
         turn = turned(self.scheme, places, self.angles, derivatives=True)
         curve = resampled(_finite(turn.x[self.scheme.trace]), POINTS)
         gaps = centred(curve.points) - targets
@@ -81,7 +84,7 @@ class Refinement(Descent):
         merit, excess, slopes = self._judged(places, turn, far.mean(axis=1))
         return _State(places, turn, curve, gaps, merit, excess, slopes)
 
-    def _normal(self, state: _State) -> tuple[Any, Any]:
+    def _normal(self, state: _State) -> tuple[Matrices, Floats]:
         """Return approximate Hessian (b, p, p) and gradient (b, p) of the merit."""
         rates = state.curve.derivatives(np.nan_to_num(state.turn.derivatives))
         rates = rates - rates.mean(axis=1, keepdims=True)
@@ -98,16 +101,16 @@ class Refinement(Descent):
         slope = slope + 2 * np.einsum("bkp,bk->bp", slopes, state.excess)
         return hessian, slope
 
-    def _chosen(self, taken: Any, one: _State, other: _State) -> _State:
+    def _chosen(self, taken: Booleans, one: _State, other: _State) -> _State:
         return _rows_of(taken, one, other)
 
 
-def _finite(curves: Any) -> Any:
+def _finite(curves: Complexes) -> Complexes:
     """Return curves without gaps: what does not assemble is lost anyway."""
     return np.nan_to_num(curves)
 
 
-def _rows_of(taken: Any, one: _State, other: _State) -> _State:
+def _rows_of(taken: Booleans, one: _State, other: _State) -> _State:
     """Return a state of rows of two states."""
 
     def rows(a: Any, b: Any, axis: int = 0) -> Any:

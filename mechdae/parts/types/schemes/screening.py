@@ -6,13 +6,12 @@ of two.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.parts.types.schemes.drawing import amount_of, drawn, shares
 from mechdae.parts.types.schemes.scheme import RIGID, Scheme
 from mechdae.parts.types.schemes.shape import centred, fitted, resampled
+from mechdae.types import Complexes, Floats
 
 ANGLES, POINTS = 64, 64
 PLACES = 24
@@ -21,8 +20,8 @@ TURN = 2 * np.pi
 
 
 def screened(
-    scheme: Scheme, wanted: Any, count: int, seed: list[int], keep: int, limits: list[float]
-) -> tuple[Any, Any]:
+    scheme: Scheme, wanted: Complexes, count: int, seed: list[int], keep: int, limits: list[float]
+) -> tuple[Complexes, Floats]:
     """Return the places (k, n) of the best sets, and their mean square distances (k,).
 
     Parameters

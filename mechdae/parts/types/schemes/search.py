@@ -21,6 +21,7 @@ from mechdae.parts.types.schemes.losses import rubbing_of
 from mechdae.parts.types.schemes.scheme import Scheme, read
 from mechdae.parts.types.schemes.types import chain_names, named, schemes_of
 from mechdae.parts.types.schemes.work_items import REFINE, SCREEN, FoundSets, SchemePiece
+from mechdae.types import Complexes, Json
 
 Run = Callable[[Sequence[SchemePiece]], list[FoundSets]]
 CHUNK = 1000
@@ -63,7 +64,7 @@ class SchemeSearch:
         self.rubbing = rubbing_of(demand)
         self.archive = Archive()
         self.tried: set[str] = set()
-        self.rounds: list[dict[str, Any]] = []
+        self.rounds: list[Json] = []
         self.least = float(np.sin(demand.within.get("transmission_angle", LEAST)))
         self.cap = self._cap()
         self.worst = np.inf
@@ -142,7 +143,7 @@ class SchemeSearch:
         by_scheme: dict[str, list[FoundSets]] = {}
         for piece, found in zip(pieces, self._done("screening", pieces), strict=True):
             by_scheme.setdefault(piece.scheme, []).append(found)
-        jobs: list[tuple[str, Any, float]] = []
+        jobs: list[tuple[str, Complexes, float]] = []
         for text, several in by_scheme.items():
             self.tried.add(text)
             places = np.concatenate([found.places for found in several])
@@ -157,7 +158,7 @@ class SchemeSearch:
     def _grow(self, number: int) -> None:
         """Grow and shrink the best, look at new schemes shortly, go on with the best of them."""
         generator = np.random.default_rng([self.demand.seed, 7, number])
-        jobs: list[tuple[str, Any, float]] = []
+        jobs: list[tuple[str, Complexes, float]] = []
         for entry in self._parents():
             for change in self._changes(entry.scheme):
                 text = change.scheme.text
@@ -239,7 +240,7 @@ class SchemeSearch:
         """Refine towards levels of material from the best sets around each."""
         if not self._weighed:
             return
-        jobs: list[tuple[str, Any, float]] = []
+        jobs: list[tuple[str, Complexes, float]] = []
         levels = self._levels(LEVELS)
         if levels:
             levels = [*(share * levels[0] for share in BELOW), *levels]
@@ -295,7 +296,7 @@ class SchemeSearch:
     # -- pieces ----------------------------------------------------------------------------------
 
     def _refine(
-        self, name: str, jobs: Sequence[tuple[str, Any, float]], iterations: int,
+        self, name: str, jobs: Sequence[tuple[str, Complexes, float]], iterations: int,
         floors: Sequence[float] | None = None, losses: Sequence[float] | None = None,
     ) -> None:  # fmt: skip
         """Refine sets, those of one scheme together, and enter what comes of them."""

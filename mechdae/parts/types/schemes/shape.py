@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Integers
 
 POINTS = 200
 """Of the measure itself; searches take fewer."""
@@ -33,10 +34,10 @@ class Resampled:
     """
 
     points: Any
-    segment: Any
-    share: Any
-    steps: Any
-    lengths: Any
+    segment: Integers
+    share: Floats
+    steps: Complexes
+    lengths: Floats
 
     def derivatives(self, rates: Any) -> Any:
         """Return those of the points (b, m, p) from those of the corners (b, t, p)."""
@@ -58,7 +59,7 @@ class Resampled:
         return one + share * (other - one) + step * moved
 
 
-def resampled(curves: Any, count: int) -> Resampled:
+def resampled(curves: Complexes, count: int) -> Resampled:
     """Return closed curves (b, t) at equal arc length, beginning where they begin."""
     curves = np.asarray(curves, complex)
     steps = np.roll(curves, -1, axis=1) - curves
@@ -79,7 +80,7 @@ def resampled(curves: Any, count: int) -> Resampled:
     return Resampled(points, segment, share, steps, lengths)
 
 
-def centred(points: Any) -> Any:
+def centred(points: Complexes) -> Any:
     """Return curves with their mean at zero."""
     return points - points.mean(axis=-1, keepdims=True)
 
@@ -121,12 +122,12 @@ class Fit:
         (b,) mean square of the distances.
     """
 
-    shift: Any
-    backward: Any
+    shift: Integers
+    backward: Booleans
     factor: Any
-    residual: Any
+    residual: Floats
 
-    def targets(self, wanted: Any) -> Any:
+    def targets(self, wanted: Complexes) -> Any:
         """Return the points (b, m) of the wanted curve in the order of the curves' own."""
         count = len(wanted)
         ways = np.stack([wanted, backward_of(wanted)])
@@ -134,12 +135,12 @@ class Fit:
         return ways[self.backward.astype(int)[:, None], at]
 
 
-def backward_of(wanted: Any) -> Any:
+def backward_of(wanted: Complexes) -> Complexes:
     """Return a curve from the same first point in the other sense."""
     return np.roll(wanted[..., ::-1], 1, axis=-1)
 
 
-def fitted(curves: Any, wanted: Any, scaled: bool = False) -> Fit:
+def fitted(curves: Complexes, wanted: Complexes, scaled: bool = False) -> Fit:
     """Return how centred curves (b, m) lie best on the wanted one (m,); through one FFT each."""
     count = wanted.shape[-1]
     transforms = np.fft.fft(curves, axis=1)
@@ -163,7 +164,7 @@ def fitted(curves: Any, wanted: Any, scaled: bool = False) -> Fit:
     return Fit(best % count, best // count == 1, factor, np.nan_to_num(residual, nan=np.inf))
 
 
-def distances(curves: Any, wanted: Wanted) -> Any:
+def distances(curves: Complexes, wanted: Wanted) -> Floats:
     """Return the measure (b,) of closed polylines (b, t) in units of the wanted curve's radius."""
     centered = centred(resampled(curves, POINTS).points)
     target = wanted.points(POINTS)

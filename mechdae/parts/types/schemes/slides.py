@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.parts.types.schemes.scheme import CRANK, FIXED, SLIDER, Scheme
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Matrices
 
 
 @dataclass
@@ -26,7 +27,7 @@ class Moved:
         Derivatives of places in the first pose (n, p), and of those at angles (b, t, p) each.
     """
 
-    start: Any
+    start: Complexes
     x: Any
     rates: Any = None
     found: Any = None
@@ -55,7 +56,7 @@ def turning(scheme: Scheme, moved: Moved, g: int) -> Any:
     return (moved.x[j] - moved.x[i]) / (moved.start[j] - moved.start[i])
 
 
-def _turning_rate(scheme: Scheme, moved: Moved, g: int, turn: Any) -> Any:
+def _turning_rate(scheme: Scheme, moved: Moved, g: int, turn: Complexes) -> Any:
     kind, i, j = scheme.points[g]
     if kind == FIXED:
         return np.zeros((1, 1, moved.rates.shape[1]), complex)
@@ -65,7 +66,7 @@ def _turning_rate(scheme: Scheme, moved: Moved, g: int, turn: Any) -> Any:
     return (moved.found[j] - moved.found[i] - turn[:, :, None] * gap) / span
 
 
-def slid(scheme: Scheme, moved: Moved, k: int) -> tuple[Any, Any]:
+def slid(scheme: Scheme, moved: Moved, k: int) -> tuple[Complexes, Floats]:
     """Return the places of the middle of a dyad with a sliding pair, and the sines (b, t)."""
     kind, i, j = scheme.points[k]
     start, x = moved.start, moved.x
@@ -108,7 +109,7 @@ def slid_derivatives(scheme: Scheme, moved: Moved, k: int) -> Any:
     return found[i] + turned + (1j * arm * turn)[:, :, None] * rate
 
 
-def _way_rate(scheme: Scheme, moved: Moved, k: int, turn: Any) -> Any:
+def _way_rate(scheme: Scheme, moved: Moved, k: int, turn: Complexes) -> Any:
     """Return the derivatives of the direction of a guide, as long as it was drawn."""
     _, _, j = scheme.points[k]
     start, rates = moved.start, moved.rates
@@ -116,7 +117,7 @@ def _way_rate(scheme: Scheme, moved: Moved, k: int, turn: Any) -> Any:
     return (rates[k] - rates[j]) * turn[:, :, None] + (start[k] - start[j])[:, :, None] * spin
 
 
-def _rod(moved: Moved, i: int, j: int, k: int) -> tuple[Any, Any]:
+def _rod(moved: Moved, i: int, j: int, k: int) -> tuple[Complexes, Matrices]:
     """Return by what a rod has turned (b, t), and the derivatives (b, t, p) of that angle."""
     start, x, rates, found = moved.start, moved.x, moved.rates, moved.found
     turn = (x[k] - x[i]) / (start[k] - start[i])
@@ -132,7 +133,7 @@ def _rod(moved: Moved, i: int, j: int, k: int) -> tuple[Any, Any]:
     return turn, (now - before) / (gap * np.conj(slot)).real[:, :, None]
 
 
-def sine_rate(scheme: Scheme, moved: Moved, k: int, rate: Any) -> Any:
+def sine_rate(scheme: Scheme, moved: Moved, k: int, rate: Complexes) -> Any:
     """Return the derivatives (b, t, p) of the sine of a dyad with a sliding pair.
 
     Parameters

@@ -22,6 +22,7 @@ from mechdae.parts.types.schemes.targets.functions import FunctionFitting, based
 from mechdae.parts.types.schemes.targets.screened import screened_sets
 from mechdae.parts.types.schemes.targets.visits import VisitFitting, visited
 from mechdae.records import dataclass
+from mechdae.types import Complexes
 
 ANGLES = 360
 """Crank angles at which what was refined is measured."""
@@ -126,7 +127,7 @@ def _screened(piece: SchemePiece) -> FoundSets:
     return FoundSets(places, np.sqrt(residual), amount, np.ones(len(places)), none)
 
 
-def _material(scheme: Scheme, aim: Aim, places: Any) -> Any:
+def _material(scheme: Scheme, aim: Aim, places: Complexes) -> Any:
     """Return the material of sets, with the ways of their guides."""
     turn = turned(scheme, places, _nodes(aim)) if scheme.ways else None
     return material(scheme, places, turn=turn)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.draw.space.viewpoint import Array
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
 
 SPINS = {"velocity": "angular_velocity", "acceleration": "angular_acceleration"}
 
@@ -122,7 +126,7 @@ class SpatialSubject(Subject):
         return found
 
 
-def seen_in_space(result: Any, pose: int | None) -> tuple[type[Subject], Any, int]:
+def seen_in_space(result: SweepResult, pose: int | None) -> tuple[type[Subject], Any, int]:
     """Return the class of subject, the placements and the pose of a spatial result."""
     scene = read_spatial(result)
     return SpatialSubject, scene, choose(scene, result.kind, pose, None)[0]

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
@@ -22,6 +22,10 @@ from mechdae.parts.types.chains.variants.layers import Layers, LinksCrossing, la
 from mechdae.parts.types.chains.variants.scheme import GROUND, Variant, made
 from mechdae.parts.types.chains.variants.symmetries import of_structure
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 FORMS = ("o1", "o2", "a1", "a2", "b1", "b2")
 """o overhung, a fork on the first link, b on the second; then which link carries the pin."""
@@ -153,8 +157,8 @@ class Constructions:
         problem = self.template.problem
         assert problem is not None
         stack = None if isinstance(layers, str) else layers
-        numbers: dict[str, Any] = {"layers": float(stack.count) if stack else 0.0}
-        pins: dict[str, Any] = {}
+        numbers: dict[str, float] = {"layers": float(stack.count) if stack else 0.0}
+        pins: dict[str, Json] = {}
         for (pin, pair), form in zip(self.pins.items(), word, strict=True):
             carrier = pair[int(form[1]) - 1]
             measures = self._pin(pin, pair, form, carrier, stack.reach[pin] if stack else 1)
@@ -166,7 +170,7 @@ class Constructions:
             pins[pin] |= {
                 key: value for key, value in measures.items() if fork == "" or key != "width"
             }
-        about: dict[str, Any] = {"pins": pins}
+        about: Json = {"pins": pins}
         if stack is not None:
             about |= {
                 "layers": stack.count,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
@@ -17,6 +17,10 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Driver, Modes, Sweep, Task
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 MEASURES = ("envelope", "transmission")
 """What sweeps of variants read off, so that variants can be ranked by it."""
@@ -46,7 +50,7 @@ class Variant:
 
     name: str
     problem: Problem | None
-    about: Mapping[str, Any] = field(default_factory=dict)
+    about: Mapping[str, Json | int] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
     fault: str = ""
     unmade: str = field(default="", repr=False)

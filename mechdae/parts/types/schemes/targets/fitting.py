@@ -16,6 +16,7 @@ from mechdae.parts.types.schemes.closure import SchemeTurn, turned
 from mechdae.parts.types.schemes.descent import Descent, moved_by
 from mechdae.parts.types.schemes.scheme import Scheme
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Points
 
 BETWEEN = 72
 """Crank angles beside those of the targets at which sines of dyads are kept, on a turn; on less of
@@ -40,8 +41,8 @@ class ErrorsAt:
         Where sines are least, with slopes.
     """
 
-    errors: Any
-    slopes: Any
+    errors: Complexes
+    slopes: Matrices
     turn: SchemeTurn
 
 
@@ -51,10 +52,10 @@ class _Fit:
 
     places: Any
     extra: Any
-    merit: Any
-    errors: Any
+    merit: Floats
+    errors: Complexes
     rates: Any
-    excess: Any
+    excess: Points
     slopes: Any
 
 
@@ -67,7 +68,9 @@ class Fitting(Descent):
         (b, e) unknowns that are no dimensions.
     """
 
-    def __init__(self, scheme: Scheme, places: Any, aim: Aim, limits: Any, least: Any) -> None:
+    def __init__(
+        self, scheme: Scheme, places: Complexes, aim: Aim, limits: Floats, least: Floats
+    ) -> None:
         super().__init__(scheme, places, limits, least)
         self.aim = aim
         self.weights = np.array(aim.weights, float)
@@ -82,10 +85,10 @@ class Fitting(Descent):
         """Find anew what is not a dimension: change `places` and `extra`."""
 
     @abstractmethod
-    def _errors(self, places: Any, extra: Any) -> ErrorsAt:
+    def _errors(self, places: Complexes, extra: Floats) -> ErrorsAt:
         """Return errors at the targets."""
 
-    def _allowed(self, extra: Any) -> Any:
+    def _allowed(self, extra: Floats) -> Booleans:
         """Return which sets (b,) keep the order of their targets."""
         return np.ones(len(extra), bool)
 
@@ -101,13 +104,13 @@ class Fitting(Descent):
         self._size = np.maximum(largest, ROUNDING)
         return self._at(self.places, self.extra, found)
 
-    def _stepped(self, state: _Fit, step: Any) -> _Fit:
+    def _stepped(self, state: _Fit, step: Floats) -> _Fit:
         split = 2 * (self.scheme.size - 1)
         places = moved_by(state.places, step[:, :split])
         extra = state.extra + step[:, split:]
         return self._at(places, extra, self._errors(places, extra))
 
-    def _at(self, places: Any, extra: Any, found: ErrorsAt) -> _Fit:
+    def _at(self, places: Complexes, extra: Floats, found: ErrorsAt) -> _Fit:
         root = np.sqrt(self.weights)
         errors, rates = found.errors, found.slopes
         # a step that is too long is not taken, however large its errors are
@@ -124,7 +127,7 @@ class Fitting(Descent):
         slopes = np.concatenate([slopes, more], axis=2)
         return _Fit(places, extra, merit, errors, rates, excess, slopes)
 
-    def _raised(self, errors: Any, rates: Any) -> tuple[Any, Any]:
+    def _raised(self, errors: Complexes, rates: Any) -> tuple[Any, Any]:
         """Return errors to half the power, in units of the largest one, of which squares count."""
         half = self._power / 2
         size = self._size[:, None]
@@ -147,13 +150,13 @@ class Fitting(Descent):
             slope = slope + np.einsum("bmp,bm->bp", rows, error)
         return hessian, slope
 
-    def _chosen(self, taken: Any, one: _Fit, other: _Fit) -> _Fit:
+    def _chosen(self, taken: Booleans, one: _Fit, other: _Fit) -> _Fit:
         found = []
         for entry in fields(_Fit):
             a, b = getattr(one, entry.name), getattr(other, entry.name)
             found.append(np.where(taken.reshape([-1] + [1] * (a.ndim - 1)), a, b))
         return _Fit(*found)
 
-    def turned_at(self, places: Any) -> SchemeTurn:
+    def turned_at(self, places: Complexes) -> SchemeTurn:
         """Return a batch at the angles of the targets, and between them."""
         return turned(self.scheme, places, self.aim.nodes(self.count), derivatives=True)

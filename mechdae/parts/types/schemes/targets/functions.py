@@ -14,12 +14,13 @@ from mechdae.parts.types.schemes.aims import ANGLE, Aim
 from mechdae.parts.types.schemes.closure import SchemeTurn, turned
 from mechdae.parts.types.schemes.scheme import Scheme, output_points, pivot_of
 from mechdae.parts.types.schemes.targets.fitting import ErrorsAt, Fitting
+from mechdae.types import Complexes, Floats, Matrices, Points
 
 FINE = 181
 """Crank angles beside the targets at which a set is measured."""
 
 
-def outputs(scheme: Scheme, turn: SchemeTurn, places: Any, aim: Aim, angles: Any) -> Any:
+def outputs(scheme: Scheme, turn: SchemeTurn, places: Complexes, aim: Aim, angles: Any) -> Any:
     """Return the output (b, t) at angles (t,), the first one zero; an angle without jumps.
 
     Parameters
@@ -41,7 +42,7 @@ def outputs(scheme: Scheme, turn: SchemeTurn, places: Any, aim: Aim, angles: Any
     return found - 2 * np.pi * np.round(found[:, :1] / (2 * np.pi))
 
 
-def _rates(scheme: Scheme, turn: SchemeTurn, places: Any, aim: Aim) -> Any:
+def _rates(scheme: Scheme, turn: SchemeTurn, places: Complexes, aim: Aim) -> Any:
     """Return the derivatives (b, t, p) of the output."""
     start = np.asarray(places, complex)
     assert turn.every is not None
@@ -70,7 +71,9 @@ def _rates(scheme: Scheme, turn: SchemeTurn, places: Any, aim: Aim) -> Any:
 class FunctionFitting(Fitting):
     """A batch of sets of one scheme whose output is to be a function of the crank's angle."""
 
-    def __init__(self, scheme: Scheme, places: Any, aim: Aim, limits: Any, least: Any) -> None:
+    def __init__(
+        self, scheme: Scheme, places: Complexes, aim: Aim, limits: Any, least: Any
+    ) -> None:
         super().__init__(scheme, places, aim, limits, least)
         self.target = np.array(aim.targets, float)
         self.extra = np.zeros((len(self.places), 1))
@@ -83,7 +86,7 @@ class FunctionFitting(Fitting):
         gaps = np.nan_to_num(self.target - found)
         self.extra = (self.weights * gaps).sum(axis=1)[:, None]
 
-    def _errors(self, places: Any, extra: Any) -> ErrorsAt:
+    def _errors(self, places: Complexes, extra: Floats) -> ErrorsAt:
         count = len(self.target)
         turn = self.turned_at(places)
         nodes = self.aim.nodes(self.count)
@@ -95,7 +98,7 @@ class FunctionFitting(Fitting):
             slopes[:, :, 2 * k - 2 : 2 * k] = 0.0
         return ErrorsAt(found + extra - self.target, slopes, turn)
 
-    def _limits(self, places: Any, turn: SchemeTurn) -> tuple[Any, Any]:
+    def _limits(self, places: Complexes, turn: SchemeTurn) -> tuple[Points, Matrices]:
         excess, slopes = super()._limits(places, turn)
         if self.aim.what == ANGLE:
             k = pivot_of(self.scheme)
@@ -103,7 +106,7 @@ class FunctionFitting(Fitting):
         return excess, slopes
 
 
-def based(scheme: Scheme, places: Any, aim: Aim) -> Any:
+def based(scheme: Scheme, places: Complexes, aim: Aim) -> Any:
     """Return places with the crank's pivot at zero; where only angles count with that of the
     output at one.
     """
@@ -113,7 +116,7 @@ def based(scheme: Scheme, places: Any, aim: Aim) -> Any:
     return places / places[:, pivot_of(scheme)][:, None]
 
 
-def function_errors(scheme: Scheme, places: Any, aim: Aim) -> tuple[Any, Any]:
+def function_errors(scheme: Scheme, places: Complexes, aim: Aim) -> tuple[Any, Any]:
     """Return the measure (b,) of sets, and the offset (b,) that the output has."""
     angles = aim.nodes(FINE)
     turn = turned(scheme, places, angles)

@@ -6,7 +6,7 @@ numbers that the places at targets are linear in; of a slide its size is one.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,11 @@ from mechdae.parts.types.schemes.closure import SchemeTurn
 from mechdae.parts.types.schemes.drawing import amount_of, drawn
 from mechdae.parts.types.schemes.scheme import RIGID, Scheme, pivot_of
 from mechdae.parts.types.schemes.targets.functions import based, measured_gaps, outputs
+from mechdae.types import Complexes, Floats
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
 
 BETWEEN = 48
 """Crank angles beside those of the targets."""
@@ -26,7 +31,7 @@ TURN = 2 * np.pi
 
 def screened_sets(
     scheme: Scheme, aim: Aim, count: int, seed: list[int], keep: int, limits: list[float]
-) -> tuple[Any, Any]:
+) -> tuple[Complexes, Floats]:
     """Return the places (k, n) of the best sets, and their measures (k,).
 
     Parameters
@@ -56,7 +61,9 @@ def screened_sets(
     return places[chosen], error[chosen]
 
 
-def _on_targets(scheme: Scheme, aim: Aim, x: Any, angles: Any, generator: Any) -> tuple[Any, Any]:
+def _on_targets(
+    scheme: Scheme, aim: Aim, x: Complexes, angles: Floats, generator: Generator
+) -> tuple[Complexes, Floats]:
     """Return sets laid on the targets, with the best tracing point, and their errors."""
     targets = np.array(aim.targets)
     count, k = x.shape[1], len(targets)
@@ -80,7 +87,7 @@ def _on_targets(scheme: Scheme, aim: Aim, x: Any, angles: Any, generator: Any) -
     return factor[:, None] * places + solved[:, :1], error
 
 
-def _spaced(aim: Aim, count: int, size: int, k: int, generator: Any) -> Any:
+def _spaced(aim: Aim, count: int, size: int, k: int, generator: Generator) -> Any:
     """Return numbers of crank angles (count, `SPACINGS`, k) for targets in their order."""
     shape = (count, SPACINGS)
     gaps = generator.exponential(1.0, (*shape, k)) + 0.3
@@ -96,7 +103,9 @@ def _spaced(aim: Aim, count: int, size: int, k: int, generator: Any) -> Any:
     return np.floor(size * turns).astype(int) % size
 
 
-def _least_squares(matrix: Any, targets: Any, weights: Any) -> tuple[Any, Any]:
+def _least_squares(
+    matrix: Complexes, targets: Complexes, weights: Floats
+) -> tuple[Complexes, Floats]:
     """Return unknowns (b, s, u) and root mean squares (b, s) of fits to targets (k,)."""
     conj = np.conj(matrix) * weights[:, None]
     normal = np.einsum("bsku,bskv->bsuv", conj, matrix)
@@ -108,7 +117,7 @@ def _least_squares(matrix: Any, targets: Any, weights: Any) -> tuple[Any, Any]:
     return solved, np.sqrt((weights * np.abs(gaps) ** 2).sum(axis=2))
 
 
-def _as_function(scheme: Scheme, aim: Aim, x: Any, angles: Any) -> tuple[Any, Any]:
+def _as_function(scheme: Scheme, aim: Aim, x: Complexes, angles: Floats) -> tuple[Any, Any]:
     """Return sets with the best size of a slide, and their errors."""
     targets = np.array(aim.targets, float)
     places = x[:, :, 0].T.copy()

@@ -15,6 +15,7 @@ from mechdae.parts.types.schemes.closure import turned
 from mechdae.parts.types.schemes.scheme import Scheme
 from mechdae.parts.types.schemes.targets.fitting import ErrorsAt, Fitting
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Integers, Matrices
 
 GRID = 96
 """Crank angles among which those of targets are looked for."""
@@ -27,7 +28,7 @@ APART = 1e-6
 TURN = 2 * np.pi
 
 
-def assigned(curves: Any, aim: Aim) -> tuple[Any, Any]:
+def assigned(curves: Complexes, aim: Aim) -> tuple[Integers, Floats]:
     """Return at which of the crank angles each target is met best.
 
     Parameters
@@ -53,7 +54,7 @@ def assigned(curves: Any, aim: Aim) -> tuple[Any, Any]:
     return places, np.where(better, -1.0, 1.0)
 
 
-def _in_order(cost: Any) -> tuple[Any, Any]:
+def _in_order(cost: Matrices) -> tuple[Integers, Floats]:
     """Return the numbers (b, k), growing within a turn, of the least sum of costs (b, k, n)."""
     count, targets, size = cost.shape
     rows = np.arange(count)
@@ -84,7 +85,9 @@ def _in_order(cost: Any) -> tuple[Any, Any]:
 class VisitFitting(Fitting):
     """A batch of sets of one scheme whose point is to visit targets."""
 
-    def __init__(self, scheme: Scheme, places: Any, aim: Aim, limits: Any, least: Any) -> None:
+    def __init__(
+        self, scheme: Scheme, places: Complexes, aim: Aim, limits: Floats, least: Floats
+    ) -> None:
         super().__init__(scheme, places, aim, limits, least)
         self.target = np.array(aim.targets)
         self.free = not aim.angles
@@ -104,7 +107,7 @@ class VisitFitting(Fitting):
             self.extra[:, 2:] = TURN * numbers / GRID
             self._known = True
 
-    def _errors(self, places: Any, extra: Any) -> ErrorsAt:
+    def _errors(self, places: Any, extra: Floats) -> ErrorsAt:
         trace, count = self.scheme.trace, len(self.target)
         size = 2 * (self.scheme.size - 1)
         whole = self.turned_at(places)
@@ -120,7 +123,7 @@ class VisitFitting(Fitting):
         shift = (extra[:, 0] + 1j * extra[:, 1])[:, None]
         return ErrorsAt(at + shift - self.target, slopes, whole)
 
-    def _allowed(self, extra: Any) -> Any:
+    def _allowed(self, extra: Floats) -> Booleans:
         if not (self.free and self.aim.ordered):
             return super()._allowed(extra)
         return in_order(self.senses[:, None] * extra[:, 2:])
@@ -130,7 +133,7 @@ class VisitFitting(Fitting):
         return state.places + shift[:, None]
 
 
-def in_order(angles: Any) -> Any:
+def in_order(angles: Floats) -> Booleans:
     """Return which rows (b,) grow, within a turn."""
     whole = angles[:, -1] - angles[:, 0] < TURN - APART
     return whole & (np.diff(angles, axis=1) > APART).all(axis=1)
@@ -150,13 +153,13 @@ class TargetsMet:
         (b,) the measure: root of the weighted mean square distance, or the largest one.
     """
 
-    angles: Any
+    angles: Floats
     factor: Any
     shift: Any
     error: Any
 
 
-def visited(scheme: Scheme, places: Any, aim: Aim) -> TargetsMet:
+def visited(scheme: Scheme, places: Complexes, aim: Aim) -> TargetsMet:
     """Return how sets of places (b, n) that lie by the targets meet them."""
     target, weights = np.array(aim.targets), np.array(aim.weights)
     if aim.angles:
@@ -174,7 +177,7 @@ def visited(scheme: Scheme, places: Any, aim: Aim) -> TargetsMet:
     return TargetsMet(angles, factor, shift, error)
 
 
-def errors_of(gaps: Any, aim: Aim) -> Any:
+def errors_of(gaps: Complexes, aim: Aim) -> Any:
     """Return the measure (b,) of gaps (b, k)."""
     far = np.abs(gaps)
     if aim.minimax:
@@ -182,7 +185,7 @@ def errors_of(gaps: Any, aim: Aim) -> Any:
     return np.sqrt((np.array(aim.weights) * far**2).sum(axis=1))
 
 
-def _met(scheme: Scheme, places: Any, aim: Aim, target: Any) -> tuple[Any, Any]:
+def _met(scheme: Scheme, places: Any, aim: Aim, target: Complexes) -> tuple[Floats, Complexes]:
     """Return crank angles at which free targets are met best, and the places there (b, k)."""
     grid = TURN * np.arange(4 * GRID) / (4 * GRID)
     numbers, senses = assigned(turned(scheme, places, grid).x[scheme.trace], aim)
