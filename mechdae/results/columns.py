@@ -17,6 +17,7 @@ from mechdae.results.units import (
     effort_unit,
     reaction_parts,
 )
+from mechdae.types import Floats
 
 Column = tuple[str, str, Any]
 """Name, unit, (n,) array."""
@@ -59,7 +60,7 @@ def columns_of(result: Any) -> Iterator[Column]:
         yield "condition", "1", result.condition
 
 
-def _of_series(whole: str, name: str, array: Any, unit: str) -> Iterator[Column]:
+def _of_series(whole: str, name: str, array: Floats, unit: str) -> Iterator[Column]:
     """Yield the components of a series, of a reaction with their own names and units."""
     if array.ndim == 1:
         yield whole, unit, array
@@ -72,7 +73,7 @@ def _of_series(whole: str, name: str, array: Any, unit: str) -> Iterator[Column]
             yield f"{whole}.{axis}", unit, column
 
 
-def _flat(path: str, array: Any, unit: str) -> Iterator[tuple[str, str, Any]]:
+def _flat(path: str, array: Floats, unit: str) -> Iterator[tuple[str, str, Floats]]:
     """Yield the numbers of each row of a study as columns ``path[i][j]``."""
     word = path.rpartition("/")[2]
     axes: tuple[str, ...] = ()
@@ -87,7 +88,7 @@ def _flat(path: str, array: Any, unit: str) -> Iterator[tuple[str, str, Any]]:
 
 def _of_designs(
     designs: Sequence[Mapping[str, Any]], front: Mapping[str, Any]
-) -> Iterator[tuple[str, str, Any]]:
+) -> Iterator[tuple[str, str, Floats]]:
     """Yield objectives, transmission angle, hits and dimensions of the designs of a synthesis."""
     if not designs:
         return

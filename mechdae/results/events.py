@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,7 +37,7 @@ class Event(Mapping[str, Any]):
     code: str | None = None
     entries: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Json:
         """Return the entry of the JSON."""
         return dict(self.entries)
 

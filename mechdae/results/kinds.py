@@ -69,7 +69,7 @@ class ReactionsResult(SweepResult):
     parts: Mapping[str, Series] = field(default_factory=dict)
     unique: Summary = field(default_factory=Summary)
     solutions: tuple[dict[str, Any], ...] = ()
-    checks: Mapping[str, Any] = field(default_factory=dict)
+    checks: Mapping[str, float] = field(default_factory=dict)
     loads: Mapping[str, Series] = field(default_factory=dict)
     forces: ClassVar[bool] = True
 
@@ -97,7 +97,7 @@ class MotionResult(Result):
     scalars: Series = field(default_factory=_none)
     work: Series = field(default_factory=_none)
     unique: Summary = field(default_factory=Summary)
-    checks: Mapping[str, Any] = field(default_factory=dict)
+    checks: Mapping[str, float] = field(default_factory=dict)
     data: Mapping[str, Any] = field(default_factory=dict)
     forces: ClassVar[bool] = True
 

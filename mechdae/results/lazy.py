@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, ItemsView, Iterable, Iterator, KeysView, Mapping, ValuesView
 from threading import RLock
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
 
 
 class LazyPart:
@@ -15,7 +18,7 @@ class LazyPart:
 
     def __init__(self, compute: Callable[[], Mapping[str, Any]]) -> None:
         self._compute: Callable[[], Mapping[str, Any]] | None = compute
-        self._parts: Mapping[str, Any] = {}
+        self._parts: Mapping[str, dict[str, float]] = {}
         self._lock = RLock()
 
     def parts(self) -> Mapping[str, Any]:
@@ -30,7 +33,7 @@ class LazyPart:
         return _known, (dict(self.parts()),)
 
 
-def _known(parts: Mapping[str, Any]) -> LazyPart:
+def _known(parts: Mapping[str, int]) -> LazyPart:
     return LazyPart(lambda: parts)
 
 
@@ -80,7 +83,7 @@ class Summary(dict[str, Any]):
         """Return the same entries, those open that are open here."""
         return self.only(self.names())
 
-    def changed(self, **entries: Any) -> Summary:
+    def changed(self, **entries: list[str] | LazyPart) -> Summary:
         """Return the same entries, some of them changed or added."""
         found = self.copy()
         found.update(entries)
@@ -127,5 +130,5 @@ class Summary(dict[str, Any]):
         self._all()
         return super().__repr__()
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[tuple[Json] | type[Summary], ...]:
         return Summary, (dict(self),)

@@ -24,7 +24,7 @@ from mechdae.results.series import Named, Series
 from mechdae.results.shown import Shown
 from mechdae.results.status import StatusOfPoses
 from mechdae.results.units import HISTORY, KINDS, UNITS_OF_HISTORY, path_unit, series_unit
-from mechdae.types import Floats, Texts
+from mechdae.types import Floats, Json, Texts
 
 R = TypeVar("R", bound="Result")
 
@@ -32,13 +32,13 @@ R = TypeVar("R", bound="Result")
 class Fault:
     """What is wrong with an answer, None for nothing; a `LazyPart` is computed when it is read."""
 
-    def __get__(self, result: Any, owner: type | None = None) -> str | None:
+    def __get__(self, result: Result, owner: type | None = None) -> str | None:
         value = None if result is None else result.__dict__["fault"]
         if isinstance(value, LazyPart):
             value = result.__dict__["fault"] = value.parts()["fault"] or None
         return cast("str | None", value)
 
-    def __set__(self, result: Any, value: str | LazyPart | None) -> None:
+    def __set__(self, result: Result, value: str | LazyPart | None) -> None:
         result.__dict__["fault"] = value
 
 
@@ -159,7 +159,7 @@ class Result(Shown):
         """The statuses as bytes (n,), see `among`."""
         return self.__dict__["_codes"]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Json:
         """Return plain data, as in the JSON of this task (nan as None)."""
         with no_collection():
             return {name: plain(part) for name, part in self._content.items()}

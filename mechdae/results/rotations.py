@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from mechdae.types import Floats, Matrices
 
-def matrices(quaternions: Any) -> Any:
+
+def matrices(quaternions: Floats) -> Matrices:
     """Return the rotations (n, 3, 3) of unit quaternions (n, 4), real part first."""
     w, x, y, z = np.asarray(quaternions, float).T
     rows = [

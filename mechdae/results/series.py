@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.errors import UnknownName
 from mechdae.results.lazy import LazyPart
+from mechdae.types import Floats
 
 PLURALS = {
     "body": "bodies",
@@ -37,7 +38,7 @@ class Series(Mapping[str, Any]):
             raise AttributeError(f"no '{name}' here; there is {', '.join(arrays)}")
         return self[name]
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: Floats | list[float]) -> None:
         raise AttributeError("results are read-only")
 
     def __getitem__(self, name: str) -> Any:
@@ -47,7 +48,7 @@ class Series(Mapping[str, Any]):
             value = arrays[name] = _frozen(value.parts()[name])
         return value
 
-    def open(self) -> dict[str, Any]:
+    def open(self) -> dict[str, Floats | LazyPart]:
         """Return the arrays; those that are still to be computed as they are."""
         return dict(self.__dict__["_arrays"])
 
@@ -75,7 +76,7 @@ def _shape(value: Any) -> str:
     return "" if isinstance(value, LazyPart) else str(np.shape(value))
 
 
-def _frozen(value: Any) -> Any:
+def _frozen(value: Floats | list[float]) -> Floats:
     """Return a read-only array: a view where the value is an array of someone else."""
     array = np.asarray(value)
     array.setflags(write=False)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import UnavailableError
+from mechdae.types import Floats
 
 
 def shown_columns(result: Any) -> list[tuple[str, str, Any]]:
@@ -23,7 +24,7 @@ def shown_columns(result: Any) -> list[tuple[str, str, Any]]:
     return found
 
 
-def heads(columns: Iterable[tuple[str, str, Any]]) -> list[str]:
+def heads(columns: Iterable[tuple[str, str, Floats]]) -> list[str]:
     """Return the heads of columns: names with units, as in the CSV."""
     return [f"{name} [{unit}]" if unit else name for name, unit, _ in columns]
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 ROUNDING = 1e-12
 """Share of the largest component of a place that is shown as zero."""
 
 
-def sketch_line(name: str, value: Any) -> str:
+def sketch_line(name: str, value: list[float] | float) -> str:
     """Return a line of a sketch: a coordinate, or the place of a point."""
     if isinstance(value, list):
         least = ROUNDING * max(map(abs, value))

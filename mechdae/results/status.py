@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from mechdae.types import Booleans, Integers, Texts
+
+if TYPE_CHECKING:
+    from mechdae.results.shown import Shown
 
 
 class Status(StrEnum):
@@ -44,7 +49,7 @@ CODES = {status.value: code for code, status in enumerate(Status)}
 TEXTS = np.array(list(CODES))
 
 
-def statuses(count: int, status: Status = Status.OK) -> Any:
+def statuses(count: int, status: Status = Status.OK) -> Texts:
     """Return an array (count,) of one status, into which every other one fits."""
     return np.full(count, str(status), dtype=TEXTS.dtype)
 
@@ -63,14 +68,14 @@ def coded(status: Any) -> Any:
     return codes if known.all() else words
 
 
-def texts(codes: Any) -> Any:
+def texts(codes: Integers) -> Any:
     """Return statuses as texts (n,), read-only."""
     array = TEXTS[codes] if codes.dtype == np.uint8 else codes.copy()
     array.setflags(write=False)
     return array
 
 
-def among(codes: Any, kinds: Iterable[Status]) -> Any:
+def among(codes: Integers, kinds: Iterable[Status]) -> Booleans:
     """Return which of some bytes stand for one of these statuses, (n,)."""
     table = np.zeros(len(CODES), bool)
     table[[CODES[kind.value] for kind in kinds]] = True
@@ -86,7 +91,7 @@ def counts(status: Any) -> dict[str, int]:
 class StatusOfPoses:
     """The statuses of a result: kept as one byte each, read as an array of texts."""
 
-    def __get__(self, result: Any, kind: Any = None) -> Any:
+    def __get__(self, result: Shown, kind: type[Shown] | None = None) -> Any:
         """Return the texts (n,), made when they are first read."""
         if result is None:
             return ()
@@ -95,7 +100,7 @@ class StatusOfPoses:
             known["_status"] = texts(known["_codes"])
         return known["_status"]
 
-    def __set__(self, result: Any, status: Any) -> None:
+    def __set__(self, result: Shown, status: Any) -> None:
         """Keep statuses given as texts or bytes."""
         result.__dict__.pop("_status", None)
         result.__dict__["_codes"] = coded(status)

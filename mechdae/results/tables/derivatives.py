@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.results import Result, ShownUnit, parameter_units
 from mechdae.results.tables.text import in_unit
+from mechdae.types import Floats
 
 ROWS = 13
 
@@ -48,7 +49,7 @@ class _Scale:
         self.own = result.units.of(result.path_unit(path))
         self._given = parameter_units(result.mechanism) if result.units.asked else {}
 
-    def __call__(self, title: str, values: Any, *by: str) -> tuple[str, Any]:
+    def __call__(self, title: str, values: Floats | float, *by: str) -> tuple[str, Any]:
         """Return title with unit, and values; ``by`` are the parameters of a derivative."""
         if not self.units.asked:
             return title, values
@@ -62,7 +63,7 @@ def _below(unit: str) -> str:
     return f"({unit})" if "/" in unit or " " in unit else unit
 
 
-def _columns(result: Result, path: str, named: list[tuple[str, Any]]) -> list[str]:
+def _columns(result: Result, path: str, named: list[tuple[str, Floats | float]]) -> list[str]:
     """Return a table whose rows are poses (or numbers of a list), columns the values."""
     for_poses = path in result.summary["exact"]
     head: list[tuple[str, list[str]]] = []
@@ -90,7 +91,7 @@ def _columns(result: Result, path: str, named: list[tuple[str, Any]]) -> list[st
     return lines
 
 
-def _parts(title: str, array: Any, for_poses: bool) -> Iterator[tuple[str, Any]]:
+def _parts(title: str, array: Floats, for_poses: bool) -> Iterator[tuple[str, Floats]]:
     if not for_poses:
         yield title, array.reshape(-1)
     elif array.ndim == 1:
@@ -106,7 +107,7 @@ def _spread(result: Result, path: str, spread: dict[str, Any], own: ShownUnit) -
     size = np.abs(np.asarray(spread["worst_case"]))
     place = np.unravel_index(int(np.nanargmax(size)), size.shape) if size.ndim else ()
 
-    def at(values: Any) -> float:
+    def at(values: Floats | float) -> float:
         return float(np.asarray(values)[place]) * own.factor
 
     where = f" [{own.name}]" if result.units.asked and own.name else ""

@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.results import Result, ShownUnit, Units, effort_unit, reaction_parts
 from mechdae.results.tables.text import MOST, Column, cells, driver_value, fact, moves, together
+from mechdae.types import Floats, Points, Reactions
 
 FRICTION = {
     "none": "left out",
@@ -70,20 +71,20 @@ def force_columns(result: Result) -> list[Column]:
     return columns
 
 
-def _numbers(values: Any) -> Sequence[str]:
+def _numbers(values: Floats) -> Sequence[str]:
     return cells(values, _most(values))
 
 
-def _most(values: Any) -> float:
+def _most(values: Floats) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
 
 
-def _force(reaction: Any) -> Any:
+def _force(reaction: Reactions) -> Points:
     """Return the components of the force of a reaction, (n, 2) or (n, 3)."""
     return reaction[:, : 3 if reaction.shape[1] == SPATIAL else 2]
 
 
-def _size(reaction: Any) -> Any:
+def _size(reaction: Reactions) -> Floats:
     force = _force(reaction)
     return (
         np.hypot(force[:, 0], force[:, 1]) if force.shape[1] == 2 else np.linalg.norm(force, axis=1)
@@ -141,7 +142,7 @@ def _noise(values: list[float]) -> float:
     return NOISE * float(np.nanmax(np.abs(values), initial=0.0))
 
 
-def _vector(value: Any, name: str, least: tuple[float, float], units: Units) -> tuple[str, str]:
+def _vector(value: Floats, name: str, least: tuple[float, float], units: Units) -> tuple[str, str]:
     """Return force and moment as text with their units."""
     si = reaction_parts(name, len(value))[1]
     rounded = [

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.results import Result
 from mechdae.results.tables.facts import facts_text
 from mechdae.results.tables.text import WIDE, Column, cells, rows_of
+from mechdae.types import Floats
 
 FAULTS = 4
 """Sets with a fault that are shown."""
@@ -85,7 +84,7 @@ def study_text(result: Result) -> list[str]:
     return lines
 
 
-def _size(values: Any) -> float:
+def _size(values: Floats) -> float:
     """Return the largest of the numbers that are there."""
     return float(np.nanmax(np.abs(values), initial=0.0))
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechdae.results import TURNS, Result
 from mechdae.results.tables.text import Column, cells, rest
+from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.results.series import Series
+
 
 RELATIVE = (*TURNS, "slide", "x", "y", "length")
 """Coordinates of joints in space, angles first."""
@@ -136,7 +141,7 @@ class Quantities:
                 found = ("joints", name)
         return found
 
-    def _relative(self, name: str, series: Any, rates: int) -> Iterator[Column]:
+    def _relative(self, name: str, series: Series, rates: int) -> Iterator[Column]:
         """Yield the coordinates of a joint in space that change, with some of their rates."""
         for word in RELATIVE:
             turns = word in TURNS
@@ -183,19 +188,19 @@ class Quantities:
             if len(places) < 2 or _span(places[:, i]) > self.length:
                 yield self._column(f"{name}.{axis}", "m", places[:, i], self.length)
 
-    def _in(self, unit: str, values: Any) -> tuple[str, Any]:
+    def _in(self, unit: str, values: Floats) -> tuple[str, Floats]:
         """Return the unit in which values are shown, and the values in it."""
         own = self.result.units.read(unit)
         return own.name, values if own.factor == 1 else values * own.factor
 
-    def _column(self, name: str, unit: str, values: Any, noise: float) -> Column:
+    def _column(self, name: str, unit: str, values: Floats, noise: float) -> Column:
         """Return a column in the unit it is shown in; what is noise is 0."""
         shown, numbers = self._in(unit, values)
         return f"{name} [{shown}]", cells(
             numbers, noise=noise * self.result.units.read(unit).factor
         )
 
-    def _moves(self, series: Any, word: str, rate: str, noise: float) -> bool:
+    def _moves(self, series: Series, word: str, rate: str, noise: float) -> bool:
         """Return whether something changes by more than noise, or does so somewhere in between."""
         values = np.asarray(series[word], float)
         if len(values) > 1:
@@ -213,7 +218,7 @@ class Quantities:
         return max(sizes, default=0.0)
 
 
-def _span(values: Any) -> float:
+def _span(values: Floats) -> float:
     """Return the range of the values that are there."""
     there = values[np.isfinite(values)]
     return float(np.ptp(there)) if there.size else 0.0

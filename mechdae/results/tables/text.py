@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
 from mechdae.results import SI, Units
+from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.results import Result
@@ -31,7 +32,7 @@ FIXED = "\xa0"
 class Cells(Sequence[str]):
     """Numbers as text, written when they are looked at; what is not above the noise is 0."""
 
-    def __init__(self, values: Any, noise: float) -> None:
+    def __init__(self, values: Floats, noise: float) -> None:
         self._values, self._noise = values, noise
 
     def __len__(self) -> int:
@@ -53,7 +54,7 @@ class Cells(Sequence[str]):
 Column = tuple[str, Sequence[str]]
 
 
-def cells(values: Any, size: float = 0.0, noise: float = 0.0) -> Sequence[str]:
+def cells(values: Floats, size: float = 0.0, noise: float = 0.0) -> Sequence[str]:
     """Return the numbers as text; what is `noise`, or rounding beside `size`, as 0."""
     return Cells(values, max(noise, ROUNDING * size))
 
@@ -79,7 +80,7 @@ def rest(result: Result, kind: str, size: float) -> float:
     return max(float(fine.max(initial=0.0)), ROUNDING * size)
 
 
-def moves(values: Any) -> bool:
+def moves(values: Floats) -> bool:
     """Return whether a driver takes different values."""
     return bool(np.size(values) and np.ptp(values) > 0)
 
@@ -95,7 +96,9 @@ def in_unit(value: float, si: str, digits: int, units: Units) -> str:
     return f"{value * own.factor:.{digits}g} {own.name}"
 
 
-def driver_value(value: Any, unit: str | list[str], digits: int = 12, units: Units = SI) -> str:
+def driver_value(
+    value: list[float] | float, unit: str | list[str], digits: int = 12, units: Units = SI
+) -> str:
     """Return a driver's value with its unit, of several drivers the list of them."""
     if value is None:
         return "none"
