@@ -19,6 +19,7 @@ from mechdae.results import Result
 from mechdae.solver.kinds import function
 from mechdae.tasks.registry import KINDS
 from mechdae.tasks.solve import solve
+from mechdae.types import Floats
 
 __all__ = ["Verdict", "check", "doubts", "validate"]
 
@@ -136,7 +137,7 @@ def _verdict(entry: Expected, result: Result, known: Mapping[str, float]) -> Ver
     return Verdict(entry, found, deviation, allowed)
 
 
-def _numbers(value: Any, known: Mapping[str, float]) -> Any:
+def _numbers(value: tuple[float, ...] | float, known: Mapping[str, float]) -> Floats:
     if isinstance(value, tuple):
         return np.array([_numbers(item, known) for item in value], dtype=float)
     if isinstance(value, bool):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
@@ -16,6 +16,9 @@ from mechdae.errors import InputError
 from mechdae.results import Result
 from mechdae.solver.solve import solve
 from mechdae.tasks.registry import KINDS
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
 
 
 def study(
@@ -84,7 +87,7 @@ def study(
     own = replace(own, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
     if dict(whole.tasks).get(name) != own:
         whole = whole.with_task(name, own)
-    options: dict[str, Any] = {"workers": workers, "progress": progress, "given": sets}
+    options: Json = {"workers": workers, "progress": progress, "given": sets}
     return solve(whole, name, kinds=KINDS, executor=executor, out=out, **options)
 
 

@@ -26,9 +26,10 @@ from mechdae.solver.kinds import function
 from mechdae.solver.solve import available
 from mechdae.tasks.registry import KINDS
 from mechdae.tasks.vector_modules import modules
+from mechdae.types import Json
 
 
-def structure(problem: Problem) -> dict[str, Any]:
+def structure(problem: Problem) -> Json:
     """Return what `show` prints, as plain data.
 
     ``mobility`` has n, p5, p4 and W by Chebyshev's formula and by rank at the sketched pose;
@@ -37,7 +38,7 @@ def structure(problem: Problem) -> dict[str, Any]:
     """
     mechanism = problem.mechanism
     model = Model(mechanism) if mechanism.dimension == 2 else None
-    result: dict[str, Any] = {
+    result: Json = {
         "problem": problem.name,
         "title": problem.title,
         "source": problem.source,
@@ -53,7 +54,7 @@ def structure(problem: Problem) -> dict[str, Any]:
         "tasks": {},
         "groups": [],
     }
-    seen: dict[tuple[str, ...], dict[str, Any]] = {}
+    seen: dict[tuple[str, ...], Json] = {}
     for name, task in problem.tasks.items():
         result["tasks"][name] = _entry(problem, task, model)
         if not isinstance(task, Driven):
@@ -72,13 +73,13 @@ def structure(problem: Problem) -> dict[str, Any]:
     return result
 
 
-def _entry(problem: Problem, task: Task, model: Model | None = None) -> dict[str, Any]:
+def _entry(problem: Problem, task: Task, model: Model | None = None) -> Json:
     """Return what a task will build."""
     show = KINDS[task.kind].show if task.kind in KINDS else ""
     if not show or not available(problem, task):
         computed = task.available and available(problem, task)
         return {"kind": task.kind, "available": computed}
-    entry: dict[str, Any] = function(show)(problem, task, model)
+    entry: Json = function(show)(problem, task, model)
     return entry
 
 
@@ -90,8 +91,8 @@ def not_in_scene(problem: Problem, name: str) -> list[str]:
     return bodies
 
 
-def _driven(problem: Problem, task: Driven, model: Model | None) -> dict[str, Any]:
-    entry: dict[str, Any] = {"drivers": [driver.coordinate for driver in task.all_drivers]}
+def _driven(problem: Problem, task: Driven, model: Model | None) -> Json:
+    entry: Json = {"drivers": [driver.coordinate for driver in task.all_drivers]}
     try:
         numbers = plan(problem.mechanism, task)
         model = model or model_of(problem.mechanism, numbers.coordinates)
@@ -131,7 +132,7 @@ def _driven(problem: Problem, task: Driven, model: Model | None) -> dict[str, An
     }
 
 
-def group_entry(group: Group) -> dict[str, Any]:
+def group_entry(group: Group) -> Json:
     """Return a group as in the contract of the JSON."""
     return {
         "name": group.name,
@@ -146,7 +147,7 @@ def group_entry(group: Group) -> dict[str, Any]:
     }
 
 
-def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, Any]:
+def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> Json:
     """Return the mobility by the rank of the joints' Jacobian at a pose.
 
     Rows and columns are equilibrated (lengths by the mechanism's size). ``superfluous``

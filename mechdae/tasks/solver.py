@@ -23,6 +23,7 @@ from mechdae.results import Result
 from mechdae.solver.solve import as_problem, task_of
 from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve
+from mechdae.types import Floats, Graph
 
 
 class Solver:
@@ -102,7 +103,9 @@ class Solver:
         with keep_for(self._held):
             return solve(self.problem, self.name, set=_merged(values, more))
 
-    def poses(self, values: Mapping[str, Number] | None, u: Any) -> PoseArrays:
+    def poses(
+        self, values: Mapping[str, Number] | None, u: Floats | list[float] | float
+    ) -> PoseArrays:
         """Return one or a few poses as arrays, without a report.
 
         Parameters
@@ -133,7 +136,9 @@ class Solver:
             self._posed = last
         return last[1].at(places)
 
-    def _near_pose(self, task: Sweep, numbers: dict[str, Number], places: Any) -> PoseArrays | None:
+    def _near_pose(
+        self, task: Sweep, numbers: dict[str, Number], places: Floats
+    ) -> PoseArrays | None:
         """Return poses from a start in closed form, None where one is not proved so."""
         if places.ndim != 1 or not places.size or not np.isfinite(places).all():
             return None
@@ -182,7 +187,7 @@ class Solver:
                 workers=workers, executor=executor, out=out, progress=progress,
             )  # fmt: skip
 
-    def function(self, outputs: Sequence[str], inputs: Sequence[str] = ()) -> Any:
+    def function(self, outputs: Sequence[str], inputs: Sequence[str] = ()) -> Graph:
         """Return outputs as a casadi function of the driver and of `vary`, see `md.function`.
 
         Parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import permutations
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.vectors.expand import slide_of
@@ -12,6 +12,10 @@ from mechdae.describe.vectors.nodes import signed
 from mechdae.describe.vectors.values import Closure
 from mechdae.equations.groups import Group
 from mechdae.motion.modules.catalogue import MODULES, PLANE
+
+if TYPE_CHECKING:
+    from mechdae.types import Json
+
 
 LETTERS = {"length": "l", "angle": "a", "elevation": "a", "azimuth": "b"}
 SHOWN = {"l": "l", "a": "\u03b1", "b": "\u03b2"}
@@ -21,7 +25,7 @@ Unknown = tuple[str, str]
 
 def modules(
     mechanism: Mechanism, groups: Sequence[Group], drivers: Sequence[str]
-) -> list[dict[str, Any] | None]:
+) -> list[Json | None]:
     """Return the module of each group, in the order of computation; None for those without one.
 
     ``unknown`` has vector -> its unknowns, ``loops`` the loops that the group closes, ``name`` the
@@ -33,7 +37,7 @@ def modules(
     space = mechanism.dimension == 3
     known = {_driven(mechanism, text) for text in drivers}
     pending = {name: _unknowns(mechanism, entries) for name, entries in closure.loops.items()}
-    result: list[dict[str, Any] | None] = []
+    result: list[Json | None] = []
     for group in groups:
         own = [
             entry
@@ -48,7 +52,7 @@ def modules(
     return result
 
 
-def _module(own: Sequence[Unknown], closed: list[str], space: bool) -> dict[str, Any]:
+def _module(own: Sequence[Unknown], closed: list[str], space: bool) -> Json:
     unknown: dict[str, list[str]] = {}
     for word in LETTERS:
         for vector, quantity in own:

@@ -13,6 +13,7 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.results import Result, heads, plain, shown_columns
+from mechdae.types import Json
 
 LINEAR = ("A", "B", "C", "D", "states", "inputs", "outputs")
 """What an NPZ has of a linear system."""
@@ -20,7 +21,7 @@ AT_ONCE = 1_000_000
 """Numbers of a table that are turned into text at once."""
 
 
-def document(results: Sequence[Result]) -> dict[str, Any]:
+def document(results: Sequence[Result]) -> Json:
     """Return the JSON document of the tasks of one problem."""
     return {
         "mechdae": __version__,
@@ -55,7 +56,7 @@ def _csv_pieces(result: Result) -> Iterator[str]:
         yield _lines(zip(*first, *numbers, strict=True))
 
 
-def _lines(rows: Iterable[Any]) -> str:
+def _lines(rows: Iterable[Sequence[str]]) -> str:
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()

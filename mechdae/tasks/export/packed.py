@@ -10,7 +10,7 @@ import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,11 @@ from mechdae.describe.file.writing import alone, task_text
 from mechdae.errors import MechdaeError, SolveError
 from mechdae.records import dataclass
 from mechdae.results import Named, Result, Series, Summary, events_of, kinds, plain
+from mechdae.types import Integers, Json, Texts
+
+if TYPE_CHECKING:
+    from mechdae.describe.mechanism import Mechanism
+
 
 FORMAT = 1
 META = "meta"
@@ -67,13 +72,13 @@ def packed(result: Result) -> dict[str, Any]:
     return {META: _bytes(meta), **arrays}
 
 
-def _bytes(meta: Any) -> Any:
+def _bytes(meta: Json) -> Integers:
     return np.frombuffer(json.dumps(meta, ensure_ascii=False).encode(), dtype=np.uint8)
 
 
-def meta_of(file: Mapping[str, Any]) -> dict[str, Any]:
+def meta_of(file: Mapping[str, Any]) -> Json:
     """Return the text of a file as data."""
-    found: dict[str, Any] = json.loads(bytes(file[META]).decode())
+    found: Json = json.loads(bytes(file[META]).decode())
     return found
 
 
@@ -88,7 +93,7 @@ def unpacked(file: Mapping[str, Any]) -> Result:
     return result.as_kind(type(result), motions=motions) if motions else result
 
 
-def _of_result(result: Result, arrays: dict[str, Any]) -> dict[str, Any]:
+def _of_result(result: Result, arrays: dict[str, Any]) -> Json:
     """Return a result as text, its arrays entered into `arrays`."""
     task = result.definition
     return {
@@ -99,14 +104,14 @@ def _of_result(result: Result, arrays: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _fields(result: Result, arrays: dict[str, Any]) -> dict[str, Any]:
+def _fields(result: Result, arrays: dict[str, Any]) -> Json:
     names = [own.name for own in fields(result) if own.name not in SEPARATE]
     return {name: _packed(getattr(result, name), arrays) for name in names}
 
 
-def _of_motion(text: str, motion: Any, arrays: dict[str, Any]) -> dict[str, Any]:
+def _of_motion(text: str, motion: Any, arrays: dict[str, Texts]) -> Json:
     """Return the motions of a design; one that cannot be computed as what is wrong with it."""
-    parts: dict[str, Any] = {}
+    parts: Json = {}
     for name in PARTS:
         try:
             found = getattr(motion, name)
@@ -121,7 +126,7 @@ def _of_motion(text: str, motion: Any, arrays: dict[str, Any]) -> dict[str, Any]
 
 def _motion(own: Mapping[str, Any], file: Mapping[str, Any], problem: Problem) -> StoredMotion:
     """Return the motions of a design: they are those of its mechanism, not of the task's."""
-    parts: dict[str, Any] = {}
+    parts: Json = {}
     for name, part in own["parts"].items():
         if isinstance(part, str):
             parts[name] = part
@@ -149,7 +154,7 @@ def _packed(value: Any, arrays: dict[str, Any]) -> Any:
     return plain(value)
 
 
-def _unpacked(value: Any, file: Mapping[str, Any]) -> Any:
+def _unpacked(value: float | str | Json, file: Mapping[str, Any]) -> Any:
     if isinstance(value, dict):
         if value.keys() == {ARRAY}:
             return file[value[ARRAY]]
@@ -163,7 +168,7 @@ def _result(meta: Mapping[str, Any], file: Mapping[str, Any]) -> Result:
     return _made(meta, file, mechanism)
 
 
-def _made(meta: Mapping[str, Any], file: Mapping[str, Any], mechanism: Any) -> Result:
+def _made(meta: Mapping[str, Any], file: Mapping[str, Any], mechanism: Mechanism) -> Result:
     """Return the result of a class of this package."""
     known = {own.__name__: own for own in vars(kinds).values() if isinstance(own, type)}
     kind = known[meta["class"]]
