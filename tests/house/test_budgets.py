@@ -8,25 +8,25 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 10_720,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 10_800,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_050,
     "equations": 7_900,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_160,
+    "results": 3_200,
     "draw": 18_900,
     "kernels": 7_500,
-    "motion": 21_200,
+    "motion": 21_450,
     "forces": 3_750,
     "dynamics": 8_850,
     "solver": 300,
     "design": 17_450,
     "tasks": 1_900,
     "cli": 1_450,
-    "parts": 25_400,
+    "parts": 25_550,
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 660
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_700
+TOTAL = 133_300
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
@@ -36,6 +36,7 @@ LONGER = {
     "forces/inverse_dynamics.py": 540,
     "kernels/graphs/kinetostatics.py": 510,
     "motion/assembly/assembler.py": 560,
+    "motion/continuation/evaluate.py": 510,
     "motion/kinematics/report.py": 620,
 }
 """Modules above `LONGEST` lines, and how long they may be; each has one purpose."""

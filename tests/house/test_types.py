@@ -8,7 +8,7 @@ from functools import cache
 from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
-BARE, ARRAYS = 5_700, 1_700
+BARE, ARRAYS = 3_450, 3_600
 """At most so often stands `Any`, at least so often the name of an array of `mechdae/types.py`."""
 
 
