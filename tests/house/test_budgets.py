@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 10_800,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 10_820,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_050,
     "equations": 7_900,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_200,
@@ -21,7 +21,7 @@ BUDGETS = {
     "design": 17_450,
     "tasks": 1_900,
     "cli": 1_450,
-    "parts": 25_550,
+    "parts": 25_500,
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 660

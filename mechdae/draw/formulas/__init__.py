@@ -12,6 +12,7 @@ from mechdae.draw.formulas.document import (
     Passage,
     Section,
 )
+from mechdae.draw.formulas.notations import plain
 from mechdae.draw.formulas.tree import (
     Column,
     Cross,
@@ -26,28 +27,16 @@ from mechdae.draw.formulas.tree import (
     Quotient,
     Sum,
     Wording,
+    columns,
+    decimals,
+    number,
+    numbers,
+    rounded,
 )
 
 __all__ = [
-    "Column",
-    "Cross",
-    "Document",
-    "Equation",
-    "Facts",
-    "Formula",
-    "Grid",
-    "Image",
-    "Less",
-    "Letter",
-    "Listed",
-    "Norm",
-    "Note",
-    "Number",
-    "Part",
-    "Passage",
-    "Product",
-    "Quotient",
-    "Section",
-    "Sum",
-    "Wording",
-]
+    "Column", "Cross", "Document", "Equation", "Facts", "Formula", "Grid", "Image", "Less",
+    "Letter", "Listed", "Norm", "Note", "Number", "Part", "Passage", "Product", "Quotient",
+    "Section", "Sum", "Wording", "columns", "decimals", "number", "numbers", "plain",
+    "rounded",
+]  # fmt: skip

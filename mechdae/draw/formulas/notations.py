@@ -36,10 +36,8 @@ class Notation:
 
     Parameters
     ----------
-    letter
-        A symbol with its index and mark.
-    digits, words
-        A number, and plain words in a formula.
+    letter, digits, words
+        A symbol with its index and mark, a number, plain words in a formula.
     power, unit
         What stands for a power of ten and for a unit behind a number.
     minus, less, plus
@@ -48,10 +46,8 @@ class Notation:
         What stands between two factors, vectors, parts, components, sides.
     brackets, bars
         What is before and behind a term in brackets and a size.
-    row
-        A formula inside of another one: a side, one of several, a part of a fraction.
-    fraction
-        What is made of two rows.
+    row, fraction
+        A formula inside of another one; what is made of two of them.
     """
 
     letter: Callable[[Letter], str]

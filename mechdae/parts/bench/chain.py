@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.load import load
-from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe import Driver, Sweep, load
 from mechdae.parts.bench.kinematics import FIRST, WARM, SweepWork, measure
 
 PROBLEM = "chain-of-four-bars"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem
 from mechdae.design.synthesis.job.run import synthesize
 
 STARTS, QUICK_STARTS = 200, 20

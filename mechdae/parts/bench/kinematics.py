@@ -19,9 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe import Driver, Problem, Sweep, load
 from mechdae.errors import InputError
 from mechdae.kernels.stored.folder import VARIABLE
 from mechdae.motion.kinematics.prepared import SHAPES, Run, Setting, prepare
@@ -29,8 +27,8 @@ from mechdae.motion.kinematics.sweep import run
 from mechdae.parts.bench.extended import true_error
 from mechdae.parts.bench.yardstick import yardstick
 from mechdae.records import dataclass
+from mechdae.tasks import Solver
 from mechdae.tasks.solve import solve
-from mechdae.tasks.solver import Solver
 from mechdae.types import Floats, Integers, Json, Unknowns
 
 SIZES = (1, 100, 1_000, 10_000, 100_000)

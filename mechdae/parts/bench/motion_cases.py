@@ -8,9 +8,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate, split_rate
+from mechdae.describe import Problem, coordinate
+from mechdae.describe.coordinates import split_rate
 from mechdae.describe.expression import names_in
-from mechdae.describe.file.problem import Problem
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate

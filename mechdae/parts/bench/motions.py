@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem
 from mechdae.describe.tasks.motion import Motion
 from mechdae.dynamics.task import motion, prepared
 from mechdae.parts.bench.motion_cases import OURS, MotionWork, RubbingWork, Way

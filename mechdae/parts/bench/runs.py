@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae import __version__
-from mechdae.describe.file.atomic_write import whole_file
+from mechdae.describe import whole_file
 from mechdae.kernels.machine.library import backend
 
 if TYPE_CHECKING:

@@ -12,14 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem, load
 from mechdae.parts.bench.kinematics import AGAIN, FIRST, WARM, calls, interleaved, sets_of, timing
 from mechdae.parts.bench.yardstick import yardstick
 from mechdae.records import dataclass
+from mechdae.tasks import Solver
 from mechdae.tasks.check import check
 from mechdae.tasks.solve import solve
-from mechdae.tasks.solver import Solver
 from mechdae.types import Floats, Json
 
 POSES = 10_000

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mechdae.additions import Added, Registry
-from mechdae.describe.file.atomic_write import whole_file
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem, load, whole_file
 from mechdae.errors import InputError, UnknownName
 from mechdae.tasks.motion_of import motion_of
 

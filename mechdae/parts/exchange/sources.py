@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem
 from mechdae.errors import InputError
 
 ENDINGS = (".dxf", ".asmt")

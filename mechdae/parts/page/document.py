@@ -13,14 +13,9 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
+from mechdae.describe import Driver, Problem, Sweep, Table, Task, dumps, load, whole_file
 from mechdae.describe.dimensions import parameter_units
-from mechdae.describe.file.atomic_write import whole_file
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import dumps
 from mechdae.describe.shown_units import units_of
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.units import SI, Units
 from mechdae.draw.smooth import in_picture, smooth

@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mechdae.describe import Problem, dumps, load
 from mechdae.describe.file import library
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import dumps
 from mechdae.describe.units import UNITS
 from mechdae.errors import InputError
 from mechdae.parts.page import link

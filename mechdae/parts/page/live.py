@@ -8,8 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND, Body, Ground
-from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.describe import GROUND, Body, Ground, Sweep, Task
 from mechdae.equations.model import Model
 from mechdae.equations.parameters import parameters_of
 from mechdae.equations.tree.choice import is_tree

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mechdae.describe import GROUND, Mechanism
 from mechdae.describe.joints.curve import follows_curve, place, span
-from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.parts.page.space_scenes import joint_in_space
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mechdae.describe.file.atomic_write import whole_file
+from mechdae.describe import whole_file
 from mechdae.draw.formulas import Document
 from mechdae.draw.formulas.writers import as_html, as_typst
 from mechdae.records import dataclass

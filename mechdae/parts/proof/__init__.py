@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from mechdae.errors import InputError, SolveError, UnavailableError
 
 if TYPE_CHECKING:
-    from mechdae.describe.file.problem import Problem
+    from mechdae.describe import Problem
     from mechdae.types import Json
 
 KINDS = ("sweep", "modes")
@@ -84,7 +84,7 @@ def as_json(content: Json) -> str:
 
 
 def _loaded(problem: Problem | str) -> Problem:
-    from mechdae.describe.file.load import load
+    from mechdae.describe import load
 
     return load(problem) if isinstance(problem, str | Path) else problem
 

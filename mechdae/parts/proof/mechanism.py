@@ -8,9 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe import GROUND, Joint
 from mechdae.describe.joints.curve import Curve, follows_curve
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.bounds.walk import replay

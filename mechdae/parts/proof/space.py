@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import GROUND, Joint, Mechanism
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
-from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.meshes import bearings
 from mechdae.describe.spinning_links import Spin
 from mechdae.equations.reduction import Scene

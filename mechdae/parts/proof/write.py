@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 import mechdae
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Driver, Problem, Sweep
 from mechdae.describe.mechanism import TOLERANCE
-from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
+from mechdae.describe.tasks.kinds import Modes
 from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.motion.continuation.legs import Legs

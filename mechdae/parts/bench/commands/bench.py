@@ -11,7 +11,7 @@ from mechdae.cli import message
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
-    from mechdae.describe.file.problem import Problem
+    from mechdae.describe import Problem
     from mechdae.types import Json
 
 
@@ -45,7 +45,7 @@ class Beside:
 
 
 def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
-    from mechdae.describe.file.load import load
+    from mechdae.describe import load
     from mechdae.parts.bench import kinematics as bench
     from mechdae.parts.bench.runs import BenchRun
 

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import GROUND, Joint, Mechanism, Table
 from mechdae.describe.joints.pairs import Prismatic, Revolute, Weld
 from mechdae.describe.joints.wheels import Gear, Rack
-from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.table import Table
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtJoint
 from mechdae.parts.exchange.assemblies.assembly_parts import SAME, JoinedAssembly, Side

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import Joint, Mechanism
 from mechdae.describe.joints.spatial import (
     Cylindrical,
     PlanarPair,
@@ -18,7 +18,6 @@ from mechdae.describe.joints.spatial import (
     Spherical,
     Universal,
 )
-from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtFrame, AsmtJoint
 from mechdae.parts.exchange.assemblies.assembly_parts import JoinedAssembly

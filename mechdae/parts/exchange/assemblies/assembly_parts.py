@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
+from mechdae.describe import GROUND, Body, Ground, Joint, Mechanism, Table
 from mechdae.errors import InputError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtAssembly, AsmtFrame, AsmtJoint
 from mechdae.types import Floats

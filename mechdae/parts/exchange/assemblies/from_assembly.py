@@ -13,11 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from mechdae.describe import GROUND, Driver, Mechanism, Problem, Sweep, Table, Task
 from mechdae.describe.expression import evaluate, names_in
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.parts.exchange.assemblies.asmt_read import AsmtAssembly, AsmtMotion, read_assembly
 from mechdae.parts.exchange.assemblies.assembly_in_plane import mechanism_of_plane, plane_of

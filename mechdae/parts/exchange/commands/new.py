@@ -57,7 +57,7 @@ def _template(options: argparse.Namespace) -> str:
 
 
 def _read(options: argparse.Namespace) -> str:
-    from mechdae.describe.file.writing import dumps
+    from mechdae.describe import dumps
     from mechdae.parts.exchange.sources import with_remarks
 
     given: dict[str, Any] = {"unit": options.unit} if options.unit else {}

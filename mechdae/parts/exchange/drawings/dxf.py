@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
+from mechdae.describe import GROUND, Joint
 from mechdae.describe.joints.curve import follows_curve
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.curves import curve_points
 from mechdae.draw.diagram.places import Place, letters_of, numbers_of, places_of
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
@@ -19,7 +18,7 @@ from mechdae.draw.diagram.wheels import circles, rack_span
 from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.drawings.dxf_text import SAME, UNDRAWN, DxfText
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
 
 PIN = 0.012

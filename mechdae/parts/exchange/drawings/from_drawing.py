@@ -15,12 +15,20 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import (
+    GROUND,
+    Body,
+    Driver,
+    Ground,
+    Joint,
+    Mechanism,
+    Problem,
+    Sweep,
+    Table,
+    Task,
+)
 from mechdae.describe.joints.pairs import PinInSlot, Prismatic, Revolute
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Modes, Sweep, Task
+from mechdae.describe.tasks.kinds import Modes
 from mechdae.errors import InputError
 from mechdae.parts.exchange.drawings.dxf_read import DrawnSketch, Spot, read_drawing
 

@@ -7,13 +7,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND, Joint
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, Described, Z, turned
 from mechdae.parts.exchange.robots.tree_parts import Coupling, TreeEdge
 from mechdae.records import dataclass
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats
 
 KEPT = 1e-9

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import GROUND, Body, Joint, Mechanism
 from mechdae.describe.joints.spatial import SpatialJoint, largest
-from mechdae.describe.mechanism import GROUND, MOMENTS, Body, Mechanism
+from mechdae.describe.mechanism import MOMENTS
 from mechdae.errors import UnavailableError
-from mechdae.tasks.motion_of import ExportedMotion, reported
+from mechdae.tasks import ExportedMotion, reported
 from mechdae.types import Floats
 
 Z = np.array([0.0, 0.0, 1.0])

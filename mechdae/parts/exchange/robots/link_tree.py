@@ -15,10 +15,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe.coordinates import coordinate
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import GROUND, Joint, coordinate
 from mechdae.describe.joints.spatial import SpatialJoint
-from mechdae.describe.mechanism import GROUND
 from mechdae.errors import MechdaeError, UnavailableError
 from mechdae.parts.exchange.robots.couplings import couplings_of
 from mechdae.parts.exchange.robots.link_frames import (
@@ -37,7 +35,7 @@ from mechdae.parts.exchange.robots.tree_parts import (
     TreeEdge,
     TreeLink,
 )
-from mechdae.tasks.motion_of import ExportedMotion, reported
+from mechdae.tasks import ExportedMotion, reported
 from mechdae.types import Floats
 
 SMALL = 2e-3

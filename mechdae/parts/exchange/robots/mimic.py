@@ -26,7 +26,7 @@ from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.series_steps import Expansion, Stretch
 from mechdae.motion.kinematics.prepared import Run, Setting
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats
 
 DEGREES = 160

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, placed, quaternion
 from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeLink
 from mechdae.parts.exchange.robots.xml_text import Element, document, numbers, put, remark
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.robots.link_frames import HOME, BodyFrame, MassOf, Z, quaternion
 from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
@@ -21,7 +21,7 @@ from mechdae.parts.exchange.robots.single_freedoms import (
 )
 from mechdae.parts.exchange.robots.tree_parts import LoopJoint
 from mechdae.parts.exchange.robots.xml_text import Element, document, number, numbers, put, remark
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats
 
 VERSION = "1.10"

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND
 from mechdae.errors import InputError, UnavailableError
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, turned
 from mechdae.parts.exchange.robots.link_tree import LinkTree, driven_joint, link_tree, small_mass
@@ -20,7 +20,7 @@ from mechdae.parts.exchange.robots.mimic import Mimics, NotProved, mimics
 from mechdae.parts.exchange.robots.single_freedoms import ChainJoint, chain
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint
 from mechdae.parts.exchange.robots.xml_text import Element, document, number, put, remark
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Json, Matrix
 
 TOLERANCE = 1e-6

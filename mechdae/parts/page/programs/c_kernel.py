@@ -10,7 +10,7 @@ import casadi as ca
 
 from mechdae.errors import UnavailableError
 from mechdae.parts.page.programs.kernel_functions import KernelSource, kernel_source, told
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Graph
 
 FUNCTIONS = ("numbers", "constants", "advance", "pose")

@@ -11,7 +11,7 @@ from mechdae.parts.page import link, live
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
 from mechdae.parts.page.programs.kernel_functions import KernelSource, kernel_source, told
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 
 TAIL = Path(__file__).with_name("mechanism.js")
 """What is put behind kernels and path: the class that is exported."""

@@ -13,7 +13,7 @@ from mechdae.equations.parameters import parameters_of
 from mechdae.errors import UnavailableError
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.parts.page import live
-from mechdae.tasks.motion_of import ExportedMotion
+from mechdae.tasks import ExportedMotion
 from mechdae.types import Graph, Json
 
 WHY = {

@@ -14,11 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae import __version__
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem, Sweep, Table, Task, load
 from mechdae.describe.file.writing import alone
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
 from mechdae.draw.formulas import Document, Facts, Part, Section
@@ -34,7 +31,7 @@ from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
 from mechdae.parts.paper.reports.report import ENDINGS, MOST, Report
 from mechdae.records import dataclass
-from mechdae.tasks.solver import Solver
+from mechdae.tasks import Solver
 
 if TYPE_CHECKING:
     from mechdae.types import Json

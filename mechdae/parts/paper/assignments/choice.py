@@ -15,7 +15,7 @@ from mechdae.errors import AssemblyError, InputError, SolveError
 from mechdae.parts.paper.assignments.ranges import RoundRange
 from mechdae.records import dataclass
 from mechdae.results import Result
-from mechdae.tasks.solver import Solver
+from mechdae.tasks import Solver
 
 TRIES = 40
 """Sets of numbers that are tried for each variant wanted, before it is given up."""

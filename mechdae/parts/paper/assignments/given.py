@@ -7,10 +7,10 @@ from dataclasses import fields
 from math import degrees, isclose, pi
 from typing import Any
 
+from mechdae.describe import Mechanism
 from mechdae.describe.coordinates import coordinate_unit
 from mechdae.describe.file.writing import given
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
-from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import Value
 from mechdae.parts.paper.phrases import Phrases
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal, DecimalException
 from math import isfinite
 
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem
 from mechdae.describe.file.reading import split_unit
 from mechdae.describe.units import UNITS
 from mechdae.errors import InputError, MechdaeError, UnknownName

@@ -7,11 +7,10 @@ from dataclasses import replace
 from math import degrees
 from typing import Any
 
+from mechdae.describe import GROUND, Driver, Problem
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import GROUND
-from mechdae.describe.tasks.kinds import Driven, Driver
+from mechdae.describe.tasks.kinds import Driven
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.units import UNITS
 from mechdae.draw.formulas import Facts, Grid, Image, Note, Part, Passage, Section

@@ -6,9 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe import Problem, Sweep, load
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.formulas import Document, Facts, Section
 from mechdae.draw.formulas.writers import as_data, as_text

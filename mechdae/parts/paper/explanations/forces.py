@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import Joint
 from mechdae.draw.formulas import (
     Equation,
     Facts,
@@ -26,8 +26,12 @@ from mechdae.draw.formulas import (
     Passage,
     Section,
     Sum,
+    columns,
+    decimals,
+    number,
+    numbers,
+    rounded,
 )
-from mechdae.draw.formulas.tree import columns, decimals, number, numbers, rounded
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
 from mechdae.types import Floats

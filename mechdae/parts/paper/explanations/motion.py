@@ -7,7 +7,7 @@ from math import degrees
 
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND
 from mechdae.draw.formulas import (
     Equation,
     Facts,
@@ -24,8 +24,11 @@ from mechdae.draw.formulas import (
     Quotient,
     Section,
     Sum,
+    columns,
+    number,
+    numbers,
+    rounded,
 )
-from mechdae.draw.formulas.tree import columns, number, numbers, rounded
 from mechdae.draw.plans.relations import Relation, Relations, Term
 from mechdae.parts.paper.explanations.subject import Subject
 

@@ -7,9 +7,8 @@ from math import degrees
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
-from mechdae.draw.formulas import Letter, Part
-from mechdae.draw.formulas.tree import number
+from mechdae.describe import Joint
+from mechdae.draw.formulas import Letter, Part, number
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks, spliced
 from mechdae.parts.paper.explanations.subject import Subject

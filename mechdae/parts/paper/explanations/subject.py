@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.relations import Relations
 from mechdae.errors import UnknownName

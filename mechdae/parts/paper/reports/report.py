@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mechdae import __version__
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem, load
 from mechdae.describe.tasks.kinds import Driven
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text

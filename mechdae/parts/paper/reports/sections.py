@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
-from mechdae.draw.formulas import Facts, Grid, Note, Part, Passage, Section
-from mechdae.draw.formulas.tree import number
+from mechdae.describe import Problem
+from mechdae.draw.formulas import Facts, Grid, Note, Part, Passage, Section, number
 from mechdae.draw.words import Words
 from mechdae.parts.paper.explanations.explain import explain
 from mechdae.parts.paper.explanations.subject import Subject

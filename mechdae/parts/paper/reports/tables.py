@@ -8,18 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe import GROUND, coordinate
 from mechdae.describe.dimensions import parameter_units
-from mechdae.describe.mechanism import GROUND
-from mechdae.draw.formulas import Grid, Letter, Listed, Number, Part, Wording
-from mechdae.draw.formulas.tree import decimals, number, rounded
+from mechdae.draw.formulas import (
+    Grid,
+    Letter,
+    Listed,
+    Number,
+    Part,
+    Wording,
+    decimals,
+    number,
+    rounded,
+)
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 from mechdae.types import Floats, Points
 
 if TYPE_CHECKING:
-    from mechdae.describe.file.problem import Problem
+    from mechdae.describe import Problem
 
 
 DOTS = ("\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")

@@ -65,7 +65,7 @@ def _check_place(name: str, option: str) -> None:
 
 def _written(name: str, text: str, option: str) -> int:
     """Write a text, print its file, and return the exit code."""
-    from mechdae.describe.file.atomic_write import whole_file
+    from mechdae.describe import whole_file
 
     _check_place(name, option)
     with whole_file(Path(name)) as file:

@@ -7,12 +7,8 @@ from dataclasses import replace
 from itertools import count
 from math import atan2
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import GROUND, Body, Driver, Ground, Joint, Mechanism, Problem, Sweep, Table
 from mechdae.describe.joints.pairs import Prismatic, Revolute
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.values import Number
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.chains import KinematicChain

@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechdae.cli import message
-from mechdae.describe.file.atomic_write import whole_file
+from mechdae.describe import whole_file
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
     from mechdae.parts.types.chains.chains import KinematicChain
     from mechdae.types import Json
 
+EACH = ("inversions", "drivers", "pairs")
+"""What chains are listed by."""
 PICTURES = (".svg", ".png", ".pdf")
 SHOWN = 40
 """Lines of the table; ``--json`` and ``--out`` have all."""
@@ -69,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> None:
     if options.groups:
-        named = [f"--{word}" for word in ("inversions", "drivers", "pairs") if vars(options)[word]]
+        named = [f"--{word}" for word, wanted in _each(options).items() if wanted]
         if named or options.freedoms != 1:
             raise InputError(
                 f"Assur groups have no {', '.join(named) or '--freedoms'}", where="--groups"
@@ -96,13 +98,7 @@ def _found(options: argparse.Namespace) -> Iterator[KinematicChain]:
 
     if options.groups:
         return assur_groups(options.links)
-    return chains(
-        options.links,
-        options.freedoms,
-        inversions=options.inversions,
-        drivers=options.drivers,
-        pairs=options.pairs,
-    )
+    return chains(options.links, options.freedoms, **_each(options))
 
 
 def _count(options: argparse.Namespace) -> int:
@@ -110,13 +106,11 @@ def _count(options: argparse.Namespace) -> int:
 
     if options.groups:
         return sum(1 for _ in _found(options))
-    return count_chains(
-        options.links,
-        options.freedoms,
-        inversions=options.inversions,
-        drivers=options.drivers,
-        pairs=options.pairs,
-    )
+    return count_chains(options.links, options.freedoms, **_each(options))
+
+
+def _each(options: argparse.Namespace) -> dict[str, bool]:
+    return {word: vars(options)[word] for word in EACH}
 
 
 def _entry(chain: KinematicChain, with_formula: bool) -> Json:

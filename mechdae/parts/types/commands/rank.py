@@ -161,7 +161,7 @@ def _table(ranking: Ranking) -> list[str]:
 
 def _written(ranking: Ranking, folder: Path, quiet: bool) -> None:
     """Write table, JSON, problem files of the best, and pictures."""
-    from mechdae.describe.file.atomic_write import whole_file
+    from mechdae.describe import whole_file
 
     folder.mkdir(parents=True, exist_ok=True)
     names = [criterion["name"] for criterion in ranking.criteria]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
-from mechdae.describe.file.atomic_write import whole_file
+from mechdae.describe import whole_file
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:

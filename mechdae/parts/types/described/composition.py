@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from mechdae.describe import GROUND, Body, Ground, Mechanism, Table
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.joints.pairs import Revolute
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import FunctionTargets, PathGoal, Visits
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError, MechdaeError, UnknownName

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem
 from mechdae.errors import MechdaeError
 from mechdae.parts.types.described.composition import asked_of
 from mechdae.parts.types.described.task import Composition

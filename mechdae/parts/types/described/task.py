@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Task
+from mechdae.describe import Mechanism, Task
 from mechdae.describe.values import Number, key
 from mechdae.parts.types.described.composition import (
     CurveGoal,

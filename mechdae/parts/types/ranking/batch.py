@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import dumps
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe import Mechanism, Problem, dumps
 from mechdae.describe.structure import Structure, structure_of
 from mechdae.errors import MechdaeError
 from mechdae.parts.types.chains.variants.scheme import Variant

@@ -9,12 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe import GROUND, Mechanism, Problem, Sweep, coordinate
 from mechdae.describe.assumed import usual_speed
-from mechdae.describe.coordinates import coordinate
-from mechdae.describe.file.problem import Problem
 from mechdae.describe.loads import Resistance
-from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.scheme import moves

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem, load
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.numerics.dominance import undominated
 from mechdae.parts.types.chains.variants.scheme import Variant, planar

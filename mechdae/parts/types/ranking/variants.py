@@ -10,12 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driven, Modes, Sweep
+from mechdae.describe import GROUND, Joint, Problem, Sweep, Table, load
+from mechdae.describe.tasks.kinds import Driven, Modes
 from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
 from mechdae.parts.types.chains.variants import constructions, inversions, pair_kinds
 from mechdae.parts.types.chains.variants.layers import LinksCrossing

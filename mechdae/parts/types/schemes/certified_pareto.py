@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Problem
 from mechdae.numerics.dominance import best_of, hypervolume, undominated
 from mechdae.parts.types.described.composition import OBJECTIVES, CompositionDemand
 from mechdae.parts.types.schemes.aims import ANGLE, CURVE, PATH, Aim

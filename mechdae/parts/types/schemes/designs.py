@@ -7,14 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import dumps
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import (
+    GROUND,
+    Body,
+    Driver,
+    Ground,
+    Joint,
+    Mechanism,
+    Problem,
+    Sweep,
+    Table,
+    Task,
+    dumps,
+)
 from mechdae.describe.joints.pairs import Prismatic, Revolute
 from mechdae.describe.loads import Force, Load, Resistance
-from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import MechdaeError
 from mechdae.parts.types.chains.mechanisms import letters

@@ -13,10 +13,8 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe.file.load import load
-from mechdae.describe.file.problem import Problem
+from mechdae.describe import Mechanism, Problem, load
 from mechdae.describe.file.writing import alone
-from mechdae.describe.mechanism import Mechanism
 from mechdae.design.jobs.distribute import Failure, distribute
 from mechdae.design.jobs.executors import Borrowed, Processes, Supply
 from mechdae.design.jobs.log import JobLog

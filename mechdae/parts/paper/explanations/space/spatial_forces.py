@@ -10,10 +10,9 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
-from mechdae.describe.joints.joint import Joint
-from mechdae.draw.formulas import Letter, Note, Part
-from mechdae.draw.formulas.tree import number
+from mechdae.describe import Joint, coordinate
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.draw.formulas import Letter, Note, Part, number
 from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks, spliced
 from mechdae.parts.paper.explanations.space.spatial_subject import SpatialSubject
 from mechdae.types import Floats

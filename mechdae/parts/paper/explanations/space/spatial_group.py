@@ -7,8 +7,7 @@ from math import degrees
 
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import Joint, coordinate
 from mechdae.draw.formulas import (
     Column,
     Equation,
@@ -21,9 +20,10 @@ from mechdae.draw.formulas import (
     Product,
     Sum,
     Wording,
+    columns,
+    number,
+    plain,
 )
-from mechdae.draw.formulas.notations import plain
-from mechdae.draw.formulas.tree import columns, number
 from mechdae.draw.space.viewpoint import Array
 from mechdae.parts.paper.explanations.motion import group_of, joints_of
 from mechdae.parts.paper.explanations.space.spatial_subject import SpatialSubject

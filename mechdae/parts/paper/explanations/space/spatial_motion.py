@@ -23,8 +23,9 @@ from mechdae.draw.formulas import (
     Passage,
     Section,
     Sum,
+    columns,
+    number,
 )
-from mechdae.draw.formulas.tree import columns, number
 from mechdae.parts.paper.explanations.motion import facts_of, motion_section, solved_values
 from mechdae.parts.paper.explanations.space.spatial_group import SYMBOL, SpatialGroup, in_numbers
 from mechdae.parts.paper.explanations.space.spatial_rates import SpatialRates

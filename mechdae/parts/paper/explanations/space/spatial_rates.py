@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND, Joint
 from mechdae.draw.formulas import (
     Cross,
     Equation,
@@ -20,8 +19,10 @@ from mechdae.draw.formulas import (
     Passage,
     Product,
     Sum,
+    columns,
+    number,
+    numbers,
 )
-from mechdae.draw.formulas.tree import columns, number, numbers
 from mechdae.draw.space.viewpoint import Array
 from mechdae.parts.paper.explanations.motion import solved_values
 from mechdae.parts.paper.explanations.space.spatial_group import (

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND, Joint
 from mechdae.draw.diagram.places import numbers_of, places_of
 from mechdae.draw.plans.relations import distinct_letters
 from mechdae.draw.space.pose_choice import choose

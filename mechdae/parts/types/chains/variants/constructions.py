@@ -14,9 +14,7 @@ from functools import cached_property
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
+from mechdae.describe import Mechanism, Problem, Table
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.layers import Layers, LinksCrossing, laid
 from mechdae.parts.types.chains.variants.scheme import GROUND, Variant, made

@@ -6,11 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import Body, Ground, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver
+from mechdae.describe import Body, Driver, Ground, Joint, Mechanism, Problem, Table
 from mechdae.parts.types.chains.variants.scheme import GROUND, Pose, Variant, made
 from mechdae.parts.types.chains.variants.symmetries import of_dimensions
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 from itertools import combinations
 
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe import GROUND
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 

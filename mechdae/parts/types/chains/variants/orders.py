@@ -13,13 +13,8 @@ from itertools import permutations, product
 from math import factorial, prod
 from typing import Any
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import dumps
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import Driver, Joint, Mechanism, Problem, Table, dumps
 from mechdae.describe.loads import Load
-from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver
 from mechdae.describe.vectors.expand import from_loops
 from mechdae.errors import InputError, MechdaeError
 from mechdae.parts.types.chains.variants.scheme import GROUND, Pose, Variant, made, reach

@@ -8,12 +8,8 @@ from itertools import product
 from math import atan2, cos, sin
 from typing import Any
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.joints.joint import Joint
+from mechdae.describe import Body, Driver, Ground, Joint, Mechanism, Problem, Table
 from mechdae.describe.joints.pairs import Prismatic, Revolute
-from mechdae.describe.mechanism import Body, Ground, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.scheme import GROUND, Pose, Variant, made, reach, values_of
 from mechdae.parts.types.chains.variants.symmetries import of_structure

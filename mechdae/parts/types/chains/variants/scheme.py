@@ -7,14 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
+from mechdae.describe import GROUND, Driver, Joint, Mechanism, Problem, Sweep, Table, Task, dumps
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import dumps
-from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import Load, TableLoad
-from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driven, Driver, Modes, Sweep, Task
+from mechdae.describe.tasks.kinds import Driven, Modes
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from math import isclose
 
-from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe import GROUND, Mechanism
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.labelling import automorphisms
 
