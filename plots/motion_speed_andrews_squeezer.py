@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from mechdae.draw import save
-from mechdae.draw.precision import draw
+from mechdae.parts.bench.drawn.precision import draw
 
 DATA = Path(__file__).resolve().parents[1] / "docs" / "data" / "motion-andrews-squeezer.json"
 

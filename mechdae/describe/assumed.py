@@ -85,7 +85,7 @@ def about_motion(mechanism: Mechanism, rubbing: Iterable[str] = ()) -> list[str]
     """Return what is assumed in a motion or an equilibrium, with friction in some joints."""
     found = about_bodies(mechanism, mechanism.bodies) + about_springs(mechanism)
     rubbing = list(rubbing)
-    found += about_blocks(mechanism, rubbing)
+    found += about_blocks(mechanism, rubbing) + about_closure(mechanism)
     joints = [mechanism.joints[name] for name in dict.fromkeys(rubbing) if name in mechanism.joints]
     same = [own.name for own in joints if getattr(own, "friction_static", 0.0) is None]
     if same:

@@ -19,7 +19,7 @@ from mechdae.draw.catalogue import (
     usual_kind,
 )
 from mechdae.draw.choice import kind_and_task
-from mechdae.errors import MechdaeError
+from mechdae.errors import InputError, MechdaeError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,15 @@ MODES = 8
 """Assembly modes that are drawn side by side."""
 
 
-def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options: Any) -> Any:
+def plot(
+    result: Any,
+    kind: str | None = None,
+    ax: Axes | None = None,
+    width: str | float | None = None,
+    dpi: int | None = None,
+    title: bool = True,
+    **options: Any,
+) -> Any:
     """Draw a result.
 
     Parameters
@@ -51,6 +59,13 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
         Axes to draw in; without it a new figure is made. No window is opened. On axes that
         hold a diagram, curves or paths of points already, one more of that kind is drawn as a
         variant: each in its colour, to one scale, with their names (``label``) below the title.
+    width
+        That of a new figure on paper: ``"90mm"``, ``"9cm"``, ``"3.5in"``, or a number of mm.
+        Letters keep at least 6 pt.
+    dpi
+        Pixels to the inch of a new figure, and of frames.
+    title
+        Whether a title and a line below it stand above the picture.
     **options
         Options of that kind of picture, see `mechdae.draw.catalogue.OPTIONS`; the command
         line has the same ones under the same names.
@@ -78,7 +93,22 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     check_dimension(kind, result, given)
     in_space = getattr(getattr(result, "mechanism", None), "dimension", 2) == 3
     module = importlib.import_module(picture.in_space if in_space else picture.module)
-    if ax is None or kind == "animation":
+    figure = importlib.import_module("mechdae.draw.figure")
+    on = figure.print_format(width, dpi, title)
+    if kind == "animation":
+        if width is not None or not title:
+            raise InputError("an animation has its width in pixels, and a title", hint="dpi")
+        return module.draw(result, ax, **given, **({} if dpi is None else {"dpi": dpi}))
+    if ax is not None and (width, dpi) != (None, None):
+        raise InputError("axes have a figure of their own: width and dpi are those of a new one")
+    with figure.printed(on):
+        return _drawn(result, kind, ax, module, given)
+
+
+def _drawn(result: Any, kind: str, ax: Axes | None, module: Any, given: dict[str, Any]) -> Any:
+    """Return a still picture, one more variant where axes hold such pictures."""
+    picture = picture_of(kind)
+    if ax is None:
         drawn = module.draw(result, ax, **given)
         if picture.shared:
             _variants().remember(drawn, kind, result, given, None)

@@ -88,8 +88,7 @@ PICTURES: Registry[Picture] = Registry("pictures", {
         "the diagram moves",
         of=("path", "small motions"),
         options=(
-            "traces", "labels", "loads", "dark", "lang", "shape", "frames", "seconds", "dpi",
-            "view",
+            "traces", "labels", "loads", "dark", "lang", "shape", "frames", "seconds", "view",
         ),
         needs=("bodies", "small motions"),
         lacks="is no motion",
@@ -260,7 +259,6 @@ OPTIONS: Mapping[str, Option] = {
     "shape": Option("whole", "number of the small motion shown, 1: the slowest", file="shape-{}"),
     "frames": Option("whole", "most frames of an animation"),
     "seconds": Option("number", "time of one round"),
-    "dpi": Option("whole", "pixels to the inch"),
     "design": Option("whole", "number of the design drawn", file="{}"),
     "view": Option(
         "name",
@@ -274,6 +272,13 @@ OPTIONS: Mapping[str, Option] = {
 }
 """Name -> option."""
 
+
+ON_PAPER: Mapping[str, Option] = {
+    "width": Option("name", "width of a still picture: 90mm, 9cm, 3.5in"),
+    "dpi": Option("whole", "pixels to the inch"),
+    "title": Option("off", "no title above a still picture"),
+}
+"""How pictures of all kinds are printed."""
 
 IN_ONE = {"view": 3, "axodes": 3, "shape": 2, "polar": 2}
 """Options of pictures of mechanisms of one dimension only."""

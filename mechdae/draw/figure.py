@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import base64
 import io
+import math
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -17,6 +22,8 @@ from matplotlib.text import Text
 from mechdae.describe.file.atomic_write import whole_file
 from mechdae.draw import style
 from mechdae.errors import InputError
+from mechdae.records import dataclass
+from mechdae.types import Floats
 
 FORMATS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
@@ -25,6 +32,80 @@ FORMATS: dict[str, dict[str, Any]] = {
 }
 """Formats with the metadata that would change from one run or version to the next."""
 SETTINGS: Any = {"svg.hashsalt": "mechdae", "svg.fonttype": "path"}
+
+
+WIDEST, NARROWEST = 1.0, 0.04
+"""Bounds of the width of a picture [m]."""
+FLATTEST, TALLEST = 0.2, 1.2
+"""Bounds of the height of what is drawn over its width on paper of a given width."""
+FINEST = 2400
+"""Most pixels to the inch."""
+LENGTHS = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72}
+
+
+@dataclass(frozen=True)
+class PrintFormat:
+    """How new figures are printed.
+
+    ``width`` [in] is None as usual, ``dpi`` pixels to the inch, ``titled`` whether a title and a
+    line below it stand above the picture.
+    """
+
+    width: float | None = None
+    dpi: int = style.DPI
+    titled: bool = True
+
+    @property
+    def share(self) -> float:
+        """Width over the usual one."""
+        return 1.0 if self.width is None else self.width / style.FIGURE[0]
+
+    @property
+    def top(self) -> float:
+        """Strip above the axes [pt]: smaller pictures have smaller titles."""
+        return style.TOP * min(max(self.share, style.SMALLEST), 1.0) if self.titled else style.EDGE
+
+
+USUAL_FORMAT = PrintFormat()
+_FORMAT: ContextVar[PrintFormat] = ContextVar("print format", default=USUAL_FORMAT)
+
+
+def asked_format() -> PrintFormat:
+    """Return how figures are printed that are made now."""
+    return _FORMAT.get()
+
+
+@contextmanager
+def printed(on: PrintFormat) -> Iterator[None]:
+    """Make new figures in a format."""
+    token = _FORMAT.set(on)
+    try:
+        yield
+    finally:
+        _FORMAT.reset(token)
+
+
+def print_format(width: str | float | None, dpi: int | None, title: bool) -> PrintFormat:
+    """Return the format of a width such as ``"90mm"`` (a number is in mm), pixels and a title.
+
+    Raises
+    ------
+    InputError
+        No width, or one out of range; pixels that are no whole number from 20 to `FINEST`.
+    """
+    dots = style.DPI if dpi is None else dpi
+    if isinstance(dots, bool) or not isinstance(dots, int) or not 20 <= dots <= FINEST:
+        raise InputError(f"dpi is a whole number from 20 to {FINEST}", where="dpi")
+    if width is None:
+        return PrintFormat(None, dots, title)
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*(mm|cm|in|pt)?\s*", str(width))
+    metres = float(found[1]) * LENGTHS[found[2] or "mm"] if found else math.nan
+    if not NARROWEST <= metres <= WIDEST:
+        raise InputError(
+            f"a width from {1e3 * NARROWEST:g} mm to {WIDEST:g} m is needed, not {width}",
+            where="width", hint="such as 90mm, 9cm, 3.5in or 255pt",
+        )  # fmt: skip
+    return PrintFormat(metres / 0.0254, dots, title)
 
 
 class ShownAxes(Axes):
@@ -88,16 +169,29 @@ def _figure_of(picture: Axes | Figure) -> Figure:
     return figure
 
 
-def new_axes(theme: style.Theme = style.LIGHT, larger: tuple[float, float] = style.USUAL) -> Axes:
+def new_axes(
+    theme: style.Theme = style.LIGHT,
+    larger: tuple[float, float] = style.USUAL,
+    spans: Sequence[float] | Floats = style.AREA,
+) -> Axes:
     """Return empty axes below the title strip of a new figure.
 
-    ``larger`` is how much larger than usual it is in width and height.
+    ``larger`` is how much larger than usual it is in width and height. What is drawn spans
+    ``spans`` in both directions: on paper of a given width the height is what that needs.
     """
+    sheet = asked_format()
     width, height = (share * side for share, side in zip(larger, style.FIGURE, strict=True))
-    figure = Drawing(figsize=(width, height), dpi=style.DPI, facecolor=theme.paint(style.PAPER))
+    if sheet.width is not None:
+        width, k = sheet.width, min(max(sheet.share, style.SMALLEST), 1.0)
+        room = 72 * width - 2 * style.EDGE - 2 * k * style.MARGIN
+        tall = room * min(max(spans[1] / spans[0], FLATTEST), TALLEST) if spans[0] > 0 else room
+        height = (tall + k * (2 * style.MARGIN + style.STRIP) + style.EDGE + sheet.top) / 72
+    elif not sheet.titled:
+        height += (style.EDGE - style.TOP) / 72
+    figure = Drawing(figsize=(width, height), dpi=sheet.dpi, facecolor=theme.paint(style.PAPER))
     FigureCanvasAgg(figure)
     edge = (style.EDGE / 72 / width, style.EDGE / 72 / height)
-    top = style.TOP / 72 / height
+    top = sheet.top / 72 / height
     return figure.add_axes((edge[0], edge[1], 1 - 2 * edge[0], 1 - edge[1] - top))
 
 

@@ -29,8 +29,8 @@ from numpy.typing import ArrayLike, NDArray
 from mechdae.draw import style
 
 Array = NDArray[np.float64]
-SMALLEST, LARGEST = 0.6, 6.0
-"""Bounds of the scale of symbols and letters: in small axes they shrink no further."""
+LARGEST = 6.0
+"""Greatest scale of symbols and letters, see `mechdae.draw.style.SMALLEST`."""
 
 INDEX = (0.7, 0.02, 0.15)
 """Size of an index, its step to the right and down, as shares of the letter's size."""
@@ -146,7 +146,7 @@ class Sheet:
         extent = ax.get_window_extent()
         points = np.array([extent.width, extent.height]) * 72.0 / figure.dpi
         share = points / style.AREA / larger
-        self.k = float(np.clip(share.min(), SMALLEST, LARGEST))
+        self.k = float(np.clip(share.min(), style.SMALLEST, LARGEST))
         self.size: Array = points / self.k
         self.segments: list[tuple[float, float, float, float, float]] = []
         self.boxes: list[tuple[float, float, float, float, float]] = []

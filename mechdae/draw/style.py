@@ -125,6 +125,10 @@ SPREAD: Final = 5.5
 
 FONT: Final = ["STIXGeneral", "DejaVu Serif"]
 NOTE_FONT: Final = ["DejaVu Sans"]
+LEAST: Final = 6.0
+"""Size of the smallest letters on paper [pt]."""
+SMALLEST: Final = 0.75
+"""Least scale of symbols and letters in small pictures: notes have that size then."""
 LETTER: Final = 14.0
 NUMBER: Final = 9.0
 LOAD_TEXT: Final = 9.0

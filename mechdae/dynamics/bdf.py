@@ -186,7 +186,7 @@ class Bdf(Integrator):
             if miss <= ROUNDING or not miss < before / 2:
                 break
         grain = ROUNDING * (1 + float(np.max(np.abs(x / self.kernel.sizes), initial=0.0)))
-        return x, v, miss <= CLOSED * self.setup.tolerance + grain
+        return x, v, miss <= CLOSED * self.setup.tolerance + grain + self.setup.closure
 
     def steps(
         self, state: Floats, signs: Floats, end: float | None = None, longest: float = np.inf

@@ -15,7 +15,7 @@ from mechdae.errors import (
     SolveError,
 )
 from mechdae.kernels.run.call import Call
-from mechdae.numerics.null_space import dependences, freedoms, rank, unit_rows
+from mechdae.numerics.null_space import dependences, rank, unit_rows
 from mechdae.types import Floats, Graph, Unknowns
 
 SX = ca.SX
@@ -50,7 +50,7 @@ def check_start(setup: MotionProblem, begin: Start) -> None:
     left = {
         row.name: float(value)
         for row, value, size in zip(r.rows, values, sizes, strict=True)
-        if abs(value) > CLOSED * size
+        if abs(value) > (CLOSED + setup.closure) * size
     }
     if left:
         listed = ", ".join(f"{name} {value:.3g}" for name, value in list(left.items())[:6])
@@ -88,7 +88,7 @@ def check_inertia(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
         raise SolveError(
             f"forces are not finite at the start: {loads}", where="loads", hint="check the values"
         )
-    basis = freedoms(J, k.sizes)
+    basis = setup.freedoms(J)
     if not basis.shape[1]:
         return
     scaled = M * np.outer(k.sizes, k.sizes)
@@ -137,7 +137,7 @@ def check_friction(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
         return k.function("gradient", [ca.densify(part) for part in (r.moved(found), *forms)])
 
     J = k.value("place", 0.0, x, v, setup.loose)[1]
-    aside = x + ASIDE * k.sizes * freedoms(J, k.sizes).sum(axis=1)
+    aside = x + ASIDE * k.sizes * setup.freedoms(J).sum(axis=1)
     for _ in range(4):
         aside = k.value("project", 0.0, aside, v, setup.loose)[0].ravel()
     sizes = r.model.coordinates.sizes(setup.length)

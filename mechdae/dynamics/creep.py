@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.numerics.null_space import freedoms
 from mechdae.numerics.roots import halved
 from mechdae.types import Floats, Integers, Unknowns
 
@@ -54,7 +53,7 @@ class Creep:
         if not len(slow):
             return
         J, C = k.value("place", t, x, v, loose)[1], k.value("locking", t, x, v, loose)[0]
-        basis = k.sizes[:, None] * freedoms(J, k.sizes)
+        basis = k.sizes[:, None] * self.setup.freedoms(J)
         along = C @ basis / self._units[:, None]
         slow = slow[np.linalg.norm(along[slow], axis=1) > RANK * np.abs(along).max(initial=0.0)]
         if len(slow) and np.linalg.matrix_rank(along[slow], RANK) == len(slow):

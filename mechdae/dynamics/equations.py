@@ -13,6 +13,7 @@ import numpy as np
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, evaluate
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import TOLERANCE as CLOSURE_TOLERANCE
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
@@ -35,11 +36,16 @@ from mechdae.kernels.graphs.stepper import Stepper
 from mechdae.kernels.run.call import Call
 from mechdae.motion.kinematics import prepared
 from mechdae.motion.kinematics.shapes import free_numbers, size_of
+from mechdae.numerics.null_space import ZERO, freedoms
 from mechdae.records import dataclass
 from mechdae.types import Floats, Sym, Unknowns
 
 SX = ca.SX
 TOLERANCE = 1e-9
+MOST_OPEN = 1e-6
+CONTRADICTING = 100.0
+"""Share of the largest singular value, over that by which constraints may stay open, up to which
+they depend on each other."""
 TIGHTEST = 1e-14
 STILL = 1e-12
 """Way until the end, in natural sizes, of a law that counts as standing still."""
@@ -197,7 +203,7 @@ class MotionProblem:
     def kernel_of(self, released: Released) -> Kernel:
         """Return the functions of equations with the numbers of this task."""
         shape: Kernel = released.cache("kernel", lambda: Kernel(released))
-        return shape.at(self.model.p_values, self.length)
+        return shape.at(self.model.p_values, self.length, closure=self.closure)
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -206,7 +212,36 @@ class MotionProblem:
             return self.kernel_of(self.released)
         r = self.released
         shape: Kernel = r.cache("smooth", lambda: Smooth(r))
-        return shape.at(self.model.p_values, self.length, self.widths)
+        return shape.at(self.model.p_values, self.length, self.widths, self.closure)
+
+    @cached_property
+    def closure(self) -> float:
+        """Share of their natural sizes by which constraints may stay open because the file says so.
+
+        Raises
+        ------
+        InputError
+            It is so large that constraints with and without noise are hardly told apart.
+        """
+        share = self.problem.mechanism.tolerance / self.length
+        if share > MOST_OPEN:
+            raise InputError(
+                f"{CLOSURE_TOLERANCE} of a mechanism that moves under forces is {MOST_OPEN:g} of "
+                f"its length at most, {MOST_OPEN * self.length:.3g} m"
+            )
+        return share
+
+    def freedoms(self, J: Floats) -> Floats:
+        """Return an orthonormal basis (n, k) of J x = 0, x over natural sizes (n,).
+
+        Constraints that may stay open depend on each other as far as they contradict.
+        """
+        return freedoms(J, self.kernel.sizes, self.rank)
+
+    @property
+    def rank(self) -> float:
+        """Share of the largest singular value up to which one counts as zero."""
+        return max(ZERO, CONTRADICTING * self.closure)
 
     @property
     def smooth(self) -> bool:

@@ -17,7 +17,6 @@ from mechdae.dynamics.space.lagrange import left_over
 from mechdae.dynamics.unique_reactions import Determined
 from mechdae.errors import InputError
 from mechdae.forces.meshes import slack_belts
-from mechdae.numerics.null_space import freedoms
 from mechdae.results import (
     Event,
     LazyPart,
@@ -117,7 +116,7 @@ def _mode(task: Motion, run: MotionRun) -> LazyPart:
         J = kernel.value("place", 0.0, x, np.zeros(len(x)), setup.loose)[1]
         names = start_values(setup.problem.mechanism, task.start, "start")
         try:
-            chart = Chart(setup, x, freedoms(J, kernel.sizes), [c.text for c in names])
+            chart = Chart(setup, x, setup.freedoms(J), [c.text for c in names])
         except InputError:
             return {"mode": None, "mode_coordinates": []}
         return {"mode": chart.label(x), "mode_coordinates": chart.names}

@@ -28,7 +28,9 @@ from mechdae.types import Floats, Unknowns
 
 CLOSED = 1e-12
 """Left-over of a constraint, over its natural size, that counts as closed."""
-RANK = 1e-10
+RANK = 1e-7
+"""Share of the largest singular value up to which constraints count as dependent: those of
+dimensions that hardly agree are, else the start would leave the sketch for a pose that locks."""
 CORNERS = (0.0, np.pi / 2, np.pi, -np.pi / 2)
 GUESSES = 256
 SAME = 1e-6
@@ -55,6 +57,8 @@ class JointClosing(Protocol):
     n: int
     sizes: Any
     scales: Any
+    closed: float
+    rank: float
 
     def rows(self, x: Unknowns) -> tuple[Any, Any]: ...
     def close(self, x: Unknowns, aims: Any, short: float = ...) -> tuple[Any, float]: ...
@@ -99,7 +103,7 @@ class AssembledSketch:
                 why = why or error
                 continue
             found, left = self.closing.close(self._free(setting, x, u), {})
-            if left < CLOSED:
+            if left < self.closing.closed:
                 self.setup.notes += setting.notes
                 return found
         if why is not None:
@@ -115,7 +119,7 @@ class AssembledSketch:
         named = [c.text for c in closing.named]
         every = [*likely_drivers(problem, [*named, *self.setup.likely]), *self.known]
         every.sort(key=lambda c: (c not in closing.said, c not in self.known))
-        basis = freedoms(closing.rows(x)[1][: closing.m])
+        basis = freedoms(closing.rows(x)[1][: closing.m], share=closing.rank)
         found = independent(every, lambda c: self._slope(c, x)[1] * closing.sizes, basis)
         return found if len(found) == basis.shape[1] else []
 
@@ -166,7 +170,7 @@ class PlanarSketch:
         nearest = first
         for x, left in itertools.chain([first], tries):
             nearest = min(nearest, (x, left), key=lambda own: own[1])
-            if left < CLOSED and not any(self._same(x, other) for other in closed):
+            if left < self.closing.closed and not any(self._same(x, other) for other in closed):
                 closed.append(x)
                 grouped = AssembledSketch(self.closing).pose(x) if len(closed) == 1 else None
                 if grouped is not None:
@@ -228,14 +232,14 @@ class PlanarSketch:
             for k, value in closing.sketched_places().items():
                 values[closing.m + k] -= value
                 rows.append(closing.m + k)
-            step = np.linalg.lstsq(J[rows][:, moved], -values[rows], rcond=RANK)[0]
+            step = np.linalg.lstsq(J[rows][:, moved], -values[rows], rcond=closing.rank)[0]
             x = x.copy()
             x[moved] += closing.sizes[moved] * step
         return x
 
     def _exact(self, x: Unknowns, left: float, guess: Unknowns, lengths: list[int]) -> bool:
         """Return whether a closed pose is all that the sketch says, and that says all of it."""
-        if left >= CLOSED:
+        if left >= self.closing.closed:
             return False
         closing, told = self.closing, self.closing.sketched_places()
         values, J = closing.rows(x)

@@ -14,18 +14,21 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.motion import start_values
-from mechdae.dynamics.equations import STILL, MotionProblem
+from mechdae.dynamics.equations import CONTRADICTING, STILL, MotionProblem
 from mechdae.dynamics.sketch import CLOSED, RANK, PlanarSketch
 from mechdae.errors import AssemblyError, InconsistentStartError
 from mechdae.kernels.run.call import Call
-from mechdae.motion.assembly.closure import bar_lengths, straight
+from mechdae.motion.assembly.closure import bar_lengths, closing_tolerance, straight
+from mechdae.motion.assembly.start import tolerance_hint
 from mechdae.motion.setup.drivers import sketched
 from mechdae.records import dataclass
 from mechdae.types import Floats, Unknowns
 
 STEPS = 60
+SPEEDS = 1e-10
+"""Share of the largest singular value up to which constraints count as dependent for speeds: near
+a dead point they are small and hold."""
 OPEN = 1e-6
 """Left-over of a contradictory start that is put down to rounded numbers and corrected."""
 UNITS = 8
@@ -90,6 +93,8 @@ class _Starter:
         self.m, self.n = r.phi.numel(), r.x.numel()
         self.sizes = r.coordinates.sizes(setup.length)
         self.gaps = np.array(self.r.gaps(setup.length))
+        self.closed = CLOSED + setup.closure
+        self.rank = max(RANK, CONTRADICTING * setup.closure)
         own = [1.0 if c.is_angle else setup.length for c in self.moving]
         self.scales = np.concatenate([self.gaps, own])
 
@@ -124,9 +129,9 @@ class _Starter:
                 best, least, stalled = x, size, 0
             else:
                 stalled += 1
-            if least == 0 or (stalled >= 2 and least < CLOSED) or stalled >= 12:
+            if least == 0 or (stalled >= 2 and least < self.closed) or stalled >= 12:
                 break
-            step = np.linalg.lstsq(J[chosen], -left, rcond=RANK)[0]
+            step = np.linalg.lstsq(J[chosen], -left, rcond=self.rank)[0]
             largest = float(np.max(np.abs(step), initial=0.0))
             x = x + self.sizes * step * min(1.0, short / largest if largest else 1.0)
         return best, least
@@ -166,15 +171,19 @@ class _Starter:
         for _ in range(UNITS if not joints.all() else 0):  # quaternions have a length of one
             values, J = self.rows(x)
             own = np.flatnonzero(~joints)
-            x = x - self.sizes * np.linalg.lstsq(J[own], values[own], rcond=RANK)[0]
+            x = x - self.sizes * np.linalg.lstsq(J[own], values[own], rcond=self.rank)[0]
         rows = [self.r.rows[k] for k in self.r.left]
         lengths = bar_lengths(self.setup.problem.mechanism, [row.owner for row in rows])
         gaps = np.abs(straight(self.rows(x)[0][: self.m] * self.gaps, lengths)[0])
         k = int(np.argmax(np.where(joints, gaps / self.gaps, -1.0)))
         row, gap = rows[k], gaps[k]
-        hint = "check the lengths, or sketch the start more closely"
-        if self.setup.problem.mechanism.tolerance:
-            hint = f"{TOLERANCE} is of sweeps, modes and reactions: motions close to rounding"
+        hint, J = "check the lengths, or sketch the start more closely", self.rows(x)[1][: self.m]
+        length = self.setup.length
+        enough = closing_tolerance(float(np.linalg.norm(gaps / self.gaps)) * length, length)
+        if enough and np.linalg.matrix_rank(J, self.rank) < self.m:
+            hint = "give dimensions that depend on each other as expressions" + tolerance_hint(
+                enough
+            )
         return AssemblyError(
             f"the mechanism does not close at the sketch: joint {row.owner} stays open by "
             f"{gap:.4g} {row.unit}",
@@ -211,14 +220,14 @@ class _Starter:
         values, _ = self.rows(x)
         far = max(abs(values[self.m + k] - goal) for k, goal in goals.items())
         found, left = self.close(x, goals, short=0.5)
-        if left < CLOSED and far <= FAR:
+        if left < self.closed and far <= FAR:
             moved = float(np.max(np.abs((found - x) / self.sizes), initial=0.0))
             there = self._side(found, goals) == self._side(x, goals)
             return (found, left) if there and moved <= 3 * max(far, 0.1) else None
         rank = np.linalg.matrix_rank
         _, J = self.rows(found)
         chosen = [*range(self.m), *(self.m + k for k in goals)]
-        extra = rank(J[chosen], RANK) - rank(J[: self.m], RANK) if self.m else len(goals)
+        extra = rank(J[chosen], self.rank) - rank(J[: self.m], self.rank) if self.m else len(goals)
         # more numbers than freedoms fit each other at their end only
         return (found, left) if extra < len(goals) else None
 
@@ -237,7 +246,7 @@ class _Starter:
             there = self._side(found, goals)
             # modes that meet are passed smoothly; where one ends, a step leaps to the other
             smooth = there == side or (step * far <= PASSED and moved <= STEEP * step * far)
-            if left < CLOSED and moved <= TURNED and smooth:
+            if left < self.closed and moved <= TURNED and smooth:
                 x, share, step, side = found, ahead, step * 1.5, there
                 continue
             step /= 2
@@ -256,12 +265,12 @@ class _Starter:
         left = {
             self.r.rows[i].name: float(values[k] * self.gaps[k])
             for k, i in enumerate(self.r.left)
-            if abs(values[k]) > CLOSED
+            if abs(values[k]) > self.closed
         }
         left |= {
             self.moving[k].text: float((values[self.m + k] - goal) * self.scales[self.m + k])
             for k, goal in goals.items()
-            if abs(values[self.m + k] - goal) > CLOSED
+            if abs(values[self.m + k] - goal) > self.closed
         }
         raise self._error("the positions given contradict each other", left, "start")
 
@@ -298,16 +307,17 @@ class _Starter:
         )
         if not target.any():
             return np.zeros(self.n)
-        rates = np.linalg.lstsq(J[chosen], target, rcond=RANK)[0]
+        share = max(SPEEDS, CONTRADICTING * self.setup.closure)
+        rates = np.linalg.lstsq(J[chosen], target, rcond=share)[0]
         for _ in range(2):
-            rates += np.linalg.lstsq(J[chosen], target - J[chosen] @ rates, rcond=RANK)[0]
+            rates += np.linalg.lstsq(J[chosen], target - J[chosen] @ rates, rcond=share)[0]
         left = J[chosen] @ rates - target
         if np.max(np.abs(left)) > OPEN * np.max(np.abs(target)):
             names = [self.r.rows[i].name for i in self.r.left]
             names += [self.moving[k].text for k in places]
             scales = self.scales[chosen]
             found = dict(zip(names, (left * scales).tolist(), strict=True))
-            found = {name: value for name, value in found.items() if abs(value) > CLOSED}
+            found = {name: value for name, value in found.items() if abs(value) > self.closed}
             raise self._error("the speeds given contradict each other", found, "start_speed")
         return rates * self.sizes
 

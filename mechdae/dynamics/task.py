@@ -25,7 +25,6 @@ from mechdae.equations.forces.meshes import Mesh
 from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.errors import InputError, MechanismError, UnavailableError
 from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
-from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
 from mechdae.types import Floats, Json, Unknowns
 
@@ -138,7 +137,7 @@ def _linear(problem: Problem, task: Motion) -> Json:
         raise InputError(f"the motion ends before t = {t:g}: {run.fault}", where="linearise")
     kernel = run.setup.kernel
     J = kernel.value("place", t, states.x[k], states.v[k], run.setup.loose)[1]
-    basis = freedoms(J, kernel.sizes)
+    basis = run.setup.freedoms(J)
     names = [c.text for c in start_values(problem.mechanism, task.start, "start")]
     state = LinearisedState(t, states.x[k], states.v[k], states.a[k], states.lam[k])
     return LinearSystem(run.setup, state, basis, names, task.inputs, task.outputs).told()

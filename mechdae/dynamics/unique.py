@@ -59,7 +59,7 @@ class _Holding:
         self.names = list(self.model.mechanism.joints)
         meshes = {n: mesh for n, mesh in rubbing.meshes.items() if mesh.column is not None}
         self.weights: Any = None
-        self.length = observer.setup.length
+        self.length, self.share = observer.setup.length, observer.setup.rank
         if self.model.space.behind:
             self._columns_in_space()
             return
@@ -91,9 +91,10 @@ class _Holding:
         self.maps = ForceColumns(self.model, columns, self.names, range(self.model.q.numel()))
         self.cache = self.maps.cache
 
-    def of(self, model: Model) -> _Holding:
-        """Return the same for a copy of the model with other numbers."""
-        other = copy(self)
+    def of(self, observer: Observer) -> _Holding:
+        """Return the same for other numbers."""
+        other, model = copy(self), observer.model
+        other.share = observer.setup.rank
         other.maps, other.model = self.maps.of(model), model
         if model.space.behind:
             length = model.mechanism.scale
@@ -129,11 +130,12 @@ class _Holding:
             units = [row_size(row.unit, self.length) for row in self.r.rows]
             units += [row_size(slip.unit, self.length) for slip in self.r.rubbing.slips]
             units += [self.length] * (len(used) - len(units))
-            inside = natural_null_space(B[held][:, used], sizes[held], np.array(units)[used])
+            units_used = np.array(units)[used]
+            inside = natural_null_space(B[held][:, used], sizes[held], units_used, self.share)
             N = np.zeros((len(used), inside.shape[1]))
             N[used] = inside
         elif held.any():
-            inside = equilibrated_null_space(B[held][:, used])
+            inside = equilibrated_null_space(B[held][:, used], self.share)
             N = np.zeros((len(used), inside.shape[1]))
             N[used] = inside
         return N
@@ -150,7 +152,7 @@ class PlacedModel:
 def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> Unique:
     """Return what is unique of the reactions of a motion."""
     shape: _Holding = observer.cache("holding", lambda: _Holding(observer))
-    holding = shape.of(observer.model)
+    holding = shape.of(observer)
     n, slips = len(s.t), holding.slips
     there = np.flatnonzero(np.isfinite(q).all(axis=1))
     always, lost, known = holding.left(q, there, np.zeros(slips, bool))

@@ -29,12 +29,12 @@ def unit_rows(matrix: Matrix) -> tuple[Floats, Floats]:
     return matrix / norms, norms
 
 
-def freedoms(J: Jacobian, sizes: Floats | float = 1.0) -> Floats:
+def freedoms(J: Jacobian, sizes: Floats | float = 1.0, share: float = ZERO) -> Floats:
     """Return an orthonormal basis (n, k) of J x = 0, x over natural `sizes` (n,)."""
     if not len(J):
         return np.eye(J.shape[1])
     _, sigma, right = np.linalg.svd(unit_rows(J * sizes)[0])
-    return right[rank(sigma) :].T
+    return right[rank(sigma, share) :].T
 
 
 def dependences(matrix: Matrix) -> Floats:
@@ -48,7 +48,7 @@ def dependent(matrix: Matrix) -> Any:
     return np.abs(dependences(matrix)).max(axis=1, initial=0.0) > SHARE
 
 
-def equilibrated_null_space(B: Matrix) -> Floats:
+def equilibrated_null_space(B: Matrix, share: float = ZERO) -> Floats:
     """Return a basis (n, k) of B x = 0 in columns of length 1, rows and columns equilibrated.
 
     Columns of zeros are left out: their unknowns are zero.
@@ -60,14 +60,14 @@ def equilibrated_null_space(B: Matrix) -> Floats:
         left /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=1))
         right /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=0))
     _, sigma, vectors = np.linalg.svd(left[:, None] * scaled * right)
-    basis = right[:, None] * vectors[rank(sigma) :].T
+    basis = right[:, None] * vectors[rank(sigma, share) :].T
     norms = np.sqrt((basis * basis).sum(axis=0))
     whole = np.zeros((B.shape[1], basis.shape[1]))
     whole[used] = basis / np.where(norms > 0, norms, 1.0)
     return whole
 
 
-def natural_null_space(B: Any, sizes: Floats, units: Floats) -> Any:
+def natural_null_space(B: Any, sizes: Floats, units: Floats, share: float = ZERO) -> Any:
     """Return the same for columns that may vanish: their unknowns are free.
 
     Parameters
@@ -76,12 +76,14 @@ def natural_null_space(B: Any, sizes: Floats, units: Floats) -> Any:
         Natural sizes of the rows' coordinates, by which they are multiplied.
     units : (n,) array
         Natural sizes of the columns, by which they are divided.
+    share
+        Of the largest singular value up to which one counts as zero.
     """
     scaled = sizes[:, None] * B / units
     norms = np.linalg.norm(scaled, axis=0)
-    free = norms <= ZERO * norms.max(initial=0.0)
+    free = norms <= share * norms.max(initial=0.0)
     kept = np.flatnonzero(~free)
-    inside = equilibrated_null_space(scaled[:, kept]) if len(kept) else np.zeros((0, 0))
+    inside = equilibrated_null_space(scaled[:, kept], share) if len(kept) else np.zeros((0, 0))
     whole = np.zeros((B.shape[1], inside.shape[1] + int(free.sum())))
     whole[kept, : inside.shape[1]] = inside
     whole[np.flatnonzero(free), inside.shape[1] + np.arange(int(free.sum()))] = 1.0

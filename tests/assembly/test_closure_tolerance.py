@@ -194,17 +194,10 @@ def test_a_set_value_has_a_unit_of_length() -> None:
         parallelogram(0.0).with_values({"closure_tolerance_deg": 1})
 
 
-def test_motions_and_certificates_say_that_they_close_exactly(tmp_path) -> None:
+def test_certificates_say_that_they_close_exactly() -> None:
     from mechdae.parts.proof.write import certificate_of
 
     loose = parallelogram(0.0).with_values({"closure_tolerance": 1e-6, "c3.B.x": 1 + 1e-7})
-    heavy = [md.Body(b.name, b.points, mass=1.0, inertia=0.1) for b in loose.bodies.values()]
-    fallen = md.Mechanism(
-        ground=loose.ground, bodies=heavy, joints=loose.joints, sketch=loose.sketch,
-        gravity=(0, -9.81), closure_tolerance=1e-6,
-    )  # fmt: skip
-    with pytest.raises(AssemblyError, match="closure_tolerance is of sweeps"):
-        md.solve(fallen, md.Motion(until=0.1))
     with pytest.raises(UnavailableError, match="not met exactly"):
         certificate_of(md.Problem(loose, {"turn": FULL}), "turn")
 

@@ -29,7 +29,7 @@ from tests.shared import attack
 from tests.shared.begun import FURTHER, First, Pose
 
 OFF, SHIFT = math.radians(20), 0.1
-SETS, STARTS, ROUNDS, PORTION = 2, 64, 30, 5
+SETS, STARTS, ROUNDS, PORTION = 10, 64, 30, 5
 MOST = 2
 """Modes of a mechanism that are sketched."""
 TIED = 1e-3

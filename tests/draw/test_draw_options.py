@@ -12,7 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.cli.commands import plot as command
 from mechdae.describe.file import library
-from mechdae.draw.catalogue import OPTIONS, PICTURES, names_of
+from mechdae.draw.catalogue import ON_PAPER, OPTIONS, PICTURES, names_of
 from mechdae.draw.graphs.map import Plane
 from mechdae.tasks.registry import KINDS
 from tests.shared.command import run
@@ -38,6 +38,7 @@ def drawings(kind: str):
 def test_options_are_those_of_the_drawing_functions(kind: str) -> None:
     given = [own for one in drawings(kind) for own in inspect.signature(one).parameters.values()]
     keywords = {own.name: own.default for own in given if own.kind is own.KEYWORD_ONLY}
+    keywords = {name: default for name, default in keywords.items() if name not in ON_PAPER}
     assert set(names_of(kind)) == set(keywords)
     for name, default in keywords.items():
         assert default is {"on": False, "off": True}.get(OPTIONS[name].what, default)
@@ -47,7 +48,7 @@ def test_the_command_has_the_same_names() -> None:
     parser = argparse.ArgumentParser()
     command.arguments(parser)
     flags = {own.dest: own for own in parser._actions}
-    for name, option in OPTIONS.items():
+    for name, option in {**OPTIONS, **ON_PAPER}.items():
         assert name in flags
         wanted = f"--no-{name}" if option.what == "off" else f"--{name}"
         assert flags[name].option_strings == [wanted]

@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_050,
     "equations": 7_900,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_200,
-    "draw": 18_900,
+    "draw": 18_880,
     "kernels": 7_500,
     "motion": 21_450,
     "forces": 3_750,
@@ -21,7 +21,7 @@ BUDGETS = {
     "design": 17_450,
     "tasks": 1_900,
     "cli": 1_450,
-    "parts": 25_500,
+    "parts": 25_700,  # pictures of speed against error, which draw had
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 660
@@ -31,6 +31,7 @@ LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
     "draw/diagram/diagram.py": 610,
+    "dynamics/equations.py": 530,
     "equations/reduction.py": 505,
     "equations/tree/tree_model.py": 575,
     "forces/inverse_dynamics.py": 540,

@@ -27,7 +27,7 @@ ROOMS = {
     "results": "describe errors",
     "results.tables": "results",
     "draw.formulas": "",
-    "draw": "describe draw.formulas errors results",
+    "draw": "describe draw.formulas errors results types",
     "kernels": "describe equations errors",
     "motion.setup": "describe equations errors kernels results",
     "motion.modules": "errors numerics",

@@ -152,6 +152,8 @@ class First:
         result = md.solve(self.problem, "modes")
         poses = [pose_of(result, k) for k in range(len(result.status))]
         first = self.poses["sweep"]
+        if result.fault is not None and "infinitely many modes" in result.fault:
+            raise md.UnavailableError(result.fault)
         if not poses or isinstance(first, str):
             raise Refused(f"{len(poses)} modes")
         best = min(range(len(poses)), key=lambda k: apart(first, poses[k]))

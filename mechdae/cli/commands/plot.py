@@ -12,7 +12,16 @@ from mechdae.cli.options import problem_arguments, problem_of, units_argument, u
 from mechdae.cli.pictures import file_name, options_for
 from mechdae.cli.progress import progress
 from mechdae.draw import usual
-from mechdae.draw.catalogue import DOCUMENTS, OPTIONS, PICTURES, check_suits, kinds_with, picture_of
+from mechdae.draw.catalogue import (
+    DOCUMENTS,
+    ON_PAPER,
+    OPTIONS,
+    PICTURES,
+    Option,
+    check_suits,
+    kinds_with,
+    picture_of,
+)
 from mechdae.draw.choice import kind_and_task
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
@@ -46,17 +55,23 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     formats = f"{', '.join(FORMATS)}; animations {', '.join(MOVING)}"
     parser.add_argument("--format", metavar="F", help=formats)
     for name, option in OPTIONS.items():
-        about = f"{option.about} [{', '.join(kinds_with(name))}]"
-        if option.is_flag:
-            flag = f"--{name}" if option.what == "on" else f"--no-{name}"
-            parser.add_argument(
-                flag, dest=name, action="store_const", const=option.what == "on", help=about
-            )
-        elif option.what == "names":
-            parser.add_argument(f"--{name}", action="append", metavar="NAME", help=about)
-        else:
-            kind = TYPES.get(option.what, str)
-            parser.add_argument(f"--{name}", type=kind, metavar=option.what.upper(), help=about)
+        _argument(parser, name, option, f"{option.about} [{', '.join(kinds_with(name))}]")
+    for name, option in ON_PAPER.items():
+        _argument(parser, name, option, option.about)
+
+
+def _argument(parser: argparse.ArgumentParser, name: str, option: Option, about: str) -> None:
+    """Add an option of pictures to a parser."""
+    if option.is_flag:
+        flag = f"--{name}" if option.what == "on" else f"--no-{name}"
+        parser.add_argument(
+            flag, dest=name, action="store_const", const=option.what == "on", help=about
+        )
+    elif option.what == "names":
+        parser.add_argument(f"--{name}", action="append", metavar="NAME", help=about)
+    else:
+        kind = TYPES.get(option.what, str)
+        parser.add_argument(f"--{name}", type=kind, metavar=option.what.upper(), help=about)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -155,7 +170,9 @@ def _written(
     """Write the picture and say where it is; return the exit code."""
     from mechdae.draw import plot, save
 
-    picture = plot(result.in_units(units_asked(options)), kind, **extra)
+    on_paper = {name: getattr(options, name) for name in ON_PAPER}
+    on_paper = {name: value for name, value in on_paper.items() if value is not None}
+    picture = plot(result.in_units(units_asked(options)), kind, **on_paper, **extra)
     out = Path(options.out)
     path = out if _ending(options.out) else out / file
     path.parent.mkdir(parents=True, exist_ok=True)

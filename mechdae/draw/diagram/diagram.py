@@ -30,7 +30,7 @@ from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, named_pose, read_scene
 from mechdae.draw.diagram.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
-from mechdae.draw.figure import new_axes
+from mechdae.draw.figure import asked_format, new_axes
 from mechdae.draw.labels.labels import Links, draw_labels
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.smooth import few_named, traced
@@ -122,7 +122,7 @@ def draw(
     scene = traced(scene, result, read_scene) if traces else scene
     bounds = extent(scene, index, traces, bool(ghosts))
     larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
-    axes = new_axes(theme, larger) if ax is None else ax
+    axes = new_axes(theme, larger, bounds[1] - bounds[0]) if ax is None else ax
     view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label)
     draw_pose(axes, scene, result, index, view, theme, words)
     return axes
@@ -577,6 +577,8 @@ def write_titles(
     subtitle: str = "",
 ) -> None:
     """Write the title and, below it, the driver's value and the pose, or what is given."""
+    if not asked_format().titled:
+        return
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)
     parts = [*values, str(getattr(result, "task", "") or "")]

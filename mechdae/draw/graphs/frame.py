@@ -17,7 +17,7 @@ from matplotlib.transforms import Affine2D
 
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import fitted, in_lines
-from mechdae.draw.figure import Drawing
+from mechdae.draw.figure import Drawing, asked_format
 from mechdae.draw.sheet import font, ink
 from mechdae.records import dataclass
 
@@ -28,7 +28,9 @@ LOW = 122.0
 SWATCH = (16.0, 8.0)
 LIFT, ROW = 9.0, 13.0
 """Lowest row of text above the panels, and from one row to the next [pt]."""
-SMALLEST, LARGEST = 0.6, 2.0
+LARGEST = 2.0
+LOWEST = 0.62
+"""Least height of panels on narrow paper, over the usual one."""
 
 
 @dataclass(frozen=True)
@@ -79,32 +81,36 @@ class Panels:
         height: float | None = None,
         rows: int = 1,
     ) -> None:
-        width = style.GRAPH
+        width, sheet = style.GRAPH, asked_format()
         if ax is not None:
             given = ax.get_figure(root=True)
             assert isinstance(given, Figure)
             figure = given
             box = ax.get_window_extent()
             x0, y0, width, own = np.array(box.bounds) * 72.0 / figure.dpi
-            self.k = float(np.clip(width / (style.GRAPH - LEFT), SMALLEST, LARGEST))
+            self.k = float(np.clip(width / (style.GRAPH - LEFT), style.SMALLEST, LARGEST))
         else:
-            self.k, figure = 1.0, Drawing(dpi=style.DPI, facecolor=style.PAPER)
+            width *= sheet.share
+            self.k = min(max(sheet.share, style.SMALLEST), 1.0)
+            figure = Drawing(dpi=sheet.dpi, facecolor=style.PAPER)
             FigureCanvasAgg(figure)
         k = self.k
         small = font(style.TICK * k, style.NOTE_FONT)
         right = max((float(ink(name, small)[1][0]) for name in names), default=0.0)
         right = min(right, 0.35 * width) + (10.0 * k if names else 0.0)
         if ax is None:
-            room = width - 24.0
+            room = width - 24.0 * k
             entries = _rows(key, room, k)
-            lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
-            above = LIFT + ROW * len(entries) + ROW + 20.0 * len(lines)
+            lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
+            titles = ROW + 20.0 * len(lines) if sheet.titled else 0.0
+            above = k * (LIFT + ROW * len(entries) + titles)
             each = max(HEIGHTS.get(count, LOW), 10.0 * rows + 8.0)
-            tall = height if height is not None else count * each + (count - 1) * GAP
-            x0, y0, own = LEFT, BOTTOM, tall
-            figure.set_size_inches(width / 72, (tall + BOTTOM + above) / 72)
-            width -= LEFT + right + 14.0
-            start = 12.0
+            low = max(sheet.share, LOWEST) if sheet.width is not None else 1.0
+            tall = low * (height if height is not None else count * each + (count - 1) * GAP)
+            x0, y0, own = k * LEFT, k * BOTTOM, tall
+            figure.set_size_inches(width / 72, (tall + k * BOTTOM + above) / 72)
+            width -= k * (LEFT + 14.0) + right
+            start = 12.0 * k
         else:
             room, start = width, x0
             entries = _rows(key, room, k)
@@ -161,8 +167,9 @@ class Panels:
         if y is not None:
             panel.set_ylabel(_plain(y), fontproperties=small, color=style.INK)
             corner = panel.get_window_extent().x0 * 72 / self.figure.dpi
-            if abs(self.box[0] - LEFT) + abs(corner - LEFT) < 1e-6:
-                panel.yaxis.set_label_coords(-44.0 / self.box[2], 0.5)
+            left = self.k * LEFT
+            if abs(self.box[0] - left) + abs(corner - left) < 1e-6:
+                panel.yaxis.set_label_coords(-44.0 * self.k / self.box[2], 0.5)
 
     def _write(
         self,
@@ -177,6 +184,8 @@ class Panels:
             for offset, entry in row:
                 self._entry(start + offset, y, entry)
             y += ROW * k
+        if not asked_format().titled:
+            return
         text, chosen = fitted(subtitle, style.SUBTITLE * k, room, style.NOTE_FONT)
         self.text(start, y + (2.0 if rows else 0.0) * k, text, chosen, style.FAINT, "subtitle")
         y += 17.0 * k

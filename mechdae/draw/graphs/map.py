@@ -406,8 +406,8 @@ def _contours(
         linestyles="solid", zorder=2,
     )  # fmt: skip
     texts = panel.clabel(
-        lines, fmt=lambda value: number(value), fontsize=(style.TICK - 0.5) * frame.k, inline=True,
-        inline_spacing=2,
+        lines, fmt=lambda value: number(value), inline=True, inline_spacing=2,
+        fontsize=max(style.LEAST, (style.TICK - 0.5) * frame.k),
     )  # fmt: skip
     for text in texts:
         text.set_fontfamily(style.NOTE_FONT)

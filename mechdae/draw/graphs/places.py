@@ -65,7 +65,7 @@ class Places:
     ) -> bool:
         """Write a text near a place if there is room; above or below it, or `away` from it."""
         k = self.frame.k
-        small = font(style.TICK * 0.94 * k, style.NOTE_FONT)
+        small = font(max(style.LEAST, style.TICK * 0.94 * k), style.NOTE_FONT)
         low, high = ink(text, small)
         width, height = float(high[0] - low[0]), style.TICK * 0.8 * k
         here = self.at(x, y)

@@ -14,7 +14,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
-from mechdae.draw.figure import Drawing, new_axes
+from mechdae.draw.figure import Drawing, asked_format, new_axes
 from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 KINDS = ("velocity", "acceleration", "force", "friction", "lever")
 PAPER = (297.0, 210.0)
 """Page of several plans [mm]: A4, on its side."""
+NARROWEST = 0.6
+"""Least width of a page, over that."""
 SIZE, LINE = 9.5, 13.5
 """Size of the letters of relations and distance of their lines [pt]."""
 MOST = 8
@@ -229,10 +231,17 @@ def _titles(sheet: Sheet, result: SweepResult, scene: DrawnScene, pose: int) -> 
 
 def _paper() -> Axes:
     """Return empty axes below the title strip of a page."""
-    width, height = (side * MILLIMETRE for side in PAPER)
-    figure = Drawing(figsize=(width / 72, height / 72), dpi=style.DPI, facecolor=style.PAPER)
+    sheet = asked_format()
+    share = 1.0 if sheet.width is None else 72 * sheet.width / (PAPER[0] * MILLIMETRE)
+    if share < NARROWEST:
+        raise InputError(
+            f"a page of plans is {NARROWEST * PAPER[0]:.0f} mm wide at least", where="width",
+            hint="which = \"velocity\", ... (--which) draws one plan",
+        )  # fmt: skip
+    width, height = (share * side * MILLIMETRE for side in PAPER)
+    figure = Drawing(figsize=(width / 72, height / 72), dpi=sheet.dpi, facecolor=style.PAPER)
     FigureCanvasAgg(figure)
-    edge, top = 2 * style.EDGE, style.TOP + style.EDGE
+    edge, top = 2 * style.EDGE, sheet.top + style.EDGE
     return figure.add_axes(
         (edge / width, edge / height, 1 - 2 * edge / width, 1 - (edge + top) / height)
     )

@@ -87,7 +87,7 @@ def draw(
                           ghosts, labels, loads, scale=scale, label=label)  # fmt: skip
         return draw_three(result, scene, index, own, theme, words, ax)
     bounds = extent(scene, [index], chosen, moved, traces)
-    axes = new_axes(theme) if ax is None else ax
+    axes = new_axes(theme, spans=bounds[1] - bounds[0]) if ax is None else ax
     shown = SpatialView(
         chosen, moved, bounds, traces, ghosts, labels, loads, None, None, scale, label
     )

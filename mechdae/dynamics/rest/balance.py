@@ -13,8 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.equations import MotionProblem
-from mechdae.numerics.null_space import freedoms
+from mechdae.dynamics.equations import CONTRADICTING, MotionProblem
 from mechdae.types import Floats, Graph, Jacobian, Matrix, Unknowns
 
 STEPS = 150
@@ -59,6 +58,7 @@ class EquilibriumEquations:
         self._weights = r.acting_sizes(setup.length)
         self.sizes, self.gaps, self.n, self.m = k.sizes, k.gaps, k.n, k.m
         self.signs = setup.loose
+        self.rank = max(RANK, CONTRADICTING * setup.closure)
         self.still = np.zeros(self.n)
 
     def at(self, x: Unknowns, lam: Any) -> list[Any]:
@@ -89,11 +89,11 @@ class EquilibriumEquations:
 
     def multipliers(self, f: Floats, J: Jacobian) -> Any:
         """Return the shortest multipliers, over natural sizes, that balance forces best."""
-        return np.linalg.lstsq(J.T, f, rcond=RANK)[0] if self.m else np.zeros(0)
+        return np.linalg.lstsq(J.T, f, rcond=self.rank)[0] if self.m else np.zeros(0)
 
     def freedoms(self, J: Jacobian) -> Floats:
         """Return a basis (n, k) of what the constraints leave at a Jacobian in natural sizes."""
-        return freedoms(J * self.gaps[:, None] / self.sizes, self.sizes)
+        return self.setup.freedoms(J * self.gaps[:, None] / self.sizes)
 
     def closed(self, x: Unknowns) -> Any:
         """Return the pose on the constraints next to x, None where Newton's method finds none."""
@@ -102,9 +102,9 @@ class EquilibriumEquations:
             left = float(np.max(np.abs(phi), initial=0.0))
             if not math.isfinite(left):
                 return None
-            if left < CLOSED:
+            if left < CLOSED + self.setup.closure:
                 return x
-            x = x - self.sizes * np.linalg.lstsq(J, phi, rcond=RANK)[0]
+            x = x - self.sizes * np.linalg.lstsq(J, phi, rcond=self.rank)[0]
         return None
 
     def left(self, x: Unknowns) -> float:
@@ -141,7 +141,8 @@ class EquilibriumEquations:
             size = self.weight(x)
             balance = f - J.T @ lam
             left = float(np.max(np.abs(balance), initial=0.0)) / size if size > 0 else 0.0
-            left = max(left, float(np.max(np.abs(phi), initial=0.0)))
+            gap = float(np.max(np.abs(phi), initial=0.0))
+            left = max(left, gap if gap > self.setup.closure else 0.0)
             stalled = 0 if left < 0.5 * best[0] else stalled + 1
             if left < best[0]:
                 best = (left, x, lam)
@@ -149,7 +150,7 @@ class EquilibriumEquations:
                 break
             K = self.at(x, lam)[3]
             basis = self.freedoms(J)
-            close = -np.linalg.lstsq(J, phi, rcond=RANK)[0] if self.m else np.zeros(self.n)
+            close = -np.linalg.lstsq(J, phi, rcond=self.rank)[0] if self.m else np.zeros(self.n)
             stiff = basis.T @ K @ basis
             pull = basis.T @ (balance - K @ close)
             step = close + basis @ np.linalg.lstsq(stiff, pull, rcond=1e-13)[0]

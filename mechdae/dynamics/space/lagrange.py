@@ -14,7 +14,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.observe import Observer, States
-from mechdae.numerics.null_space import freedoms
 from mechdae.types import Sym
 
 SX = ca.SX
@@ -49,7 +48,7 @@ def left_over(observer: Observer, s: States) -> float:
     rate, slope, force, J = observer.many("lagrange", made)(*states)
     worst, sizes = 0.0, observer.loads(s)
     for i in range(len(chosen)):
-        Z = freedoms(J[i].reshape(k.m, k.n, order="F"), k.sizes)
+        Z = observer.setup.freedoms(J[i].reshape(k.m, k.n, order="F"))
         terms = [part[i] * k.sizes for part in (rate, slope, force)]
         gap = Z.T @ (terms[0] - terms[1] - terms[2])
         worst = max(worst, float(np.max(np.abs(gap), initial=0.0)))

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.dynamics.sketch import CLOSED, EXACT, AssembledSketch, JointClosing
+from mechdae.dynamics.sketch import EXACT, AssembledSketch, JointClosing
 from mechdae.equations.tree.reading import WIDTH, placements
 from mechdae.errors import MechanismError
 from mechdae.kernels.run.call import Call
@@ -75,7 +75,7 @@ class SpatialSketch:
                 continue
             if left < least:
                 least, nearest = left, x
-            if left < CLOSED:
+            if left < self.closing.closed:
                 found.append((self._far(x), x))
                 if len(found) > 1 or not held:
                     continue

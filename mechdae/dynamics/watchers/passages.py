@@ -111,7 +111,7 @@ class Passages:
         if self._rank is None:
             some = slice(min(len(t), 3))
             first = np.linalg.svd(self._scaled(t[some], x[some], v[some], signs)[0], False, False)
-            self._rank = max(rank(sigma) for sigma in first)
+            self._rank = max(rank(sigma, self.setup.rank) for sigma in first)
             self._norm = float(first.max(initial=0.0))
             self.superfluous = self.kernel.m - self._rank
         if self._rank == self.kernel.m > MANY:

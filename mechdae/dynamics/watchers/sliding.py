@@ -23,7 +23,6 @@ import numpy as np
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.watchers.glides import FIRST, LEAST, Glides, weights_of
-from mechdae.numerics.null_space import freedoms
 from mechdae.records import dataclass
 from mechdae.types import Floats, Unknowns
 
@@ -103,7 +102,7 @@ class Slips:
         k = self.kernel
         J = k.value("place", t, x, v, self.setup.loose)[1]
         C = k.value("locking", t, x, v, self.setup.loose)[0]
-        return (C * k.sizes) @ freedoms(J, k.sizes) / self._sizes()[:, None]
+        return (C * k.sizes) @ self.setup.freedoms(J) / self._sizes()[:, None]
 
     def _sizes(self) -> Any:
         """Return natural sizes of the slips."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.numerics.null_space import freedoms
 from mechdae.types import Graph, Json
 
 SLOW = 0.05
@@ -67,7 +66,7 @@ class Stiffness:
         t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
         M, J, *slopes = k.call("slopes", self._slopes)(t, x, v, nodes.signs)
         M, J = np.reshape(M, (k.n, k.n), order="F"), np.reshape(J, (k.m, k.n), order="F")
-        basis = freedoms(J, k.sizes) * k.sizes[:, None]
+        basis = self.setup.freedoms(J) * k.sizes[:, None]
         inverse = np.linalg.inv(basis.T @ M @ basis)
         worst = (0.0, "")
         for i, load in enumerate(self.setup.loads.wrenches):

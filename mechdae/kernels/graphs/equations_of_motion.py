@@ -33,6 +33,9 @@ SX = ca.SX
 EPSILON = 1e-8
 PASSES = 6
 """Corrections of the multipliers."""
+TAKEN = 100.0
+"""What E takes at least, over what constraints may stay open by: along a direction that noise alone
+makes regular, a projection moves by less than a tenth of that noise."""
 DEFINITE = 1e-9
 """Least eigenvalue of the scaled mass matrix that counts as definite."""
 NEWTON = 2
@@ -82,7 +85,7 @@ class Kernel:
             released.signs,
         )
         counts = {"sizes": self.n, "gaps": self.m, "eps": self.m, "weights": self.m}
-        counts |= {"lock_sizes": self.slips, "widths": self.slips}
+        counts |= {"lock_sizes": self.slips, "widths": self.slips, "closure": 1}
         self.given = {"p": released.model.p}
         self.given |= {name: SX.sym(name, count) for name, count in counts.items()}
         self.c = ca.vertcat(*self.given.values())
@@ -92,7 +95,9 @@ class Kernel:
         self.definite = True
         self.cache = self._first = StructureCache()
 
-    def at(self, p: Floats, length: float, widths: Floats | None = None) -> Kernel:
+    def at(
+        self, p: Floats, length: float, widths: Floats | None = None, closure: float = 0.0
+    ) -> Kernel:
         """Return the same functions with numbers; scalings are those of no pose yet.
 
         Parameters
@@ -103,12 +108,14 @@ class Kernel:
             By which lengths are measured [m].
         widths
             Slope speed of each slip, in its unit, where friction is smoothed.
+        closure
+            Share of their natural sizes by which constraints may stay open, as the file says.
         """
         other, r = copy(self), self.released
         other.sizes = np.asarray(r.coordinates.sizes(length), float)
         other.gaps = np.array(r.gaps(length))
         other.numbers = np.ones(self.c.numel())
-        other._put(p=p, sizes=other.sizes, gaps=other.gaps)
+        other._put(p=p, sizes=other.sizes, gaps=other.gaps, closure=closure)
         if widths is not None:
             other._put(widths=widths)
         return other
@@ -181,7 +188,8 @@ class Kernel:
         rows = np.sum((J * inverse) ** 2, axis=1)
         least = 1e-12 * rows.max(initial=0.0)
         rows = np.where(rows > least, rows, rows.mean() if self.m and rows.any() else 1.0)
-        self._put(eps=EPSILON * rows, weights=1 / rows)
+        closure = self.numbers[self.places_of["closure"]][0]
+        self._put(eps=max(EPSILON, TAKEN * closure) * rows, weights=1 / rows)
         if self.slips:
             C = self.value("locking", t, x, v, signs)[0]
             own = np.sum((C * inverse) ** 2, axis=1)

@@ -187,7 +187,10 @@ class Stepper:
         # fmax leaves nan out, a comparison with nan is false: such a step is not accepted
         whole = ca.sumsqr(ca.vertcat(place, rate, after)) + error + miss
         sound = whole < LARGEST
-        error = ca.fmax(error / (STRICT * tol), miss / (CLOSED * tol + grain))
+        error = ca.fmax(
+            error / (STRICT * tol),
+            miss / (CLOSED * tol + grain + c[self.kernel.places_of["closure"]]),
+        )
         good = ca.logic_and(error < 1, sound)
         factor = ca.if_else(sound, SAFE * ca.fmax(error, 1e-16) ** (-1 / 8), SHRINK)
         factor = ca.fmin(GROWTH, ca.fmax(SHRINK, factor))

@@ -48,9 +48,15 @@ class Gap:
 
     def tolerance(self, size: float) -> float | None:
         """Return a tolerance that would do in a mechanism of that size, None: none is meant."""
-        if not 0 < self.whole < MEANT * size:
-            return None
-        return float(f"1e{math.ceil(math.log10(2 * self.whole))}")
+        return closing_tolerance(self.whole, size)
+
+
+def closing_tolerance(whole: float, size: float) -> float | None:
+    """Return a tolerance for what stays open in all [m] in a mechanism of a size; None if none is.
+
+    What is open by more than a ten-thousandth of the mechanism is no noise.
+    """
+    return float(f"1e{math.ceil(math.log10(2 * whole))}") if 0 < whole < MEANT * size else None
 
 
 @dataclass(frozen=True)

@@ -284,6 +284,9 @@ def not_assembled(scene: Scene, failure: NoPose, u: Floats, hint: str = "") -> A
             what += f"; where its equations are met best, joint {joint} stays open{gap}"
     if failure.infinite:
         what = f"group {group.name} has infinitely many modes: a gear ratio is not rational"
+        hint = (
+            "give the ratio as numbers of teeth; a sweep starts on the mode nearest to the sketch"
+        )
     if failure.free:
         what = f"group {group.name} moves by itself at this pose"
         if group.is_dyad:

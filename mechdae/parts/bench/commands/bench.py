@@ -100,8 +100,8 @@ def _tasks(options: argparse.Namespace) -> list[dict[str, Any]]:
 def _draw(options: argparse.Namespace, moving: list[Json], released: list[dict[str, Any]]) -> None:
     """Write pictures of sweeps and of motions."""
     from mechdae.draw import save
-    from mechdae.draw.precision import draw as draw_motion
-    from mechdae.draw.speed import draw
+    from mechdae.parts.bench.drawn.precision import draw as draw_motion
+    from mechdae.parts.bench.drawn.speed import draw
 
     folder = Path(options.out)
     for name, make, shown in (

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mechdae.draw import style
-from mechdae.draw.speed import BESIDE, KEY, SMALLEST, empty, written
+from mechdae.parts.bench.drawn.speed import BESIDE, KEY, SMALLEST, empty, written
 
 WAYS = {
     "mechdae": ("o", "#0072b2"),

@@ -1,0 +1,120 @@
+"""Pictures of a width on paper: their size, letters of 6 pt at least, and no empty halves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+import mechdae as md
+from mechdae.cli import main
+from mechdae.draw import style
+from mechdae.errors import InputError
+
+INCH = 25.4
+PICTURES = [
+    ("four-bar-crank-rocker", "turn", "diagram"), ("toggle-press", "cycle", "diagram"),
+    ("rssr", "turn", "diagram"), ("four-bar-crank-rocker", "turn", "curves"),
+    ("four-bar-crank-rocker", "turn", "coupler"), ("slider-crank-friction", "cycle", "losses"),
+]  # fmt: skip
+
+
+def letters(figure):
+    """Return the sizes [pt] of all texts that are there."""
+    texts = figure.findobj(lambda own: isinstance(own, Text) and own.get_text().strip())
+    return [own.get_fontsize() for own in texts if own.get_visible()]
+
+
+@pytest.mark.parametrize(("problem", "task", "kind"), PICTURES)
+@pytest.mark.parametrize("width", ["90mm", "180mm"])
+def test_width_and_letters(problem: str, task: str, kind: str, width: str) -> None:
+    figure = md.plot(md.solve(problem, task, poses=25), kind, width=width).get_figure()
+    figure.canvas.draw()
+    assert figure.get_size_inches()[0] * INCH == pytest.approx(float(width[:-2]), abs=1e-9)
+    sizes = letters(figure)
+    assert len(sizes) > 5
+    assert min(sizes) >= 6.0 - 1e-9
+
+
+@pytest.mark.parametrize(("problem", "task", "kind"), PICTURES[:3])
+def test_a_mechanism_fills_the_width(problem: str, task: str, kind: str) -> None:
+    """What the axes show is the box of the mechanism and little more."""
+    axes = md.plot(md.solve(problem, task, poses=25), kind, width="90mm", title=False)
+    places = np.vstack([line.get_xydata() for line in axes.lines])
+    low, high = places.min(axis=0), places.max(axis=0)
+    shown = np.array([axes.get_xlim(), axes.get_ylim()])
+    shares = (high - low) / (shown[:, 1] - shown[:, 0])
+    assert shares.max() > 0.6
+
+
+@pytest.mark.parametrize("kind", ["diagram", "curves"])
+def test_without_a_title(kind: str) -> None:
+    result = md.solve("four-bar-crank-rocker", "turn", poses=25)
+    bare, whole = (md.plot(result, kind, title=own).get_figure() for own in (False, True))
+    heads = [
+        [str(own.get_gid()) for own in one.findobj(Text) if "title" in str(own.get_gid())]
+        for one in (bare, whole)
+    ]
+    assert heads[0] == []
+    assert len(heads[1]) >= 2
+    assert bare.get_size_inches()[1] < whole.get_size_inches()[1]
+
+
+def test_pixels_and_units_of_widths(tmp_path) -> None:
+    from PIL import Image
+
+    result = md.solve("four-bar-crank-rocker", "turn", poses=25)
+    for width, inches in (("9cm", 9 / 2.54), (90, 9 / 2.54), ("3.5in", 3.5), ("252pt", 3.5)):
+        file = tmp_path / "own.png"
+        figure = md.plot(result, width=width, dpi=200).get_figure()
+        figure.savefig(file)
+        with Image.open(file) as picture:
+            assert abs(picture.width - math.floor(200 * inches)) <= 1
+
+
+@pytest.mark.parametrize("width", ["9xm", "-90mm", "1mm", "2000mm", "nan", "mm", ""])
+def test_widths_that_are_none(width: str) -> None:
+    result = md.solve("four-bar-crank-rocker", "turn", poses=25)
+    with pytest.raises(InputError, match="a width from 40 mm to 1 m is needed"):
+        md.plot(result, width=width)
+
+
+@pytest.mark.parametrize("dpi", [5, 100000, 72.5, True])
+def test_pixels_that_are_none(dpi) -> None:
+    result = md.solve("four-bar-crank-rocker", "turn", poses=25)
+    with pytest.raises(InputError, match="dpi is a whole number"):
+        md.plot(result, dpi=dpi)
+
+
+def test_axes_have_a_figure_of_their_own() -> None:
+    result = md.solve("four-bar-crank-rocker", "turn", poses=25)
+    axes = md.plot(result)
+    with pytest.raises(InputError, match="figure of their own"):
+        md.plot(result, "curves", axes, width="90mm")
+    with pytest.raises(InputError, match="an animation has its width in pixels"):
+        md.plot(result, "animation", width="90mm")
+
+
+def test_a_page_of_plans_is_not_too_small() -> None:
+    result = md.solve("four-bar-crank-rocker", "turn", poses=25)
+    with pytest.raises(InputError, match="178 mm wide at least"):
+        md.plot(result, "plans", width="90mm")
+
+
+def test_the_command(tmp_path, capsys) -> None:
+    file = tmp_path / "own.svg"
+    options = ["--width", "90mm", "--no-title", "--out", str(file)]
+    assert main(["plot", "four-bar-crank-rocker", *options]) == 0
+    text = file.read_text(encoding="utf-8")
+    assert f'width="{90 / INCH * 72:.4f}'[:10] in text
+    assert "pose " not in text
+    assert main(["plot", "four-bar-crank-rocker", "--width", "1", "--out", str(file)]) == 2
+    assert "such as 90mm" in capsys.readouterr().err
+
+
+def test_letters_that_shrink_further_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(style, "SMALLEST", 0.6)
+    result = md.solve("four-bar-crank-rocker", "turn", poses=25)
+    assert min(letters(md.plot(result, width="90mm").get_figure())) < 6.0
