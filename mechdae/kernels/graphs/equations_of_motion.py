@@ -115,7 +115,7 @@ class Kernel:
         other.sizes = np.asarray(r.coordinates.sizes(length), float)
         other.gaps = np.array(r.gaps(length))
         other.numbers = np.ones(self.c.numel())
-        other._put(p=p, sizes=other.sizes, gaps=other.gaps, closure=closure)
+        other._put(p=p, sizes=other.sizes, gaps=other.gaps, closure=np.array([closure]))
         if widths is not None:
             other._put(widths=widths)
         return other
