@@ -107,7 +107,7 @@ def _left_out(
             within = m.joints_of(part, known)
             left |= {k for name in within for k in rows[name]} - {*own_rows}
             if len(own_rows) > 3 * len(part):
-                left.add(rows[names[1]][_told(m, names, bodies)])
+                left.add(rows[names[1]][_dependent_row(m, names, bodies)])
             known |= set(part)
             remaining = [body for body in remaining if body not in part]
             found.append(part)
@@ -132,7 +132,7 @@ def _next(
     raise _refused("they are no dyads and links on two pins one behind the other")
 
 
-def _told(m: PlanarMechanism, names: list[str], bodies: dict[str, list[str]]) -> int:
+def _dependent_row(m: PlanarMechanism, names: list[str], bodies: dict[str, list[str]]) -> int:
     """Return which equation of the second of two pins changes less when a body turns on the first.
 
     Turned about the first pin, the second one moves across the line between them.

@@ -9,7 +9,7 @@ from pathlib import Path
 import casadi as ca
 
 from mechdae.errors import UnavailableError
-from mechdae.parts.page.programs.kernel_functions import KernelSource, kernel_source, told
+from mechdae.parts.page.programs.kernel_functions import KernelSource, head_lines, kernel_source
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Graph
 
@@ -38,7 +38,7 @@ def c(motion: ExportedMotion) -> dict[str, str]:
     name = re.sub(r"\W", "_", motion.problem.name)
     name = name if name[:1].isalpha() else f"m_{name}"
     functions = source.functions(FUNCTIONS)
-    head = "".join(f" * {line}".rstrip() + "\n" for line in told(source))
+    head = "".join(f" * {line}".rstrip() + "\n" for line in head_lines(source))
     usage = (
         f" *\n * {name} m; {name}_start(&m);\n"
         f" * {name}_pose(&m, s, y, dy, ddy); {name}_set(&m, theta);\n"

@@ -10,7 +10,7 @@ from mechdae.errors import UnavailableError
 from mechdae.parts.page import link, live
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
-from mechdae.parts.page.programs.kernel_functions import KernelSource, kernel_source, told
+from mechdae.parts.page.programs.kernel_functions import KernelSource, head_lines, kernel_source
 from mechdae.tasks import ExportedMotion
 
 TAIL = Path(__file__).with_name("mechanism.js")
@@ -33,7 +33,7 @@ def js(motion: ExportedMotion) -> dict[str, str]:
     except NotPrintable as error:
         raise UnavailableError(str(error), hint="export --format c") from None
     data = json.dumps(_data(source, made.layout), ensure_ascii=False, allow_nan=False)
-    head = "".join(f" * {line}\n".replace(" \n", "\n") for line in told(source))
+    head = "".join(f" * {line}\n".replace(" \n", "\n") for line in head_lines(source))
     names = ", ".join(sorted(name for name in made.layout if f"function {name}(" in made.text))
     text = (
         f"/*\n{head}"

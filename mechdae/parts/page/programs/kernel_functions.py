@@ -149,7 +149,7 @@ def _unit(name: str) -> str:
     return "m" if name.rpartition(".")[2] in ("x", "y", "z", "length", "radius") else "SI"
 
 
-def told(source: KernelSource) -> list[str]:
+def head_lines(source: KernelSource) -> list[str]:
     """Return the lines of a header: task, driver, numbers and outputs with their units."""
     motion = source.motion
     driver, unit = source.driver

@@ -245,7 +245,7 @@ def assign(
     hidden = ("traces", "loads") if whole.mechanism.dimension == 2 else ("traces",)
     options: dict[str, Any] = dict.fromkeys(hidden, False)
     diagram = svg_text(plot(base, "diagram", pose=start.pose, lang=lang, **options))
-    made = _Made(bare, name, drawn, rows, pose, len(found), diagram, words, lang)
+    made = _VariantWriter(bare, name, drawn, rows, pose, len(found), diagram, words, lang)
     return Assignments(whole.name, tuple(made.all(found)), tried)
 
 
@@ -281,7 +281,7 @@ def _rows(problem: Problem, name: str, positions: int) -> list[int]:
 
 
 @dataclass(frozen=True)
-class _Made:
+class _VariantWriter:
     """What the documents of all variants share."""
 
     problem: Problem

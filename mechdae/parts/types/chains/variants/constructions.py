@@ -57,7 +57,7 @@ def count(mechanism: Mechanism) -> tuple[int, int]:
     """Return 6 to the power of the pins, and how many differ up to symmetries of the chain."""
     pins = pins_of(mechanism)
     group = of_structure(mechanism, kinds=True)
-    total = sum(_kept(mechanism, pins, links, joints) for links, joints in group)
+    total = sum(_unchanged_choices(mechanism, pins, links, joints) for links, joints in group)
     return len(FORMS) ** len(pins), total // len(group)
 
 
@@ -200,7 +200,7 @@ class Constructions:
         return {"overhang": 0.0, "width": width, "bearings": 2.0 if forked else 1.0}
 
 
-def _kept(
+def _unchanged_choices(
     mechanism: Mechanism,
     pins: dict[str, tuple[str, str]],
     links: dict[str, str],
