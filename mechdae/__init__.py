@@ -84,7 +84,7 @@ def _shown(how: str, result: Any) -> str:
 
 def _finer(result: Any, parts: int) -> Any:
     """Return the task of a result at more poses: what solves knows results, not the reverse."""
-    return importlib.import_module("mechdae.solver.finer").finer(result, parts)
+    return importlib.import_module("mechdae.tasks.dispatch.finer").finer(result, parts)
 
 
 def _for_picture(*asked: Any) -> Any:

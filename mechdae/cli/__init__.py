@@ -7,16 +7,14 @@ from __future__ import annotations
 
 import argparse
 import gc
-import io
-import os
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext, redirect_stdout
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from typing import Any
 
 from mechdae import __version__
 from mechdae.additions import Added, Registry
-from mechdae.errors import MechdaeError, SolveError
+from mechdae.errors import MechdaeError
 from mechdae.kernels.machine.library import backend
 
 _PLAIN = {
@@ -86,60 +84,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     try:
-        with redirect_stdout(_Unread(sys.stdout)) if _writes(arguments) else nullcontext():
+        with _output(arguments):
             return int(COMMANDS[arguments.command].load().run(arguments))
-    except MechdaeError as error:
-        if arguments.debug:
-            raise
-        named = str(getattr(arguments, "problem", None) or "")
-        place = f"{named}: " if named.endswith(".toml") and named not in str(error) else ""
-        print(f"mechdae: {place}{error}", file=sys.stderr)
-        return 1 if isinstance(error, SolveError) else 2
-    except BrokenPipeError:
-        _silence(sys.stdout)
-        return 0
-    except OSError as error:
-        if arguments.debug:
-            raise
-        place = f"{error.filename}: " if error.filename else ""
-        print(f"mechdae: {place}{error.strerror or error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("mechdae: interrupted", file=sys.stderr)
-        return 130
+    except (MechdaeError, OSError, KeyboardInterrupt) as error:
+        from mechdae.cli.failures import failure
+
+        return failure(error, arguments)
 
 
-def _writes(arguments: argparse.Namespace) -> bool:
-    """Return whether a command writes files too, which are wanted although nobody reads on."""
-    return getattr(arguments, "out", None) is not None
+def _output(arguments: argparse.Namespace) -> AbstractContextManager[object]:
+    """Let a command go on that writes files too, which are wanted although nobody reads on."""
+    if getattr(arguments, "out", None) is None:
+        return nullcontext()
+    from mechdae.cli.failures import Unread
 
-
-def _silence(stream: Any) -> None:
-    """Lead what is printed from now on nowhere: the reader of the pipe has gone."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-class _Unread(io.TextIOBase):
-    """A stream whose reader may stop reading (``| head``) while the command still works."""
-
-    def __init__(self, stream: Any) -> None:
-        self._stream = stream
-
-    def write(self, text: str) -> int:
-        try:
-            return int(self._stream.write(text))
-        except BrokenPipeError:
-            _silence(self._stream)
-            return len(text)
-
-    def flush(self) -> None:
-        try:
-            self._stream.flush()
-        except BrokenPipeError:
-            _silence(self._stream)
-
-    def isatty(self) -> bool:
-        return bool(self._stream.isatty())
+    return redirect_stdout(Unread(sys.stdout))
 
 
 def _with_labels(words: list[str]) -> list[str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib import import_module
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE, kind_of
-from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.errors import MechanismError, MechdaeError, UnknownName
+from mechdae.errors import MechanismError, MechdaeError
 from mechdae.records import dataclass
 
 RELATIVE = {
@@ -22,6 +22,8 @@ RELATIVE = {
     "azimuth": "azimuth",
 }
 """Kinds of the relative coordinates of joints by their names."""
+NAMES = "mechdae.describe.coordinate_names"
+"""It knows coordinates: what was meant by a name."""
 BALL = "component of a unit quaternion"
 """Kind of what tells the turn of a ball joint; no file names it."""
 RATES = (".speed", ".acceleration")
@@ -96,24 +98,12 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
             return NamedCoordinate(text, RELATIVE[parts[1]], parts[0])
         if parts[1] in RELATIVE:
             raise MechanismError(
-                f"a {joint.kind} joint has no coordinate '{text}'", hint=_instead(joint)
+                f"a {joint.kind} joint has no coordinate '{text}'",
+                hint=import_module(NAMES).instead(joint),
             )
     elif parts[0] == GROUND:
         raise MechanismError(f"'{text}' is fixed: the ground does not move")
-    error = UnknownName("coordinate", text, coordinate_names(mechanism))
-    if mechanism.dimension == 3 and parts[1:] in ([], ["angle"]) and parts[0] in mechanism.bodies:
-        error.hint = "bodies have no angle in space: name that of a joint, or a point"
-    elif text in mechanism.bodies:
-        error.hint = f"did you mean {text}.angle?"
-    raise error
-
-
-def _instead(joint: Joint) -> str:
-    """Return what can be named instead of a coordinate that a joint does not have."""
-    if joint.coordinates:
-        return f"it has {' and '.join(f'{joint.name}.{word}' for word in joint.coordinates)}"
-    point = joint.first if joint.second_body == GROUND else joint.second
-    return f"name the place of a point, like {point}"
+    raise import_module(NAMES).no_coordinate(mechanism, text)
 
 
 def split_rate(name: str) -> tuple[str, int]:
@@ -147,18 +137,6 @@ def coordinate_unit(mechanism: Mechanism, text: str) -> str:
         return kind_of(text).unit
 
 
-def coordinate_names(mechanism: Mechanism) -> list[str]:
-    """Return the names of all coordinates of the mechanism."""
-    names = []
-    for name, body in mechanism.bodies.items():
-        names += [f"{name}.angle"] if mechanism.dimension == 2 else []
-        for point in body.points:
-            names += [f"{name}.{point}.{axis}" for axis in mechanism.axes]
-    for name, joint in mechanism.joints.items():
-        names += [f"{name}.{word}" for word in sorted(joint.coordinates)]
-    return [*names, *(name for name in mechanism.aliases if "." in name)]
-
-
 @dataclass(frozen=True)
 class Selection:
     """What a task reports: bodies, points ``body.point``, joints, named outputs by name."""
@@ -190,29 +168,5 @@ def selection(
     if outputs is None:
         whole = (tuple(mechanism.bodies), tuple(every), tuple(joints))
         return Selection(*whole, tuple(mechanism.outputs))
-    bodies: list[str] = []
-    points: list[str] = []
-    chosen: list[str] = []
-    for text in outputs:
-        if text in every:
-            points.append(text)
-        elif text in mechanism.bodies:
-            bodies.append(text)
-            points += points_of[text]
-        elif text in joints:
-            chosen.append(text)
-        elif text not in mechanism.outputs:
-            try:
-                result = coordinate(mechanism, text)
-            except UnknownName:
-                names = [*every, *mechanism.bodies, *joints, *coordinate_names(mechanism)]
-                names += mechanism.outputs
-                raise UnknownName("output", text, names) from None
-            if result.kind == "body angle":
-                bodies.append(result.part)
-            elif result.kind == "point":
-                points.append(f"{result.part}.{result.point}")
-            else:
-                chosen.append(result.part)
-    named = [text for text in outputs if text in mechanism.outputs]
-    return Selection(*(tuple(dict.fromkeys(items)) for items in (bodies, points, chosen, named)))
+    chosen: Selection = import_module(NAMES).chosen(mechanism, outputs, points_of, joints)
+    return chosen

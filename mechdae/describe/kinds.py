@@ -13,42 +13,29 @@ if TYPE_CHECKING:
     from mechdae.describe.joints.joint import Joint
     from mechdae.describe.loads import Load
 
-PAIRS = "mechdae.describe.joints.pairs"
-WHEELS = "mechdae.describe.joints.wheels"
-SPATIAL = "mechdae.describe.joints.spatial"
-ON_LOADS = "mechdae.describe.loads"
+
+def _added(home: str, names: str) -> dict[str, Added]:
+    """Return what is in a module by its kind, of ``kind:Class kind:Class``."""
+    pairs = (text.split(":") for text in names.split())
+    return {kind: Added(f"mechdae.describe.{home}:{name}") for kind, name in pairs}
+
 
 JOINTS: Kinds[type[Joint]] = Kinds({
-    "revolute": Added(f"{PAIRS}:Revolute"),
-    "prismatic": Added(f"{PAIRS}:Prismatic"),
-    "pin-in-slot": Added(f"{PAIRS}:PinInSlot"),
-    "weld": Added(f"{PAIRS}:Weld"),
-    "gear": Added(f"{WHEELS}:Gear"),
-    "rack": Added(f"{WHEELS}:Rack"),
-    "belt": Added(f"{WHEELS}:Belt"),
-    "friction-wheel": Added(f"{WHEELS}:FrictionWheel"),
-    "distance": Added(f"{PAIRS}:Distance"),
-    "curve": Added("mechdae.describe.joints.curve:Curve"),
+    **_added("joints.pairs", "revolute:Revolute prismatic:Prismatic pin-in-slot:PinInSlot "
+             "weld:Weld"),
+    **_added("joints.wheels", "gear:Gear rack:Rack belt:Belt friction-wheel:FrictionWheel"),
+    **_added("joints.pairs", "distance:Distance"),
+    **_added("joints.curve", "curve:Curve"),
 })  # fmt: skip
 SPATIAL_JOINTS: Kinds[type[Joint]] = Kinds({
-    "revolute": Added(f"{SPATIAL}:SpatialRevolute"),
-    "prismatic": Added(f"{SPATIAL}:SpatialPrismatic"),
-    "cylindrical": Added(f"{SPATIAL}:Cylindrical"),
-    "spherical": Added(f"{SPATIAL}:Spherical"),
-    "universal": Added(f"{SPATIAL}:Universal"),
-    "planar": Added(f"{SPATIAL}:PlanarPair"),
-    "screw": Added(f"{SPATIAL}:Screw"),
-    "weld": Added(f"{SPATIAL}:SpatialWeld"),
-    "distance": Added(f"{PAIRS}:Distance"),
-    "gear": Added(f"{SPATIAL}:SpatialGear"),
-    "rack": Added(f"{SPATIAL}:SpatialRack"),
+    **_added("joints.spatial", "revolute:SpatialRevolute prismatic:SpatialPrismatic "
+             "cylindrical:Cylindrical spherical:Spherical universal:Universal planar:PlanarPair "
+             "screw:Screw weld:SpatialWeld"),
+    **_added("joints.pairs", "distance:Distance"),
+    **_added("joints.spatial", "gear:SpatialGear rack:SpatialRack"),
 })  # fmt: skip
 KINDS_OF_JOINTS = {2: JOINTS, 3: SPATIAL_JOINTS}
 """The kinds of joints of a file by its dimension."""
-LOADS: Kinds[type[Load]] = Kinds({
-    "force": Added(f"{ON_LOADS}:Force"),
-    "torque": Added(f"{ON_LOADS}:Torque"),
-    "resistance": Added(f"{ON_LOADS}:Resistance"),
-    "spring": Added(f"{ON_LOADS}:Spring"),
-    "table": Added(f"{ON_LOADS}:TableLoad"),
-})  # fmt: skip
+LOADS: Kinds[type[Load]] = Kinds(_added(
+    "loads", "force:Force torque:Torque resistance:Resistance spring:Spring table:TableLoad"
+))  # fmt: skip

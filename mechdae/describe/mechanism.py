@@ -155,10 +155,10 @@ class Mechanism:
         put("outputs", Table(self.outputs))
         if self.dimension not in (2, 3):
             raise MechanismError(f"2 or 3, not {self.dimension!r}", where="dimension")
-        places = values.numbers_by_coordinate if self.dimension == 2 else values.numbers_by_place
-        for name, coerce in (("parameters", values.numbers_by_name), ("sketch", places)):
+        sketched = "coordinates" if self.dimension == 2 else "rough places"
+        for name, kind in (("parameters", "table"), ("sketch", sketched)):
             try:
-                put(name, coerce(getattr(self, name)))
+                put(name, values.COERCE[kind](getattr(self, name)))
             except MechdaeError as problem:
                 raise problem.inside(name) from None
         if self.gravity is not None:

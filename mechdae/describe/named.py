@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from mechdae.describe.coordinates import RATES, coordinate_names, split_rate
+from mechdae.describe.coordinate_names import coordinate_names
+from mechdae.describe.coordinates import RATES, split_rate
 from mechdae.describe.expression import names_in
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import NAME, NAME_RULE

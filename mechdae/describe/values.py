@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, field, fields, replace
-from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Self
 
 from mechdae.describe.expression import evaluate, parse
@@ -180,69 +180,6 @@ def components(value: Sequence[float | str]) -> tuple[Number, ...]:
     return numbers(items) if len(items) == 3 else pair(items)
 
 
-def direction(value: Any) -> tuple[Number, ...]:
-    """Return the three numbers of a direction in space."""
-    items = sequence(value)
-    if len(items) != 3:
-        raise InputError(f"three numbers are needed, not {len(items)}", hint="like [0, 0, 1]")
-    return numbers(items)
-
-
-def moment(value: Any) -> Number | tuple[Number, ...]:
-    """Return a moment about the normal of the plane, or the three components of one of space."""
-    listed = isinstance(value, Sequence) or hasattr(value, "tolist")
-    return direction(value) if listed and not isinstance(value, str) else number(value)
-
-
-def inertia(value: Any) -> Number | tuple[Number, ...]:
-    """Return a moment of inertia, or three or six of space."""
-    if isinstance(value, str) or not (isinstance(value, Sequence) or hasattr(value, "tolist")):
-        return number(value)
-    items = sequence(value)
-    if len(items) not in (3, 6):
-        raise InputError(
-            f"[Ixx, Iyy, Izz] or six numbers are needed, not {len(items)}",
-            hint="Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre",
-        )
-    return numbers(items)
-
-
-def numbers_in_rows(
-    value: Sequence[Sequence[float]], sizes: tuple[int, ...]
-) -> tuple[tuple[Number, ...], ...]:
-    """Return rows of as many numbers or expressions, all of one of the sizes, two at least."""
-    words = " or ".join(map(str, sizes))
-    own = sizes
-
-    def row(item: Sequence[float]) -> tuple[Number, ...]:
-        nonlocal own, words
-        items = numbers(item)
-        if len(items) not in own:
-            raise InputError(f"{words} numbers are needed, here are {len(items)}")
-        own, words = (len(items),), str(len(items))
-        return items
-
-    result = tuple(each(sequence(value), row))
-    if len(result) < 2:
-        raise InputError(f"2 at least are needed, here are {len(result)}")
-    return result
-
-
-def rows(value: list[list[float]]) -> tuple[tuple[float, float], ...]:
-    """Return pairs of finite numbers, two at least."""
-
-    def row(item: list[float]) -> tuple[float, float]:
-        first, second = pair(item)
-        if isinstance(first, str) or isinstance(second, str):
-            raise InputError("plain numbers are needed, not expressions")
-        return first, second
-
-    result = tuple(each(sequence(value), row))
-    if len(result) < 2:
-        raise InputError("two rows at least are needed")
-    return result
-
-
 def names(value: Any) -> tuple[str, ...]:
     return tuple(each(sequence(value), text))
 
@@ -259,54 +196,6 @@ def numbers_by_name(value: Any) -> Table[Number]:
 def numbers_by_coordinate(value: Any) -> Table[Number]:
     """Return a table whose keys may be dotted (``slider.C.x``)."""
     return Table(entries(value, number, check=text))
-
-
-def numbers_by_place(value: Any) -> Table[Number]:
-    """Return a sketch in space: rough places ``"rocker.C" = [x, y, z]`` by their components."""
-    result: dict[str, Number] = {}
-    for entry, item in entries(value, _place, check=text).items():
-        named = zip("xyz", item, strict=True) if isinstance(item, tuple) else ()
-        for name, one in [(f"{entry}.{axis}", n) for axis, n in named] or [(entry, item)]:
-            if name in result:
-                raise InputError("the coordinate is given twice", where=name)
-            result[name] = one
-    return Table(result)
-
-
-def _place(value: Any) -> Number | tuple[Number, ...]:
-    return direction(value) if isinstance(value, list | tuple) else number(value)
-
-
-def start(value: Any) -> Table[Number]:
-    """Return coordinate -> number; dotted keys may be nested tables."""
-    result: dict[str, Number] = {}
-    for entry, item in _flat(value, ""):
-        if entry in result:
-            raise InputError("the coordinate is given twice", where=entry)
-        try:
-            result[entry] = number(item)
-        except MechdaeError as problem:
-            raise problem.inside(entry) from None
-    return Table(result)
-
-
-def _flat(table: Any, before: str) -> Iterator[tuple[str, Any]]:
-    if not isinstance(table, Mapping):
-        raise InputError("a table coordinate = value is needed")
-    for entry, item in table.items():
-        if isinstance(item, Mapping):
-            yield from _flat(item, f"{before}{text(entry)}.")
-        else:
-            yield before + text(entry), item
-
-
-def lists_by_name(value: Any) -> Table[tuple[Number, ...]]:
-    """Return name -> numbers, one at least."""
-    result = entries(value, numbers, check=text)
-    empty = next((entry for entry, items in result.items() if not items), None)
-    if empty is not None:
-        raise InputError("a list with a number at least is needed", where=empty)
-    return Table(result)
 
 
 def reference(value: str) -> str:
@@ -371,33 +260,39 @@ def describe(value: float | str | list[float]) -> str:
     return shorten(repr(value), 30)
 
 
-COERCE: dict[str, Callable[[Any], Any]] = {
-    "number": number,
-    "expression": number,
-    "name": name,
-    "text": text,
-    "law": law,
-    "whole": whole,
-    "natural": natural,
-    "flag": flag,
-    "numbers": numbers,
-    "pair": pair,
-    "components": components,
-    "direction": direction,
-    "moment": moment,
-    "inertia": inertia,
-    "pairs": partial(numbers_in_rows, sizes=(2,)),
-    "places": partial(numbers_in_rows, sizes=(2, 3)),
-    "poses": partial(numbers_in_rows, sizes=(3, 7)),
-    "rows": rows,
-    "names": names,
-    "points": points,
-    "outline": names,
-    "table": numbers_by_name,
-    "coordinates": numbers_by_coordinate,
-    "start": start,
-    "lists": lists_by_name,
-    "grid": lists_by_name,
-    "reference": reference,
-    "free": free,
-}
+RARE = "mechdae.describe.rare_values"
+"""It knows kinds of values: those that few descriptions have."""
+
+
+class Coercions(dict[str, Callable[[Any], Any]]):
+    """What makes a value of a kind; the rare ones enter themselves when one is asked for."""
+
+    def __missing__(self, kind: str) -> Callable[[Any], Any]:
+        self.update(import_module(RARE).COERCE)
+        if kind not in self:
+            raise KeyError(kind)
+        return self[kind]
+
+
+COERCE = Coercions(
+    {
+        "number": number,
+        "expression": number,
+        "name": name,
+        "text": text,
+        "law": law,
+        "whole": whole,
+        "natural": natural,
+        "flag": flag,
+        "numbers": numbers,
+        "pair": pair,
+        "components": components,
+        "names": names,
+        "points": points,
+        "outline": names,
+        "table": numbers_by_name,
+        "coordinates": numbers_by_coordinate,
+        "reference": reference,
+        "free": free,
+    }
+)

@@ -22,7 +22,7 @@ from mechdae.types import Floats, Reactions, Sym
 
 if TYPE_CHECKING:
     from mechdae.equations.tree.joint_chains import WayProducts
-    from mechdae.results.lazy import LazyPart
+    from mechdae.results.series import LazyPart
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,9 @@ from mechdae.results.kinds import (
     SweepResult,
     SynthesisResult,
 )
-from mechdae.results.lazy import LazyPart, Summary
 from mechdae.results.plain import plain
 from mechdae.results.result import Result, whole_path
-from mechdae.results.series import Named, Series
+from mechdae.results.series import LazyPart, Named, Series, Summary
 from mechdae.results.shown import heads, mixed_units, shown_columns
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
 from mechdae.results.units import (

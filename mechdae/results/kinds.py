@@ -7,9 +7,8 @@ from dataclasses import field
 from typing import Any, ClassVar
 
 from mechdae.records import dataclass
-from mechdae.results.lazy import Summary
 from mechdae.results.result import Result
-from mechdae.results.series import Series
+from mechdae.results.series import Series, Summary
 from mechdae.types import Floats
 
 

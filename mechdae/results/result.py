@@ -5,25 +5,21 @@ from __future__ import annotations
 import importlib
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeVar, cast
-
-import numpy as np
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.units import SI, Units
-from mechdae.errors import UnknownName
 from mechdae.records import dataclass
 from mechdae.results.columns import columns_of
 from mechdae.results.events import Event
-from mechdae.results.lazy import LazyPart, Summary
 from mechdae.results.plain import no_collection, plain
-from mechdae.results.series import Named, Series
+from mechdae.results.series import LazyPart, Named, Series, Summary
 from mechdae.results.shown import Shown
 from mechdae.results.status import StatusOfPoses
-from mechdae.results.units import HISTORY, KINDS, UNITS_OF_HISTORY, path_unit, series_unit
+from mechdae.results.units import HISTORY, UNITS_OF_HISTORY, path_unit, series_unit
 from mechdae.types import Floats, Json, Texts
 
 R = TypeVar("R", bound="Result")
@@ -42,6 +38,8 @@ class Fault:
         result.__dict__["fault"] = value
 
 
+CONTENT = "mechdae.results.content"
+"""It knows results: what the JSON has of them."""
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 OWN_NAMES = frozenset(
     "problem task kind mechanism title drivers bodies points joints outputs centres status bound "
@@ -148,9 +146,6 @@ class Result(Shown):
         found: Result = importlib.import_module("mechdae")._finer(self, parts)
         return found.in_units(self.units)
 
-    def _parts(self) -> list[tuple[str, Series]]:
-        return [(f"efforts_{word}", series) for word, series in self.parts.items()]
-
     def __len__(self) -> int:
         return len(self.codes)
 
@@ -166,59 +161,8 @@ class Result(Shown):
 
     @cached_property
     def _content(self) -> dict[str, Any]:
-        """What the JSON of this task has, in its order, as arrays, mappings and sequences."""
-        content: dict[str, Any] = {"kind": self.kind}
-        if self.time is not None:
-            content["time"] = self.time
-        for name in KINDS:
-            table = self._joints() if name == "joints" else getattr(self, name)
-            if table:
-                content[name] = table
-        for word, series in (("efforts", self.efforts), *self._parts()):
-            if series:
-                content[word] = series
-        content |= self.scalars
-        if self.work:
-            content["work"] = self.work
-        for name in ("parameters", "table"):
-            if arrays := getattr(self, name):
-                content[name] = {key: np.asarray(array) for key, array in arrays.items()}
-        content |= self.data
-        if self.centres:
-            content["centres"] = self.centres
-        if self.kind == "modes":
-            content["labels"] = self.labels
-        content["status"] = np.asarray(self.status, dtype=str)
-        content["bound"] = self.bound
-        if self.condition is not None:
-            content["condition"] = self.condition
-        content["events"] = self.events
-        if self.solutions:
-            content["solutions"] = self.solutions
-        if self.checks.names() if isinstance(self.checks, Summary) else self.checks:
-            content["checks"] = self.checks
-        content["summary"] = self.summary.changed(fault=LazyPart(self._told))
+        content: dict[str, Any] = importlib.import_module(CONTENT).content_of(self)
         return content
-
-    def _told(self) -> dict[str, str]:
-        return {} if self.fault is None else {"fault": self.fault}
-
-    def _joints(self) -> Summary:
-        """Return the series of joints with what is unique of their reactions."""
-        joints = Summary({name: Summary(series.open()) for name, series in self.joints.items()})
-        for name in self.unique.names():
-            if name in self.joints:
-                joints[name]["unique"] = LazyPart(partial(self._unique_of, name))
-            else:
-                joints[name] = LazyPart(partial(self._unlisted, name))
-        return joints
-
-    def _unique_of(self, joint: str) -> dict[str, Any]:
-        return {"unique": self.unique[joint]} if joint in self.unique else {}
-
-    def _unlisted(self, joint: str) -> dict[str, Any]:
-        unique = self._unique_of(joint)
-        return {joint: unique} if unique else {}
 
     def value(self, path: str) -> Any:
         """Return the plain data at a slash path below the task (``points/rod.B/velocity``).
@@ -232,24 +176,7 @@ class Result(Shown):
         UnknownName
             With the nearest names on that level.
         """
-        here: Any = self._content
-        steps = self.whole_path(path).split("/")
-        if steps[0] == "table":
-            table, output = here.get("table", {}), "/".join(steps[1:])
-            if output in table:
-                return plain(table[output])
-        for step in steps:
-            if _is_list(here) and step.isdigit() and int(step) < len(here):
-                here = here[int(step)]
-                continue
-            if isinstance(here, Mapping) and step in here:
-                here = here[step]
-                continue
-            known = {str(key): key for key in here} if isinstance(here, Mapping) else {}
-            if step not in known:
-                raise UnknownName("path", path, known)
-            here = here[known[step]]
-        return plain(here)
+        return importlib.import_module(CONTENT).value_at(self._content, self.whole_path(path), path)
 
     def whole_path(self, path: str) -> str:
         """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
@@ -280,7 +207,3 @@ def whole_path(outputs: Container[str], path: str) -> str:
     if name in outputs and name not in OWN_NAMES:
         return f"outputs/{name}/{rest or 'value'}"
     return path
-
-
-def _is_list(value: Any) -> bool:
-    return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)

@@ -16,7 +16,7 @@ from mechdae.motion.setup.likely_typos import doubts
 from mechdae.records import dataclass
 from mechdae.results import KINDS as SECTIONS
 from mechdae.results import Result
-from mechdae.solver.kinds import function
+from mechdae.tasks.dispatch.solve import function
 from mechdae.tasks.registry import KINDS
 from mechdae.tasks.solve import solve
 from mechdae.types import Floats

@@ -14,7 +14,7 @@ from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.errors import InputError
 from mechdae.results import Result
-from mechdae.solver.kinds import function
+from mechdae.tasks.dispatch.solve import function
 from mechdae.tasks.registry import KINDS
 
 

@@ -14,7 +14,7 @@ from mechdae.describe.tasks.studies import Study
 from mechdae.describe.values import Number
 from mechdae.errors import InputError
 from mechdae.results import Result
-from mechdae.solver.solve import solve
+from mechdae.tasks.dispatch.solve import solve
 from mechdae.tasks.registry import KINDS
 
 if TYPE_CHECKING:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mechdae.additions import Registry
-from mechdae.solver.kinds import KINDS as OF_ONE_MECHANISM
-from mechdae.solver.kinds import TaskKind
+from mechdae.tasks.dispatch.solve import KINDS as OF_ONE_MECHANISM
+from mechdae.tasks.dispatch.solve import TaskKind
 
 KINDS: Registry[TaskKind] = Registry(
     "task functions",

@@ -22,8 +22,7 @@ from mechdae.motion.assembly.idle_freedom import built_without_idle_freedom
 from mechdae.motion.setup.drivers import plan, sketched
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.numerics.null_space import dependences, dependent
-from mechdae.solver.kinds import function
-from mechdae.solver.solve import available
+from mechdae.tasks.dispatch.solve import available, function
 from mechdae.tasks.registry import KINDS
 from mechdae.tasks.vector_modules import modules
 from mechdae.types import Json

@@ -13,8 +13,8 @@ from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
-from mechdae.solver.solve import as_problem, task_of
-from mechdae.solver.solve import solve as solved
+from mechdae.tasks.dispatch.solve import as_problem, task_of
+from mechdae.tasks.dispatch.solve import solve as solved
 from mechdae.tasks.registry import KINDS
 
 

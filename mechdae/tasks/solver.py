@@ -20,7 +20,7 @@ from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
 from mechdae.motion.kinematics.poses import PoseArrays, Posed
 from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from mechdae.results import Result
-from mechdae.solver.solve import as_problem, task_of
+from mechdae.tasks.dispatch.solve import as_problem, task_of
 from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve
 from mechdae.types import Floats, Graph

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe import mechanism as described
+from mechdae.describe import drawn as described
 from mechdae.describe.file.load import load as load_file
 from mechdae.describe.table import Table
 from tests.attack import drawn_loops

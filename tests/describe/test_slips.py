@@ -60,9 +60,9 @@ def test_keys_of_a_task_below_the_header_of_its_driver() -> None:
 
 
 def test_a_planted_mistake_of_the_hint_is_seen(monkeypatch) -> None:
-    from mechdae.describe.file import load
+    from mechdae.describe.file import key_hints
 
-    monkeypatch.setattr(load, "explain", lambda data, error: None)
+    monkeypatch.setattr(key_hints, "explain", lambda data, error: None)
     text = FOUR_BAR.replace("[ground]", "gravity = [0, -9.81]\n[ground]", 1)
     assert "whole file" not in refused(text)
 

@@ -158,7 +158,7 @@ RECURSIONS = {
     ("motion/kinematics/shapes.py", "_within"): "what is kept inside of what is kept",
     ("results/result.py", "path_unit"): "a path gets shorter",
     ("results/units.py", "path_unit"): "a path gets shorter",
-    ("solver/solve.py", "available"): "tasks inside of tasks",
+    ("tasks/dispatch/solve.py", "available"): "tasks inside of tasks",
 }
 """Functions that call themselves, otherwise than with parts of what they were given."""
 

@@ -41,24 +41,24 @@ ROOMS = {
     "motion.kinematics motion.measures motion.setup numerics results",
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "
     "motion.setup numerics results",
-    "solver": "describe dynamics errors forces motion.kinematics results",
+    "tasks.dispatch": "describe dynamics errors forces motion.kinematics results",
     "design.jobs": "errors",
     "design.derivatives": "describe equations errors forces kernels motion.continuation "
     "motion.kinematics motion.setup numerics results",
     "design.studies": "describe design.derivatives design.jobs dynamics equations errors forces "
     "kernels motion.assembly motion.continuation motion.kinematics motion.measures motion.setup "
-    "numerics results solver",
+    "numerics results tasks.dispatch",
     "design.synthesis": "describe design.derivatives design.jobs design.studies equations "
     "errors forces kernels motion.kinematics motion.measures motion.setup numerics "
-    "numerics.homotopy results solver",
+    "numerics.homotopy results tasks.dispatch",
     "tasks.export": "describe errors results",
     "tasks": "describe design.derivatives design.studies design.synthesis dynamics equations "
     "errors forces kernels motion.assembly motion.kinematics motion.modules motion.setup "
-    "numerics results solver",
+    "numerics results tasks.dispatch",
     "cli": "describe design.jobs design.synthesis draw errors kernels motion.assembly "
     "motion.modules results results.tables tasks tasks.export",
     "parts.types": "cli describe design.jobs design.synthesis draw errors numerics results "
-    "results.tables solver tasks",
+    "results.tables tasks.dispatch tasks",
     "parts.page": "cli describe draw equations errors forces kernels motion.continuation "
     "motion.kinematics motion.setup results tasks",
     "parts.exchange": "cli describe draw equations errors kernels motion.continuation "

@@ -7,7 +7,7 @@ from typing import Any
 
 from tests.shared.walk import four_bar
 
-FILES, ROOMS, CHANGES, SHARE = 104, 11, 2600, 0.41
+FILES, ROOMS, CHANGES, SHARE = 101, 10, 2600, 0.42
 """At most so many files, rooms and changes of file, at least that share of what stands there.
 
 They may only get better: a change that raises one of them lowers it elsewhere.

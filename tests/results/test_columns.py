@@ -67,7 +67,7 @@ def test_a_path_names_what_the_dictionary_has(lost: Result) -> None:
 
 def test_one_series_is_read_without_the_others(lost: Result, monkeypatch: Any) -> None:
     seen = []
-    monkeypatch.setattr("mechdae.results.result.plain", lambda value: seen.append(value) or value)
+    monkeypatch.setattr("mechdae.results.content.plain", lambda value: seen.append(value) or value)
     lost.value("bodies/right/angle")
     assert len(seen) == 1
     assert seen[0] is lost.bodies["right"].angle

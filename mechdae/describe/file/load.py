@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file import library
-from mechdae.describe.file.misplaced_key_hints import explain
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known
 from mechdae.describe.file.sections import read_problem
@@ -124,6 +123,8 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
     try:
         return _from_dict(data, name)
     except MechdaeError as problem:
+        from mechdae.describe.file.key_hints import explain
+
         explain(data, problem)
         raise
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import fields
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mechdae.describe.units import EVERY, UNITS, Unit, nearest_suffixes
+from mechdae.describe.units import EVERY, UNITS, Unit
 from mechdae.describe.values import (
     COERCE,
     WITH_UNIT,
@@ -16,22 +17,14 @@ from mechdae.describe.values import (
     required,
     sequence,
 )
-from mechdae.errors import InputError, MechdaeError, UnknownName, close_matches
+from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.types import Json
 
-
-ALIASES = {
-    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),
-    **dict.fromkeys(("slider", "sliding", "translation", "piston"), "prismatic"),
-    **dict.fromkeys(("fixed", "rigid"), "weld"),
-    **dict.fromkeys(("bar", "rod", "link"), "distance"),
-    **dict.fromkeys(("slot", "pin_in_slot", "yoke"), "pin-in-slot"),
-    **dict.fromkeys(("gears", "mesh"), "gear"),
-    **dict.fromkeys(("cam", "roller"), "curve"),
-}
+HINTS = "mechdae.describe.file.key_hints"
+"""It knows keys and their units: what may have been meant by one that is none."""
 T = TypeVar("T", bound=Value)
 
 
@@ -93,13 +86,7 @@ def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, Json]:
     if not isinstance(kind, str):
         raise InputError(f"the key 'kind' is missing: {', '.join(kinds)}")
     if kind not in kinds:
-        error = UnknownName(f"kind of {word}", kind, kinds, where="kind")
-        meant = ALIASES.get(kind.lower())
-        if meant in kinds:
-            error.hint = f"did you mean {meant}?"
-        elif not close_matches(kind, kinds, 1):
-            error.hint = f"one of {', '.join(kinds)}"
-        raise error
+        raise import_module(HINTS).unknown_kind(kind, kinds, word)
     return kind, {entry: value for entry, value in table.items() if entry != "kind"}
 
 
@@ -126,23 +113,6 @@ def split_known(key: str, known: Container[str]) -> tuple[str, str]:
 def suffixes(unit: str | None, among: Mapping[str, Unit] = UNITS) -> list[str]:
     """Return the suffixes that fit a unit; all of them where it is not known."""
     return [suffix for suffix in among if unit is None or unit in among[suffix].si]
-
-
-def unit_meant(key: str, known: Iterable[str]) -> str:
-    """Return what to try for a key that ends like no unit.
-
-    It is "" where no known name stands before the end, or another known name is nearer.
-    """
-    names = set(known)
-    bases = [own for own in names if key.startswith(f"{own}_")]
-    if not bases:
-        return ""
-    base = max(bases, key=len)
-    meant = [f"{base}{own}" for own in nearest_suffixes(key[len(base) :])]
-    if not {*close_matches(key, [*(names - {base}), *meant], 1)} <= {*meant}:
-        return ""
-    advice = f"did you mean {' or '.join(meant)}? " if meant else ""
-    return advice + f"units are {', '.join(UNITS)}"
 
 
 def check_suffix(key: str, unit: str | None, base: str = "") -> None:
@@ -192,11 +162,7 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
     for key, value in table.items():
         base, suffix = split_unit(key) if known is None else split_known(key, known)
         if known is not None and base not in known:
-            error = UnknownName("key", key, known)
-            typo = close_matches(key, known, 1, 0.9)
-            if not typo:
-                error.hint = unit_meant(key, known) or error.hint
-            raise error
+            raise import_module(HINTS).unknown_key(key, known)
         about = getattr(known[base], "metadata", {}) if known is not None else {}
         if suffix and known is not None:
             if about.get("kind", "number") not in WITH_UNIT:
@@ -251,7 +217,7 @@ def read(kind: type[T], table: Any, place: str, **given: str) -> T:
         values = plain(table, known)
         arguments = {known[key].name: value for key, value in values.items()}
         for key, entry in known.items():
-            if required(entry) and key not in values:
+            if key not in values and required(entry):
                 raise InputError(f"the key '{key}' is missing", where="" if place else key)
         return kind(**given, **arguments)
     except MechdaeError as problem:

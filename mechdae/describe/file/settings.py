@@ -7,8 +7,9 @@ from dataclasses import fields, replace
 from typing import Any
 
 from mechdae.describe import values
+from mechdae.describe.file.key_hints import unit_meant
 from mechdae.describe.file.problem import Problem, check_parts, check_task
-from mechdae.describe.file.reading import split_known, to_si, unit_meant
+from mechdae.describe.file.reading import split_known, to_si
 from mechdae.describe.file.repeat import Pattern
 from mechdae.describe.file.tabulated import with_tables_of
 from mechdae.describe.file.units import check_number, check_parameter

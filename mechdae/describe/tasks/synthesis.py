@@ -23,7 +23,7 @@ from mechdae.describe.tasks.constraints import (
 from mechdae.describe.tasks.goals import Asked, Extreme, GoalDescription, Rocker, Within, known
 from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.describe.tasks.motion import Equilibrium, Motion
-from mechdae.describe.tasks.tolerances import half_widths
+from mechdae.describe.tasks.studies import half_widths
 from mechdae.describe.values import Number, evaluated, key
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass

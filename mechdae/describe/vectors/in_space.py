@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import OF_VECTORS, Pointer
 from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
@@ -21,7 +22,6 @@ from mechdae.describe.vectors.nodes import (
 )
 from mechdae.describe.vectors.numbers import add, components, less
 from mechdae.describe.vectors.on_bodies import points_on_bodies, referred, ties
-from mechdae.describe.vectors.pointers import WORDS, Pointer
 from mechdae.describe.vectors.values import Closure, Vector
 from mechdae.errors import InputError, UnavailableError
 
@@ -135,7 +135,7 @@ class PointLoops:
         for name, vector in closure.vectors.items():
             if vector.from_ is not None:
                 continue
-            if not set(self.ends[name]) <= set(self.places) or self._given(name) != WORDS:
+            if not set(self.ends[name]) <= set(self.places) or self._given(name) != OF_VECTORS:
                 found[name] = self._pointer(name)
         return Table(found)
 
@@ -173,7 +173,7 @@ class PointLoops:
                         hint="in space: length, elevation, azimuth",
                     )
             for word in FRICTION:
-                if getattr(vector, word) is not None and self._given(name) != WORDS[1:]:
+                if getattr(vector, word) is not None and self._given(name) != OF_VECTORS[1:]:
                     raise InputError(
                         f"'{name}' does not slide along a direction that is given",
                         where=f"vectors.{name}.{word}",
@@ -188,7 +188,7 @@ class PointLoops:
 
     def _given(self, name: str) -> tuple[str, ...]:
         vector = self.closure.vectors[name]
-        return tuple(word for word in WORDS if getattr(vector, word) is not None)
+        return tuple(word for word in OF_VECTORS if getattr(vector, word) is not None)
 
     def _of_ground(self) -> dict[str, Place]:
         """Return the places of nodes at points of the ground."""
@@ -214,7 +214,7 @@ class PointLoops:
 
     def _fixed(self) -> dict[str, Place]:
         """Return the places of the nodes that given vectors join to the origin."""
-        still = [name for name in self.order if self._given(name) == WORDS]
+        still = [name for name in self.order if self._given(name) == OF_VECTORS]
         entry = next(iter(self.closure.loops.values()))[0]
         start = self.ends[entry.lstrip("-").strip()][entry.startswith("-")]
         pairs = [self.ends[name] for name in still]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import KINDS
-from mechdae.describe.coordinates import coordinate_names
+from mechdae.describe.coordinate_names import coordinate_names
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem

@@ -253,7 +253,7 @@ def row_of(
     InputError
         A path that does not exist, or is no number.
     """
-    from mechdae.solver.solve import solve
+    from mechdae.tasks.dispatch.solve import solve
 
     try:
         result = solve(problem.with_values(values), name)

@@ -22,8 +22,7 @@ from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.describe.tasks.reactions import Reactions
-from mechdae.describe.tasks.studies import Sensitivity, Study
-from mechdae.describe.tasks.tolerances import half_widths
+from mechdae.describe.tasks.studies import Sensitivity, Study, half_widths
 from mechdae.design.derivatives import figures
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.design.derivatives.figures import base_of, prepared
@@ -39,8 +38,7 @@ from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
 from mechdae.records import dataclass
 from mechdae.results import Result, SensitivityResult, Summary, whole_path
-from mechdae.solver.kinds import TaskKind
-from mechdae.solver.solve import placed, solve
+from mechdae.tasks.dispatch.solve import TaskKind, placed, solve
 from mechdae.types import Floats, Sym
 
 SX = ca.SX

@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.results import Result
-from mechdae.solver.solve import solve
+from mechdae.tasks.dispatch.solve import solve
 
 PATH = "path"
 """Task of a design's problem that moves it."""

@@ -19,7 +19,7 @@ from mechdae.design.derivatives.figures import is_figure, value
 from mechdae.design.studies.sensitivity import numbers, sharp
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
-from mechdae.solver.solve import solve
+from mechdae.tasks.dispatch.solve import solve
 from mechdae.types import Floats, Graph, Sym
 
 KEPT = 64

@@ -172,7 +172,7 @@ class Search:
         quantity = self._quantities[key]
         typical = 1.0
         if not quantity.transmission and asked.path != "summary/efficiency":
-            from mechdae.solver.solve import solve
+            from mechdae.tasks.dispatch.solve import solve
 
             result = solve(self.problem, asked.task)
             if quantity.forces or asked.path in WORDS or TIMED.search(asked.path):
@@ -207,7 +207,7 @@ class Search:
         bounds: tuple[float, float] | None,
     ) -> RockerGoal:
         """Return stroke, swing or time ratio of a task over a turn as a goal or a limit."""
-        from mechdae.solver.solve import solve
+        from mechdae.tasks.dispatch.solve import solve
 
         place = f"{name}.of: {asked.task}"
         task = self.problem.tasks[asked.task]

@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.meshes import bearings
 from mechdae.draw import style
 from mechdae.draw.diagram.shapes import hull
 from mechdae.draw.sheet import Array

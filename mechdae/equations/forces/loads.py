@@ -12,7 +12,8 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.coordinates import NamedCoordinate, coordinate, coordinate_names, split_rate
+from mechdae.describe.coordinate_names import coordinate_names
+from mechdae.describe.coordinates import NamedCoordinate, coordinate, split_rate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME

@@ -11,8 +11,8 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
-from mechdae.describe.meshes import bearings
 from mechdae.equations.forces.friction import tangent_of
 from mechdae.equations.joints import Ends
 from mechdae.equations.model import Model

@@ -22,9 +22,9 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.meshes import bearings
 from mechdae.equations.forces.generalised import Wrench, add, couples, pair, times
 from mechdae.equations.tree.solid import entries
 from mechdae.equations.tree.teeth import AxesOfMesh

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.meshes import bearings
 
 if TYPE_CHECKING:
     from mechdae.types import Sym

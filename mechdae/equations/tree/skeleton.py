@@ -12,8 +12,8 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.meshes import bearings
 from mechdae.describe.spinning_links import Spin, points_of
 from mechdae.equations.coordinates import Coordinates, of_owner
 from mechdae.equations.model import Model, Row

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.joints.bearings import Bearing, bearings
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.meshes import Bearing, bearings
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.records import dataclass
 from mechdae.types import Floats

@@ -14,9 +14,9 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import NamedCoordinate, Selection
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.meshes import bearings
 from mechdae.describe.spinning_links import (
     IdleLink,
     Line,

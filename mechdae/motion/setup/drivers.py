@@ -9,11 +9,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import (
-    NamedCoordinate,
-    coordinate,
-    coordinate_names,
-)
+from mechdae.describe.coordinate_names import coordinate_names
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.drawn import drawn_value
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism

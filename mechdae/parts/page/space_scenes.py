@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe import GROUND, Joint, Mechanism
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.spatial import AXES, SpatialJoint
-from mechdae.describe.meshes import bearings
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.results import Result
 from mechdae.types import Json

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe import GROUND, Joint, Mechanism
+from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
-from mechdae.describe.meshes import bearings
 from mechdae.describe.spinning_links import Spin
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.pointers import WORDS

@@ -13,10 +13,10 @@ from mechdae.results.tables.text import (
     zero,
 )
 
-MEASURED = (
+MEASURED = frozenset({
     "transmission", "extremes", "time_ratio", "no_time_ratio", "dwell", "envelope", "curve",
     "centrodes",
-)  # fmt: skip
+})  # fmt: skip
 """Entries of a summary that measures make."""
 SIZES = {"length": "m", "angle": "rad", "parameter": "1"}
 """Units of bounds and of left-overs of closures."""
@@ -66,7 +66,7 @@ def facts_text(result: Result, width: int) -> list[str]:
         from mechdae.results.tables.forces import force_facts
 
         lines += force_facts(result, width)
-    if any(name in summary for name in MEASURED):
+    if not MEASURED.isdisjoint(summary.names()):
         from mechdae.results.tables.measures import measured_facts
 
         lines += measured_facts(result, unit, noise)

@@ -21,7 +21,7 @@ from mechdae.motion.kinematics.sweep import sweep
 from mechdae.records import dataclass
 from mechdae.results import FINE, Result
 from mechdae.results.rotations import matrices
-from mechdae.solver.solve import solve
+from mechdae.tasks.dispatch.solve import solve
 from mechdae.types import Floats
 
 POSES = 721

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from mechdae.describe.meshes import bearings
+from mechdae.describe.joints.bearings import bearings
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 

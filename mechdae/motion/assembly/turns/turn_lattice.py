@@ -175,7 +175,7 @@ def _on_bearings(
 
     Wheels turn in one joint each on their carrier; a rack and a screw keep a wheel from turning.
     """
-    from mechdae.describe.meshes import bearings
+    from mechdae.describe.joints.bearings import bearings
 
     mechanism, one = scene.model.mechanism, Fraction(1)
     values = mechanism.values()

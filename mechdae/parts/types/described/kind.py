@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechdae.solver.kinds import TaskKind
+from mechdae.tasks.dispatch.solve import TaskKind
 
 KIND = TaskKind(
     "mechdae.parts.types.schemes.job:composed",

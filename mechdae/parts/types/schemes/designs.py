@@ -32,7 +32,7 @@ from mechdae.parts.types.schemes.placed_design import PlacedDesign, output_link
 from mechdae.parts.types.schemes.scheme import SLIDER, Scheme
 from mechdae.records import dataclass
 from mechdae.results import FINE
-from mechdae.solver.solve import solve
+from mechdae.tasks.dispatch.solve import solve
 from mechdae.types import Complexes
 
 PATH = "path"

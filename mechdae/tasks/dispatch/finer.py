@@ -13,7 +13,7 @@ from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import Motion
 from mechdae.errors import SolveError
 from mechdae.results import Result
-from mechdae.solver.solve import solve
+from mechdae.tasks.dispatch.solve import solve
 
 
 def finer(result: Result, parts: int) -> Result:

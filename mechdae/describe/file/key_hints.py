@@ -1,21 +1,33 @@
-"""Explains errors about keys that TOML puts into another table than their author meant.
+"""What was meant by a key or a kind that there is not.
 
-A line belongs to the last header above it. A key of the whole file that stands below the first
-header, or one of a task below a header of its own, is read as a key of that table.
+TOML may put a key into another table than its author meant: a line belongs to the last header
+above it. A key of the whole file that stands below the first header, or one of a task below a
+header of its own, is read as a key of that table.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from mechdae.describe.file.reading import keys_of, split_unit
 from mechdae.describe.tasks.kinds import TASKS
-from mechdae.errors import MechdaeError, UnknownName
+from mechdae.describe.units import UNITS, nearest_suffixes
+from mechdae.errors import MechdaeError, UnknownName, close_matches
 
 WHOLE = ("schema", "title", "source", "dimension", "frames", "gravity", "closure_tolerance")
 """Keys of the whole file that are no tables."""
 MOST = 4
+ALIASES = {
+    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),
+    **dict.fromkeys(("slider", "sliding", "translation", "piston"), "prismatic"),
+    **dict.fromkeys(("fixed", "rigid"), "weld"),
+    **dict.fromkeys(("bar", "rod", "link"), "distance"),
+    **dict.fromkeys(("slot", "pin_in_slot", "yoke"), "pin-in-slot"),
+    **dict.fromkeys(("gears", "mesh"), "gear"),
+    **dict.fromkeys(("cam", "roller"), "curve"),
+}
+"""Other names of kinds of joints."""
 
 
 def explain(data: Mapping[str, Any], error: MechdaeError) -> None:
@@ -74,3 +86,39 @@ def _tables_with(data: Mapping[str, Any], key: str, depth: int = 0) -> list[list
                 result.append([name])
             result += [[name, *rest] for rest in _tables_with(value, key, depth + 1)]
     return result
+
+
+def unknown_kind(kind: str, kinds: Collection[str], word: str) -> UnknownName:
+    """Return the error for a kind that there is not, with what may have been meant."""
+    error = UnknownName(f"kind of {word}", kind, kinds, where="kind")
+    meant = ALIASES.get(kind.lower(), "")
+    if meant in kinds:
+        error.hint = f"did you mean {meant}?"
+    elif not close_matches(kind, kinds, 1):
+        error.hint = f"one of {', '.join(kinds)}"
+    return error
+
+
+def unknown_key(key: str, known: Collection[str]) -> UnknownName:
+    """Return the error for a key that there is not, with the units where it ends like none."""
+    error = UnknownName("key", key, known)
+    if not close_matches(key, known, 1, 0.9):
+        error.hint = unit_meant(key, known) or error.hint
+    return error
+
+
+def unit_meant(key: str, known: Iterable[str]) -> str:
+    """Return what to try for a key that ends like no unit.
+
+    It is "" where no known name stands before the end, or another known name is nearer.
+    """
+    names = set(known)
+    bases = [own for own in names if key.startswith(f"{own}_")]
+    if not bases:
+        return ""
+    base = max(bases, key=len)
+    meant = [f"{base}{own}" for own in nearest_suffixes(key[len(base) :])]
+    if not {*close_matches(key, [*(names - {base}), *meant], 1)} <= {*meant}:
+        return ""
+    advice = f"did you mean {' or '.join(meant)}? " if meant else ""
+    return advice + f"units are {', '.join(UNITS)}"
