@@ -206,9 +206,16 @@ class First:
         lines = [line.strip() for line in text.splitlines()]
         first, pose = self.poses["sweep"], {}
         assert isinstance(first, dict)
+        values = self.mechanism.values()
+        ground = [
+            np.array([values[f"ground.{name}.{axis}"] for axis in "xy"])
+            for name in self.mechanism.ground.points
+        ]
         for i, line in enumerate(lines):
             if line == "CIRCLE" and lines[i + 2] == "JOINTS":
                 at = np.array([float(lines[i + 4]), float(lines[i + 6])]) / 1000
+                if any(np.abs(own - at).max() < CLOSE for own in ground):
+                    continue  # a wheel about a pin of the ground
                 near = min(self.points, key=lambda n: float(np.abs(first[n] - at).max()))
                 pose[near] = at
         return pose or {self.points[0]: first[self.points[0]]}

@@ -22,6 +22,8 @@ from mechdae.records import dataclass
 from mechdae.types import Floats
 
 MAX_POSES = 2_000_000
+DECIMALS, DECIMALS_OF_DRIVERS = 3, 9
+"""Decimals of the degrees in a sketch that is offered: near a limit position a driver needs all."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from mechdae.equations.coordinates import QUATERNION
 from mechdae.kernels.run.local import local
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.mode_tree import Mode
+from mechdae.motion.setup.drivers import DECIMALS, DECIMALS_OF_DRIVERS
 from mechdae.types import Floats, Json, Sym
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def in_space(assembler: Assembler, mode: Mode, u: Floats, q: dict[tuple[str, str
     """Return the coordinates of joints [deg, m], and points of bodies on balls and bars [m]."""
     scene, found = assembler.scene, {}
     tree: Any = scene.model
+    driven = {driver.text for driver in scene.drivers}
     balls = {own.owner for own in scene.recovered if own.name in QUATERNION}
     for own in scene.recovered:
         joint = scene.model.mechanism.joints.get(own.owner)
@@ -37,7 +39,8 @@ def in_space(assembler: Assembler, mode: Mode, u: Floats, q: dict[tuple[str, str
             continue
         name = own.owner if own.name == joint.usual else f"{own.owner}.{own.name}"
         if own.kind is ANGLE:
-            found[f"{name}_deg"] = round(math.degrees(q[own.key]), 3) + 0.0
+            digits = DECIMALS_OF_DRIVERS if f"{own.owner}.{own.name}" in driven else DECIMALS
+            found[f"{name}_deg"] = round(math.degrees(q[own.key]), digits) + 0.0
         else:
             found[name] = q[own.key]
     if not balls:
