@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 10_860,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 10_900,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_050,
     "equations": 7_900,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_200,
@@ -18,14 +18,14 @@ BUDGETS = {
     "forces": 3_750,
     "dynamics": 8_900,  # closure tolerance of motions
     "design": 17_400,
-    "tasks": 2_140,
-    "cli": 1_480,
+    "tasks": 2_150,
+    "cli": 1_500,
     "parts": 25_700,  # pictures of speed against error, which draw had
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 660
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 133_570
+TOTAL = 133_600
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
