@@ -334,7 +334,7 @@ class StraightLine(GoalDescription):
 
     point: str = key("text", doc="body.point")
     arc: float = key("number", doc="of the driver", unit="rad")
-    stroke: Any = key("number", None, doc="way along the line; absent: free", unit="m")
+    stroke: float = key("number", None, doc="way along the line; absent: free", unit="m")
     measure: str = key("text", "minimax", choices=("minimax",))
 
     kind: ClassVar[str] = "straight-line"
