@@ -310,7 +310,7 @@ class _Built:
 
     # -- the pose ----------------------------------------------------------------------------
 
-    def pose(self, u: Floats, free: Floats) -> Any:
+    def pose(self, u: Floats, free: Floats) -> Unknowns:
         """Return unknowns near the pose at given values, nan where it cannot be reached."""
         graphs = self.setting.graphs.straight
         nothing = np.full(graphs.nx, np.nan)

@@ -56,7 +56,7 @@ class StudyFolder(JobLog):
     """
 
     def __init__(
-        self, folder: str | Path, name: str, computer: Computer, sets: Any, size: int
+        self, folder: str | Path, name: str, computer: Computer, sets: Floats, size: int
     ) -> None:
         own = np.ascontiguousarray(sets, dtype="<f8")
         head = {

@@ -105,7 +105,7 @@ def study(
     )
 
 
-def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
+def _sets(problem: Problem, task: Study) -> tuple[list[str], Floats]:
     """Return names (m,) and values (k, m) of the parameter sets."""
     if (task.vary is None) == (task.samples is None):
         raise InputError("give either 'vary' or 'samples'", where="vary")

@@ -97,7 +97,7 @@ class Sets:
     outputs: tuple[str, ...]
     names: tuple[str, ...]
     certify: bool
-    values: Any
+    values: Floats
 
 
 def text_of(problem: Problem, name: str, task: Task) -> str:

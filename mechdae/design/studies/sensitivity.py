@@ -168,7 +168,7 @@ def sharp(problem: Problem, name: str, paths: tuple[str, ...]) -> Problem:
 
 def numbers(
     problem: Problem, name: str, paths: list[str], names: list[str], sizes: Mapping[str, float]
-) -> dict[str, tuple[Any, dict[str, Any]]]:
+) -> dict[str, tuple[float, dict[str, Floats]]]:
     """Return numbers of a motion or an equilibrium with their derivatives by name.
 
     Parameters
@@ -310,7 +310,7 @@ class _Poses:
         return {path: np.array(rows) for path, rows in tables.items()}
 
 
-def _flat(array: Floats) -> Any:
+def _flat(array: Floats) -> Floats:
     return array[:, 0] if array.shape[1] == 1 else array
 
 

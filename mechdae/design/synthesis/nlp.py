@@ -133,12 +133,12 @@ class Nlp:
         return ca.vertcat(*symbols, self._rest)
 
     @cached_property
-    def scale(self) -> Any:
+    def scale(self) -> Floats:
         """Of the variables, (nz,)."""
         return np.concatenate([scale for *_, scale in self._variables.values()])
 
     @cached_property
-    def bounds(self) -> tuple[Any, Any, Any, Any]:
+    def bounds(self) -> tuple[Floats, Floats, Floats, Floats]:
         """low, high of the scaled variables, g_low, g_high."""
         ends = [np.concatenate([v[k] for v in self._variables.values()]) for k in (1, 2)]
         sizes = [(e.numel(), low, high) for _, e, low, high in self._constraints]
@@ -164,7 +164,7 @@ class Nlp:
             start += symbol.numel()
         raise KeyError(name)
 
-    def point(self, values: Mapping[str, Floats | list[float]]) -> Any:
+    def point(self, values: Mapping[str, Floats | list[float]]) -> Floats:
         """Return z from values by name, within the bounds; zeros where there is no value."""
         low, high = self.bounds[:2]
         parts = [
@@ -176,7 +176,7 @@ class Nlp:
         z: Unknowns = np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)
         return z
 
-    def read(self, z: Unknowns) -> dict[str, Any]:
+    def read(self, z: Unknowns) -> dict[str, Floats]:
         """Return the variables by name."""
         values = z * self.scale
         return {name: values[self.place(name)] for name in self._variables}

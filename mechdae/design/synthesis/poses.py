@@ -21,7 +21,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.measures.bars import driven_by_bars
 from mechdae.motion.measures.transmission import Dyad, dyads
-from mechdae.types import Graph, Sym
+from mechdae.types import Floats, Graph, Sym
 
 SX = ca.SX
 SINE = "sine of "
@@ -110,7 +110,7 @@ class FreePoses:
         return [value for name, value in every if name in joints]
 
     @cached_property
-    def margins(self) -> Any:
+    def margins(self) -> Floats:
         """Which branches (nb,) are determinants, that keep off zero; the others are senses."""
         found = np.ones(self.nb)
         found[self.senses] = 0.0

@@ -21,7 +21,7 @@ from mechdae.errors import InputError
 from mechdae.kernels.run.batch import Batch
 from mechdae.motion.measures.transmission import Dyad
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Sym, Unknowns
+from mechdae.types import Booleans, Floats, Points, Sym, Unknowns
 
 SX = ca.SX
 TURN = 2 * np.pi
@@ -64,7 +64,7 @@ class DesignSpace:
         return [*self.asked.free, *self.asked.choices]
 
     @cached_property
-    def box(self) -> Any:
+    def box(self) -> Points:
         """Bounds (nd, 2) of the free parameters."""
         return np.array(list(self.asked.free.values()), float).reshape(-1, 2)
 
@@ -95,7 +95,7 @@ class DesignSpace:
         return found & ~still if self.outside else found
 
     @cached_property
-    def samples(self) -> tuple[Any, Any, Any]:
+    def samples(self) -> tuple[Points, Floats, Floats]:
         """Random unknowns (k, nx), driver values (k, 1) and parameters (k, nd), of no pose."""
         generator, (low, high), n = np.random.default_rng(0), self.box.T, len(self.box)
         d = np.tile(self.middle, (SAMPLES, 1))
@@ -104,7 +104,7 @@ class DesignSpace:
         return x, generator.uniform(0, 6, (SAMPLES, 1)) * self.way, d
 
     @cached_property
-    def scale(self) -> Any:
+    def scale(self) -> Floats:
         """Sizes of the free parameters, (nd,): one for angles, the mechanism's for lengths.
 
         What is neither has that of its bounds. This is for the solver's ease alone.
@@ -161,7 +161,7 @@ class DesignSpace:
         return self.poses.scene.unknowns.turns
 
     @cached_property
-    def natural(self) -> Any:
+    def natural(self) -> Floats:
         """Sizes of the unknowns of a pose (nx,): one for angles and quaternions."""
         unknowns = self.poses.scene.unknowns
         return np.where(self.turns | unknowns.of_kind(UNIT), 1.0, self.size)
@@ -187,7 +187,7 @@ class DesignSpace:
         return values
 
     @cached_property
-    def units(self) -> Any:
+    def units(self) -> Floats:
         """Sizes of the closure's rows, (nx,)."""
         units = [unit for block in self.poses.scene.blocks for unit in block.units]
         return np.array([self.size if unit == "m" else 1.0 for unit in units])

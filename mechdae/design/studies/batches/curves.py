@@ -75,7 +75,9 @@ def _parts(
     return lane[b > a], a[b > a], b[b > a]
 
 
-def _integrals(track: LaneTrack, columns: Sequence[int], parts: tuple[Any, ...], start: Any) -> Any:
+def _integrals(
+    track: LaneTrack, columns: Sequence[int], parts: tuple[Floats, ...], start: Floats
+) -> Floats:
     """Return lengths and areas (2, k)."""
     k = len(track.scale)
     lane, a, b = parts

@@ -113,7 +113,7 @@ class Ways:
             else:
                 yield own, courses.box(own.columns)
 
-    def _sizes(self, track: LaneTrack, columns: Sequence[int]) -> Any:
+    def _sizes(self, track: LaneTrack, columns: Sequence[int]) -> Floats:
         """Return by what columns are measured, (m, k)."""
         turning = {column for own in self.readings if own.angle for column in own.columns}
         one = np.ones_like(track.scale)
@@ -197,7 +197,7 @@ class _Courses:
         value = table[column] if word == "value" else self.at[column, end]
         return np.where(self.moves[column], value, np.nan)
 
-    def box(self, columns: Sequence[int]) -> Any:
+    def box(self, columns: Sequence[int]) -> Floats:
         """Return xmin, xmax, ymin, ymax (k, 4) of points whose x and y the columns are in turn."""
         parts = [
             (np.minimum.reduce([self.least[c] for c in own]),

@@ -51,10 +51,10 @@ class Asked:
 class Lanes:
     """Numbers of lanes as columns: consts (nc, k), kappa, rho, sign (nb, k), size (nx, k)."""
 
-    consts: Any
+    consts: Floats
     kappa: Floats
     rho: Floats
-    sign: Any
+    sign: Floats
     size: Any
 
     def take(self, rows: Integers) -> Lanes:

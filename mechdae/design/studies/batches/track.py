@@ -171,7 +171,7 @@ class LaneTrack:
         a, b, first = (np.concatenate(p) for p in zip((a, b, first), turned[2:5], strict=True))
         rising = np.concatenate([rising, turned[5]])
 
-        def evaluate(rows: Integers, places: Any) -> tuple[Any, Any]:
+        def evaluate(rows: Integers, places: Any) -> tuple[Floats, Floats]:
             values = family(self.at(lane[rows], places), lane[rows])
             which = np.arange(len(rows))
             return values[0][member[rows], which], values[1][member[rows], which]

@@ -16,7 +16,7 @@ from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.design.synthesis.exact.coupler_curve import A_, B_, X_, Y_, A, B, X, Y
 from mechdae.design.synthesis.exact.curve_bounds import curve_bounds
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats
+from mechdae.types import Complexes, Floats, Matrices
 
 LENGTH = 8
 NAMES = (
@@ -189,7 +189,7 @@ class PathConditions:
             rounding[:, k + i] = 4 * N * UNIT * (size + np.abs(z) @ np.abs(first))
         return F, J, rounding
 
-    def bounds(self, p: Complexes, z: Complexes, r: Floats) -> tuple[Any, Any]:
+    def bounds(self, p: Complexes, z: Complexes, r: Floats) -> tuple[Floats, Matrices]:
         """Return bounds of second derivatives (n, N, N, N) over boxes, of roundings of slopes."""
         n, k, N = len(z), self.places, self.unknowns
         found = curve_bounds(z, *self.split(p), r[:, :8])

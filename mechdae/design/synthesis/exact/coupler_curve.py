@@ -31,7 +31,7 @@ CONJUGATE = [X_, X, A_, A, Y_, Y, B_, B]
 SWAPPED = [Y, Y_, B, B_, X, X_, A, A_]
 
 
-def value(z: Any, d: Complexes, e: Complexes) -> Any:
+def value(z: Complexes, d: Complexes, e: Complexes) -> Any:
     """Return G (n, k) of four-bars (n, 8) at places d, d' (k,)."""
     return _product(*_coefficients([z[:, i, None] for i in range(8)], d, e))
 
@@ -55,7 +55,7 @@ def _product(A1: Any, B1: Any, C1: Any, A2: Any, B2: Any, C2: Any) -> Any:
     return (B1 * C2 - B2 * C1) * (C1 * A2 - C2 * A1) - D * D
 
 
-def slopes(z: Any, d: Any, e: Any) -> tuple[Any, Any, Any, Any]:
+def slopes(z: Complexes, d: Complexes, e: Complexes) -> tuple[Any, Any, Any, Any]:
     """Return G (n, k), its derivatives by the unknowns (n, k, 8), by d and by d'."""
     own = [z[:, i, None] for i in range(8)]
     A1, B1, C1, A2, B2, C2 = _coefficients(own, d, e)

@@ -129,7 +129,7 @@ class DyadRows:
         self.values = np.array([given.get(name, 0.0) for name in UNKNOWNS] + [0.0])
         self.free = np.array([i for i in range(5) if i == 4 or UNKNOWNS[i] not in given])
 
-    def whole(self, x: Unknowns) -> Any:
+    def whole(self, x: Unknowns) -> Floats:
         """Return all five unknowns (n, 5)."""
         d = np.broadcast_to(self.values, (len(x), 5)).copy()
         d[:, self.free] = x
@@ -149,7 +149,7 @@ class DyadRows:
         )
         return F[:, :, None], J[:, :, None, self.free], None
 
-    def draw(self, generator: Generator, n: int) -> tuple[Any, Any]:
+    def draw(self, generator: Generator, n: int) -> tuple[Floats, Floats]:
         """Return starts of all sizes."""
         d = generator.normal(size=(n, 5))
         spread = 1.5 * np.exp(SPREAD * generator.normal(size=(n, 2)))

@@ -109,7 +109,7 @@ def function_starts(
     return _apart(found, keep)
 
 
-def three_pairs(phi: Any, psi: Any) -> Any:
+def three_pairs(phi: Floats, psi: Floats) -> Any:
     """Return crank, coupler and rocker by their ground that meet three pairs of angles exactly.
 
     The solution is the only one but for the sign of the coupler; crank and rocker may be
@@ -157,7 +157,7 @@ class FunctionRows:
         self.free = np.array([True] * 3 + [value is None for value in given])
         self.values = np.array([0.0] * 3 + [value or 0.0 for value in given])
 
-    def whole(self, x: Unknowns) -> Any:
+    def whole(self, x: Unknowns) -> Floats:
         """Return all five unknowns (n, 5)."""
         d = np.broadcast_to(self.values, (len(x), 5)).copy()
         d[:, self.free] = x

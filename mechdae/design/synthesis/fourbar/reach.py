@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.design.synthesis.goals.path_generation import VisitsGoal
 from mechdae.design.synthesis.search import Search
-from mechdae.types import Graph
+from mechdae.types import Graph, Points
 
 SX = ca.SX
 
@@ -82,7 +82,7 @@ def _never_turns(search: Search) -> str:
     )
 
 
-def _bounds(function: Graph, box: Any) -> tuple[Any, Any]:
+def _bounds(function: Graph, box: Points) -> tuple[Any, Any]:
     """Return bounds of what is a single free parameter or a number in each row, or None."""
     middle = box.mean(axis=1)
     slopes = np.array(function.jacobian()(middle, 0))

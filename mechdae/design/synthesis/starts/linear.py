@@ -82,7 +82,7 @@ class Linear:
 
     def fitted(
         self, d: Floats, u: Any, x: Matrices, places: Any, targets: Any, weights: Any
-    ) -> Any:
+    ) -> tuple[Floats, ...]:
         """Return designs (n, nd) fitted to targets (k, w), and the places (n, k, w) they give."""
         if not len(self.places) or not len(d):
             return d, places

@@ -52,7 +52,7 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     return Worth(value, errors, defects, parts)
 
 
-def _wanted(asked: FunctionTargets, shares: Any) -> tuple[Any, Any]:
+def _wanted(asked: FunctionTargets, shares: Floats) -> tuple[Floats, Floats]:
     """Return inputs and outputs from their starts: of the targets, or at shares of the range."""
     if asked.targets:
         x, y = np.array(asked.targets, float).T

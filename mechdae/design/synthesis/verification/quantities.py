@@ -187,7 +187,7 @@ def largest(design: DesignFile, found: Result, asked: Asked, curve: Callable[[An
     return best
 
 
-def _at(design: DesignFile, task: Sweep, asked: Asked, places: Any) -> Any:
+def _at(design: DesignFile, task: Sweep, asked: Asked, places: Floats) -> Any:
     """Return the quantity at places of the driver, None where a pose is not certified there."""
     order = np.argsort(places, kind="stable")
     own, back = np.unique(places[order], return_inverse=True)

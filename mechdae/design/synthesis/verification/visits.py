@@ -18,7 +18,7 @@ from mechdae.design.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.design.synthesis.verification.design_file import AXES, ORIGIN, TURN, DesignFile
 from mechdae.results import Result
 from mechdae.results.rotations import matrices
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrices, Points
 
 EXACT = 1e-9
 """Error of an exact target, relative to the spread of the targets."""
@@ -95,7 +95,9 @@ def _errors(asked: Visits, found: Result, design: DesignFile) -> Any:
     return size * np.sqrt(np.sum(gaps**2, axis=-1) / size**2 + np.sum(turned**2, axis=-1) / 2)
 
 
-def _deviated(asked: Visits, at: Any, design: DesignFile, names: Sequence[str]) -> tuple[Any, Any]:
+def _deviated(
+    asked: Visits, at: Floats, design: DesignFile, names: Sequence[str]
+) -> tuple[Points, Matrices]:
     """Return residuals (k, m) [m] at driver values, and derivatives (k, m, nt) by names."""
     task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
     what, wanted, size = asked.what, np.array(asked.places), size_of(asked)
