@@ -14,6 +14,7 @@ from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
+from mechdae.types import Floats, Points
 
 if TYPE_CHECKING:
     from mechdae.results.kinds import SynthesisResult
@@ -62,7 +63,7 @@ def _pair(
     panel: Axes,
     result: Any,
     objectives: Sequence[Mapping[str, str]],
-    values: Any,
+    values: Points,
     pair: tuple[int, int],
     alone: bool,
 ) -> None:
@@ -100,7 +101,7 @@ def _pair(
     frame.label(panel, *labels)
 
 
-def _limits(panel: Axes, axis: str, values: Any) -> bool:
+def _limits(panel: Axes, axis: str, values: Floats) -> bool:
     """Set the limits of an axis; return whether it is logarithmic, where values span decades."""
     low, high = float(values.min()), float(values.max())
     set_limits = getattr(panel, f"set_{axis}lim")

@@ -66,7 +66,7 @@ def draw_loci(
     title: str,
     subtitle: str,
     ticks: bool,
-    pivots: Sequence[tuple[str, Any]] = (),
+    pivots: Sequence[tuple[str, Floats]] = (),
     origin: bool = False,
     peaks: bool = False,
 ) -> Panels:
@@ -351,7 +351,9 @@ def _across(values: Array, pose: int) -> Array | None:
     return np.array([-step[1], step[0]]) / size
 
 
-def _pivot(frame: Panels, panel: Axes, places: Places, name: str, place: Any, point: float) -> None:
+def _pivot(
+    frame: Panels, panel: Axes, places: Places, name: str, place: Floats, point: float
+) -> None:
     """Draw a fixed pivot as a small triangle with its letter."""
     width, height = 4.5 * frame.k * point, 7.5 * frame.k * point
     corners = np.asarray(place) + np.array([[0.0, 0.0], [width, -height], [-width, -height]])

@@ -167,7 +167,7 @@ def _areas(
     return ends
 
 
-def _layers(losses: dict[str, Floats]) -> list[tuple[str, Any]]:
+def _layers(losses: dict[str, Floats]) -> list[tuple[str, Floats]]:
     """Return losses from the largest to the smallest, the last of many added up."""
     order = sorted(losses, key=lambda name: -float(np.nansum(losses[name])))
     if len(order) <= MOST:
