@@ -120,7 +120,7 @@ class Bdf(Integrator):
     def _single(self) -> Graph:
         return self._solver(1)
 
-    def _integrated(self, solver: Graph, state: Any, span: float, signs: Any) -> Any:
+    def _integrated(self, solver: Graph, state: Floats, span: float, signs: Floats) -> Any:
         """Return the states (n, .) of a window on the constraints, None where CVODES fails."""
         lay, n = self.layout, self.layout.n
         sizes = self.kernel.sizes
@@ -147,7 +147,9 @@ class Bdf(Integrator):
         works = w + energy * np.array(found["qf"]).T if lay.works else None
         return self._states(state, times, x, v, works, signs)
 
-    def _states(self, state: Any, times: Any, x: Any, v: Any, works: Any, signs: Any) -> Any:
+    def _states(
+        self, state: Floats, times: Floats, x: Unknowns, v: Floats, works: Any, signs: Floats
+    ) -> Any:
         """Return states (n, .) with what belongs to them, on the constraints; None off them."""
         lay, sizes = self.layout, self.kernel.sizes
         if self.kernel.m or self.kernel.slips:
@@ -241,7 +243,7 @@ class Bdf(Integrator):
             return min(fine, least)
         return float(gaps[0] / max(1.0, np.ceil(gaps[0] / min(fine, least))))
 
-    def between(self, nodes: Nodes, times: Floats) -> tuple[Any, Any, Any]:
+    def between(self, nodes: Nodes, times: Floats) -> tuple[Floats, Floats, Floats]:
         """Return x, v and works (n, .) at times between states of a window."""
         if not self.active:
             return super().between(nodes, times)

@@ -101,7 +101,7 @@ class Creep:
     def _units(self) -> Floats:
         return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
 
-    def _at(self, function: Any, t: float, x: Unknowns, v: Floats, signs: Floats) -> list[Any]:
+    def _at(self, function: Any, t: float, x: Unknowns, v: Floats, signs: Floats) -> list[Floats]:
         found = function(np.array([[t]]), x[None, :], v[None, :], signs[None, :])
         return [part[0] for part in found]
 

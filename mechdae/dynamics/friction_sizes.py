@@ -129,7 +129,9 @@ class Sizes:
         rubs = self.kernel.rubs
         return columns.reshape(rubs + 1, -1).T, starts, slopes.reshape(rubs, -1).T
 
-    def solutions(self, t: float, x: Any, v: Floats, signs: Floats) -> list[tuple[Floats, Floats]]:
+    def solutions(
+        self, t: float, x: Unknowns, v: Floats, signs: Floats
+    ) -> list[tuple[Floats, Floats]]:
         """Return all sizes of friction that fit their laws, and accelerations of x with each."""
         columns, starts, slopes = self._parts(t, x, v, signs)
         n, places = self.kernel.n, self.kernel.places

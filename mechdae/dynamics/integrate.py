@@ -36,7 +36,7 @@ class Nodes:
     size went to nothing behind the last node.
     """
 
-    states: Any
+    states: Floats
     signs: Floats
     stalled: bool = False
 
@@ -196,7 +196,7 @@ class Integrator:
             if stalled:
                 return
 
-    def between(self, nodes: Nodes, times: Floats) -> tuple[Any, Any, Any]:
+    def between(self, nodes: Nodes, times: Floats) -> tuple[Floats, Floats, Floats]:
         """Return x, v and works (n, .) at times inside accepted steps, on the constraints."""
         lay, states = self.layout, nodes.states
         starts = lay.of(states, "t")
@@ -239,7 +239,9 @@ class Integrator:
         """Return the rates of x on the constraints and with locks."""
         return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
 
-    def located(self, state: Floats, h: float, signs: Floats, value: Callable[[Any], float]) -> Any:
+    def located(
+        self, state: Floats, h: float, signs: Floats, value: Callable[[Any], float]
+    ) -> Floats:
         """Return the state inside a step where a value over states vanishes.
 
         The step is repeated with other sizes: the root is as exact as the integration. The value
@@ -256,7 +258,7 @@ class Integrator:
         high: tuple[float, Floats],
         signs: Floats,
         value: Callable[[Any], float],
-    ) -> Any:
+    ) -> Floats:
         """Return the state between two others where a value over states vanishes.
 
         They are states behind the first one with the times from there.

@@ -72,7 +72,7 @@ class Observer:
 
         return self.kernel.batch(name, function, ())
 
-    def absolute(self, s: States) -> tuple[Any, Any, Any]:
+    def absolute(self, s: States) -> tuple[Floats, Floats, Floats]:
         """Return absolute coordinates with their rates and accelerations, (n, nq) each."""
         r = self.r
 
@@ -100,7 +100,7 @@ class Observer:
         function = ca.Function("gaps", inputs, [ca.densify(rows), ca.densify(rate)])
         return Batch(function, [4], straight=lambda: None)
 
-    def gaps(self, s: States, q: Unknowns, v: Floats) -> tuple[Any, Any]:
+    def gaps(self, s: States, q: Unknowns, v: Floats) -> tuple[Floats, Floats]:
         """Return the largest gap of all equations at each state, and that of their rates.
 
         Over a length of the mechanism, angles as they are.
@@ -182,7 +182,7 @@ class Observer:
         function = ca.Function("reactions", inputs, [ca.vertcat(*results)])
         return Batch(function, [4], straight=lambda: None)
 
-    def reactions(self, s: States, q: Unknowns, lam: Floats) -> dict[str, Any]:
+    def reactions(self, s: States, q: Unknowns, lam: Floats) -> dict[str, Floats]:
         """Return force and moment about the second body's point, on the second body.
 
         (n, 3), in space (n, 6); friction of the joint is in them.

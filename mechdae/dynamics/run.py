@@ -24,7 +24,7 @@ from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
 from mechdae.records import dataclass
-from mechdae.types import Floats, Json
+from mechdae.types import Floats, Json, Unknowns
 
 MOST = 400_000
 """States that are kept."""
@@ -105,7 +105,7 @@ class OutputStates:
     rows: list[tuple[Any, Any, Any, Any, Any]] = field(default_factory=list)
     count: int = 0
 
-    def add(self, t: Any, x: Any, v: Any, w: Any, signs: Any) -> None:
+    def add(self, t: Any, x: Unknowns, v: Floats, w: Floats, signs: Any) -> None:
         """Add states (n, .)."""
         t = np.atleast_1d(np.asarray(t, float))
         self.count += len(t)

@@ -135,7 +135,7 @@ class AssembledSketch:
         value, slope = r.cache(("slope", c.text), made)(x, model.p_values)
         return float(value[0]), np.ravel(slope)
 
-    def _free(self, setting: Setting, pose: Any, u: Any) -> Any:
+    def _free(self, setting: Setting, pose: Unknowns, u: Floats) -> Floats:
         """Return the free coordinates at a pose of a sweep."""
         q = setting.assembler.coordinates(pose, u)
         if self.setup.problem.mechanism.dimension == 2:
@@ -152,7 +152,7 @@ class PlanarSketch:
     def __init__(self, closing: JointClosing) -> None:
         self.closing, self.r = closing, closing.r
 
-    def pose(self) -> tuple[Any, Any]:
+    def pose(self) -> tuple[Unknowns, Unknowns]:
         """Return the free coordinates of the assembled sketch, None and the nearest try else.
 
         Raises

@@ -149,7 +149,7 @@ class PlacedModel:
     cache: StructureCache = field(default_factory=StructureCache)
 
 
-def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> Unique:
+def unique(observer: Observer, s: States, q: Unknowns, reactions: dict[str, Floats]) -> Unique:
     """Return what is unique of the reactions of a motion."""
     shape: _Holding = observer.cache("holding", lambda: _Holding(observer))
     holding = shape.of(observer)

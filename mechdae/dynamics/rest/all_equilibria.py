@@ -122,7 +122,7 @@ class Rests:
         gap = (self._alike(x, y) - x) / self.sizes
         return float(np.linalg.norm(gap if wound else gap - self._turns(gap)))
 
-    def _turns(self, gap: Floats) -> Any:
+    def _turns(self, gap: Floats) -> Floats:
         """Return the whole turns in gaps: of angles and of places on closed curves."""
         return self.wheel * np.round(gap / np.where(self.wheel > 0, self.wheel, 1.0))
 
@@ -167,7 +167,7 @@ class Rests:
         far = self._far(self.x, y, wound=circuit is not False)
         self.found.append(Rest(y, lam, left, steps, far, own, circuit, stability(K), downhill))
 
-    def _still(self, x: Unknowns) -> tuple[Any, float, int]:
+    def _still(self, x: Unknowns) -> tuple[Floats, float, int]:
         f, J, _ = self.balance.light(x)
         return self.balance.multipliers(f, J), self.balance.left(x), 1
 

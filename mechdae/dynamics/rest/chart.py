@@ -79,7 +79,7 @@ class Chart:
         turns = turns_of_balls(setup.model) if self.in_space else []
         laws = [law.coordinate for law in setup.laws]
 
-        def slope(c: NamedCoordinate) -> Any:
+        def slope(c: NamedCoordinate) -> Floats:
             own = k.call(f"slope {c.text}", partial(self._slope, c))
             return np.ravel(own(0.0, x, np.zeros(len(x)), setup.loose)[0]) * k.sizes
 
@@ -109,14 +109,14 @@ class Chart:
 
     # -- a pose ----------------------------------------------------------------------------
 
-    def _at(self, x: Unknowns) -> tuple[Any, Any, Any]:
+    def _at(self, x: Unknowns) -> tuple[Floats, Floats, Floats]:
         """Return absolute coordinates, values of the drivers, and the Jacobian with their rows."""
         moved, slope = self._place(0.0, x, np.zeros(len(x)), self.setup.loose)
         moved, nq = np.ravel(moved), self.setup.model.q.numel()
         rows = self.setup.released.phi.numel() + len(self.coordinates)
         return moved[:nq], moved[nq:], np.reshape(slope, (rows, len(x)), order="F")
 
-    def slope(self, x: Unknowns) -> Any:
+    def slope(self, x: Unknowns) -> Matrix:
         """Return the gradients of constraints and coordinates at a pose, by rows."""
         return self._at(x)[2]
 
@@ -125,7 +125,7 @@ class Chart:
         own = self._at(x)[1][len(self.drivers) - len(self.coordinates) :]
         return dict(zip(self.names, own.tolist(), strict=True))
 
-    def _scene(self, q: Unknowns) -> Any:
+    def _scene(self, q: Unknowns) -> Floats:
         assert self.setting is not None
         model = self.setting.scene.model
         if self.in_space:  # its tree is another one
@@ -214,7 +214,7 @@ class Chart:
             raise error.inside("mode") from None
         return self._lifted(q, mode.x, u)
 
-    def _lifted(self, q: Unknowns, pose: Unknowns, u: Floats) -> Any:
+    def _lifted(self, q: Unknowns, pose: Unknowns, u: Floats) -> Floats:
         assert self.setting is not None
         found: Mapping[tuple[str, str], float] = self.setting.assembler.coordinates(pose, u)
         model, q = self.setup.model, q.copy()

@@ -255,7 +255,7 @@ class Implicit:
         return (values, slopes) if place is None else (values[0], slopes[0])
 
 
-def _number(word: str, s: complex, ds: Any) -> tuple[Any, Any]:
+def _number(word: str, s: complex, ds: Complexes) -> tuple[Any, Any]:
     """Return a number of a small motion from its eigenvalue, and its derivatives."""
     size = abs(s)
     if word == "eigenvalue":

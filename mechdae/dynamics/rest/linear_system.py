@@ -46,8 +46,8 @@ class LinearisedState:
 
     t: float
     x: Any
-    v: Any
-    a: Any
+    v: Floats
+    a: Floats
     lam: Floats
 
 

@@ -23,7 +23,11 @@ SETTLED = math.log(50)
 
 
 def small_motions(
-    balance: EquilibriumEquations, task: Equilibrium, x: Any, basis: Any, along: list[Floats]
+    balance: EquilibriumEquations,
+    task: Equilibrium,
+    x: Unknowns,
+    basis: Matrix,
+    along: list[Floats],
 ) -> Json:
     """Return eigenvalues of the small motions with frequencies, damping and shapes."""
     M, C, K = along
@@ -93,7 +97,7 @@ def small_motions(
     }
 
 
-def _placements(whole: MotionProblem, x: Unknowns) -> Any:
+def _placements(whole: MotionProblem, x: Unknowns) -> Floats:
     """Return the gradients of origin and angle of each body by the free coordinates.
 
     In space small turns about the world's axes take the place of the angle.

@@ -72,7 +72,7 @@ class Crossings:
         wanted = tuple((own.coordinate, own.crosses) for own in self.wanted)
         return k.batch(f"events {wanted}", made)
 
-    def values(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Any:
+    def values(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Floats:
         """Return what is left to each crossing, (n, crossings); what is rounding is 0."""
         omega = np.max(np.abs(v) / self.setup.kernel.sizes, axis=1, initial=0.0)
         left, size = self._function(t, x, v, signs, omega[:, None])
@@ -84,7 +84,7 @@ class Crossings:
             return None
         lay, signs = self.integrator.layout, nodes.signs
 
-        def values(t: Floats, x: Unknowns, v: Floats) -> Any:
+        def values(t: Floats, x: Unknowns, v: Floats) -> Floats:
             return self.values(t, x, v, signs)
 
         looker = Looker(self.integrator, nodes, values)

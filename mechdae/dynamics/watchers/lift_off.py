@@ -33,7 +33,7 @@ class HoldingContacts:
 
     def holding(
         self, t: Floats, x: Unknowns, v: Floats, signs: Floats, a: Floats, lam: Points
-    ) -> Any:
+    ) -> Floats:
         """Return the forces (n, k) by which contacts hold, at states with the same signs.
 
         `a` and `lam` are accelerations and what goes with them, (n, .) each.
@@ -60,7 +60,7 @@ class Lifting:
             return
         lay, signs = self.integrator.layout, nodes.signs
 
-        def values(t: Floats, x: Unknowns, v: Floats) -> Any:
+        def values(t: Floats, x: Unknowns, v: Floats) -> Floats:
             return self.contacts.holding(t, x, v, signs, *self.integrator.rates(t, x, v, signs))
 
         looker, k = Looker(self.integrator, nodes, values), len(self.contacts.names)
@@ -71,7 +71,7 @@ class Lifting:
             (begins[rows] + np.diff(begins)[rows] * shares.T).T, return_index=True
         )
 
-        def force(t: Floats) -> Any:
+        def force(t: Floats) -> Floats:
             row = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 2)
             share = (t - begins[row]) / (begins[row + 1] - begins[row])
             pairs = zip(row.tolist(), share.tolist(), strict=True)

@@ -196,7 +196,7 @@ class Sticking(WaysFromRest):
         """The loads of balls."""
         return BallLoads(self.setup)
 
-    def _functions(self, watched: list[tuple[int, str]], signs: Any) -> Any:
+    def _functions(self, watched: list[tuple[int, str]], signs: Floats) -> Any:
         """Return the function (t (n, 1), x, v) -> what is left to each event, (n, watched).
 
         A sliding speed over its sign, what a force that holds lacks to its limits, what lets the
@@ -205,7 +205,7 @@ class Sticking(WaysFromRest):
         words = {word for _, word in watched}
         headings = self.sides(signs)
 
-        def values(t: Any, x: Any, v: Floats) -> Any:
+        def values(t: Floats, x: Unknowns, v: Floats) -> Floats:
             found = np.empty((len(t), len(watched)))
             moving = words & {"speed", "glide", "near"}
             speeds: Any = self._speeds(t, x, v, signs)[0] if moving else None
