@@ -113,7 +113,7 @@ class Coordinates(tuple[Coordinate, ...]):
                 found.setdefault(own.owner, []).append(i)
         return list(found.values())
 
-    def sizes(self, length: float) -> Any:
+    def sizes(self, length: float) -> Floats:
         """Return natural sizes (n,): 1 rad, a `length`, the range of a curve over 2 pi."""
         return np.array([c.size(length) for c in self])
 

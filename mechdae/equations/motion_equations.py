@@ -33,7 +33,7 @@ from mechdae.equations.model import Model, Row
 from mechdae.equations.reduction import eliminate, with_unknowns
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.records import dataclass
-from mechdae.types import Sym
+from mechdae.types import Floats, Sym
 
 SX = ca.SX
 
@@ -277,7 +277,7 @@ class Released:
         sizes = [sum((ca.fabs(own.get(key, SX(0))) for own in every), SX(0)) for key in keys]
         return self.moved(ca.vertcat(SX(0, 1), *sizes))
 
-    def acting_sizes(self, length: float) -> Any:
+    def acting_sizes(self, length: float) -> Floats:
         """Return by what its entries are multiplied to be moments, `length` that of forces."""
         if not self.model.space.behind:
             return self.model.coordinates.sizes(length)

@@ -210,7 +210,7 @@ def _tridiagonal(below: Floats, middle: Floats, above: Floats, right: Points) ->
     return right
 
 
-def _cyclic(below: Floats, middle: Any, above: Floats, right: Any) -> Any:
+def _cyclic(below: Floats, middle: Floats, above: Floats, right: Floats) -> Any:
     """Return the solution of equations of three bands that close in a ring."""
     n = len(middle)
     if n < 4:
