@@ -35,7 +35,7 @@ class FrictionSolutions:
     whose friction ends it.
     """
 
-    sizes: Any
+    sizes: Floats
     proven: bool
     connected: int | None = None
     critical: float | None = None

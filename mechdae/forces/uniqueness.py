@@ -41,7 +41,7 @@ class Directions:
     """Unique directions (k, 3) of a joint's reaction in the axes of `frame`."""
 
     frame: str
-    directions: Any
+    directions: Floats
     angles: Any
 
     def values(self, reaction: Reactions) -> dict[str, Any]:
