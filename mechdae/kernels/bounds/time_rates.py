@@ -34,8 +34,8 @@ class Bound:
     """
 
     middle: Floats
-    low: Any
-    high: Any
+    low: Floats
+    high: Floats
     terms: Floats
     torn: bool = False
 
@@ -50,7 +50,7 @@ class Bound:
         self.terms[0] = np.maximum(np.abs(self.low), np.abs(self.high))
 
     @property
-    def least(self) -> Any:
+    def least(self) -> Floats:
         """Least size of the value."""
         return np.maximum(np.maximum(self.low, -self.high), 0.0)
 
@@ -117,7 +117,7 @@ class Tempo:
         self.count = expressions.numel()
         self.function = ca.Function("tempo", [t], [ca.densify(expressions)])
 
-    def values(self, times: Floats) -> Any:
+    def values(self, times: Floats) -> Floats:
         """Return the values (n, k) at times (n,)."""
         found = np.array(self.function(np.reshape(times, (1, -1)))).reshape(self.count, -1)
         return found.T

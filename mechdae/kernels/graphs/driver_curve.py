@@ -94,7 +94,7 @@ class DriverCurve:
         """Return the switches (n, k) at `s` (n,)."""
         return np.sign(np.array(self.gap(np.asarray(s, float)[None, :])).reshape(-1, len(s)).T)
 
-    def cuts(self, s: Any) -> Integers:
+    def cuts(self, s: Floats) -> Integers:
         """Return (n, k) where each atan2 is over its cut, along which it jumps, at `s` (n,).
 
         The number is the sign of its ordinate where the abscissa is negative, else 0.

@@ -68,9 +68,9 @@ class Kernel:
         Values of ``c``.
     """
 
-    sizes: Any
-    gaps: Any
-    numbers: Any
+    sizes: Floats
+    gaps: Floats
+    numbers: Floats
 
     def __init__(self, released: Released) -> None:
         self.released = released

@@ -173,7 +173,7 @@ class PoseGraphs:
         inputs = [self.scale, self.p]
         return Call(ca.Function("units", inputs, [ca.densify(part) for part in results]))
 
-    def units(self, scale: float, p: Floats) -> tuple[list[Any], list[Any]]:
+    def units(self, scale: float, p: Floats) -> tuple[list[Floats], list[Floats]]:
         """Return the column and the row weights of each block as numbers."""
         columns, rows = self._units(scale, p)
         if not self.nb:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.kernels.machine.line import CompiledLine
 from mechdae.kernels.run.numpy_backend import NumpyFunction, Place
-from mechdae.types import Floats, Integers
+from mechdae.types import Floats, Integers, Matrix
 
 NOWHERE = -1
 
@@ -33,7 +33,7 @@ class PoseTable:
         """Return a column, a view."""
         return self.store[self.rows[i]] if self.rows[i] >= 0 else self.others[i]
 
-    def columns(self, own: Sequence[int]) -> Any:
+    def columns(self, own: Sequence[int]) -> Matrix:
         """Return some columns as an (n, k) array: a view where they lie one after another."""
         rows = [self.rows[i] for i in own]
         n = self.store.shape[1]
@@ -79,7 +79,7 @@ class PoseColumns:
     def __len__(self) -> int:
         return int(self.table.store.shape[1])
 
-    def __getitem__(self, key: tuple[slice, Any]) -> Any:
+    def __getitem__(self, key: tuple[slice, Any]) -> Floats:
         rows, columns = key
         if isinstance(columns, int | np.integer):
             return self.table.column(self._own[columns])[rows]
@@ -87,7 +87,7 @@ class PoseColumns:
             return self.table.columns(self._own[columns])[rows]
         return self.table.columns([self._own[i] for i in columns])[rows]
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Floats:
         return self.table.columns(self._own)
 
 
