@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -130,7 +129,7 @@ class ClosedStart:
         least = [ca.mmin(inner), ca.mmin(ca.fabs(inner))]
         return x, *least, far, between, worst
 
-    def __call__(self, u: Any, p: Floats) -> tuple[float, Floats, Floats] | None:
+    def __call__(self, u: Floats, p: Floats) -> tuple[float, Floats, Floats] | None:
         """Return length, unknowns and signs of the nearest mode at drivers `u`; None: not told."""
         length, *modes = self._call(u, self.wanted, self.angles, p)
         x, sign = np.empty(self.graphs.nx), np.ones(self.graphs.nb)

@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -94,7 +93,7 @@ class Closing:
     # -- equations without unknowns ----------------------------------------------------------
 
     @cached_property
-    def _still(self) -> Any:
+    def _still(self) -> Booleans:
         """Angles that parameters alone decide: whole turns do not count."""
         moving = ca.vertcat(self.scene.x, self.scene.u)
         return np.array(

@@ -49,7 +49,7 @@ def opening(solver: BlockSolver, model: Model, x: Unknowns, u: Floats) -> Gap:
     order = np.argsort(np.sum(misses**2, axis=1), kind="stable")[:BEST]
     p = solver.values
 
-    def value(at: Floats) -> tuple[Any, Any]:
+    def value(at: Floats) -> tuple[Floats, Floats]:
         full = x.copy()
         full[graph.own] = at
         F, J, _ = graph.value_at(full, u, p)

@@ -20,7 +20,7 @@ from mechdae.motion.assembly.platform import newton_steps
 from mechdae.motion.assembly.turns.turn_lattice import Lattice
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Integers, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrices, Unknowns
 
 FIRST = 256
 MOST = 16_384
@@ -102,7 +102,7 @@ class BlockSearch:
         return Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
 
     def __call__(
-        self, z: Any, u: Floats, hint: Floats, most: int = MOST, crowd: int = CROWD
+        self, z: Unknowns, u: Floats, hint: Floats, most: int = MOST, crowd: int = CROWD
     ) -> BlockSolutions:
         """Return the solutions for given earlier unknowns and driver values.
 
@@ -153,7 +153,7 @@ class BlockSearch:
         most = 2 * (1 + turns_at_most(values, period))
         return min(most, MOST_TURNS) if np.isfinite(most) else TURNS
 
-    def _values(self, x: Unknowns) -> tuple[Any, Any]:
+    def _values(self, x: Unknowns) -> tuple[Floats, Matrices]:
         """Return F (k, m) in units of the rows and J (k, m, n) in those of rows and unknowns."""
         F, J = self.function(x, *self._shared)
         J = J.reshape(-1, self.n, F.shape[1]).transpose(0, 2, 1)

@@ -31,7 +31,7 @@ from mechdae.motion.assembly.multistart import BlockSearch
 from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
-from mechdae.types import Floats, Jacobians, Unknowns
+from mechdae.types import Floats, Jacobians, Matrices, Unknowns
 
 SX = ca.SX
 LARGEST = 4
@@ -220,7 +220,7 @@ class _Boxes:
         within = np.abs(seen[:, lengths]).max(axis=1, initial=0.0) <= 1 + 1e-9
         return seen[within]
 
-    def _values(self, x: Unknowns) -> tuple[Any, Any]:
+    def _values(self, x: Unknowns) -> tuple[Floats, Matrices]:
         n = self.search.n
         F, J = self.chart.values(x, *self._known)
         return F, J.reshape(-1, n, F.shape[1]).transpose(0, 2, 1)

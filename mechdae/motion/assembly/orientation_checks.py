@@ -33,7 +33,7 @@ class OrientationChecks:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._of: dict[int, list[Any]] = {}
+        self._of: dict[int, list[Sym]] = {}
         self._told: dict[int, list[Any]] = {}
         self.quaternions = quaternions(scene.unknowns)
         """Places of those among the unknowns: a quaternion and its opposite are one orientation."""

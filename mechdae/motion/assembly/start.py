@@ -222,7 +222,7 @@ def doubts(
     return notes
 
 
-def start_values(plan: DriverPlan) -> Any:
+def start_values(plan: DriverPlan) -> Floats:
     """Return the drivers' values in the sketch, in their absence those of the first pose."""
     u = plan.sketch.copy()
     if np.isnan(u).any():

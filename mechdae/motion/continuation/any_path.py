@@ -74,7 +74,7 @@ class AnyPath(ABC):
     """
 
     origin: tuple[float, Floats]
-    sign: Any
+    sign: Floats
 
     def __init__(
         self, graphs: Graphs, constants: Constants, whole: Floats, largest: float, counts: Counts
@@ -136,7 +136,7 @@ class AnyPath(ABC):
         """The first and the last place that was followed."""
 
     @abstractmethod
-    def drivers(self, s: Floats) -> Any:
+    def drivers(self, s: Floats) -> Floats:
         """Return the drivers' values (n, nd) at `s` (n,)."""
 
     @abstractmethod
@@ -170,5 +170,5 @@ class AnyPath(ABC):
         """Return s (m,), x (m, nx), u (m, nd) of poses where all contacts follow the path."""
 
     @abstractmethod
-    def sizes(self) -> tuple[Any, Any]:
+    def sizes(self) -> tuple[Floats, Floats]:
         """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""

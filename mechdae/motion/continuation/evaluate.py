@@ -74,7 +74,7 @@ class Poses:
     uncertain: Any
     singular: Booleans
     error: Any
-    condition: Any
+    condition: Floats
     y: list[Any]
     bounds: dict[str, Floats] = field(default_factory=dict)
     fine: bool = False
@@ -166,7 +166,7 @@ class Evaluator:
                     result |= np.abs(s - middle) <= near / 2 + slack
         return result
 
-    def _limits(self, path: AnyPath, s: Any) -> dict[int, list[Limit]]:
+    def _limits(self, path: AnyPath, s: Floats) -> dict[int, list[Limit]]:
         """Return the poses that are limit positions, with their limits."""
         found: dict[int, list[Limit]] = {}
         for reach in path.reach.values():

@@ -60,7 +60,7 @@ class _Curve:
     columns: Any
     rows: Any
 
-    def near(self, y: Any, other: Any) -> bool:
+    def near(self, y: Floats, other: Floats) -> bool:
         return bool(np.all(np.abs(y - other) <= ARRIVED * self.columns))
 
 

@@ -186,7 +186,7 @@ class Legs(AnyPath):
         x, u = (np.vstack(parts) for parts in zip(first, *self._visited, strict=True))
         return np.full(len(x), np.nan), x, u
 
-    def sizes(self) -> tuple[Any, Any]:
+    def sizes(self) -> tuple[Floats, Floats]:
         return self._sizes, np.abs(self.corners).max(axis=0)
 
 

@@ -121,7 +121,7 @@ class LimitFinder:
         chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
         return chain, [chain.index(i) for i in g.blocks[b].own]
 
-    def evaluate(self, b: int, y: Any) -> list[Any]:
+    def evaluate(self, b: int, y: Any) -> list[Floats]:
         """Return what `Graphs.fold` gives of a block at y."""
         call = self.graphs.cache(("fold", b), lambda: Call(self.graphs.fold(b)))
         system, slope, J, F_y, bend = call(y, self.whole)

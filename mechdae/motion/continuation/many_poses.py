@@ -222,7 +222,9 @@ class ManyPoses:
     # -- tests: True where all poses pass by the largest numbers among them, else (n,) ----------
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _first(self, beta: list[Floats | float], eta: list[Floats], most: Any) -> bool:
+    def _first(
+        self, beta: list[Floats | float], eta: list[Floats], most: list[tuple[float, float]]
+    ) -> bool:
         """Return which poses are certified from their guesses, or told by the sign alone."""
         result: bool = True
         tells = self.evaluator.sign_tells

@@ -44,7 +44,7 @@ class Front:
         return self.path.s[-1] if self.up else self.path.s[0]
 
     @property
-    def state(self) -> Any:
+    def state(self) -> Floats:
         """The last node."""
         return self.path.state[-1] if self.up else self.path.state[0]
 
@@ -59,7 +59,7 @@ class Front:
         return self.path.alive(self.ended)
 
     @property
-    def sign(self) -> Any:
+    def sign(self) -> Floats:
         """Signs of the blocks' determinants."""
         return self.path.front[self.up]
 

@@ -23,7 +23,7 @@ class Certified:
 
     x: Any
     sure: Booleans
-    error: Any
+    error: Floats
     constants: Constants
 
 

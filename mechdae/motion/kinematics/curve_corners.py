@@ -7,8 +7,6 @@ has no rates from that order on; of a roller, which hangs on the tangent, from o
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -60,7 +58,7 @@ def _named(setting: Setting, run: Run, rows: Integers) -> str:
     return text + (f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else "")
 
 
-def _hide(evaluator: Evaluator, poses: Poses, group: int, order: Any) -> Integers:
+def _hide(evaluator: Evaluator, poses: Poses, group: int, order: Integers) -> Integers:
     """Write nan over rates that depend on a group; return the numbers of those poses."""
     after = evaluator.graphs.scene.hanging(group)
     columns = np.array(

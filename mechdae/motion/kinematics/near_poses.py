@@ -59,8 +59,8 @@ class StartState:
     numbers: dict[str, Number]
     s: float
     state: Floats
-    sign: Any
-    whole: Any
+    sign: Floats
+    whole: Floats
     consts: Floats
     kappa: Floats
     rho: Floats

@@ -17,7 +17,7 @@ from mechdae.motion.kinematics.prepared import Setting, covered, first_pose, pre
 from mechdae.motion.kinematics.sweep import cover
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats
+from mechdae.types import Booleans, Floats, Points
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class PoseArrays:
 
     u: Any
     ok: Booleans
-    error: Any
-    condition: Any
+    error: Points
+    condition: Floats
     _setting: Setting
     _y: list[Floats]
 

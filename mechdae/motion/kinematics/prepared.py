@@ -97,7 +97,7 @@ class Run:
     path: AnyPath
     evaluator: Evaluator
     poses: Poses
-    values: Any
+    values: Floats
     places: Any
     events: list[Json]
     summary: Summary

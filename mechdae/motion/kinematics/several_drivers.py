@@ -34,14 +34,14 @@ ALIKE = 1e-5
 the last bits of the driver."""
 
 
-def scales(setting: Setting) -> Any:
+def scales(setting: Setting) -> Floats:
     """Return the size of each driver, (nd,), see `driver_size`."""
     model = setting.scene.model
     length = model.mechanism.scale
     return np.array([driver_size(model, c, length) for c in setting.plan.coordinates])
 
 
-def walked(setting: Setting, x: Any, corners: Any) -> Legs:
+def walked(setting: Setting, x: Unknowns, corners: Floats) -> Legs:
     """Return the proved straight legs through the drivers' values `corners` (m, nd)."""
     graphs = setting.graphs.straight
 

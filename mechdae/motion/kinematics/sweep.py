@@ -29,7 +29,7 @@ from mechdae.motion.measures.measure import along_path, at_poses
 from mechdae.motion.setup.laws import Timing
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Result, Summary
-from mechdae.types import Floats
+from mechdae.types import Floats, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -113,7 +113,9 @@ def _followed(setting: Setting, task: Sweep) -> Run:
     return from_pose_to_pose(setting, task, u, x)
 
 
-def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = None) -> Run:
+def _along(
+    setting: Setting, task: Sweep, u: Floats, x: Unknowns, begin: float | None = None
+) -> Run:
     """Return the poses along one parameter: the value of the driver that moves, or time.
 
     The path starts from unknowns `x` at drivers' values `u`, at the time `begin` of laws where

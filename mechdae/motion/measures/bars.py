@@ -103,7 +103,7 @@ def _bars(scene: Scene, group: Group) -> list[tuple[str, tuple[str, str]]]:
     return found
 
 
-def _way(model: Any, joint: Any, link: str, ends: tuple[str, str]) -> Any:
+def _way(model: Any, joint: Any, link: str, ends: tuple[str, str]) -> Sym:
     """Return the velocity (3,) of the driven end per unit of the joint's coordinate, or None."""
     point = next(end for end in ends if end.split(".")[0] == link)
     axis = model.axes_of(joint.name)[0][:, 2]

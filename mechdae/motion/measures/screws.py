@@ -59,7 +59,7 @@ class Twists:
     `values` are y, y' of the poses, derivatives by a driver whose value of 1 is `unit` radians.
     """
 
-    def __init__(self, outputs: Outputs, values: list[Any], scale: float, unit: float) -> None:
+    def __init__(self, outputs: Outputs, values: list[Floats], scale: float, unit: float) -> None:
         n = self.count = len(values[0])
         self.scale, self.unit = scale, unit
         model = outputs.scene.model

@@ -34,7 +34,7 @@ class Sample:
     """Places (n,) of the path with y, y', ... (n, ny) there, derivatives by the driver."""
 
     s: Any
-    y: list[Any]
+    y: list[Floats]
 
 
 Family = Callable[[Sample], tuple[Any, Any]]
@@ -276,7 +276,7 @@ class Track:
     ) -> Floats:
         """Return the zeros of functions in their brackets [a, b]; nan where one is lost."""
 
-        def evaluate(rows: Integers, places: Any) -> tuple[Any, Any]:
+        def evaluate(rows: Integers, places: Any) -> tuple[Floats, Floats]:
             which = np.arange(len(rows))
             f, df = (part[which, columns[rows]] for part in family(self.at(places)))
             return f, df

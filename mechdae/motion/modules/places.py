@@ -71,7 +71,7 @@ def _split(lines: list[Floats], rest: Matrices) -> list[Matrices]:
     return [first[..., None] * one, second[..., None] * other]
 
 
-def _lines(lines: list[Any], d: Floats) -> list[Matrices]:
+def _lines(lines: list[Floats], d: Floats) -> list[Matrices]:
     first, second, third = lines
     with np.errstate(all="ignore"):
         volume = _dot(first, np.cross(second, third))

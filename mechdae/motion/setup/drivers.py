@@ -48,7 +48,7 @@ class DriverPlan:
     speed: Floats
     acceleration: Floats
     jerk: Floats
-    sketch: Any
+    sketch: Floats
     course: DriverCurve | None = None
     moving: int | None = None
     held: Any = None

@@ -142,7 +142,7 @@ def _turns(middle: Floats, X: Unknowns, Y: Floats, square: float) -> list[float]
     return [first + off, first - off]
 
 
-def _frame(along: Any, beside: Any) -> Any:
+def _frame(along: Floats, beside: Floats) -> Any:
     """Return a frame (3, 3) whose first axis leads along, its second one in the plane of both."""
     x = along / np.linalg.norm(along)
     y = beside - (beside @ x) * x

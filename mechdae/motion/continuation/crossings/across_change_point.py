@@ -55,7 +55,7 @@ class Zone:
 
     s: float
     crossings: tuple[Crossing, ...]
-    nodes: tuple[Any, ...]
+    nodes: tuple[Floats, ...]
     remainder: Floats
     action: str
     up: bool

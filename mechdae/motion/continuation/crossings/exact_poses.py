@@ -35,9 +35,9 @@ class ExactPose:
     """Unknowns of a block with two rates by s, and a bound of the unknowns' errors, all (n,)."""
 
     x: Any
-    v: Any
-    a: Any
-    error: Any
+    v: Floats
+    a: Floats
+    error: Floats
 
 
 class ExactPoses:

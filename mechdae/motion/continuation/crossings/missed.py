@@ -35,7 +35,7 @@ class Missed:
     C: float
     r: float
     tangent: Floats
-    v: Any
+    v: Floats
     unit: float
 
     @property
