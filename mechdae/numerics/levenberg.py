@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Matrices, Points, Unknowns
+from mechdae.types import Booleans, Floats, Jacobians, Matrices, Points, Unknowns
 
 Rows = tuple[Any, Any, Any]
 """Residuals (n, k, e), their derivatives by x (n, k, e, q) and by the own t (n, k, e) or None."""
@@ -239,7 +239,7 @@ def _scales(J: Floats, own: Matrices | None) -> tuple[Any, Any]:
 
 
 def _step(
-    F: Matrices, J: Floats, own: Matrices | None, scale: Floats, scale_own: Any, damping: Any
+    F: Matrices, J: Floats, own: Matrices | None, scale: Floats, scale_own: Any, damping: Floats
 ) -> tuple[Any, Any, Any]:
     """Return the damped steps of x and t and the decrease that the linear model expects."""
     n, k, e, q = J.shape
@@ -292,7 +292,7 @@ def polished(
     return *best, isolated
 
 
-def _whole(J: Any, own: Points | None) -> Any:
+def _whole(J: Jacobians, own: Points | None) -> Floats:
     """Return the Jacobian (k e, q + k) of all rows by all unknowns."""
     k, e, q = J.shape
     if own is None:

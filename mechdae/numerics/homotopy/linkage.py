@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -70,7 +70,7 @@ class PinLinkage:
         return walk(self._between)[0]
 
     @cached_property
-    def loops(self) -> Any:
+    def loops(self) -> Floats:
         """Signs of the steps in independent loops (l, steps)."""
         found = walk(self._between)[1]
         rows = np.zeros((len(found), len(self.steps)))
@@ -117,7 +117,7 @@ class PinLinkage:
 class ComplexDimensions:
     """Steps ``a`` (steps,) on their parts, directions ``n`` (slides,), and their mirror images."""
 
-    a: Any
+    a: Complexes
     n: Complexes
     mirrored_a: Complexes
     mirrored_n: Complexes
@@ -188,7 +188,7 @@ class _System:
             rate.append(slope)
         return np.concatenate(F, axis=1), np.concatenate(J, axis=1), np.concatenate(rate, axis=1)
 
-    def _at(self, t: Floats, side: int) -> tuple[Any, Any, Any, Any]:
+    def _at(self, t: Floats, side: int) -> tuple[Complexes, Complexes, Complexes, Complexes]:
         """Return loops' factors of turns and slides at t (n,), and their slopes."""
         t = t[:, None, None]
         A, B = self.constant[0][side] + 0 * t, self.slid[0][side] + 0 * t

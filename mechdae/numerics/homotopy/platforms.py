@@ -54,12 +54,12 @@ class PlatformPoses:
 
     position: Floats
     quaternion: Floats
-    error: Any
+    error: Floats
     regular: int
     far: int
     singular: int
     basis: str
-    every: Any
+    every: Complexes
     size: float
 
     @property
