@@ -100,7 +100,7 @@ class AsmtAssembly:
     parts: dict[str, AsmtPart]
     joints: list[AsmtJoint]
     motions: list[AsmtMotion]
-    gravity: Any
+    gravity: Floats
     times: tuple[float, float, float] | None
     others: list[str]
     remarks: list[str]

@@ -37,7 +37,7 @@ class AssemblyPlane:
     """A plane by two directions (3,) and its normal, a right-handed frame."""
 
     x: Any
-    y: Any
+    y: Floats
     normal: Floats
 
     def place(self, point: Floats) -> tuple[float, float]:

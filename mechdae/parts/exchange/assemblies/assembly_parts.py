@@ -90,7 +90,7 @@ class JoinedAssembly:
             return None
         return mass
 
-    def local(self, side: Side) -> Any:
+    def local(self, side: Side) -> Floats:
         """Return the place of a marker in the frame of its body (3,)."""
         if self.body(side) == GROUND:
             return self.markers[side].origin

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.parts.types.described.composition import CompositionDemand
 from mechdae.parts.types.schemes.shape import Wanted
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 CURVE, PATH, ANGLE, SLIDE = "curve", "path", "angle", "slide"
 TURN = 2 * np.pi
@@ -62,7 +61,7 @@ class Aim:
         """Whether the crank turns fully."""
         return self.span[1] - self.span[0] >= TURN * (1 - 1e-12)
 
-    def nodes(self, count: int) -> Any:
+    def nodes(self, count: int) -> Floats:
         """Return angles (k + count,): those of the targets, then some over the whole span."""
         low, high = self.span
         if self.turns:

@@ -33,7 +33,7 @@ class Resampled:
         (b, t) of the segments.
     """
 
-    points: Any
+    points: Complexes
     segment: Integers
     share: Floats
     steps: Complexes
@@ -95,7 +95,7 @@ class Wanted:
         (k,) complex, the closed polyline.
     """
 
-    corners: Any
+    corners: Complexes
 
     def __post_init__(self) -> None:
         points = resampled(np.asarray(self.corners, complex)[None], POINTS).points[0]

@@ -22,7 +22,7 @@ from mechdae.parts.types.schemes.targets.functions import FunctionFitting, based
 from mechdae.parts.types.schemes.targets.screened import screened_sets
 from mechdae.parts.types.schemes.targets.visits import VisitFitting, visited
 from mechdae.records import dataclass
-from mechdae.types import Complexes
+from mechdae.types import Complexes, Floats
 
 ANGLES = 360
 """Crank angles at which what was refined is measured."""
@@ -149,7 +149,7 @@ def _refined(piece: SchemePiece) -> FoundSets:
     return measured(piece.scheme, run.run(piece.count), aim, piece.rubbing)
 
 
-def _nodes(aim: Aim) -> Any:
+def _nodes(aim: Aim) -> Floats:
     """Return the crank angles at which sets are measured."""
     if aim.what == CURVE:
         return TURN * np.arange(ANGLES) / ANGLES

@@ -107,7 +107,7 @@ class VisitFitting(Fitting):
             self.extra[:, 2:] = TURN * numbers / GRID
             self._known = True
 
-    def _errors(self, places: Any, extra: Floats) -> ErrorsAt:
+    def _errors(self, places: Complexes, extra: Floats) -> ErrorsAt:
         trace, count = self.scheme.trace, len(self.target)
         size = 2 * (self.scheme.size - 1)
         whole = self.turned_at(places)
@@ -185,7 +185,9 @@ def errors_of(gaps: Complexes, aim: Aim) -> Any:
     return np.sqrt((np.array(aim.weights) * far**2).sum(axis=1))
 
 
-def _met(scheme: Scheme, places: Any, aim: Aim, target: Complexes) -> tuple[Floats, Complexes]:
+def _met(
+    scheme: Scheme, places: Complexes, aim: Aim, target: Complexes
+) -> tuple[Floats, Complexes]:
     """Return crank angles at which free targets are met best, and the places there (b, k)."""
     grid = TURN * np.arange(4 * GRID) / (4 * GRID)
     numbers, senses = assigned(turned(scheme, places, grid).x[scheme.trace], aim)
