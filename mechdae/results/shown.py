@@ -13,7 +13,7 @@ from mechdae.errors import UnavailableError
 from mechdae.types import Floats
 
 
-def shown_columns(result: Any) -> list[tuple[str, str, Any]]:
+def shown_columns(result: Any) -> list[tuple[str, str, Floats]]:
     """Return the columns of a result in the units that it is shown in."""
     if not result.units.asked:
         return list(result.columns())
