@@ -52,6 +52,20 @@ class MechdaeError(Exception):
         return self
 
 
+class within:  # noqa: N801  (used like a function)
+    """Put a place before that of an error that is raised inside the block."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        if isinstance(error, MechdaeError):
+            error.inside(self.place).__suppress_context__ = True
+
+
 class InputError(MechdaeError, ValueError):
     """Something the user wrote is wrong."""
 

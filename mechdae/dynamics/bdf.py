@@ -16,13 +16,11 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.integrate import LEAST, Integrator, Nodes
+from mechdae.dynamics.integrate import LEAST, DormandPrince, Integrator, Nodes
 from mechdae.kernels.graphs.stepper import CLOSED, ROUNDING, SLOW
 from mechdae.kernels.run.casadi_warnings import quiet
 from mechdae.numerics import radau
 from mechdae.types import Floats, Graph, Sym, Unknowns
-
-NAME = "bdf, CVODES"
 
 COUNT = 64
 """States of a window."""
@@ -41,39 +39,72 @@ STRICT = 0.25
 """Share of the tolerance that a step may have."""
 
 
-class Bdf(Integrator):
-    """Integrates a motion by CVODES from states given.
+class ImplicitMethod(Integrator):
+    """A method for stiff forces: states are nodes, those between are integrated from the last."""
 
-    Parameters
-    ----------
-    setup
-        Of the motion.
-    active
-        Whether CVODES integrates from the start, or from where a force is found stiff.
-    """
+    implicit = True
 
-    def __init__(self, setup: MotionProblem, active: bool = True) -> None:
+    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+        lay, states = self.layout, nodes.states
+        starts = lay.of(states, "t")
+        rows = []
+        near = 1e-12 * self.setup.end
+        for time in times:
+            place = int(np.clip(np.searchsorted(starts, time + near) - 1, 0, len(states) - 1))
+            gap = time - starts[place]
+            if place + 1 < len(starts) and abs(starts[place + 1] - time) <= near:
+                rows.append(states[place + 1])
+            elif gap <= near:
+                rows.append(states[place])
+            else:
+                rows.append(self.stepped(states[place], float(gap), nodes.signs))
+        found = np.array(rows)
+        return lay.of(found, "x"), lay.of(found, "v"), lay.of(found, "w")
+
+    def _states(
+        self, state: Floats, times: Floats, x: Unknowns, v: Floats, works: Any, signs: Floats
+    ) -> Any:
+        """Return states (n, .) with what belongs to them, on the constraints; None off them."""
+        lay, sizes = self.layout, self.kernel.sizes
+        if self.kernel.m or self.kernel.slips:
+            x, v, closed = self._closed(times[:, None], x, v, signs)
+            if not closed:
+                return None
+        a, inner = self.rates(times[:, None], x, v, signs)
+        self.rhs += len(times)
+        states = np.tile(state, (len(times), 1))
+        m = inner[:, inner.shape[1] - self.kernel.rubs :]
+        for name, value in (("t", times[:, None]), ("x", x), ("v", v), ("a", a), ("m", m)):
+            states[:, lay[name]] = value
+        if works is not None:
+            states[:, lay["w"]] = works
+        top = float(lay.of(state, "omega"))
+        highest = np.maximum(np.abs(v / sizes), np.sqrt(np.abs(a / sizes))).max(axis=1, initial=0.0)
+        states[:, lay["omega"]] = np.maximum.accumulate(np.maximum(highest, top))[:, None]
+        return states if np.isfinite(states).all() else None
+
+    def _closed(
+        self, t: Floats, x: Unknowns, v: Floats, signs: Floats
+    ) -> tuple[Floats, Floats, bool]:
+        """Return states (n, .) on the constraints, and whether they are."""
+        miss = np.inf
+        for _ in range(PROJECTIONS):
+            x, v, left = self._project(t, x, v, signs)
+            before, miss = miss, float(np.max(left))
+            if miss <= ROUNDING or not miss < before / 2:
+                break
+        grain = ROUNDING * (1 + float(np.max(np.abs(x / self.kernel.sizes), initial=0.0)))
+        return x, v, miss <= CLOSED * self.setup.tolerance + grain + self.setup.closure
+
+
+class Cvodes(ImplicitMethod):
+    """CVODES' formulas, over windows of states."""
+
+    name = "bdf, CVODES"
+
+    def __init__(self, setup: MotionProblem) -> None:
         super().__init__(setup)
-        self.active = active
-        self.switched = False
         self._short: dict[int, Any] = {}
-
-    @property
-    def implicit(self) -> bool:
-        """Whether stiff forces do not hold the steps."""
-        return self.active
-
-    @property
-    def name(self) -> str:
-        """The method."""
-        if not self.active:
-            return super().name
-        return f"{super().name}; then {NAME}" if self.switched else NAME
-
-    def turn_stiff(self) -> bool:
-        """Go on by CVODES."""
-        self.switched, self.active = not self.active, True
-        return True
 
     @cached_property
     def _equations(self) -> dict[str, Sym]:
@@ -147,28 +178,6 @@ class Bdf(Integrator):
         works = w + energy * np.array(found["qf"]).T if lay.works else None
         return self._states(state, times, x, v, works, signs)
 
-    def _states(
-        self, state: Floats, times: Floats, x: Unknowns, v: Floats, works: Any, signs: Floats
-    ) -> Any:
-        """Return states (n, .) with what belongs to them, on the constraints; None off them."""
-        lay, sizes = self.layout, self.kernel.sizes
-        if self.kernel.m or self.kernel.slips:
-            x, v, closed = self._closed(times[:, None], x, v, signs)
-            if not closed:
-                return None
-        a, inner = self.rates(times[:, None], x, v, signs)
-        self.rhs += len(times)
-        states = np.tile(state, (len(times), 1))
-        m = inner[:, inner.shape[1] - self.kernel.rubs :]
-        for name, value in (("t", times[:, None]), ("x", x), ("v", v), ("a", a), ("m", m)):
-            states[:, lay[name]] = value
-        if works is not None:
-            states[:, lay["w"]] = works
-        top = float(lay.of(state, "omega"))
-        highest = np.maximum(np.abs(v / sizes), np.sqrt(np.abs(a / sizes))).max(axis=1, initial=0.0)
-        states[:, lay["omega"]] = np.maximum.accumulate(np.maximum(highest, top))[:, None]
-        return states if np.isfinite(states).all() else None
-
     @cached_property
     def _inertia(self) -> float:
         """Natural size of the inertia, kg m^2."""
@@ -177,38 +186,8 @@ class Bdf(Integrator):
         M = k.value("parts", 0.0, none + 0.1 * k.sizes, none, self.setup.loose)[0]
         return float(np.mean(np.diag(M) * k.sizes**2)) if k.n else 1.0
 
-    def _closed(
-        self, t: Floats, x: Unknowns, v: Floats, signs: Floats
-    ) -> tuple[Floats, Floats, bool]:
-        """Return states (n, .) on the constraints, and whether they are."""
-        miss = np.inf
-        for _ in range(PROJECTIONS):
-            x, v, left = self._project(t, x, v, signs)
-            before, miss = miss, float(np.max(left))
-            if miss <= ROUNDING or not miss < before / 2:
-                break
-        grain = ROUNDING * (1 + float(np.max(np.abs(x / self.kernel.sizes), initial=0.0)))
-        return x, v, miss <= CLOSED * self.setup.tolerance + grain + self.setup.closure
-
-    def steps(
-        self, state: Floats, signs: Floats, end: float | None = None, longest: float = np.inf
-    ) -> Iterator[Nodes]:
-        """Yield accepted steps, windows of states once a force is stiff, until a time."""
-        end = self.setup.end if end is None else end
-        if not self.active:
-            for nodes in super().steps(state, signs, end, longest):
-                yield nodes
-                state = nodes.states[-1]
-                if self.active:
-                    break
-            else:
-                return
-        yield from self._windows(state, signs, end, longest)
-
-    def _windows(self, state: Floats, signs: Floats, end: float, limit: float) -> Iterator[Nodes]:
-        """Yield windows of states until a time or one of no length; no step is beyond a limit."""
-        lay = self.layout
-        longest = np.inf
+    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+        lay, limit, longest = self.layout, longest, np.inf
         while state[lay["t"]][0] < end:
             t = float(state[lay["t"]][0])
             omega = self._frequency(state[lay["v"]], state[lay["a"]])
@@ -243,67 +222,70 @@ class Bdf(Integrator):
             return min(fine, least)
         return float(gaps[0] / max(1.0, np.ceil(gaps[0] / min(fine, least))))
 
-    def between(self, nodes: Nodes, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return x, v and works (n, .) at times between states of a window."""
-        if not self.active:
-            return super().between(nodes, times)
-        lay, states = self.layout, nodes.states
-        starts = lay.of(states, "t")
-        times = np.asarray(times, float)
-        rows = []
-        near = 1e-12 * self.setup.end
-        for time in times:
-            place = int(np.clip(np.searchsorted(starts, time + near) - 1, 0, len(states) - 1))
-            gap = time - starts[place]
-            if place + 1 < len(starts) and abs(starts[place + 1] - time) <= near:
-                rows.append(states[place + 1])
-            elif gap <= near:
-                rows.append(states[place])
-            else:
-                rows.append(self.stepped(states[place], float(gap), nodes.signs))
-        found = np.array(rows)
-        return lay.of(found, "x"), lay.of(found, "v"), lay.of(found, "w")
-
     def stepped(self, state: Floats, h: float, signs: Floats) -> Any:
-        """Return the state a time later."""
-        if not self.active:
-            return super().stepped(state, h, signs)
         found = self._integrated(self._single, state, h, signs)
         if found is None:
             return np.full_like(state, np.nan)
         return found[0]
 
 
-class Radau(Bdf):
+class Automatic(Cvodes, DormandPrince):
+    """Dormand and Prince's method until a force is found stiff, CVODES from there on."""
+
+    name, implicit = DormandPrince.name, False
+
+    def turn_stiff(self) -> bool:
+        self.name, self.implicit = f"{DormandPrince.name}; then {Cvodes.name}", True
+        return True
+
+    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+        if not self.implicit:
+            for nodes in DormandPrince._step_impl(self, state, signs, end, longest):
+                yield nodes
+                state = nodes.states[-1]
+                if self.implicit:
+                    break
+            else:
+                return
+        yield from super()._step_impl(state, signs, end, longest)
+
+    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+        method = Cvodes if self.implicit else DormandPrince
+        return method._dense_output_impl(self, nodes, times)
+
+    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+        method = Cvodes if self.implicit else DormandPrince
+        return method.stepped(self, state, h, signs)
+
+
+class Radau(ImplicitMethod):
     """Integrates a motion by Radau IIA of order 5: each accepted step is a state."""
 
-    @property
-    def name(self) -> str:
-        return "Radau IIA 5"
+    name = "Radau IIA 5"
 
     @cached_property
     def _slopes(self) -> Any:
         """(t, x, v, signs) -> derivatives of x'' by x and v, (n, 2 n), by columns."""
         k = self.kernel
 
-        def made() -> Any:
+        def build() -> Any:
             a = k.rhs(*k.inputs)[0]
             found = ca.jacobian(a, ca.vertcat(k.x, k.v))
             return k.function("slopes", [ca.vec(ca.densify(found))])
 
-        return k.call("slopes of rates", made)
+        return k.call("slopes of rates", build)
 
     @cached_property
     def _powers(self) -> Any:
         """(t, x, v, signs) -> powers (works,) for many states."""
         k, stepper = self.kernel, self.stepper
 
-        def made() -> Any:
+        def build() -> Any:
             a, inner = k.rhs(*k.inputs)
             power = stepper.power(*k.inputs[:4], a, stepper._sizes(inner), k.c)
             return ca.Function("powers", k.inputs, [ca.densify(power)])
 
-        return k.batch("powers", made)
+        return k.batch("powers", build)
 
     def _along(self, state: Floats, end: float, signs: Floats, first: float, limit: float) -> Any:
         """Yield the states behind each step up to a time.
@@ -355,10 +337,10 @@ class Radau(Bdf):
             state[lay["h"]] = step.next_length
             yield state
 
-    def _windows(self, state: Floats, signs: Floats, end: float, limit: float) -> Iterator[Nodes]:
+    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
         lay, found = self.layout, [state]
         try:
-            for behind in self._along(state, end, signs, float(lay.of(state, "h")), limit):
+            for behind in self._along(state, end, signs, float(lay.of(state, "h")), longest):
                 found.append(behind)
                 if len(found) > CHUNK:
                     yield Nodes(np.array(found), signs)
@@ -370,7 +352,6 @@ class Radau(Bdf):
             yield Nodes(np.array(found), signs)
 
     def stepped(self, state: Floats, h: float, signs: Floats) -> Floats:
-        """Return the state a time later; its steps do not count."""
         counts, last = (self.accepted, self.rejected), state
         end = float(self.layout.of(state, "t")) + h
         try:

@@ -40,12 +40,12 @@ def check_start(setup: MotionProblem, begin: Start) -> None:
     """
     r = setup.released
 
-    def made() -> Call:
+    def build() -> Call:
         rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else ca.SX(0, 1)
         inputs = [r.model.q, r.t, r.signs, r.model.p]
         return Call(ca.Function("rows", inputs, [ca.densify(rows)]))
 
-    values = r.cache("rows", made)(begin.q, 0.0, setup.loose, setup.model.p_values)[0]
+    values = r.cache("rows", build)(begin.q, 0.0, setup.loose, setup.model.p_values)[0]
     sizes = np.array([row_size(row.unit, setup.length) for row in r.rows])
     left = {
         row.name: float(value)

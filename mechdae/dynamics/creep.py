@@ -109,8 +109,8 @@ class Creep:
         """Return what to say about it."""
         moment = {"rad/s": "N m", "m/s": "N"}
         return [
-            f"smooth friction of {name} creeps at up to {own['bound']:.6g} {own['unit']} where it "
-            f"would stick (load {own['load']:.6g} of {own['limit']:.6g} {moment[own['unit']]} at "
-            f"t = {own['time']:.6g} s)"
-            for name, own in self.found.items()
+            f"smooth friction of {name} creeps at up to {top['bound']:.6g} {top['unit']} where it "
+            f"would stick (load {top['load']:.6g} of {top['limit']:.6g} {moment[top['unit']]} at "
+            f"t = {top['time']:.6g} s)"
+            for name, top in self.found.items()
         ]

@@ -12,6 +12,7 @@ from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.errors import InfeasibleMotionError
 from mechdae.numerics.null_space import rank
+from mechdae.results import Event, motion_event
 from mechdae.types import Floats, Unknowns
 
 DEAD = 1e-6
@@ -69,7 +70,7 @@ def dead_point(
     worst = int(np.argmax(np.abs(rest)))
     size = float(np.linalg.norm(rest) * k.gaps[worst])
     units = " rad/s" if r.units[worst] == "rad" else " m/s"
-    return size, f"{names[worst]}{units}", {name: own for name, own in found.items() if own}
+    return size, f"{names[worst]}{units}", {name: gap for name, gap in found.items() if gap}
 
 
 def feasible(setup: MotionProblem, t: Any, x: Unknowns, v: Floats, signs: Any) -> Any:
@@ -118,7 +119,7 @@ class Growth:
     Attributes
     ----------
     found : dict or None
-        Time, coordinate, its value, the load that put in most work.
+        Coordinate, its speed, the load that put in most work.
     """
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
@@ -179,29 +180,28 @@ class Growth:
         k = int(np.argmax(np.abs(v / sizes)))
         name = ".".join(self.setup.released.coordinates[k].key)
         works = dict(zip(self.setup.works, w.tolist(), strict=True))
-        load = max(works, key=lambda own: works[own]) if works else ""
+        load = max(works, key=lambda name: works[name]) if works else ""
         unit = f"{kind_of(name).unit}/s"
-        self.found = {"time": float(t), "coordinate": name, "speed": float(v[k])}
-        self.found["unit"] = unit
+        self.found = {"coordinate": name, "speed": float(v[k]), "unit": unit}
         self.found |= {"load": load, "work": works[load]} if load and works[load] > 0 else {}
-        event = {"kind": "unbounded", "code": "S7", "at": float(t), **self.found}
-        return Cut(state, end=(self._fault(), event))
+        event = motion_event("unbounded", float(t), code="S7", **self.found)
+        return Cut(state, end=(self._fault(float(t)), event))
 
-    def _fault(self) -> str:
+    def _fault(self, t: float) -> str:
         """Return what to say about it."""
         assert self.found is not None
-        own = self.found
-        source = f"; load {own['load']} has put in {own['work']:.3g} J" if "load" in own else ""
+        top = self.found
+        source = f"; load {top['load']} has put in {top['work']:.3g} J" if "load" in top else ""
         return (
-            f"speeds grow without bound (S7): {own['coordinate']} has {own['speed']:.3g} "
-            f"{own['unit']} at t = {own['time']:.9g} s of {self.setup.end:g} s{source}; the states "
+            f"speeds grow without bound (S7): {top['coordinate']} has {top['speed']:.3g} "
+            f"{top['unit']} at t = {t:.9g} s of {self.setup.end:g} s{source}; the states "
             "up to there are kept. A negative damping does this"
         )
 
 
 def stalled(
     setup: MotionProblem, integrator: Integrator, sticking: Sticking, state: Any, signs: Any
-) -> tuple[str, dict[str, Any]]:
+) -> tuple[str, Event]:
     """Return the fault and the event of a step size that went to nothing."""
     lay = integrator.layout
     t, x, v, h = (lay.of(state, name) for name in ("t", "x", "v", "h"))
@@ -211,22 +211,21 @@ def stalled(
         error = infeasible(t, dead)
         fault = f"{error.what}; the states up to there are kept. Try: {error.hint}"
         left = {"residual": dead[0], "residuals": dead[2]}
-        return fault, {"kind": "infeasible", "code": "S4", "at": t, "time": t, **left}
-    event: dict[str, Any] = {"kind": "stalled", "code": "S7", "at": t, "time": t}
-    event["step"] = float(h)
+        return fault, motion_event("infeasible", t, code="S4", **left)
+    facts: dict[str, Any] = {"step": float(h)}
     more = []
     if setup.kernel.m:
         _, sigma, _ = singular_values(setup, t, x, v)
         kept = sigma[: rank(sigma)]
-        event["sigma_min"] = float(kept[-1] / sigma[0]) if len(kept) else 0.0
-        more.append(f"least singular value of the constraints {event['sigma_min']:.2g}")
+        facts["sigma_min"] = float(kept[-1] / sigma[0]) if len(kept) else 0.0
+        more.append(f"least singular value of the constraints {facts['sigma_min']:.2g}")
     if setup.kernel.rubs:
         kappa = float(sticking.sizes.contractions(t, x, v, signs)[0])
-        event["kappa"] = kappa
+        facts["kappa"] = kappa
         more.append(f"coupling of friction {kappa:.3g}")
     if sticking.k:
         mode = sticking.mode(signs)
-        event["mode"] = mode
+        facts["mode"] = mode
         words = {0.0: "sticks", 1.0: "slides up", -1.0: "slides down"}
         more += [f"{name} {words[side]}" for name, side in mode.items()]
     told = f" ({', '.join(more)})" if more else ""
@@ -235,12 +234,12 @@ def stalled(
         f"{setup.end:g} s{told}; the states up to there are kept. Forces that grow without bound, "
         "or a pose no motion leads through, do this"
     )
-    return fault, event
+    return fault, motion_event("stalled", t, code="S7", **facts)
 
 
 def crawling(
     setup: MotionProblem, integrator: Integrator, state: Floats, steps: int
-) -> tuple[str, dict[str, Any]]:
+) -> tuple[str, Event]:
     """Return the fault and the event of a motion that takes too many steps."""
     t, h = (float(integrator.layout.of(state, name)) for name in "th")
     fault = (
@@ -248,4 +247,4 @@ def crawling(
         f"t = {t:.9g} s of {setup.end:g} s; the states up to there are kept. Try: a method for "
         'stiff forces, method = "bdf", or a larger tolerance'
     )
-    return fault, {"kind": "stalled", "code": "S7", "at": t, "time": t, "step": h}
+    return fault, motion_event("stalled", t, code="S7", step=h)

@@ -29,7 +29,7 @@ from mechdae.equations.motion_equations import Law, Released
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.equations.tree.bars import check_in_space
 from mechdae.equations.tree.choice import released_model
-from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.errors import InputError, UnavailableError, within
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.smooth_friction import Smooth
 from mechdae.kernels.graphs.stepper import Stepper
@@ -172,13 +172,13 @@ class MotionProblem:
         """Return the values and the rates of the laws of time, for pieces of tables."""
         loads, model = self.loads, self.model
 
-        def made() -> Call:
+        def build() -> Call:
             values = ca.densify(ca.vertcat(SX(0, 1), *[law.value for law in self.laws]))
             symbols = ca.vertcat(SX(0, 1), *[table.symbols for table in loads.timed])
             rates = ca.densify(ca.jacobian(values, loads.time))
             return Call(ca.Function("laws", [loads.time, symbols, model.p], [values, rates]))
 
-        return list(self.cache("laws", made)(t, pieces, model.p_values))
+        return list(self.cache("laws", build)(t, pieces, model.p_values))
 
     def sided(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Floats:
         """Return inputs (n, k) of dry friction with the signs that smoothed friction has."""
@@ -267,18 +267,18 @@ class MotionProblem:
                 raise InputError(f"a speed above 0 is needed, not {given[key]:g}", where=key)
         found = []
         for slip in self.rubbing.slips:
-            own = given["omega_s" if slip.unit == "rad" else "v_s"]
+            width = given["omega_s" if slip.unit == "rad" else "v_s"]
             radius = values.get(f"{slip.owner}.pin_radius", 0.0)
-            if own is None and slip.unit == "rad" and given["v_s"] is not None and radius > 0:
-                own = given["v_s"] / radius
-            if own is None:
+            if width is None and slip.unit == "rad" and given["v_s"] is not None and radius > 0:
+                width = given["v_s"] / radius
+            if width is None:
                 key = "omega_s" if slip.unit == "rad" else "v_s"
                 raise InputError(
                     f"smooth friction of {slip.owner} needs '{key}', the speed over which it grows",
                     where=key,
                     hint="a thousandth of the speeds of the motion, or less",
                 )
-            found.append(own)
+            found.append(width)
         return np.array(found)
 
     @cached_property
@@ -298,8 +298,8 @@ class MotionProblem:
         a = SX.sym("a", r.x.numel())
         m = SX.sym("m", self.kernel.rubs)
         lost = [
-            sum((self._part(j) * rate * m[j] for j, rate in own), SX(0))
-            for own in r.losses.values()
+            sum((self._part(j) * rate * m[j] for j, rate in rates), SX(0))
+            for rates in r.losses.values()
         ]
         powers = [*r.powers.values(), *[-part for part in lost]]
         if self.laws:
@@ -412,17 +412,13 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
     laws = []
     for i, driver in enumerate(task.drivers or ()):
         if driver.table is not None:
-            try:
+            with within(f"drivers[{i}].table"):
                 value = _tabulated(model, loads, driver, known, f"drivers[{i}].table")
-            except MechdaeError as problem:
-                raise problem.inside(f"drivers[{i}].table") from None
             laws.append(Law(coordinate(model.mechanism, driver.coordinate), value))
             continue
         text: float | str = driver.law if driver.law is not None else (driver.at or (0.0,))[0]
-        try:
+        with within(f"drivers[{i}].law"):
             value = SX(build(text, known, FUNCTIONS)) if isinstance(text, str) else SX(text)
-        except MechdaeError as problem:
-            raise problem.inside(f"drivers[{i}].law") from None
         laws.append(Law(coordinate(model.mechanism, driver.coordinate), value))
     return laws
 
@@ -440,10 +436,8 @@ def _tabulated(
     numbers: dict[str, Any] = {}
     for word in ("factor", "shift", "period"):
         given = getattr(table, word)
-        try:
+        with within(word):
             numbers[word] = build(given, known, FUNCTIONS) if isinstance(given, str) else given
-        except MechdaeError as problem:
-            raise problem.inside(word) from None
     if table.interpolation == "linear" and len(table.points) > 2:
         raise InputError(
             "straight lines jump in their speed, which no driver can", where="interpolation",
@@ -479,8 +473,10 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
             hint='friction = "none" leaves it out',
         )
     joints = mechanism.joints
-    other = [own for own in found if not joints[own].smoothed or joints[own].rubs_all_ways(values)]
-    gliding = [own for own in found if joints[own].rubs_all_ways(values)]
+    other = [
+        name for name in found if not joints[name].smoothed or joints[name].rubs_all_ways(values)
+    ]
+    gliding = [name for name in found if joints[name].rubs_all_ways(values)]
     if gliding and task.friction != "smooth" and task.method not in (None, "explicit"):
         raise UnavailableError(
             f"friction of {', '.join(gliding)} needs the explicit method: its direction turns in "
@@ -523,7 +519,7 @@ def idle(setup: MotionProblem) -> list[tuple[str, str]]:
     M, f, J, _ = kernel.parts(*kernel.inputs[:4], SX(ca.DM(kernel.numbers)))
     found = []
     for i in np.flatnonzero(~moved).tolist():
-        own: list[Sym] = [*SX(M[:, i]).nonzeros(), *SX(J[:, i]).nonzeros(), SX(f)[i]]
-        if all(entry.is_zero() for entry in own):
+        entries: list[Any] = [*SX(M[:, i]).nonzeros(), *SX(J[:, i]).nonzeros(), SX(f)[i]]
+        if all(entry.is_zero() for entry in entries):
             found.append(setup.plain.coordinates.keys[i])
     return found

@@ -27,14 +27,14 @@ LEAST = 1e-150
 def pressing(k: Any) -> Any:
     """Return the batch (t, x, v, signs) -> sizes of friction of a kernel, and forms they are of."""
 
-    def made() -> Any:
+    def build() -> Any:
         _, starts, slopes = k.coupling(*k.inputs)
         _, inner, _ = k.coupled(*k.inputs)
         sizes = inner[k.m + k.slips :]
         results = [ca.densify(sizes), ca.densify(starts + slopes @ sizes)]
         return ca.Function("pressing", k.inputs, results)
 
-    return k.batch("pressing", made)
+    return k.batch("pressing", build)
 
 
 class Sizes:
@@ -66,12 +66,12 @@ class Sizes:
     def _coupling(self) -> Any:
         k = self.kernel
 
-        def made() -> Graph:
+        def build() -> Graph:
             columns, starts, slopes = k.coupling(*k.inputs)
             results = [ca.vec(columns), starts, ca.vec(slopes)]
             return without_repeats("coupling", k.inputs, results)
 
-        return k.batch("coupling", made)
+        return k.batch("coupling", build)
 
     def _growths(
         self, t: Floats | float, x: Unknowns, v: Floats, signs: Floats
@@ -83,13 +83,13 @@ class Sizes:
         slopes = slopes.reshape(n, rubs, -1).transpose(0, 2, 1)
         K = np.empty((n, rubs, rubs))
         forms: Any = None
-        if any(own in ACROSS for own in self._laws):
+        if any(law in ACROSS for law in self._laws):
             at = np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs
             forms = pressing(self.kernel)(*at)[1]
-        for j, (place, own) in enumerate(zip(self.kernel.places, self._laws, strict=True)):
+        for j, (place, law) in enumerate(zip(self.kernel.places, self._laws, strict=True)):
             part = slopes[:, place]
-            norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)
-            if own in ACROSS:  # of p t / |t| at this state: beside it the bound is another
+            norm = np.linalg.norm(part, axis=1) if law == "length" else np.abs(part).max(axis=1)
+            if law in ACROSS:  # of p t / |t| at this state: beside it the bound is another
                 p, size = forms[:, place][:, 0], np.linalg.norm(forms[:, place][:, 1:], axis=1)
                 norm = (
                     np.abs(part[:, 0])
@@ -110,7 +110,7 @@ class Sizes:
         Forces of teeth on bearings stay as they are.
         """
         K, weights = (part[0] for part in self._growths(t, x, v, signs))
-        rubs = [own.friction for own in self.setup.released.rubbing.feedbacks]
+        rubs = [feedback.friction for feedback in self.setup.released.rubbing.feedbacks]
         given = weights - (K * ~np.array(rubs)) @ weights
         share = float(np.min(given / np.maximum((K * np.array(rubs)) @ weights, 1e-300)))
         return max(share, 0.0)
@@ -142,8 +142,8 @@ class Sizes:
     @property
     def joints(self) -> list[str]:
         """Joints whose friction follows from their reactions."""
-        own = self.setup.released.rubbing.feedbacks
-        return list(dict.fromkeys(feedback.joint for feedback in own if feedback.friction))
+        feedbacks = self.setup.released.rubbing.feedbacks
+        return list(dict.fromkeys(feedback.joint for feedback in feedbacks if feedback.friction))
 
     def pulls(self, t: float, x: Unknowns, v: Floats, signs: Floats, m: Any = None) -> bool:
         """Return whether a contact that is declared one-sided would have to pull.
@@ -171,13 +171,13 @@ class Sizes:
         Contacts declared one-sided do not pull, what starts moves the way its friction says, and
         the solution of slips that have started is followed. A rule that none agrees with is none.
         """
-        own = self._rates(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
-        own = own[len(own) - self.kernel.rubs :]
+        sizes = self._rates(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
+        sizes = sizes[len(sizes) - self.kernel.rubs :]
         rubbing = self.setup.released.rubbing
         places = [j for j, k in enumerate(rubbing.owners) if k in self.started]
 
         def follows(m: Any) -> bool:
-            return apart(m[places], own[places]) <= SAME
+            return apart(m[places], sizes[places]) <= SAME
 
         rules = {
             "contacts that are declared one-sided would have to pull": (
@@ -191,7 +191,7 @@ class Sizes:
             kept = found if rule is None else [entry for entry in found if rule(entry[0])]
             if len(found) > 1 and 0 < len(kept) < len(found):
                 found, used = kept, [*used, text]
-        if len(found) > 1 or apart(found[0][0], own) > SAME:  # Newton's method is elsewhere
+        if len(found) > 1 or apart(found[0][0], sizes) > SAME:  # Newton's method is elsewhere
             return False
         told = (
             f"from t = {t:.9g} s on {count} solutions fit the dry friction of "

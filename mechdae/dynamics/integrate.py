@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any, Protocol
@@ -14,6 +15,7 @@ from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
+from mechdae.results import Event
 from mechdae.types import Floats, Unknowns
 
 LEAST = 1e-13
@@ -57,7 +59,7 @@ class Cut:
     state: Floats
     turn: Any = None
     verdict: NoWay | None = None
-    end: tuple[str, dict[str, Any]] | None = None
+    end: tuple[str, Event] | None = None
 
 
 class Watcher(Protocol):
@@ -67,52 +69,48 @@ class Watcher(Protocol):
         """Look at accepted steps; return where the motion does not go on as it did."""
 
 
-class Integrator:
-    """Integrates a motion from states given.
+class Integrator(ABC):
+    """Integrates a motion from states given, by a method: its steps, states inside them, one step.
 
     Attributes
     ----------
+    name : str
+        The method.
+    implicit : bool
+        Whether stiff forces do not hold the steps.
     accepted, rejected, rhs : int
         Counts of work.
     """
+
+    name: str
+    implicit = False
 
     def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.kernel, self.stepper = setup, setup.kernel, setup.stepper
         self.layout = self.stepper.layout
         self.accepted = self.rejected = self.rhs = 0
 
-    @property
-    def name(self) -> str:
-        """The method."""
-        return "explicit, Dormand-Prince 8(5,3)"
-
-    @property
-    def implicit(self) -> bool:
-        """Whether stiff forces do not hold the steps."""
-        return False
-
     def turn_stiff(self) -> bool:
         """Go on by a method for stiff forces; return whether there is one."""
         return False
+
+    @abstractmethod
+    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+        """Yield accepted steps, several at a time, until a time or one of no length."""
+
+    @abstractmethod
+    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+        """Return x, v and works (n, .) at times inside accepted steps."""
+
+    @abstractmethod
+    def stepped(self, state: Floats, h: float, signs: Floats) -> Floats:
+        """Return the state a time later; its steps do not count."""
 
     # -- functions -----------------------------------------------------------------------------
 
     @cached_property
     def _rhs(self) -> Any:
         return self.kernel.call("rhs", lambda: self.kernel.rhs)
-
-    @cached_property
-    def _chunk(self) -> Chunk:
-        found: Chunk = self.kernel.cache("chunk", lambda: Chunk(self.stepper))
-        return found
-
-    @cached_property
-    def _step(self) -> Any:
-        return self.kernel.call("step", lambda: self.stepper.step)
-
-    @cached_property
-    def _dense(self) -> Any:
-        return self.kernel.batch("dense", lambda: self.stepper.dense, (6,))
 
     @cached_property
     def _project(self) -> Any:
@@ -174,66 +172,11 @@ class Integrator:
         self, state: Floats, signs: Floats, end: float | None = None, longest: float = np.inf
     ) -> Iterator[Nodes]:
         """Yield accepted steps, none longer than `longest`, until a time or a step of nothing."""
-        lay, end = self.layout, self.setup.end if end is None else end
-        given = [end, self.setup.tolerance, longest]
-        numbers = np.concatenate([given, signs, self.kernel.numbers])
-        while state[lay["t"]][0] < end:
-            state = state.copy()
-            state[lay["passed"]] = 0
-            states = self._chunk(state, numbers)
-            good = lay.of(states, "accepted") > 0
-            trials = int(states[-1][lay["trials"]][0] - state[lay["trials"]][0])
-            self.accepted += int(good.sum())
-            self.rejected += trials - int(good.sum())
-            self.rhs += STAGES * trials
-            last = states[-1]
-            least = LEAST * self.setup.end
-            stalled = bool(not last[lay["t"]][0] >= end and not last[lay["h"]][0] > least)
-            nodes = np.vstack([state[None, :], states[good]])
-            state = last
-            if len(nodes) > 1 or stalled:
-                yield Nodes(nodes, signs, stalled)
-            if stalled:
-                return
+        yield from self._step_impl(state, signs, self.setup.end if end is None else end, longest)
 
     def between(self, nodes: Nodes, times: Floats) -> tuple[Floats, Floats, Floats]:
         """Return x, v and works (n, .) at times inside accepted steps, on the constraints."""
-        lay, states = self.layout, nodes.states
-        starts = lay.of(states, "t")
-        times = np.asarray(times, float)
-        place = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(states) - 2)
-        used = np.array(sorted(set(place.tolist())), int)
-        h = starts[1:] - starts[:-1]
-        parts = [lay.of(states[used], name) for name in ("x", "v", "a", "m")]
-        inputs = [starts[used][:, None], *parts, h[used][:, None], nodes.signs]
-        n = lay.n
-        coefficients = self._dense(*inputs)[0].reshape(len(used), 2 * n + lay.works, 7)
-        self.rhs += (STAGES + 3) * len(used)
-        rows = np.searchsorted(used, place)
-        first = np.hstack([lay.of(states[place], name) for name in ("x", "v", "w")])
-        share = (times - starts[place]) / h[place]
-        found = interpolate(coefficients[rows], first, share)
-        x, v, w = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
-        if self.kernel.m or self.kernel.slips:
-            x, v = self._project(times[:, None], x, v, nodes.signs)[:2]
-        exact = np.isin(times, starts)
-        for k in np.flatnonzero(exact):
-            node = states[int(np.searchsorted(starts, times[k]))]
-            x[k], v[k], w[k] = (node[lay[name]] for name in ("x", "v", "w"))
-        return x, v, w
-
-    def stepped(self, state: Floats, h: float, signs: Floats) -> Floats:
-        """Return the state after one step of a given size."""
-        lay = self.layout
-        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
-        omega = state[lay["omega"]][0]
-        self.rhs += STAGES
-        x, v, a, m, w, _, _ = self._step(*parts, h, signs, omega)
-        after = state.copy()
-        for name, value in (("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
-            after[lay[name]] = value
-        after[lay["t"]] = state[lay["t"]] + h
-        return after
+        return self._dense_output_impl(nodes, np.asarray(times, float))
 
     def projected(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> Any:
         """Return the rates of x on the constraints and with locks."""
@@ -277,3 +220,81 @@ class Integrator:
 
         ends = (first, value(high[1]))
         return states[root_between(at, low[0], h, ends, grain)]
+
+
+class DormandPrince(Integrator):
+    """The explicit method of order 8 of Dormand and Prince, in chunks of compiled steps."""
+
+    name = "explicit, Dormand-Prince 8(5,3)"
+
+    @cached_property
+    def _chunk(self) -> Chunk:
+        found: Chunk = self.kernel.cache("chunk", lambda: Chunk(self.stepper))
+        return found
+
+    @cached_property
+    def _step(self) -> Any:
+        return self.kernel.call("step", lambda: self.stepper.step)
+
+    @cached_property
+    def _dense(self) -> Any:
+        return self.kernel.batch("dense", lambda: self.stepper.dense, (6,))
+
+    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+        lay = self.layout
+        given = [end, self.setup.tolerance, longest]
+        numbers = np.concatenate([given, signs, self.kernel.numbers])
+        while state[lay["t"]][0] < end:
+            state = state.copy()
+            state[lay["passed"]] = 0
+            states = self._chunk(state, numbers)
+            good = lay.of(states, "accepted") > 0
+            trials = int(states[-1][lay["trials"]][0] - state[lay["trials"]][0])
+            self.accepted += int(good.sum())
+            self.rejected += trials - int(good.sum())
+            self.rhs += STAGES * trials
+            last = states[-1]
+            least = LEAST * self.setup.end
+            stalled = bool(not last[lay["t"]][0] >= end and not last[lay["h"]][0] > least)
+            nodes = np.vstack([state[None, :], states[good]])
+            state = last
+            if len(nodes) > 1 or stalled:
+                yield Nodes(nodes, signs, stalled)
+            if stalled:
+                return
+
+    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+        lay, states = self.layout, nodes.states
+        starts = lay.of(states, "t")
+        place = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(states) - 2)
+        used = np.array(sorted(set(place.tolist())), int)
+        h = starts[1:] - starts[:-1]
+        parts = [lay.of(states[used], name) for name in ("x", "v", "a", "m")]
+        inputs = [starts[used][:, None], *parts, h[used][:, None], nodes.signs]
+        n = lay.n
+        coefficients = self._dense(*inputs)[0].reshape(len(used), 2 * n + lay.works, 7)
+        self.rhs += (STAGES + 3) * len(used)
+        rows = np.searchsorted(used, place)
+        first = np.hstack([lay.of(states[place], name) for name in ("x", "v", "w")])
+        share = (times - starts[place]) / h[place]
+        found = interpolate(coefficients[rows], first, share)
+        x, v, w = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+        if self.kernel.m or self.kernel.slips:
+            x, v = self._project(times[:, None], x, v, nodes.signs)[:2]
+        exact = np.isin(times, starts)
+        for k in np.flatnonzero(exact):
+            node = states[int(np.searchsorted(starts, times[k]))]
+            x[k], v[k], w[k] = (node[lay[name]] for name in ("x", "v", "w"))
+        return x, v, w
+
+    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+        lay = self.layout
+        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
+        omega = state[lay["omega"]][0]
+        self.rhs += STAGES
+        x, v, a, m, w, _, _ = self._step(*parts, h, signs, omega)
+        after = state.copy()
+        for name, value in (("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
+            after[lay[name]] = value
+        after[lay["t"]] = state[lay["t"]] + h
+        return after

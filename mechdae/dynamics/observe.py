@@ -10,16 +10,14 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.equations.forces.generalised import Wrench, add, reaction, times
-from mechdae.equations.forces.joint_reactions import JointReactions
-from mechdae.equations.gradients import gradients
+from mechdae.equations.forces.joint_reactions import reactions_of
 from mechdae.equations.motion_equations import row_size
 from mechdae.equations.structure_cache import structure_property
 from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.records import dataclass
-from mechdae.types import Floats, Graph, Integers, Sym, Unknowns
+from mechdae.types import Floats, Graph, Integers, Reactions, Sym, Unknowns
 
 SX = ca.SX
 
@@ -76,11 +74,11 @@ class Observer:
         """Return absolute coordinates with their rates and accelerations, (n, nq) each."""
         r = self.r
 
-        def made() -> tuple[list[Sym], list[Sym]]:
+        def build() -> tuple[list[Sym], list[Sym]]:
             a = SX.sym("a", r.x.numel())
             return [r.q, r.qd, r.bias + r.V @ a], [a]
 
-        q, v, a = self.many("absolute", made)(s.t[:, None], s.x, s.v, s.signs, s.a)
+        q, v, a = self.many("absolute", build)(s.t[:, None], s.x, s.v, s.signs, s.a)
         return q, v, a
 
     def energies(self, s: States) -> tuple[Floats, dict[str, Floats]]:
@@ -159,55 +157,23 @@ class Observer:
 
     # -- reactions -------------------------------------------------------------------------
 
-    @structure_property
-    def _reactions(self) -> Batch:
-        model, r, k = self.model, self.r, self.kernel
-        rubbing, lam, inner = r.rubbing, SX.sym("lam", len(r.rows)), SX.sym("inner", k.inner)
-        columns = gradients(ca.vertcat(*[row.expression for row in r.rows]), model.q)
-        acting: dict[str, list[Wrench]] = {name: [] for name in model.mechanism.joints}
-        for i, row in enumerate(r.rows):
-            if not row.driver:
-                acting[row.owner].append(times(-lam[i], columns[i]))
-        for j, feedback in enumerate(rubbing.feedbacks):
-            acting[feedback.joint].append(times(inner[k.m + k.slips + j], feedback.column))
-        for slip in sorted({own for own in rubbing.owners if own is not None}):
-            (held,) = gradients(rubbing.slips[slip].speed, model.velocity)
-            acting[rubbing.slips[slip].owner].append(times(-inner[k.m + slip], held))
-        for name, mesh in rubbing.meshes.items():
-            acting[name].append(mesh.steady)
-        results = [
-            part for name, parts in acting.items() for part in reaction(model, name, add(*parts))
-        ]
-        inputs = [model.q, lam, inner, r.signs, model.p]
-        function = ca.Function("reactions", inputs, [ca.vertcat(*results)])
-        return Batch(function, [4], straight=lambda: None)
+    def reactions(self, s: States, lam: Floats) -> dict[str, Reactions]:
+        """Return force and moment about the second body's point, on the second body, by joint.
 
-    def reactions(self, s: States, q: Unknowns, lam: Floats) -> dict[str, Floats]:
-        """Return force and moment about the second body's point, on the second body.
-
-        (n, 3), in space (n, 6); friction of the joint is in them.
+        (n, 3), in space (n, 6); friction of the joint is in them. Beside contacts whose forces are
+        not known there are none.
         """
-        if self.model.space.behind:
-            return self._in_space(s, lam)
-        flat = self._reactions(q, lam, self._inner(s), s.signs, self.p)[0]
-        flat = flat.reshape(len(q), -1, 3)
-        return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}
-
-    def _in_space(self, s: States, lam: Floats) -> dict[str, Floats]:
-        """Return them in space; beside teeth whose forces are not known there are none."""
-        joints = list(self.model.mechanism.joints)
+        joints, width = list(self.model.mechanism.joints), self.model.space.freedoms
         if not set(meshed(self.model)) <= self.r.rubbing.meshes.keys():
-            return {name: np.full((len(s.t), 6), np.nan) for name in joints}
+            return {name: np.full((len(s.t), width), np.nan) for name in joints}
         r, k = self.r, self.kernel
 
-        def made() -> tuple[list[Sym], list[Sym]]:
+        def build() -> tuple[list[Any], list[Any]]:
             a, every = SX.sym("a", r.x.numel()), SX.sym("lam", len(r.rows))
             inner = SX.sym("inner", k.inner)
             _, held, sizes = ca.vertsplit(inner, [0, k.m, k.m + k.slips, k.inner])
-            return [JointReactions(r, joints).at(a, every, held, sizes)], [a, every, inner]
+            return [reactions_of(r, joints, a, every, held, sizes)], [a, every, inner]
 
-        flat = self.many("reactions", made)(
-            s.t[:, None], s.x, s.v, s.signs, s.a, lam, self._inner(s)
-        )[0]
-        flat = flat.reshape(len(s.t), -1, 6)
+        states = (s.t[:, None], s.x, s.v, s.signs, s.a, lam, self._inner(s))
+        flat = self.many("reactions", build)(*states)[0].reshape(len(s.t), -1, width)
         return {name: flat[:, i] for i, name in enumerate(joints)}

@@ -67,15 +67,15 @@ class Reported:
         chosen = selection(mechanism, asked, forces=True)
         self.chosen = setup.model.reported(chosen, asked is not None)
         named = self.chosen.named
-        self.forced = [own for own in named if moves and reactions_of(mechanism, own)]
-        plain = [own for own in named if own not in self.forced]
+        self.forced = [name for name in named if moves and reactions_of(mechanism, name)]
+        plain = [name for name in named if name not in self.forced]
         whole: Any = Whole(setup.model, self.chosen)
 
-        def made() -> tuple[Outputs, NamedOutputs]:
+        def build() -> tuple[Outputs, NamedOutputs]:
             expressions = NamedOutputs(setup.model, plain, 2, asked is not None, moves)
             return Outputs(whole, requests(setup.model, list(expressions.rates))), expressions
 
-        outputs, expressions = setup.cache(("reported", *self._key), made)
+        outputs, expressions = setup.cache(("reported", *self._key), build)
         self._outputs: Outputs = outputs.at(whole)
         self._expressions: NamedOutputs = expressions.at(setup.model)
         self.notes: list[str] = []
@@ -100,7 +100,7 @@ class Reported:
         found, lost = self._expressions.evaluate([part[:, columns] for part in y], t, there)
         self.notes = self._expressions.notes + lost
         tables: dict[str, Named] = self._outputs.named(y if self.moves else y[:1])
-        return tables, {own: dict(found[own]) for own in found}
+        return tables, {name: dict(found[name]) for name in found}
 
     def of_forces(
         self,
@@ -116,16 +116,16 @@ class Reported:
             ("forced", *self._key), lambda: WithReactions(setup.model, setup.loads, self.forced)
         )
         values = function(*coordinates, t, reactions, setup.model.p_values)
-        return {own: {"value": values[:, k]} for k, own in enumerate(self.forced)}
+        return {name: {"value": values[:, k]} for k, name in enumerate(self.forced)}
 
     def with_reactions(self, joints: Named, reactions: Mapping[str, Floats | LazyPart]) -> Named:
         """Return the series of joints with their reactions."""
         found = {}
         for joint in self.chosen.joints:
-            own: dict[str, Floats | LazyPart] = dict(joints.get(joint, {}))
+            series: dict[str, Any] = dict(joints.get(joint, {}))
             if joint in reactions:
-                own["reaction"] = reactions[joint]
-            found[joint] = Series(own)
+                series["reaction"] = reactions[joint]
+            found[joint] = Series(series)
         return Named("joint", found)
 
     def _rates(self) -> Batch:

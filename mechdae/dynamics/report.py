@@ -25,10 +25,9 @@ from mechdae.results import (
     Series,
     Status,
     Summary,
-    events_of,
+    motion_event,
     statuses,
 )
-from mechdae.types import Json
 
 BALANCED = 1e-3
 """Gap of the energy balance, over the energies that move, that is a fault."""
@@ -60,7 +59,9 @@ def report(
     status[~shown.there] = Status.SINGULAR
     status[states.t == run.undecided[0]] = run.undecided[1]
     summary = _summary(run, drift, rates)
-    summary["status"] = {own: status.tolist().count(own) for own in dict.fromkeys(status.tolist())}
+    summary["status"] = {
+        word: status.tolist().count(word) for word in dict.fromkeys(status.tolist())
+    }
     summary["state"], forced = shown.last()
     notes = _notes(run, shown.notes), [] if run.creep is None else run.creep.notes()
     told = forces.summary(forced, summary["superfluous_equations"], *notes)
@@ -76,25 +77,22 @@ def report(
     faults += slack_belts(
         setup.model,
         setup.meshes,
-        lambda own: forces.reactions[own][:, 2],
+        lambda joint: forces.reactions[joint][:, 2],
         lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",
     )
     checks = {"energy": balance}
     if setup.model.space.behind:
         checks["balance"] = left_over(observer, states)
     faults += _faults(run, checks)
-    return MotionResult(
-        problem.name,
+    return MotionResult.of(
+        problem,
         name,
-        task.kind,
-        problem.mechanism,
-        problem.title,
+        task,
         status=status,
         events=_events(run),
         checks=checks,
         summary=Summary(summary),
         fault="; ".join(faults) or None,
-        definition=task,
         data=data,
         time=states.t,
         efforts=forces.efforts(),
@@ -140,11 +138,7 @@ class _Shown:
     """
 
     def __init__(
-        self,
-        task: Motion,
-        run: MotionRun,
-        coordinates: tuple[Any, Any, Any],
-        forces: Determined,
+        self, task: Motion, run: MotionRun, coordinates: tuple[Any, Any, Any], forces: Determined
     ) -> None:
         states = run.states
         self._reported = reported = Reported(run.setup, task.outputs, moves=True)
@@ -153,20 +147,20 @@ class _Shown:
         if reported.forced:
             series |= reported.of_forces(coordinates, states.t, forces.reactions)
         self.notes, self._series = reported.notes, series
-        order = [own for own in reported.chosen.named if own in series]
-        self.tables["outputs"] = Named("output", {own: Series(series[own]) for own in order})
+        order = [name for name in reported.chosen.named if name in series]
+        self.tables["outputs"] = Named("output", {name: Series(series[name]) for name in order})
         joints = self.tables["joints"]
         self.tables["joints"] = reported.with_reactions(joints, forces.series())
 
     def last(self) -> tuple[dict[str, list[float]], dict[str, float]]:
         """Return value and rate of the outputs at the end, and values of those of reactions."""
         forced = self._reported.forced
-        kept = [own for own in self.tables["outputs"] if own not in forced]
+        kept = [name for name in self.tables["outputs"] if name not in forced]
         state = {
-            own: [float(self._series[own].get(word, [np.nan])[-1]) for word in ("value", "rate")]
-            for own in kept
+            name: [float(self._series[name].get(word, [np.nan])[-1]) for word in ("value", "rate")]
+            for name in kept
         }
-        return state, {own: float(self._series[own]["value"][-1]) for own in forced}
+        return state, {name: float(self._series[name]["value"][-1]) for name in forced}
 
 
 def _notes(run: MotionRun, of_outputs: list[str]) -> list[str]:
@@ -180,7 +174,7 @@ def _notes(run: MotionRun, of_outputs: list[str]) -> list[str]:
             "of their natural size to meet the constraints"
         )
     if setup.held:
-        idle = ", ".join(".".join(own) for own in setup.held)
+        idle = ", ".join(".".join(key) for key in setup.held)
         notes.append(f"nothing moves {idle}: kept as they are in the sketch")
     return notes
 
@@ -195,13 +189,13 @@ def _energies(run: MotionRun, observer: Observer) -> tuple[dict[str, Any], dict[
     done = sum(work.values(), np.zeros_like(kinetic))
     size = max(
         float(np.max(kinetic)),
-        *(float(np.ptp(own)) for own in (potential, done)),
-        *(float(np.max(np.abs(own))) for own in work.values()),
+        *(float(np.ptp(energies)) for energies in (potential, done)),
+        *(float(np.max(np.abs(done_by_one))) for done_by_one in work.values()),
     )
     gap = energy - run.first_energy - done
     balance = float(np.max(np.abs(gap))) / size if size > 0 else 0.0
     if balance > BALANCED:  # of a mechanism at rest, rounding is all that moves
-        stored = sum(float(np.max(np.abs(own))) for own in stores.values())
+        stored = sum(float(np.max(np.abs(store))) for store in stores.values())
         size = max(size, ROUNDED * (stored + observer.loads(states)))
         balance = float(np.max(np.abs(gap))) / size
     return {"energy": energy, "kinetic": kinetic, "potential": potential}, work, balance
@@ -234,26 +228,23 @@ def _summary(run: MotionRun, drift: Any, rates: Any) -> dict[str, Any]:
 
 def _events(run: MotionRun) -> tuple[Event, ...]:
     lay = run.integrator.layout
-    found: list[Json] = [
-        {"kind": "singular", "code": "S1", "at": t, "time": t, "rank_drop": drop}
-        for t, drop in run.passages.found
+    found = [
+        motion_event("singular", t, code="S1", rank_drop=drop) for t, drop in run.passages.found
     ]
-    for own in run.crossings.found:
-        t = float(lay.of(own.state, "t"))
-        entry = {"kind": "crossing", "at": t, "time": t, "name": own.crossing.name}
-        entry |= {"of": own.crossing.coordinate, "value": own.crossing.crosses}
-        found.append(entry | {"direction": "up" if own.rises else "down"})
+    for met in run.crossings.found:
+        crossing, direction = met.crossing, "up" if met.rises else "down"
+        parts = {"name": crossing.name, "of": crossing.coordinate, "value": crossing.crosses}
+        t = float(lay.of(met.state, "t"))
+        found.append(motion_event("crossing", t, **parts, direction=direction))
     loads = run.setup.problem.mechanism.loads
     for t, signs, kind in run.sticking.found:
         (name, sign), *more = signs.items()
-        owner = "load" if name in loads else "joint"
-        entry = {"kind": kind, "at": t, "time": t, owner: name, "sign": sign}
-        together = {"group": list(signs), "signs": list(signs.values())}
-        found.append(entry | (together if more else {}))
+        who: dict[str, Any] = {"load" if name in loads else "joint": name, "sign": sign}
+        who |= {"group": list(signs), "signs": list(signs.values())} if more else {}
+        found.append(motion_event(kind, t, **who))
     found += run.stiffness.events() + run.lifting.events()
     found += [run.ends] if run.ends is not None else []
-    found.sort(key=lambda entry: float(entry["at"]))
-    return events_of(entry | {"in_range": True} for entry in found)
+    return tuple(sorted(found, key=lambda event: float(event["at"])))
 
 
 def _faults(run: MotionRun, checks: dict[str, float]) -> list[str]:

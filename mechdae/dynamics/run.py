@@ -24,7 +24,8 @@ from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
 from mechdae.records import dataclass
-from mechdae.types import Floats, Json, Unknowns
+from mechdae.results import Event, motion_event
+from mechdae.types import Floats, Unknowns
 
 MOST = 400_000
 """States that are kept."""
@@ -56,7 +57,7 @@ class MotionRun:
     last_signs: Floats | None = None
     rests: float | None = None
     fault: str | None = None
-    ends: dict[str, Any] | None = None
+    ends: Event | None = None
     marks: list[tuple[Floats, Floats]] = field(default_factory=list)
     undecided: tuple[float, str] = (-1.0, "")
     turns: list[tuple[float, str]] = field(default_factory=list)
@@ -89,10 +90,10 @@ class MotionRun:
     def verdict(self, t: float, verdict: NoWay) -> None:
         """Keep why a motion ends where dry friction leaves no accelerations, or several."""
         self.undecided = (t, verdict.status)
-        event = {"kind": verdict.status, "code": verdict.code, "at": t, "time": t}
-        self.end(f"at t = {t:.9g} s: {verdict}", event | verdict.facts)
+        event = motion_event(verdict.status, t, code=verdict.code, **verdict.facts)
+        self.end(f"at t = {t:.9g} s: {verdict}", event)
 
-    def end(self, fault: str, event: Json) -> None:
+    def end(self, fault: str, event: Event) -> None:
         """Keep why a motion ends before its time, and the event of it."""
         self.fault = fault
         self.ends = event
@@ -146,7 +147,7 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
             if stretch.bends:
                 fault, t = clock.impact(stretch), stretch.end
                 if fault is not None:
-                    run.end(fault, {"kind": "impact", "code": "S9", "at": t, "time": t})
+                    run.end(fault, motion_event("impact", t, code="S9"))
                     return
                 state, signs = _resumed(run, state, signs, stretch.resume)
         elif cut is not None and cut.turn is not None:
@@ -204,8 +205,7 @@ def _turned(run: MotionRun, turn: Turn, signs: Floats) -> tuple[Any, Any]:
             f"{len(recent)} events of dry friction (F4) of {', '.join(owners)} within "
             f"{CLOSE * setup.end:.2g} s before t = {t:.9g} s: the motion does not go on"
         )
-        event = {"kind": "chatter", "code": "F4", "at": t, "time": t, "count": len(recent)}
-        run.end(fault, event | {"joints": owners})
+        run.end(fault, motion_event("chatter", t, code="F4", count=len(recent), joints=owners))
         return after, signs
     state = integrator.first(t, x, v, w, signs, float(lay.of(after, "h")))
     state[lay["trials"]] = after[lay["trials"]]
@@ -245,8 +245,8 @@ def _keep(kept: OutputStates, nodes: Nodes, integrator: Integrator, times: Float
         return
     first, last = float(lay.of(states[0], "t")), float(lay.of(states[-1], "t"))
     if times is None:
-        own = states[1:]
-        t, x, v, w = (lay.of(own, part) for part in ("t", "x", "v", "w"))
+        nodes_behind = states[1:]
+        t, x, v, w = (lay.of(nodes_behind, part) for part in ("t", "x", "v", "w"))
         kept.add(t, x, v, w, nodes.signs)
         return
     inside = times[(times > first) & (times <= last)]

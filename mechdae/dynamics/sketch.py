@@ -127,12 +127,12 @@ class AssembledSketch:
         """Return the value of a coordinate and its gradient by the free ones."""
         r, model = self.r, self.setup.model
 
-        def made() -> Call:
+        def build() -> Call:
             row = r.moved(model.coordinate(c))
             slope = ca.densify(ca.jacobian(row, r.x))
             return Call(ca.Function("slope", [r.x, model.p], [ca.densify(row), slope]))
 
-        value, slope = r.cache(("slope", c.text), made)(x, model.p_values)
+        value, slope = r.cache(("slope", c.text), build)(x, model.p_values)
         return float(value[0]), np.ravel(slope)
 
     def _free(self, setting: Setting, pose: Unknowns, u: Floats) -> Floats:
@@ -169,7 +169,7 @@ class PlanarSketch:
         closed: list[Floats] = []
         nearest = first
         for x, left in itertools.chain([first], tries):
-            nearest = min(nearest, (x, left), key=lambda own: own[1])
+            nearest = min(nearest, (x, left), key=lambda fitted: fitted[1])
             if left < self.closing.closed and not any(self._same(x, other) for other in closed):
                 closed.append(x)
                 grouped = AssembledSketch(self.closing).pose(x) if len(closed) == 1 else None
@@ -195,15 +195,15 @@ class PlanarSketch:
         guess, unknown = np.zeros(closing.n), []
         known, angles = closing.places, closing.drawn.angles
         on_curves = {c.part: value for c, value in known.items() if c.on_curve}
-        for i, own in enumerate(self.r.coordinates):
-            if own.owner in closing.setup.model.contacts:
-                guess[i] = own.middle
-                if own.kind is PLACE:
-                    guess[i] = on_curves.get(own.owner, own.middle)
-                unknown += [] if any(c.part == own.owner for c in known) else [i]
-            elif own.kind is ANGLE:
-                guess[i] = angles.get(own.owner, 0.0)
-                unknown += [] if own.owner in angles else [i]
+        for i, free in enumerate(self.r.coordinates):
+            if free.owner in closing.setup.model.contacts:
+                guess[i] = free.middle
+                if free.kind is PLACE:
+                    guess[i] = on_curves.get(free.owner, free.middle)
+                unknown += [] if any(c.part == free.owner for c in known) else [i]
+            elif free.kind is ANGLE:
+                guess[i] = angles.get(free.owner, 0.0)
+                unknown += [] if free.owner in angles else [i]
         held = set(self.r.J.sparsity().get_col()) if closing.m else set()
         lengths = np.flatnonzero(self.r.coordinates.lengths).tolist()
         return guess, [i for i in unknown if i in held], [i for i in lengths if i in held]
@@ -253,5 +253,11 @@ class PlanarSketch:
     def _same(self, x: Unknowns, other: Any) -> bool:
         gap = (x - other) / self.closing.sizes
         turns = self.r.coordinates.turns
-        gap[turns] = np.remainder(gap[turns] + np.pi, 2 * np.pi) - np.pi
+        gap[turns] = shortest(gap[turns])
         return bool(np.max(np.abs(gap), initial=0.0) < SAME)
+
+
+def shortest(angles: Floats) -> Floats:
+    """Return the same turns by less than half a turn to either side."""
+    turns: Floats = np.remainder(angles + np.pi, 2 * np.pi) - np.pi
+    return turns

@@ -83,20 +83,20 @@ class _Starter:
         )
         r = self.r
 
-        def made() -> Call:
+        def build() -> Call:
             rows = [r.moved(model.coordinate(c)) for c in self.moving]
             phi = ca.densify(ca.vertcat(r.phi, *rows))
             slopes = ca.densify(ca.jacobian(phi, r.x))
             return Call(ca.Function("start", [r.x, model.p], [phi, slopes]))
 
-        self._rows = r.cache(("start", *(c.text for c in self.moving)), made)
+        self._rows = r.cache(("start", *(c.text for c in self.moving)), build)
         self.m, self.n = r.phi.numel(), r.x.numel()
         self.sizes = r.coordinates.sizes(setup.length)
         self.gaps = np.array(self.r.gaps(setup.length))
         self.closed = CLOSED + setup.closure
         self.rank = max(RANK, CONTRADICTING * setup.closure)
-        own = [1.0 if c.is_angle else setup.length for c in self.moving]
-        self.scales = np.concatenate([self.gaps, own])
+        sizes = [1.0 if c.is_angle else setup.length for c in self.moving]
+        self.scales = np.concatenate([self.gaps, sizes])
 
     def _least(self, c: NamedCoordinate) -> float:
         """Return the speed below which a coordinate stands still until the end."""
@@ -170,8 +170,8 @@ class _Starter:
         joints = np.array([unit != "1" for unit in self.r.units])
         for _ in range(UNITS if not joints.all() else 0):  # quaternions have a length of one
             values, J = self.rows(x)
-            own = np.flatnonzero(~joints)
-            x = x - self.sizes * np.linalg.lstsq(J[own], values[own], rcond=self.rank)[0]
+            rest = np.flatnonzero(~joints)
+            x = x - self.sizes * np.linalg.lstsq(J[rest], values[rest], rcond=self.rank)[0]
         rows = [self.r.rows[k] for k in self.r.left]
         lengths = bar_lengths(self.setup.problem.mechanism, [row.owner for row in rows])
         gaps = np.abs(straight(self.rows(x)[0][: self.m] * self.gaps, lengths)[0])
@@ -257,8 +257,8 @@ class _Starter:
     def _side(self, x: Unknowns, goals: Mapping[int, float]) -> float:
         """Return the sign of the Jacobian with the named coordinates given; 0 where it is none."""
         _, J = self.rows(x)
-        own = J[[*range(self.m), *(self.m + k for k in goals)]]
-        return float(np.linalg.slogdet(own)[0]) if own.shape[0] == own.shape[1] else 0.0
+        square = J[[*range(self.m), *(self.m + k for k in goals)]]
+        return float(np.linalg.slogdet(square)[0]) if square.shape[0] == square.shape[1] else 0.0
 
     def _contradiction(self, x: Unknowns, goals: Mapping[int, float]) -> None:
         values, _ = self.rows(x)
@@ -337,9 +337,9 @@ def start(setup: MotionProblem) -> Start:
     v = starter.velocities(x)
     r = setup.jointed
 
-    def made() -> Call:
+    def build() -> Call:
         results = [ca.densify(r.q), ca.densify(r.qd)]
         return Call(ca.Function("absolute", [r.x, r.v, r.t, r.model.p], results))
 
-    q, qd = r.cache("absolute", made)(x, v, 0.0, setup.model.p_values)
+    q, qd = r.cache("absolute", build)(x, v, 0.0, setup.model.p_values)
     return Start(q, qd, correction)

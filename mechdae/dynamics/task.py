@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +9,12 @@ import numpy as np
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.motion import Motion, start_values
-from mechdae.dynamics.bdf import Bdf, Radau
+from mechdae.dynamics.bdf import Automatic, Cvodes, Radau
 from mechdae.dynamics.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import check_dead_start, feasible
 from mechdae.dynamics.equations import MotionProblem, idle, rubbing, setup
-from mechdae.dynamics.integrate import Integrator
+from mechdae.dynamics.integrate import DormandPrince, Integrator
 from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
@@ -28,11 +27,11 @@ from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
 from mechdae.results import Result
 from mechdae.types import Floats, Json, Unknowns
 
-INTEGRATORS: dict[str, Callable[[MotionProblem], Integrator]] = {
-    "explicit": Integrator,
-    "bdf": Bdf,
+INTEGRATORS: dict[str, type[Integrator]] = {
+    "explicit": DormandPrince,
+    "bdf": Cvodes,
     "radau": Radau,
-    "auto": lambda whole: Bdf(whole, active=False),
+    "auto": Automatic,
 }
 
 
@@ -48,7 +47,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, 
     """
     whole = setup(problem, task)
     begin = start(whole)
-    whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
+    whole.held = {key: float(begin.q[whole.model.places[key]]) for key in idle(whole)}
     whole.meshes = _meshes(whole, begin)
     assumed = about_meshes(whole.meshes, problem.mechanism)
     whole.notes += [*assumed, *whole.model.left_out]
@@ -168,7 +167,7 @@ def _energy(observer: Observer, x: Unknowns, v: Floats) -> float:
     none = np.zeros((1, 0))
     state = States(np.zeros(1), x[None, :], v[None, :], rest, none, none, signs)
     kinetic, stores = observer.energies(state)
-    return float(kinetic[0] + sum(own[0] for own in stores.values()))
+    return float(kinetic[0] + sum(store[0] for store in stores.values()))
 
 
 def _keep_last(kept: OutputStates, run: MotionRun) -> None:
@@ -215,7 +214,7 @@ def _states(
     a, lam = np.empty_like(x), np.empty((len(t), setup.kernel.inner))
     lost = t == undecided
     a[lost], lam[lost] = np.nan, np.nan
-    for own, rows in alike(signs, np.flatnonzero(~lost)):
-        a[rows], lam[rows] = integrator.rates(t[rows, None], x[rows], v[rows], own)
+    for pattern, rows in alike(signs, np.flatnonzero(~lost)):
+        a[rows], lam[rows] = integrator.rates(t[rows, None], x[rows], v[rows], pattern)
     integrator.rhs += len(t)
     return States(t, x, v, a, lam, w, setup.sided(t[:, None], x, v, signs))

@@ -93,15 +93,15 @@ class Clock:
         """Return what varies with the time, and what makes its corners."""
         setup, r = self.setup, self.setup.released
         model, time = setup.model, setup.loads.time
-        own = [*setup.loads.varying, *[law.value for law in setup.laws], *more]
-        own = [SX(part) for part in own if ca.depends_on(SX(part), time)]
-        if not own:
+        expressions = [*setup.loads.varying, *[law.value for law in setup.laws], *more]
+        expressions = [SX(part) for part in expressions if ca.depends_on(SX(part), time)]
+        if not expressions:
             return None, None
         k = setup.kernel
         place = k.call("q", lambda: k.function("q", [ca.densify(r.q), ca.densify(r.qd)]))
         q, qd = place(0.0, x, v, setup.loose)
         state = ca.vertcat(model.q, model.velocity)
-        whole = ca.vertcat(*own)
+        whole = ca.vertcat(*expressions)
         symbols = ca.vertcat(SX(0, 1), *[table.symbols for table in self.tables])
         known = ca.Function("known", [time, state, model.p, symbols], [ca.densify(whole)])
         none = SX.zeros(symbols.numel())  # the rows of tables are breakpoints
@@ -138,10 +138,10 @@ class Clock:
         if not self.varies:
             return StepLimit(self.end, self.end, self._limit(np.inf))
         while True:
-            for k, own in enumerate(self._stretches):
-                if t < own.end:
+            for k, stretch in enumerate(self._stretches):
+                if t < stretch.end:
                     del self._stretches[:k]
-                    return own
+                    return stretch
             if self._until >= self.end:
                 return StepLimit(self.end, self.end, self._limit(np.inf))
             self._look(max(t, self._until))
@@ -175,7 +175,7 @@ class Clock:
             marks.append((self.end, self.end, False))
         found: list[StepLimit] = []
         for before, after, bend in sorted(set(marks)):
-            longest = next((own for end, own in limits if before <= end), limits[-1][1])
+            longest = next((step for end, step in limits if before <= end), limits[-1][1])
             if found and before <= found[-1].resume:  # within rounding of the one before
                 if bend and not found[-1].bends:
                     last = found.pop()
@@ -198,11 +198,11 @@ class Clock:
         while len(starts):
             bounds = self._tempo.over(starts, ends)
             good = np.ones(len(starts), bool)
-            for k, own in enumerate(bounds):
-                low[k] = np.fmin(low[k], np.fmin.reduce(own.middle))
-                high[k] = np.fmax(high[k], np.fmax.reduce(own.middle))
-                size = SMOOTH * (high[k] - low[k]) + ROUNDING * np.abs(own.middle)
-                good &= own.terms[ORDER] <= size
+            for k, bound in enumerate(bounds):
+                low[k] = np.fmin(low[k], np.fmin.reduce(bound.middle))
+                high[k] = np.fmax(high[k], np.fmax.reduce(bound.middle))
+                size = SMOOTH * (high[k] - low[k]) + ROUNDING * np.abs(bound.middle)
+                good &= bound.terms[ORDER] <= size
             good |= ends - starts <= NARROW * self.end
             done.append((starts[good], ends[good]))
             starts, ends = starts[~good], ends[~good]
@@ -212,7 +212,9 @@ class Clock:
             middle = (starts + ends) / 2
             starts = np.column_stack([starts, middle]).ravel()
             ends = np.column_stack([middle, ends]).ravel()
-        whole = np.array(sorted({(a, b) for own in done for a, b in zip(*own, strict=True)}))
+        whole = np.array(
+            sorted({(a, b) for stretch in done for a, b in zip(*stretch, strict=True)})
+        )
         whole = whole[whole[:, 1] <= until]
         return whole[:, 0], whole[:, 1]
 
@@ -239,11 +241,11 @@ class Clock:
         values = self._gaps.values(times)
         found = set()
         for j in range(values.shape[1]):
-            own = values[:, j]
-            sides = np.sign(own)
+            column = values[:, j]
+            sides = np.sign(column)
             for k in np.flatnonzero(sides[:-1] != sides[1:]).tolist():
                 found.add(self._between(j, float(times[k]), float(times[k + 1])))
-            near = np.abs(own)
+            near = np.abs(column)
             dips = (near[1:-1] < near[:-2]) & (near[1:-1] <= near[2:])
             dips &= (sides[1:-1] == sides[:-2]) & (sides[1:-1] == sides[2:])
             for k in (np.flatnonzero(dips) + 1).tolist():
@@ -301,10 +303,10 @@ class Clock:
         before = self._laws(stretch.end, self.setup.pieces)
         after = self._laws(stretch.resume, self.setup.pieces_at(stretch.resume))
         apart = stretch.resume - stretch.end
-        for law, top, fastest, *own in zip(
+        for law, top, fastest, *sides in zip(
             self.setup.laws, *self._largest, *before, *after, strict=True
         ):
-            value, rate, other, behind = own
+            value, rate, other, behind = sides
             fastest = max(fastest, abs(rate), abs(behind))
             sizes = [SAME * max(top, abs(value), abs(other)) + 2 * fastest * apart, SAME * fastest]
             for word, one, two, size in zip(

@@ -30,10 +30,10 @@ class Determined:
     @staticmethod
     def _found(observer: Observer, states: States, q: Floats) -> dict[str, Any]:
         multipliers = observer.multipliers(states)
-        reactions: dict[str, Reactions] = observer.reactions(states, q, multipliers)
+        reactions = observer.reactions(states, multipliers)
         sole = unique(observer, states, q, reactions)
-        for k, own in enumerate(reactions.values()):
-            own[sole.lost[:, k]] = np.nan
+        for k, reaction in enumerate(reactions.values()):
+            reaction[sole.lost[:, k]] = np.nan
         return {"multipliers": multipliers, "reactions": reactions, "sole": sole}
 
     @property
@@ -64,8 +64,8 @@ class Determined:
 
         def found() -> dict[str, Floats]:
             return {
-                row.owner: -own if alone else np.full(len(own), np.nan)
-                for row, own, alone in self._rows()
+                row.owner: -multiplier if alone else np.full(len(multiplier), np.nan)
+                for row, multiplier, alone in self._rows()
                 if row.driver and row.part == "law"
             }
 
@@ -96,10 +96,10 @@ class Determined:
         def found() -> dict[str, Any]:
             sole, dependence = self.sole, list[str]()
             multipliers: dict[str, float | None] = dict(forced)
-            known = {*forced, *(".".join(own) for own in self.setup.held)}
-            for row, own, alone in self._rows():
+            known = {*forced, *(".".join(key) for key in self.setup.held)}
+            for row, multiplier, alone in self._rows():
                 if row.name not in known and self.setup.released.tells(row):
-                    multipliers[row.name] = float(own[-1]) if alone else None
+                    multipliers[row.name] = float(multiplier[-1]) if alone else None
             summary: dict[str, Any] = {"multipliers": multipliers, **sole.summary}
             if superfluous and sole.dependent:
                 lost = sole.summary.get("not_unique", [])

@@ -55,12 +55,12 @@ def about_friction(
     """
     faults = []
     if len(jammed):
-        own = found[int(jammed[0])]
+        solutions = found[int(jammed[0])]
         text = f"{len(jammed)} of {n} poses are jammed: no equilibrium with friction, first at "
         text += place(int(jammed[0]))
-        if own.critical is not None:
-            text += f", where it jams from {own.critical:.6g} times the friction given on"
-            text += f", by joint {own.joint}" if own.joint else ""
+        if solutions.critical is not None:
+            text += f", where it jams from {solutions.critical:.6g} times the friction given on"
+            text += f", by joint {solutions.joint}" if solutions.joint else ""
         faults.append(text)
     if len(ambiguous):
         known = all(found[int(k)].connected is not None for k in ambiguous)
@@ -78,8 +78,8 @@ def slack(statics: InverseDynamics, answer: PoseForces) -> list[str]:
     def moment(name: str) -> Floats:
         return answer.whole.reactions[:, statics.balance.joints.index(name), 2]
 
-    def when(own: Booleans) -> str:
-        return f" at {int(own.sum())} of {len(own)} poses"
+    def when(slack: Booleans) -> str:
+        return f" at {int(slack.sum())} of {len(slack)} poses"
 
     return slack_belts(statics.scene.model, statics.meshes, moment, when)
 

@@ -41,7 +41,7 @@ class State:
         """Return powers: driver without friction, with it, losses of both."""
         free = here.free
         whole = here.whole if coupled else free
-        driven = [own.driven(here.motion)[:, None] for own in (free, whole)]
+        driven = [loaded.driven(here.motion)[:, None] for loaded in (free, whole)]
         return np.hstack([*driven, free.losses, whole.losses])
 
     # -- what changes at kinks -------------------------------------------------------------
@@ -59,11 +59,11 @@ class State:
         guides: list[Guide] = [("slow", slice(0))] * 2 + [("", slice(0))] * 2
         values: list[Floats] = []
 
-        def add(kind: str, mark: Any, own: Floats) -> None:
+        def add(kind: str, mark: Any, guide: Floats) -> None:
             start = sum(part.shape[1] for part in values)
             columns.append(mark[:, None])
-            values.append(own)
-            guides.append((kind, slice(start, start + own.shape[1])))
+            values.append(guide)
+            guides.append((kind, slice(start, start + guide.shape[1])))
 
         for sign, speed in zip(signs.T, statics.speeds(here.motion).T, strict=True):
             add("sign", sign, speed[:, None])
@@ -112,7 +112,7 @@ def on_grid(
     places = np.concatenate([inner, *([ends] if known else [])])
     order = np.argsort(places, kind="stable")
     seen = [state.marks(here) for here in every]
-    marks, values = (np.concatenate([own[k] for own in seen])[order] for k in (0, 1))
+    marks, values = (np.concatenate([part[k] for part in seen])[order] for k in (0, 1))
     powers = [np.concatenate([state.powers(here, c) for here in every]) for c in (False, True)]
     return places[order], marks, values, seen[0][2], powers
 

@@ -121,8 +121,8 @@ class Branches:
         grown = self._grown(some(inputs, asked), 1.0, FINEST) if asked else None
         place = {k: i for i, k in enumerate(asked)}
         return [
-            self._answer(*own, 0 if sure[k] else None, grown, place.get(k))
-            for k, own in enumerate(every)
+            self._answer(*solutions, 0 if sure[k] else None, grown, place.get(k))
+            for k, solutions in enumerate(every)
         ]
 
     def _answer(
@@ -136,7 +136,7 @@ class Branches:
                 factor, joint = float(grown.factor[i]), grown.joints[i]
             elif grown.reached[i]:
                 last = grown.sizes[i]
-                gaps = [apart(own, last) for own in solutions]
+                gaps = [apart(solution, last) for solution in solutions]
                 if not gaps or min(gaps) > SAME:
                     solutions, gaps = [*solutions, last], [*gaps, 0.0]
                 connected = int(np.argmin(gaps))
@@ -153,9 +153,9 @@ class Branches:
             following = []
             for sizes in fronts:
                 start, slope = self._forms(self._group(inputs, sizes[None], g), 0)
-                own, sure = solutions_of(self.groups[g][2], start, slope)
+                group_sizes, sure = solutions_of(self.groups[g][2], start, slope)
                 proven &= sure
-                for m in own:
+                for m in group_sizes:
                     whole = sizes.copy()
                     whole[places] = m
                     following.append(whole)
@@ -184,7 +184,7 @@ class Branches:
     @staticmethod
     def _forms(stage: Stage, row: int) -> tuple[list[Floats], list[Floats]]:
         """Return forms without own sizes, and their slopes, at one pose: [j] (k,), [j] (k, own)."""
-        return [own[row] for own in stage.start], [own[row] for own in stage.slope]
+        return [forms[row] for forms in stage.start], [forms[row] for forms in stage.slope]
 
     # -- the one that continues from no friction -----------------------------------------------
 
@@ -221,9 +221,9 @@ class Branches:
             again = np.flatnonzero(~there)
             if len(again):
                 share = (factor[going] / ahead)[again, None]
-                own = some(inputs, going[again])
+                short = some(inputs, going[again])
                 after[again], there[again] = self._follow(
-                    own, ahead[again], share * sizes[going[again]]
+                    short, ahead[again], share * sizes[going[again]]
                 )
             step[going] = np.where(there, 2.0, 0.5) * (ahead - factor[going])
             factor[going[there]], sizes[going[there]] = ahead[there], after[there]
@@ -262,7 +262,7 @@ class Branches:
         for g, (places, _, laws) in enumerate(self.groups):
             stage = self._group(some(scaled, rows), whole[rows], g)
             m, good = newton(laws, stage.start, stage.slope, whole[rows][:, places])
-            start, slope = ([own[good] for own in each] for each in (stage.start, stage.slope))
+            start, slope = ([forms[good] for forms in each] for each in (stage.start, stage.slope))
             m, rows = m[good], rows[good]
             whole[rows[:, None], places] = m
             firm = np.linalg.det(np.eye(len(places)) - slopes_of(laws, start, slope, m)) > 0

@@ -43,7 +43,7 @@ def sized(laws: Sequence[str]) -> list[int]:
 
 def forms_of(start: Sequence[Floats], slope: Sequence[Floats], m: Floats) -> list[Floats]:
     pairs = zip(start, slope, strict=True)
-    return [first + (own @ m[..., None])[..., 0] for first, own in pairs]
+    return [first + (slopes @ m[..., None])[..., 0] for first, slopes in pairs]
 
 
 def slopes_of(
@@ -51,20 +51,20 @@ def slopes_of(
 ) -> Matrices:
     """Return d size / d m, (..., k, k)."""
     rows = []
-    for law, form, own in zip(laws, forms_of(start, slope, m), slope, strict=True):
+    for law, form, slopes in zip(laws, forms_of(start, slope, m), slope, strict=True):
         if law == "length":
             length = np.fmax(np.sqrt(np.sum(form * form, axis=-1)), 1e-300)
-            rows.append((form[..., None, :] @ own)[..., 0, :] / length[..., None])
+            rows.append((form[..., None, :] @ slopes)[..., 0, :] / length[..., None])
         elif law in ACROSS:
             size, k = _least(form)[..., None], ACROSS.index(law)
             p, t = form[..., :1], form[..., 1:]
-            turned = (t[..., None, :] @ own[..., 1:, :])[..., 0, :] * t[..., k : k + 1] / size**2
-            moved = own[..., 0, :] * t[..., k : k + 1] + p * (own[..., 1 + k, :] - turned)
+            turned = (t[..., None, :] @ slopes[..., 1:, :])[..., 0, :] * t[..., k : k + 1] / size**2
+            moved = slopes[..., 0, :] * t[..., k : k + 1] + p * (slopes[..., 1 + k, :] - turned)
             rows.append(moved / size)
         else:
             most = np.argmax(form, axis=-1)[..., None, None]
-            own = np.broadcast_to(own, (*form.shape[:-1], *own.shape[-2:]))
-            rows.append(np.take_along_axis(own, most, axis=-2)[..., 0, :])
+            slopes = np.broadcast_to(slopes, (*form.shape[:-1], *slopes.shape[-2:]))
+            rows.append(np.take_along_axis(slopes, most, axis=-2)[..., 0, :])
     return np.stack(rows, axis=-2)
 
 
@@ -82,22 +82,22 @@ def newton(
     def forms(rows: Integers) -> tuple[Sequence[Floats], Sequence[Floats]]:
         if not several:
             return start, slope
-        return [own[rows] for own in start], [own[rows] for own in slope]
+        return [forms[rows] for forms in start], [forms[rows] for forms in slope]
 
     for _ in range(STEPS):
-        own, (first, onto) = m[going], forms(going)
-        left = own - sizes_of(laws, forms_of(first, onto, own))
-        size = np.fmax(np.abs(own).max(axis=1, initial=0.0), 1e-300)
+        sizes, (first, onto) = m[going], forms(going)
+        left = sizes - sizes_of(laws, forms_of(first, onto, sizes))
+        size = np.fmax(np.abs(sizes).max(axis=1, initial=0.0), 1e-300)
         finite = np.isfinite(left).all(axis=1)
         there = finite & (np.abs(left).max(axis=1, initial=0.0) <= 4e-15 * size)
         ended[going[there]] = True
         further = finite & ~there
-        own, left, size, going = (part[further] for part in (own, left, size, going))
+        sizes, left, size, going = (part[further] for part in (sizes, left, size, going))
         if not len(going):
             break
-        matrix = np.eye(m.shape[1]) - slopes_of(laws, *forms(going), own)
+        matrix = np.eye(m.shape[1]) - slopes_of(laws, *forms(going), sizes)
         step, solved = _solved(matrix, left)
-        m[going] = own - step
+        m[going] = sizes - step
         small = solved & (np.abs(step).max(axis=1, initial=0.0) <= 2e-16 * size)
         ended[going[small]] = True
         going = going[solved & ~small]

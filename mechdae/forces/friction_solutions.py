@@ -13,7 +13,8 @@ Which of them continues the one without friction: `forces/friction_branches.py`.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -51,41 +52,41 @@ def solutions_of(
         Linear forms (k,) of each size where all are zero, and their slopes (k, sizes).
     """
     if any(law in ACROSS for law in laws):
-        return _with_balls(laws, start, slope), False
+        return _from_many_starts(laws, start, slope, SLACK), False
     flat = [j for j, law in enumerate(laws) if law == "largest"]
     pins = [j for j, law in enumerate(laws) if law == "length"]
     counts = [len(start[j]) for j in flat]
-    proven = True
     if np.prod(counts, initial=1.0) > CHOICES:
         return _solving(laws, start, slope, sizes_of(laws, start)[None]), False
-    found: list[Floats] = []
+    found, proven = list[Floats](), True
     for choice in itertools.product(*[range(count) for count in counts]):
-        own, sure = _chosen(laws, start, slope, flat, pins, choice)
+        tried, sure = _chosen(laws, start, slope, flat, pins, choice)
         proven &= sure
-        for m in own:
-            if _holds(start, slope, flat, pins, choice, m) and all(
-                apart(m, other) > SAME for other in found
-            ):
-                found.append(m)
-    return found, proven
+        found += [m for m in tried if _holds(start, slope, flat, pins, choice, m)]
+    return _distinct(found), proven
 
 
-def _with_balls(
-    laws: Sequence[str], start: Sequence[Floats], slope: Sequence[Matrix]
+def _distinct(solutions: Iterable[Floats]) -> list[Floats]:
+    found: list[Floats] = []
+    for m in solutions:
+        if all(apart(m, known) > SAME for known in found):
+            found.append(m)
+    return found
+
+
+def _from_many_starts(
+    laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], slack: float
 ) -> list[Floats]:
-    """Return the solutions found of a group with ball joints: friction turns with the load."""
+    """Return the different solutions that are found; lengths are not negative, up to a share."""
     first = sizes_of(laws, start)
     rng, size = np.random.default_rng(0), max(float(np.abs(first).max(initial=0.0)), 1e-300)
     starts = size * 10.0 ** rng.uniform(-1, 3, (STARTS, len(laws)))
     starts *= np.where([law in ACROSS for law in laws], rng.uniform(-1, 1, starts.shape), 1.0)
     starts[0] = first
-    found: list[Floats] = []
-    for m in _solving(laws, start, slope, starts):
-        own = m[sized(laws)]
-        known = any(apart(m, other) <= SAME for other in found)
-        if not known and (own >= -SLACK * np.abs(m).max(initial=0.0)).all():
-            found.append(m)
-    return found
+    solutions, lengths = _solving(laws, start, slope, starts), sized(laws)
+    return _distinct(
+        m for m in solutions if (m[lengths] >= -slack * np.abs(m).max(initial=0.0)).all()
+    )
 
 
 def _solving(
@@ -149,18 +150,10 @@ def _chosen(
     lengths = ["length"] * len(pins)
     K = np.array([np.sqrt(np.sum(turn * turn, axis=0)) for turn in turns])
     weights = 1 + K.sum(axis=1)
-    first_guess = sizes_of(lengths, vectors)
     if np.max((K @ weights) / weights) < 1:
-        one = _solving(lengths, vectors, turns, first_guess[None])
+        one = _solving(lengths, vectors, turns, sizes_of(lengths, vectors)[None])
         return [whole(m) for m in one], bool(one)
-    scales = 10.0 ** np.random.default_rng(0).uniform(-1, 3, (STARTS, len(pins)))
-    starts = max(first_guess.max(), 1e-300) * scales
-    starts[0] = first_guess
-    found: list[Floats] = []
-    for m in _solving(lengths, vectors, turns, starts):
-        if (m >= 0).all() and all(apart(m, o) > SAME for o in found):
-            found.append(m)
-    return [whole(m) for m in found], False
+    return [whole(m) for m in _from_many_starts(lengths, vectors, turns, 0.0)], False
 
 
 def _one_pin(vector: Floats, turn: Floats) -> list[float]:

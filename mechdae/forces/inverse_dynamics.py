@@ -96,8 +96,8 @@ class LoadedPoses:
     def rows(self, chosen: Integers | list[int]) -> LoadedPoses:
         """Return some of the poses."""
         t = None if self.t is None else self.t[chosen]
-        w, v, a, condition = (own[chosen] for own in (self.w, self.v, self.a, self.condition))
-        p, length = (None if own is None else own[chosen] for own in (self.p, self.length))
+        w, v, a, condition = (array[chosen] for array in (self.w, self.v, self.a, self.condition))
+        p, length = (None if array is None else array[chosen] for array in (self.p, self.length))
         return LoadedPoses(w, v, a, t, condition, self.nx, p, length)
 
     def __len__(self) -> int:
@@ -107,13 +107,13 @@ class LoadedPoses:
 def absolute(scene: Scene, motion: LoadedPoses) -> list[Floats]:
     """Return the scene's coordinates and speeds at poses, (n, columns) each."""
 
-    def make() -> Batch:
+    def build() -> Batch:
         (w, dw, _), (q, v, _) = motion_of(scene)
         results = [ca.densify(q), ca.densify(v)]
         return Batch(ca.Function("absolute", [w, dw, scene.model.p], results), shared)
 
     shared = [2] if motion.p is None else []
-    batch: Batch = scene.cache(("absolute coordinates", *shared), make)
+    batch: Batch = scene.cache(("absolute coordinates", *shared), build)
     return batch(motion.w, motion.v, scene.model.p_values if motion.p is None else motion.p)
 
 
@@ -134,8 +134,8 @@ class Loaded:
     def put(self, rows: Integers, other: Loaded | float) -> None:
         """Replace some of the poses by others, or by a number."""
         for entry in fields(self) if len(rows) else ():
-            own = getattr(self, entry.name)
-            own[rows] = getattr(other, entry.name) if isinstance(other, Loaded) else other
+            values = getattr(self, entry.name)
+            values[rows] = getattr(other, entry.name) if isinstance(other, Loaded) else other
 
     def driven(self, motion: LoadedPoses) -> Any:
         """Return the power of the drivers (n,) [W]."""
@@ -190,13 +190,13 @@ class InverseDynamics:
             "forces", real, task.friction_radius, friction, turned, slow, timed_numbers(model)
         )  # fmt: skip
 
-        def make() -> Kernels:
+        def build() -> Kernels:
             meshes = meshes_of(model, real)
             laws = Laws(model, meshes, task.friction_radius, friction)
             loads = Loads(model, turned, slow=slow, heavy=scene.bodies)
             return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
 
-        self._kernels: Kernels = scene.cache(self.key, make)
+        self._kernels: Kernels = scene.cache(self.key, build)
         self.loads, self.laws = self._kernels.loads, self._kernels.laws
         self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
         self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes, model.mechanism)]
@@ -241,11 +241,11 @@ class InverseDynamics:
         if equations is None or self.meshes or self.loads.timed:
             return None
 
-        def make() -> str:
+        def build() -> str:
             structure = structure_of(model.mechanism)
             numbers = [
                 (name, repr(float(number)) if number.is_constant() else str(number))
-                for name, number in ((n, ca.SX(own)) for n, own in model.numbers.items())
+                for name, number in ((n, ca.SX(symbol)) for n, symbol in model.numbers.items())
             ]
             groups = [
                 (g.index, g.bodies, g.joints, g.rows, g.columns, g.superfluous)
@@ -257,7 +257,7 @@ class InverseDynamics:
                 scene.x_names, self.balance.columns,
             )  # fmt: skip
 
-        found: str = self._kernels.cache("fingerprint", make)
+        found: str = self._kernels.cache("fingerprint", build)
         return found
 
     def _of(self, name: str) -> Batch:
@@ -307,10 +307,10 @@ class InverseDynamics:
         """(w, dw, p) -> where each table is read."""
         at = [signal.at for signal in self.loads.signals]
 
-        def make() -> Graph:
+        def build() -> Graph:
             return self.balance.function("at", [ca.vertcat(*at)], SPEEDS)
 
-        return self.batch("abscissae", make, SPEEDS)
+        return self.batch("abscissae", build, SPEEDS)
 
     def _pieces(self, motion: LoadedPoses) -> Floats:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
@@ -363,7 +363,7 @@ class InverseDynamics:
         if directed:
             lengths = self.batch("lengths", lambda: self.balance.function(
                 "lengths",
-                [ca.vertcat(*[getattr(d, own) for d in directed]) for own in ("length", "pull")],
+                [ca.vertcat(*[getattr(d, key) for d in directed]) for key in ("length", "pull")],
                 take,
             ), take)  # fmt: skip
             length, pull = lengths(motion.w, motion.v, motion.times, self._p(motion))
@@ -381,8 +381,8 @@ class InverseDynamics:
             ))  # fmt: skip
             finite = np.abs(values(*self.inputs(motion))[0]) < BOUNDLESS
             there = np.isfinite(motion.v).all(axis=1)
-            for name, own in zip(names, finite.T, strict=True):
-                yield name, ~own & there, "it has no finite value", "", ""
+            for name, good in zip(names, finite.T, strict=True):
+                yield name, ~good & there, "it has no finite value", "", ""
 
     def _ends(self, motion: LoadedPoses) -> Iterator[tuple[str, tuple[float, float], Floats]]:
         """Yield tables that end: name, ends, and where they are read (n,)."""

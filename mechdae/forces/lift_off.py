@@ -23,6 +23,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.motion.assembly.start import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.changes import arcs_of, changes
+from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Json, Matrices, Unknowns
 
 PLACES, ROUNDS = 15, 16
@@ -30,7 +31,30 @@ PLACES, ROUNDS = 15, 16
 how often."""
 NOTHING = 1e-12
 """Share of the largest reaction of the mechanism that is rounding."""
-Arc = dict[str, Any]
+ForceAt = Callable[[Floats], Floats]
+"""From places (n,) to the force by which a contact holds there, (n,), or those of all, (n, k)."""
+
+
+@dataclass
+class Pull:
+    """An interval over which a contact would have to pull.
+
+    ``start`` and ``end`` are places, ``force`` (below 0) is the strongest pull, ``worst`` its
+    place.
+    """
+
+    joint: str
+    start: float
+    end: float
+    force: float
+    worst: float
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What its event ``lift_off`` tells beside its place."""
+        return {
+            "joint": self.joint, "until": self.end, "force": self.force, "strongest_at": self.worst,
+        }  # fmt: skip
 
 
 class OneSidedContacts:
@@ -39,17 +63,17 @@ class OneSidedContacts:
     def __init__(self, model: Model, among: Iterable[str]) -> None:
         self.model = model
         self.found = one_sided(model, among)
-        self.unit = {own.name: own.unit for own in self.found}
+        self.unit = {contact.name: contact.unit for contact in self.found}
         self.scale = model.mechanism.scale
 
     @property
     def names(self) -> list[str]:
-        return [own.name for own in self.found]
+        return [contact.name for contact in self.found]
 
     @cached_property
     def _forms(self) -> Batch:
         model = self.model
-        rows = [ca.vertcat(own.form, own.half or ca.SX.inf()) for own in self.found]
+        rows = [ca.vertcat(contact.form, contact.half or ca.SX.inf()) for contact in self.found]
         function = ca.Function("forms", [model.q, model.p], [ca.densify(ca.vertcat(*rows))])
         return Batch(function, [1], straight=lambda: None)
 
@@ -64,16 +88,16 @@ class OneSidedContacts:
         acting = np.stack([reactions[name] for name in self.names], axis=1)
         push = np.sum(forms[:, :, :-1] * acting, axis=2)
         push -= np.abs(acting[:, :, -1]) / forms[:, :, -1]
-        every = np.stack([own[:, : len(space.axes)] for own in reactions.values()], axis=1)
+        every = np.stack(
+            [reaction[:, : len(space.axes)] for reaction in reactions.values()], axis=1
+        )
         largest = np.nanmax(np.abs(every), axis=(1, 2), initial=0.0)[:, None]
-        turning = np.array([own.unit != "N" for own in self.found])
+        turning = np.array([contact.unit != "N" for contact in self.found])
         rounding = NOTHING * np.where(turning, largest * self.scale, largest)
         return np.where(np.abs(push) <= rounding, 0.0, push)
 
 
-def arcs(
-    s: Floats, forces: Floats, names: list[str], look: Callable[[Any], Any] | None = None
-) -> list[Arc]:
+def arcs(s: Floats, forces: Floats, names: list[str], look: ForceAt | None = None) -> list[Pull]:
     """Return the intervals over which contacts would pull.
 
     Parameters
@@ -86,29 +110,23 @@ def arcs(
     look
         From places to forces: places between those given count too. Zeros are bracketed between
         neighbours, of which one may be where the force is least.
-
-    Returns
-    -------
-    list of dict
-        ``joint``, ``from`` and ``to``, ``force`` (the strongest pull, below 0) and ``worst``, its
-        place.
     """
-    found: list[Arc] = []
+    found: list[Pull] = []
     for k, name in enumerate(names):
-        own = None if look is None else _of(look, k)
-        places, f = _with_dips(s, forces[:, k], own)
+        force_at = None if look is None else _of(look, k)
+        places, f = _with_dips(s, forces[:, k], force_at)
         found += [
-            {"joint": name, "from": low, "to": high, **_least(own, places, f, low, high)}
-            for low, high in _pulls(places, f, own)
+            Pull(name, low, high, *_least(force_at, places, f, low, high))
+            for low, high in _pulls(places, f, force_at)
         ]
     return found
 
 
-def _of(look: Callable[[Any], Any], k: int) -> Callable[[Any], Any]:
+def _of(look: ForceAt, k: int) -> ForceAt:
     return lambda places: look(places)[:, k]
 
 
-def _pulls(s: Floats, f: Floats, own: Callable[[Any], Any] | None) -> list[list[float]]:
+def _pulls(s: Floats, f: Floats, force_at: ForceAt | None) -> list[list[float]]:
     """Return where pulls begin and end."""
 
     def marked(f: Floats) -> tuple[Integers, Floats]:
@@ -116,55 +134,57 @@ def _pulls(s: Floats, f: Floats, own: Callable[[Any], Any] | None) -> list[list[
             return (f < 0).astype(int)[:, None], f[:, None]
 
     marks, values = marked(f)
-    if own is None:
+    if force_at is None:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], marks[:, 0], [0]])))
         return [[float(s[first]), float(s[end - 1])] for first, end in edges.reshape(-1, 2)]
-    found = changes(s, marks, values, [("sign", slice(0, 1))], lambda at: marked(own(at)))
+    found = changes(s, marks, values, [("sign", slice(0, 1))], lambda at: marked(force_at(at)))
     return arcs_of(0, marks, found, s)
 
 
-def _with_dips(s: Floats, f: Floats, own: Callable[[Any], Any] | None) -> tuple[Floats, Floats]:
+def _with_dips(s: Floats, f: Floats, force_at: ForceAt | None) -> tuple[Floats, Floats]:
     """Return places and forces with the least ones between neighbours that might be below zero."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((f[1:-1] > 0) & (f[1:-1] <= f[:-2]) & (f[1:-1] <= f[2:])) + 1
         near = f[rows] <= np.maximum(f[rows - 1], f[rows + 1]) - f[rows]
     rows = rows[near]
-    if own is None or not rows.size:
+    if force_at is None or not rows.size:
         return s, f
-    places = _narrowed(own, s[rows - 1], s[rows + 1])
+    places = _narrowed(force_at, s[rows - 1], s[rows + 1])
     order = np.argsort(np.concatenate([s, places]), kind="stable")
-    return np.concatenate([s, places])[order], np.concatenate([f, own(places)])[order]
+    return np.concatenate([s, places])[order], np.concatenate([f, force_at(places)])[order]
 
 
-def _narrowed(own: Callable[[Any], Any], a: Floats, b: Floats) -> Floats:
+def _narrowed(force_at: ForceAt, a: Floats, b: Floats) -> Floats:
     """Return where the force is least in intervals [a, b] with one minimum each."""
     shares = np.arange(PLACES + 2) / (PLACES + 1)
     for _ in range(ROUNDS):
         places = a[:, None] + (b - a)[:, None] * shares
-        values = own(places[:, 1:-1].ravel()).reshape(len(a), PLACES)
+        values = force_at(places[:, 1:-1].ravel()).reshape(len(a), PLACES)
         k = np.argmin(np.where(np.isfinite(values), values, np.inf), axis=1)
         a, b = (np.take_along_axis(places, (k + off)[:, None], axis=1)[:, 0] for off in (0, 2))
     return (a + b) / 2
 
 
-def _least(own: Callable[[Any], Any] | None, s: Floats, f: Floats, low: float, high: float) -> Arc:
+def _least(
+    force_at: ForceAt | None, s: Floats, f: Floats, low: float, high: float
+) -> tuple[float, float]:
     """Return the strongest pull from `low` to `high`, and where it is."""
     k = int(np.argmin(np.where((s >= low) & (s <= high) & (f < 0), f, np.inf)))
     best = (float(f[k]), float(s[k])) if low <= s[k] <= high else (0.0, low)
-    if own is not None:
+    if force_at is not None:
         a, b = max(low, float(s[max(k - 1, 0)])), min(high, float(s[min(k + 1, len(s) - 1)]))
         ends = (a, b) if a < b else (low, high)
-        place = float(_narrowed(own, *(np.array([end]) for end in ends))[0])
-        best = min(best, (float(own(np.array([place]))[0]), place))
-    return {"force": best[0], "worst": best[1]}
+        place = float(_narrowed(force_at, *(np.array([end]) for end in ends))[0])
+        best = min(best, (float(force_at(np.array([place]))[0]), place))
+    return best
 
 
-def sentence(arc: Arc, unit: str, spoken: Callable[[float], str]) -> str:
-    """Return what is said of an arc; `spoken` writes a place with its unit."""
+def sentence(pull: Pull, unit: str, spoken: Callable[[float], str]) -> str:
+    """Return what is said of a pull; `spoken` writes a place with its unit."""
     return (
-        f"joint {arc['joint']}: the one-sided contact would have to pull from "
-        f"{spoken(arc['from'])} to {spoken(arc['to'])}, by up to {-arc['force']:.6g} {unit} at "
-        f"{spoken(arc['worst'])}: it lifts off there, and what follows is not modelled"
+        f"joint {pull.joint}: the one-sided contact would have to pull from {spoken(pull.start)} "
+        f"to {spoken(pull.end)}, by up to {-pull.force:.6g} {unit} at {spoken(pull.worst)}: it "
+        f"lifts off there, and what follows is not modelled"
     )
 
 
@@ -174,9 +194,9 @@ def at_rest(contacts: OneSidedContacts, q: Unknowns, reactions: dict[str, Floats
     if lost or not contacts.found:
         return [unwatched(lost)] if lost else []
     return [
-        f"joint {own.name}: the one-sided contact would have to pull by {-force:.6g} {own.unit}: "
-        f"it lifts off, this equilibrium is that of a contact that holds"
-        for own, force in zip(contacts.found, contacts.holding(q, reactions)[0], strict=True)
+        f"joint {contact.name}: the one-sided contact would have to pull by {-force:.6g} "
+        f"{contact.unit}: it lifts off, this equilibrium is that of a contact that holds"
+        for contact, force in zip(contacts.found, contacts.holding(q, reactions)[0], strict=True)
         if force < 0
     ]
 
@@ -208,8 +228,8 @@ def along(
     def holding(motion: LoadedPoses, reactions: Matrices, there: Booleans) -> Floats:
         q = np.zeros((len(motion), count))
         q[:, balance.columns] = absolute(statics.scene, motion)[0]
-        own = {name: reactions[:, k] for k, name in enumerate(balance.joints)}
-        return np.where(there[:, None], contacts.holding(q, own), np.nan)
+        by_joint = {name: reactions[:, k] for k, name in enumerate(balance.joints)}
+        return np.where(there[:, None], contacts.holding(q, by_joint), np.nan)
 
     state = State(statics, moving)
 
@@ -233,8 +253,8 @@ def along(
         return f"t = {place:.6g} s" if timed else f"{lead.text} = {shown(lead.unit, place)}"
 
     events = []
-    for arc in found:
-        event = {"kind": "lift_off", "joint": arc["joint"], "at": arc["from"], "until": arc["to"]}
-        event |= {"force": arc["force"], "strongest_at": arc["worst"], "in_range": True}
-        events.append(event | ({"time": arc["from"]} if timed else {}))
-    return events, [sentence(arc, contacts.unit[arc["joint"]], spoken) for arc in found]
+    for pull in found:
+        when = {"time": pull.start} if timed else {}
+        at = {"kind": "lift_off", "at": pull.start, "in_range": True, **when}
+        events.append(at | pull.facts)
+    return events, [sentence(pull, contacts.unit[pull.joint], spoken) for pull in found]

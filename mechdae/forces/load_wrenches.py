@@ -29,17 +29,17 @@ def load_wrenches(statics: InverseDynamics, answer: PoseForces) -> dict[str, Ser
     for name, wrench in statics.loads.wrenches.items():
         for body in model.mechanism.bodies:
             if body not in statics.scene.not_in_scene:
-                own = model.space.at_origin(model, wrench, body)
-                if own is not None:
-                    entries.append((name, body, own))
+                acting = model.space.at_origin(model, wrench, body)
+                if acting is not None:
+                    entries.append((name, body, acting))
     if not entries:
         return {}
 
-    def make() -> Graph:
-        column = ca.vertcat(*[own for _, _, own in entries])
+    def build() -> Graph:
+        column = ca.vertcat(*[acting for _, _, acting in entries])
         return statics.balance.function("load_wrenches", [column])
 
-    values = statics.batch("load wrenches", make)(*answer.inputs)[0]
+    values = statics.batch("load wrenches", build)(*answer.inputs)[0]
     values = np.broadcast_to(values, (len(answer.standing), values.shape[1])).copy()
     values[~answer.standing] = np.nan
     found: dict[str, dict[str, Floats]] = {}

@@ -70,12 +70,12 @@ def real_along(
     if model.space.behind:
         return teeth_along(model, scene.cache, names, columns, poses()[0])
 
-    def make() -> Batch:
+    def build() -> Batch:
         inputs = [model.q[columns], model.velocity[columns], model.p]
         return Batch(ca.Function("closing", inputs, _speeds(_tried(model, names))), [2])
 
     q, v = poses()
-    closing, size = scene.cache("closing of wheels", make)(q, v, model.p_values)
+    closing, size = scene.cache("closing of wheels", build)(q, v, model.p_values)
     there = np.isfinite(v).all(axis=1)
     with np.errstate(invalid="ignore"):
         real = (np.abs(closing) <= REAL * size)[there].all(axis=0)

@@ -37,8 +37,8 @@ class PoseForces:
     def counts(self) -> Integers:
         """Numbers of solutions, (n,)."""
         counts = np.ones(len(self.motion), int)
-        for k, own in self.found.items():
-            counts[k] = len(own.sizes)
+        for k, solutions in self.found.items():
+            counts[k] = len(solutions.sizes)
         return counts
 
     @property
@@ -61,6 +61,11 @@ class PoseForces:
         """Whether friction acts on the reactions it comes from."""
         return self.whole is not self.free
 
+    def leave_out(self, poses: Any) -> None:
+        """Let some poses (n,) have no forces."""
+        for loaded in (self.free, self.whole):
+            loaded.put(np.flatnonzero(poses), np.nan)
+
 
 def solved(
     statics: InverseDynamics, motion: LoadedPoses, there: Booleans, critical: bool = True
@@ -82,8 +87,8 @@ def solved(
     if rows.size:
         every = statics.branches.at(some(inputs, rows), critical)
         found = dict(zip(rows.tolist(), every, strict=True))
-        for k, own in found.items():
-            sizes[k] = own.sizes[own.connected or 0] if len(own.sizes) else np.nan
+        for k, solutions in found.items():
+            sizes[k] = solutions.sizes[solutions.connected or 0] if len(solutions.sizes) else np.nan
         whole.put(rows, statics.loaded(some(inputs, rows), sizes[rows]))
     result = PoseForces(motion, inputs, there, quiet, sizes, good, free, whole, found)
     whole.put(np.flatnonzero(result.jammed), np.nan)

@@ -110,12 +110,12 @@ class Moving:
         n, nx, dead = len(values), len(self._columns), ~poses.alive.all(axis=1)
         found = []
         for y, driven in zip(poses.y, (values, *rates), strict=False):
-            own = np.empty((nx + values.shape[1], n)).T  # columns lie together, as kernels read
+            columns = np.empty((nx + values.shape[1], n)).T  # columns lie together, as kernels read
             for k, column in enumerate(self._columns):
-                own[:, k] = y[:, column]
-            own[:, nx:] = driven
-            own[dead] = np.nan
-            found.append(own)
+                columns[:, k] = y[:, column]
+            columns[:, nx:] = driven
+            columns[dead] = np.nan
+            found.append(columns)
         w, v, a = found[:3]
         return LoadedPoses(w, v, a, time, poses.condition, nx)
 

@@ -13,10 +13,11 @@ from mechdae.equations.model import Model
 from mechdae.forces.friction_branches import some
 from mechdae.forces.inverse_dynamics import InverseDynamics, absolute
 from mechdae.forces.pose_forces import PoseForces
-from mechdae.forces.uniqueness import Uniqueness
+from mechdae.forces.unique_directions import Orientations, in_axes
+from mechdae.forces.uniqueness import Uniqueness, resultants
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.results import Series
-from mechdae.types import Floats, Json, Matrices
+from mechdae.types import Floats, Json
 
 
 def series_of(
@@ -27,31 +28,28 @@ def series_of(
     if static is not None:
         static.reactions[~answer.there] = np.nan
     found: dict[str, dict[str, Floats]] = {}
-    in_plane = statics.scene.model.mechanism.dimension == 2
-    turned = {} if in_plane else _axes_in_space(statics, answer, task.axes or ())
+    axes = reaction_axes(statics, answer, task.axes or ())
     for k, name in enumerate(balance.joints):
-        own: dict[str, Floats] = {"reaction": answer.whole.reactions[:, k]}
+        joint: dict[str, Any] = {"reaction": answer.whole.reactions[:, k]}
         if name in balance.guides:
-            own["normal"] = answer.whole.normals[:, balance.guides.index(name)]
+            joint["normal"] = answer.whole.normals[:, balance.guides.index(name)]
         if name in balance.lossy:
             place = balance.lossy.index(name)
-            own["loss"] = answer.whole.losses[:, place]
+            joint["loss"] = answer.whole.losses[:, place]
             if answer.coupled:
-                own["reaction_uncoupled"] = answer.free.reactions[:, k]
-                own["loss_uncoupled"] = answer.free.losses[:, place]
+                joint["reaction_uncoupled"] = answer.free.reactions[:, k]
+                joint["loss_uncoupled"] = answer.free.losses[:, place]
         if static is not None:
             parts = {"static": static.reactions[:, k]}
             parts["inertial"] = answer.free.reactions[:, k] - static.reactions[:, k]
-            own |= {f"reaction_{part}": parts[part] for part in task.parts or ()}
+            joint |= {f"reaction_{part}": parts[part] for part in task.parts or ()}
         if unique is not None:
-            for word in own:
+            for word in joint:
                 if not unique.given(balance, name, word):
-                    own[word] = np.full_like(own[word], np.nan)
-        if in_plane:
-            own |= _turned(statics, answer, name, own["reaction"], task.axes or ())
-        else:
-            own |= _turned_in_space(own["reaction"], turned.get(name, {}))
-        found[name] = own
+                    joint[word] = np.full_like(joint[word], np.nan)
+        for word, frame in axes.get(name, {}).items():
+            joint[f"reaction_{word}"] = _in_frame(joint["reaction"], word, frame)
+        found[name] = joint
     return found
 
 
@@ -64,45 +62,9 @@ def unique_of(
     places = {name: k for k, name in enumerate(statics.balance.joints)}
     reactions = answer.whole.reactions
     summary["not_unique"] = [n for k, n in enumerate(places) if not unique.whole[k]]
-    summary["unique_sums"] = [
-        {"body": body, "joints": names, "force": _resultant(statics, reactions, body, names)}
-        for body, names in unique.sums.items()
-    ]
-    return {name: own.values(reactions[:, places[name]]) for name, own in unique.joints.items()}
-
-
-def _resultant(statics: InverseDynamics, reactions: Matrices, body: str, names: list[str]) -> Any:
-    """Return the sum of forces (n, d) of joints on a body."""
-    size = len(statics.scene.model.space.axes)
-    joints = statics.scene.model.mechanism.joints
-    places = {name: k for k, name in enumerate(statics.balance.joints)}
-    return sum(
-        (1 if joints[name].second_body == body else -1) * reactions[:, places[name], :size]
-        for name in names
-    )
-
-
-def _turned(
-    statics: InverseDynamics, answer: PoseForces, name: str, reaction: Any, axes: tuple[str, ...]
-) -> dict[str, Floats]:
-    """Return a reaction in axes of its second body, and along and across the link."""
-    found: dict[str, Floats] = {}
-    model = statics.scene.model
-    joint = model.mechanism.joints[name]
-    for word in axes:
-        body, direction = joint.second_body, 0.0
-        if word == "radial":
-            body, direction = link_axis(model, name)
-        angle = np.full(len(reaction), direction)
-        if body in model.mechanism.bodies:
-            column = statics.balance.columns.index(model.turn(body))
-            angle = angle + absolute(statics.scene, answer.motion)[0][:, column]
-        c, s = np.cos(angle), np.sin(angle)
-        along = c * reaction[:, 0] + s * reaction[:, 1]
-        across = c * reaction[:, 1] - s * reaction[:, 0]
-        parts = [along, across, reaction[:, 2]] if word == "body" else [along, across]
-        found[f"reaction_{word}"] = np.stack(parts, axis=1)
-    return found
+    known = {name: reactions[:, k] for name, k in places.items()}
+    summary["unique_sums"] = resultants(statics.scene.model, unique.sums, known)
+    return {name: directions.values(known[name]) for name, directions in unique.joints.items()}
 
 
 def link_axis(model: Model, name: str) -> tuple[str, float]:
@@ -141,43 +103,53 @@ def _link(model: Model, name: str) -> tuple[str, str] | None:
     return None
 
 
-def _axes_in_space(
+def reaction_axes(
     statics: InverseDynamics, answer: PoseForces, words: tuple[str, ...]
 ) -> dict[str, dict[str, Floats]]:
-    """Return by joint the axes of its second body (n, 3, 3) and its link's direction (n, 3).
+    """Return by joint the axes (n, 3, 3) of its second body and of its link.
 
-    What spins freely has no axes; a joint without a link has no direction, but a vector is one.
+    Of a link in space it is its direction (n, 3). What spins freely has no axes; a joint in space
+    without a link has no direction, but a vector is one.
     """
-    model, entries = statics.scene.model, []
-    for name in statics.balance.joints if words else ():
+    model, joints = statics.scene.model, statics.balance.joints if words else []
+    q = absolute(statics.scene, answer.motion)[0] if joints else np.zeros((0, 0))
+    orientations = Orientations(model, statics.scene.cache, statics.balance.columns, q)
+    links = _link_directions(statics, answer, joints) if model.space.behind else {}
+    found: dict[str, dict[str, Floats]] = {}
+    for name in joints:
+        axes, body = found.setdefault(name, {}), model.mechanism.joints[name].second_body
+        for word in words:
+            if word == "body" and body not in model.spinning:
+                axes[word] = orientations.of(body) if orientations.has(body) else orientations.world
+            elif word == "radial" and not model.space.behind:
+                link, direction = link_axis(model, name)
+                axes[word] = orientations.about(link, direction)
+            elif word == "radial" and name in links:
+                axes[word] = links[name]
+    return found
+
+
+def _link_directions(
+    statics: InverseDynamics, answer: PoseForces, joints: Iterable[str]
+) -> dict[str, Floats]:
+    """Return the directions (n, 3) of the links of joints in space, of those that have one."""
+    model, ways = statics.scene.model, {}
+    for name in joints:
         joint = model.mechanism.joints[name]
-        if "body" in words and joint.second_body not in model.spinning:
-            entries.append((name, "body", ca.vec(model.frame(joint.second_body).R)))
         ends = (joint.first, joint.second) if joint.pointer else _link(model, name)
-        if "radial" in words and ends is not None:
-            way = model.point(ends[1]) - model.point(ends[0])
-            entries.append((name, "radial", way))
-    if not entries:
+        if ends is not None:
+            ways[name] = model.point(ends[1]) - model.point(ends[0])
+    if not ways:
         return {}
-    own = ", ".join(f"{name} {word}" for name, word, _ in entries)
     batch = statics.batch(
-        f"axes of {own}",
-        lambda: statics.balance.function("axes", [ca.vertcat(*[entry[2] for entry in entries])]),
+        f"directions of {', '.join(ways)}",
+        lambda: statics.balance.function("directions", [ca.vertcat(*ways.values())]),
     )
     values = batch(*answer.inputs)[0]
-    values = np.broadcast_to(values, (len(answer.standing), values.shape[1]))
-    found: dict[str, dict[str, Floats]] = {}
-    start = 0
-    for name, word, expression in entries:
-        part = values[:, start : start + expression.numel()]
-        start += expression.numel()
-        if word == "body":
-            part = part.reshape(-1, 3, 3)  # columns of the rotation are rows here
-        else:
-            with np.errstate(invalid="ignore", divide="ignore"):
-                part = part / np.linalg.norm(part, axis=1)[:, None]
-        found.setdefault(name, {})[word] = part
-    return found
+    values = np.broadcast_to(values, (len(answer.standing), values.shape[1])).reshape(-1, 3)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        unit = values / np.linalg.norm(values, axis=1)[:, None]
+    return dict(zip(ways, unit.reshape(-1, len(ways), 3).transpose(1, 0, 2), strict=True))
 
 
 def without_axes(statics: InverseDynamics, task: Reactions) -> list[str]:
@@ -197,18 +169,15 @@ def without_axes(statics: InverseDynamics, task: Reactions) -> list[str]:
     return said
 
 
-def _turned_in_space(reaction: Floats, axes: dict[str, Floats]) -> dict[str, Floats]:
-    """Return a reaction (n, 6) in axes of its second body, and along and across the link."""
-    found: dict[str, Floats] = {}
-    force = reaction[:, :3]
-    if "body" in axes:
-        parts = reaction.reshape(-1, 2, 3)
-        found["reaction_body"] = np.einsum("nij,nkj->nki", axes["body"], parts).reshape(-1, 6)
-    if "radial" in axes:
-        along = np.einsum("ni,ni->n", axes["radial"], force)
-        across = np.linalg.norm(force - along[:, None] * axes["radial"], axis=1)
-        found["reaction_radial"] = np.stack([along, across], axis=1)
-    return found
+def _in_frame(reaction: Floats, word: str, axes: Floats) -> Floats:
+    """Return a reaction in axes of its second body, or along and across the link."""
+    if word == "body":
+        return in_axes(axes, reaction)
+    if axes.ndim == 3:
+        return in_axes(axes, reaction)[:, :2]
+    along = np.einsum("ni,ni->n", axes, reaction[:, :3])
+    across = np.linalg.norm(reaction[:, :3] - along[:, None] * axes, axis=1)
+    return np.stack([along, across], axis=1)
 
 
 def efforts_of(
@@ -236,12 +205,12 @@ def solutions_of(
     """Yield all solutions of the poses that have several."""
     lead = setting.plan.lead
     names = [row.owner for row in setting.scene.rows if row.driver]
-    for k, own in answer.found.items():
-        if len(own.sizes) < 2:
+    for k, solutions in answer.found.items():
+        if len(solutions.sizes) < 2:
             continue
         one = some(answer.inputs, slice(k, k + 1))
         listed = []
-        for i, sizes in enumerate(own.sizes):
+        for i, sizes in enumerate(solutions.sizes):
             loaded = statics.loaded(one, sizes[None, :])
             if unique is not None:
                 loaded.reactions[:, ~unique.whole] = np.nan
@@ -252,14 +221,14 @@ def solutions_of(
                         name: loaded.reactions[0, j].tolist()
                         for j, name in enumerate(statics.balance.joints)
                     },
-                    "connected": own.connected == i,
+                    "connected": solutions.connected == i,
                 }
             )
         yield {
             "pose": k,
             "at": float(answer.motion.u[k, lead]),
-            "count": len(own.sizes),
-            "proven": own.proven,
+            "count": len(solutions.sizes),
+            "proven": solutions.proven,
             "solutions": listed,
         }
 

@@ -63,10 +63,10 @@ def force_structure(scene: Scene, task: Reactions) -> Json:
         lies = {n: model.space.behind and axes_of_mesh(model.mechanism, joints[n]) for n in meshed}
         meshes = meshes_of(model, lies.items())
         laws = Laws(model, meshes, task.friction_radius)
-        own = {name: [f for f in laws.of(name) if f.friction] for name in names}
+        frictional = {name: [f for f in laws.of(name) if f.friction] for name in names}
         result["friction"] = {
             name: joints[name].friction_law(task.friction_radius == "article")
-            for name, found in own.items()
+            for name, found in frictional.items()
             if found
         }
         result["coupled"] = task.friction == "coupled"

@@ -53,10 +53,10 @@ def teeth_along(
     q = q[np.isfinite(q).all(axis=1)]
     chosen = q[np.linspace(0, len(q) - 1, min(MOST, len(q))).astype(int)]
     sizes = model.coordinates.sizes(model.mechanism.scale)[columns]
-    for name, own in lies:
+    for name, axes in lies:
 
-        def make(name: str = name, own: AxesOfMesh = own) -> Batch:
-            mesh = SpatialMesh(model, joints[name], own)
+        def build(name: str = name, axes: AxesOfMesh = axes) -> Batch:
+            mesh = SpatialMesh(model, joints[name], axes)
             row = next(row for row in model.rows if row.owner == name)
             works = [ca.jacobian(row.expression, model.q)[columns]]
             works += [
@@ -67,10 +67,10 @@ def teeth_along(
             flat = ca.vec(ca.densify(ca.horzcat(*works, *others)))
             return Batch(ca.Function("works", [model.q[columns], model.p], [flat]), [1])
 
-        batch = kept(("works of teeth", name, own), make)
+        batch = kept(("works of teeth", name, axes), build)
         found = batch(chosen, model.p_values)[0]
         equation, teeth, apart = (part * sizes for part in np.split(found[:, :-2], 3, axis=1))
-        _compared(joints[name], own, (equation, teeth, apart), *found[:, -2:].T)
+        _compared(joints[name], axes, (equation, teeth, apart), *found[:, -2:].T)
     return lies
 
 

@@ -50,6 +50,7 @@ from mechdae.results import (
     counts,
     events_of,
 )
+from mechdae.types import Integers
 
 SINGULAR = 1e12
 """Condition of the constraints above which forces are not given: they grow with it."""
@@ -92,25 +93,16 @@ def with_forces(
     setting, moving, motion, statics = loaded.setting, loaded.moving, loaded.motion, loaded.statics
     unique = uniqueness(statics, motion)
     _check_loads(setting, statics, motion)
-    summary = result.summary.copy()
     lost = _without_rank(result)
     there = motion.there & among(result.codes, (Status.OK, Status.AMBIGUOUS))
     there[lost] = False
     answer = solved(statics, motion, there)
-    answer.free.put(np.flatnonzero(~there), np.nan)
-    answer.whole.put(np.flatnonzero(~there), np.nan)
-    marks = (lost, np.flatnonzero(answer.jammed), np.flatnonzero(answer.ambiguous))
-    status = result.codes
-    if any(map(len, marks)):
-        status = status.copy()
-        for word, rows in zip(
-            (Status.SINGULAR, Status.JAMMED, Status.AMBIGUOUS), marks, strict=True
-        ):
-            status[rows] = CODES[word]
+    answer.leave_out(~there)
+    summary, status = result.summary.copy(), _statuses(result, lost, answer)
+    if status is not result.codes:
         summary["status"] = counts(status)
-    faults = [fault for fault in (result.fault,) if isinstance(fault, str)]
-    faults += lost_poses(setting, answer, lost)
-    faults += verdicts(setting, answer)
+    faults = [result.fault] if isinstance(result.fault, str) else []
+    faults += [*lost_poses(setting, answer, lost), *verdicts(setting, answer)]
     if task.cycle:
         figures, broken = cycle(statics, moving, answer)
         summary |= figures
@@ -126,34 +118,12 @@ def with_forces(
     lifted, notes = along(statics, moving, answer, unique)
     if notes := [*notes, *without_axes(statics, task)]:
         summary["notes"] = [*summary.get("notes", []), *notes]
-    assumed = summary.get("assumptions", [])
-    assumed = [*assumed, *statics.assumptions, *assumptions_of(statics, task)]
-    summary["assumptions"] = list(dict.fromkeys(assumed))
-    if answer.coupled:
-        rows = np.flatnonzero(answer.standing)
-        lead = setting.plan.lead
-        inputs, sizes = answer.inputs, answer.sizes
-        summary["critical_factor"] = LazyPart(
-            lambda: {"critical_factor": critical_factor(statics, motion, inputs, sizes, rows, lead)}
-        )
-    unproven = [k for k, own in answer.found.items() if not own.proven]
-    if unproven:
-        summary["not_proven"] = unproven
-    if answer.jammed.any():
-        summary["jammed"] = jams_of(setting, answer)
-    series = series_of(statics, answer, task, unique)
+    _add_facts(summary, loaded, answer, task)
     efforts, parts = efforts_of(setting, statics, answer, task)
-    joints = {
-        name: Series({**dict(result.joints.get(name, {})), **own}) for name, own in series.items()
-    }
-    kept = {name: own for name, own in result.joints.items() if name not in joints}
-    order = [name for name in result.mechanism.joints if name in joints or name in kept]
-    every = {**kept, **joints}
-    chosen = setting.scene.selection.joints if task.outputs is not None else order
     whole = result.as_kind(
         ReactionsResult,
         status=status,
-        joints=Named("joint", {name: every[name] for name in order if name in chosen}),
+        joints=_joints(result, loaded, task, series_of(statics, answer, task, unique)),
         efforts=efforts,
         parts=parts,
         unique=Summary(unique_of(statics, answer, unique, summary)),
@@ -167,13 +137,59 @@ def with_forces(
     return whole, answer
 
 
-def _without_rank(result: SweepResult) -> Any:
+def _statuses(result: SweepResult, lost: Integers, answer: PoseForces) -> Integers:
+    """Return the codes of poses (n,), those of the sweep where forces change none."""
+    marks = {
+        Status.SINGULAR: lost,
+        Status.JAMMED: np.flatnonzero(answer.jammed),
+        Status.AMBIGUOUS: np.flatnonzero(answer.ambiguous),
+    }
+    codes: Integers = result.codes
+    if any(map(len, marks.values())):
+        codes = codes.copy()
+        for status, rows in marks.items():
+            codes[rows] = CODES[status]
+    return codes
+
+
+def _add_facts(summary: Summary, loaded: LoadedRun, answer: PoseForces, task: Reactions) -> None:
+    """Add assumptions, and what there is to know of friction."""
+    statics, lead = loaded.statics, loaded.setting.plan.lead
+    assumed = summary.get("assumptions", [])
+    assumed = [*assumed, *statics.assumptions, *assumptions_of(statics, task)]
+    summary["assumptions"] = list(dict.fromkeys(assumed))
+    if answer.coupled:
+        rows = np.flatnonzero(answer.standing)
+        motion, inputs, sizes = loaded.motion, answer.inputs, answer.sizes
+        summary["critical_factor"] = LazyPart(
+            lambda: {"critical_factor": critical_factor(statics, motion, inputs, sizes, rows, lead)}
+        )
+    if unproven := [k for k, solutions in answer.found.items() if not solutions.proven]:
+        summary["not_proven"] = unproven
+    if answer.jammed.any():
+        summary["jammed"] = jams_of(loaded.setting, answer)
+
+
+def _joints(
+    result: SweepResult, loaded: LoadedRun, task: Reactions, series: dict[str, dict[str, Any]]
+) -> Named:
+    """Return the joints in declared order, with what the sweep and forces give of them."""
+    every = dict(result.joints)
+    for name, forces in series.items():
+        every[name] = Series({**dict(every.get(name, {})), **forces})
+    order = [name for name in result.mechanism.joints if name in every]
+    chosen = order if task.outputs is None else loaded.setting.scene.selection.joints
+    return Named("joint", {name: every[name] for name in order if name in chosen})
+
+
+def _without_rank(result: SweepResult) -> Integers:
     """Return the poses at which constraints lose their rank, at change points, and no more."""
     if result.condition is None:
         return np.zeros(0, int)
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(result.condition > SINGULAR)
-    return rows[result.codes[rows] == CODES[Status.OK]]
+    known: Integers = rows[result.codes[rows] == CODES[Status.OK]]
+    return known
 
 
 def _check_loads(setting: Setting, statics: InverseDynamics, motion: LoadedPoses) -> None:

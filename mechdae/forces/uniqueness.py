@@ -8,7 +8,7 @@ may all be non-unique while a direction between them is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import field
 from functools import cached_property
@@ -23,40 +23,17 @@ from mechdae.equations.model import Model
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.errors import IndeterminateFrictionError, SolveError
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolute
-from mechdae.forces.unique_in_space import Orientations, SpatialDirections, still_directions
+from mechdae.forces.unique_directions import Directions, Orientations, still_directions, tidy
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers, Matrices, Matrix, Points, Reactions, Sym, Unknowns
+from mechdae.types import Floats, Integers, Matrices, Matrix, Reactions, Sym, Unknowns
 
 SX_NOWHERE = ca.SX(6, 1)
 """A way of no length: joints that do not move have a matrix of ways too."""
 MOST = 64
 """Poses at which directions are looked for."""
-
-
-@dataclass
-class Directions:
-    """Unique directions (k, 3) of a joint's reaction in the axes of `frame`."""
-
-    frame: str
-    directions: Floats
-    angles: Any
-
-    def values(self, reaction: Reactions) -> dict[str, Any]:
-        """Return directions and the reaction's values along them, for (n, 3) reactions."""
-        c, s = np.cos(self.angles), np.sin(self.angles)
-        turned = np.stack(
-            [
-                c * reaction[:, 0] + s * reaction[:, 1],
-                c * reaction[:, 1] - s * reaction[:, 0],
-                reaction[:, 2],
-            ],
-            axis=1,
-        )
-        values = turned @ self.directions.T
-        return {"directions": self.directions, "values": values, "frame": self.frame}
 
 
 @dataclass
@@ -114,17 +91,12 @@ def uniqueness(statics: InverseDynamics, motion: LoadedPoses) -> Uniqueness | No
     _check_friction(statics, stressed)
     lost = set(stressed.lost)
     inside = {name for group in statics.scene.redundant for name in group.joints}
-
-    def turned(body: str) -> Floats:
-        return q[:, balance.columns.index(model.turn(body))]
-
-    shown = [name for name in balance.joints if name in lost | inside]
-    joints: dict[str, Any]
-    if model.space.behind:
-        orientations = Orientations(statics.scene, balance.columns, q)
-        joints = {name: in_space(orientations, name, stressed) for name in shown}
-    else:
-        joints = {name: directions(model, name, len(motion), turned, stressed) for name in shown}
+    orientations = Orientations(model, statics.scene.cache, balance.columns, q)
+    joints = {
+        name: stressed.directions(name, orientations)
+        for name in balance.joints
+        if name in lost | inside
+    }
     sums = shared_bodies(model, balance.bodies, [name for name in balance.joints if name in lost])
     normals = {name for name in balance.guides if not stressed.left_open(f"normal {name}")}
     return Uniqueness(~np.isin(balance.joints, stressed.lost), joints, sums, normals)
@@ -135,6 +107,19 @@ def shared_bodies(model: Model, bodies: Iterable[str], lost: list[str]) -> dict[
     joints = model.mechanism.joints
     found = {body: [name for name in lost if body in joints[name].bodies] for body in bodies}
     return {body: names for body, names in found.items() if len(names) > 1}
+
+
+def resultants(
+    model: Model, sums: Mapping[str, list[str]], reactions: Mapping[str, Reactions]
+) -> list[dict[str, Any]]:
+    """Return the unique sums of forces of joints on bodies, as a summary lists them."""
+    joints, found = model.mechanism.joints, []
+    for body, names in sums.items():
+        forces = [reactions[name][:, : len(model.space.axes)] for name in names]
+        sides = [1 if joints[name].second_body == body else -1 for name in names]
+        force = sum(side * part for side, part in zip(sides, forces, strict=True))
+        found.append({"body": body, "joints": names, "force": force})
+    return found
 
 
 @dataclass
@@ -160,19 +145,22 @@ class Stressed:
         """Return the unique directions (k, 3) of the reaction of a joint at each pose."""
         return [space for space, _ in self._spaces(name)]
 
+    def directions(self, name: str, orientations: Orientations) -> Directions:
+        """Return the unique directions of a joint's reaction where they stand still."""
+        return still_directions(orientations, name, self.spaces(name), self.chosen)
+
     def loses(self, name: str) -> bool:
         """Return whether the reaction of a joint is not unique as a whole."""
         return any(len(space) < rank for space, rank in self._spaces(name))
 
     def _spaces(self, name: str) -> list[tuple[Floats, int]]:
         pairs = list(zip(self.matrices[name], self.null, strict=True))
-        weights = None if self.maps is None else self.maps.weights
-        if weights is None:
+        if self.maps is None or (weights := self.maps.weights) is None:
             return [unique_space(C, C @ N) for C, N in pairs]
         found = []
         for (C, N), moves in zip(pairs, self.matrices[f"moves {name}"], strict=True):
-            own = _across(weights[:, None] * C, moves / weights[:, None])
-            space, rank = unique_space(own, own @ N)
+            across = _across(weights[:, None] * C, moves / weights[:, None])
+            space, rank = unique_space(across, across @ N)
             found.append((_unit(space * weights), rank))
         return found
 
@@ -203,10 +191,8 @@ class ForceColumns:
     Attributes
     ----------
     weights : array or None
-        By which components of reactions are compared with each other.
+        By which components of reactions are compared with each other; in the plane rows tell.
     """
-
-    weights: Floats | None
 
     def __init__(
         self,
@@ -216,32 +202,43 @@ class ForceColumns:
         places: Sequence[int],
         forms: dict[str, tuple[str, Sym]] | None = None,
     ) -> None:
-        self.joints, self.p = list(joints), model.p_values
-        every = [ca.vertcat(*[own.get(j, ca.SX(0)) for j in places]) for _, own in columns]
+        self.joints = list(joints)
+        self._take(model)
+        every = [ca.vertcat(*[wrench.get(j, ca.SX(0)) for j in places]) for _, wrench in columns]
         parts = {"columns": ca.horzcat(*every)}
         behind = model.space.behind
         for name in self.joints:
             acting = [
-                reaction(model, name, own if behind or name == of else {}) for of, own in columns
+                reaction(model, name, wrench if behind or name == of else {})
+                for of, wrench in columns
             ]
-            parts[name] = ca.horzcat(*[-ca.vertcat(*own) for own in acting])
+            parts[name] = ca.horzcat(
+                *[-ca.vertcat(*parts_of_reaction) for parts_of_reaction in acting]
+            )
             if behind:
                 parts[f"moves {name}"] = ca.horzcat(model.space.moves(model, name), SX_NOWHERE)
-        for key, (name, own) in (forms or {}).items():
+        for key, (name, combination) in (forms or {}).items():
             if behind:
-                parts[key] = own @ parts[name]
+                parts[key] = combination @ parts[name]
                 continue
-            form = ca.SX(own.shape[0], len(columns))
-            form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = own
+            form = ca.SX(combination.shape[0], len(columns))
+            form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = combination
             parts[key] = form
-        self.cache, self.weights = StructureCache(), None
+        self.cache = StructureCache()
         self._parts, self._inputs = parts, [model.q[list(places)], model.p]
 
     def of(self, model: Model) -> ForceColumns:
         """Return the same forces for a copy of the model with other numbers."""
-        other = copy(self)
-        other.p = model.p_values
-        return other
+        copied = copy(self)
+        copied._take(model)
+        return copied
+
+    def _take(self, model: Model) -> None:
+        """Take the numbers of a model."""
+        self.p, length = model.p_values, model.mechanism.scale
+        self.weights: Floats | None = None
+        if model.space.behind:
+            self.weights = np.array([1.0] * 3 + [1 / length] * 3)
 
     def _batch(self, names: tuple[str, ...]) -> Batch:
         stacked = ca.vertcat(*[ca.vec(ca.densify(self._parts[name])) for name in names])
@@ -284,20 +281,26 @@ def _stressed(statics: InverseDynamics, q: Unknowns, there: Integers) -> Stresse
     columns, model = _columns(statics), statics.scene.model
     if not model.space.behind:
         return columns.stressed(q, there)
-    # of joints in space a row may do no work at all: there is nothing that would hold it
     length, balance, rows = model.mechanism.scale, statics.balance, statics.scene.rows
-    columns.weights = np.array([1.0] * 3 + [1 / length] * 3)
     used = sorted(i for share in balance.shares for i in share.rows)
     sizes = model.coordinates.sizes(length)[balance.columns]
-    units = np.array([length if rows[i].unit == "m" else 1.0 for i in used])
+    units = np.array([length if row.unit == "m" else 1.0 for row in rows])
+    return columns.stressed(q, there, lambda B: natural_stresses(B, used, sizes, units))
 
-    def stresses(B: Any) -> Any:
-        inside = natural_null_space(B[:, used], sizes, units)
-        whole = np.zeros((B.shape[1], inside.shape[1]))
-        whole[used] = inside
-        return whole
 
-    return columns.stressed(q, there, stresses)
+def natural_stresses(
+    B: Floats, used: Any, sizes: Floats, units: Floats, share: float = ZERO
+) -> Floats:
+    """Return a basis (columns, k) of what balances without any load, of the columns `used`.
+
+    Of joints in space a row may do no work at all: there is nothing that would hold it, so that
+    natural sizes of coordinates and natural `units` of columns take the place of equilibration.
+    A `share` of the largest singular value counts as zero.
+    """
+    inside = natural_null_space(B[:, used], sizes, units[used], share)
+    stresses = np.zeros((B.shape[1], inside.shape[1]))
+    stresses[used] = inside
+    return stresses
 
 
 def _columns(statics: InverseDynamics) -> ForceColumns:
@@ -310,8 +313,8 @@ def _columns(statics: InverseDynamics) -> ForceColumns:
     ]
     known = {f"size {k}": balance.feedbacks[k] for k in balance.active}
     forms = {
-        key: (own.joint, own.forms if own.needs is None else own.needs)
-        for key, own in known.items()
+        key: (feedback.joint, feedback.forms if feedback.needs is None else feedback.needs)
+        for key, feedback in known.items()
     }
     forms |= {f"normal {n}": (n, normal_form(model.ends[n])) for n in balance.guides}
     return ForceColumns(model, columns, balance.joints, balance.columns, forms)
@@ -341,87 +344,10 @@ def _unit(rows: Any) -> Any:
     return rows / np.linalg.norm(rows, axis=1)[:, None] if len(rows) else rows
 
 
-def tidy(rows: Floats) -> Any:
-    """Return the same directions with a leading positive entry, axes where they span a plane."""
-    if not len(rows):
-        return rows
-    rows = rows.copy()
-    place = 0
-    for column in range(rows.shape[1]):  # reduced row echelon form, then normalised
-        if place == len(rows):
-            break
-        pivot = place + int(np.argmax(np.abs(rows[place:, column])))
-        if abs(rows[pivot, column]) < 1e-7:
-            continue
-        rows[[place, pivot]] = rows[[pivot, place]]
-        rows[place] /= rows[place, column]
-        for other in range(len(rows)):
-            if other != place:
-                rows[other] -= rows[other, column] * rows[place]
-        place += 1
-    rows[np.abs(rows) < 1e-15] = 0.0
-    return rows / np.sqrt((rows * rows).sum(axis=1))[:, None]
-
-
-def directions(
-    model: Model, name: str, count: int, turned: Callable[[str], Any], stressed: Stressed
-) -> Directions:
-    """Return the unique directions of a joint's reaction in the axes in which they stand still.
-
-    `turned` gives the angles of a body at all poses, (count,).
-    """
-    joint, spaces = model.mechanism.joints[name], stressed.spaces(name)
-    nothing = np.zeros(count)
-    for frame in ("world", joint.second_body, joint.first_body):
-        if frame != "world" and frame not in model.mechanism.bodies:
-            continue
-        angles = nothing if frame == "world" else turned(frame)
-        still = [
-            np.hstack([_rotated(space[:, :2], -angles[k]), space[:, 2:]])
-            for space, k in zip(spaces, stressed.chosen, strict=True)
-        ]
-        shared = common(still)
-        if len(shared) == min(map(len, still)):
-            return Directions(frame, tidy(shared), angles)
-    return Directions("world", spaces[0][:0], nothing)
-
-
-def in_space(orientations: Orientations, name: str, stressed: Stressed) -> SpatialDirections:
-    """Return the unique directions of a joint's reaction in the axes in which they stand still."""
-    spaces = stressed.spaces(name)
-    for frame, turns, still in still_directions(orientations, name, spaces, stressed.chosen):
-        shared = common(still)
-        if len(shared) == min(map(len, still)):
-            return SpatialDirections(frame, tidy(shared), turns)
-    return SpatialDirections("world", spaces[0][:0], orientations.world)
-
-
-def common(spaces: list[Floats]) -> Floats:
-    """Return an orthonormal basis (k, d) of what lies in all spaces.
-
-    At single poses a joint may have more: where the self-stress does not pass through it.
-    """
-    outside = sum(np.eye(space.shape[1]) - _projector(space) for space in spaces)
-    values, vectors = np.linalg.eigh(outside)
-    return vectors[:, values < 1e-8].T
-
-
-def _projector(space: Floats) -> Any:
-    if not len(space):
-        return np.zeros((space.shape[1], space.shape[1]))
-    basis = np.linalg.qr(space.T)[0]
-    return basis @ basis.T
-
-
-def _rotated(vectors: Points, angle: float) -> Any:
-    c, s = np.cos(angle), np.sin(angle)
-    return vectors @ np.array([[c, s], [-s, c]])
-
-
 def _check_friction(statics: InverseDynamics, stressed: Stressed) -> None:
     balance, model = statics.balance, statics.scene.model
     pressed = [balance.feedbacks[k] for k in balance.active if stressed.left_open(f"size {k}")]
-    guilty = [own.joint for own in pressed if not own.idle(model.p, model.p_values)]
+    guilty = [feedback.joint for feedback in pressed if not feedback.idle(model.p, model.p_values)]
     if guilty:
         names = ", ".join(dict.fromkeys(guilty))
         raise IndeterminateFrictionError(

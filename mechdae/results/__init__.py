@@ -3,7 +3,7 @@
 from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.units import DEGREES, SI, ShownUnit, Units
-from mechdae.results.events import Event, events_of
+from mechdae.results.events import Event, events_of, motion_event
 from mechdae.results.kinds import (
     EquilibriumResult,
     ModesResult,
@@ -64,6 +64,7 @@ __all__ = [
     "heads",
     "kind_of",
     "mixed_units",
+    "motion_event",
     "parameter_units",
     "plain",
     "reaction_parts",

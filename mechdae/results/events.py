@@ -140,6 +140,11 @@ def events_of(entries: Iterable[Mapping[str, Any]]) -> tuple[Event, ...]:
     return tuple(own if isinstance(own, Event) else _event(own) for own in entries)
 
 
+def motion_event(kind: str, t: float, **parts: Any) -> Event:
+    """Return an event of a motion, of the class that its parts tell."""
+    return _event({"kind": kind, "at": t, "time": t, "in_range": True, **parts})
+
+
 def _event(entry: Mapping[str, Any]) -> Event:
     """Return an event of the first class all of whose parts are there."""
     for kind in (*CLASSES, Event):

@@ -9,6 +9,7 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeVar, cast
 
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.units import SI, Units
@@ -111,6 +112,12 @@ class Result(Shown):
     def __post_init__(self) -> None:
         if not isinstance(self.summary, Summary):
             object.__setattr__(self, "summary", Summary(self.summary))
+
+    @classmethod
+    def of(cls, problem: Problem, name: str, task: Task, **parts: Any) -> Self:
+        """Return the result of a task of a problem."""
+        head = (problem.name, name, task.kind, problem.mechanism, problem.title)
+        return cls(*head, definition=task, **parts)
 
     def as_kind(self, kind: type[R], **changes: Any) -> R:
         """Return a result of another class with what this one has, some of it changed."""

@@ -12,7 +12,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis
-from mechdae.errors import InputError
+from mechdae.design.jobs.call import JobCall, task_named
 from mechdae.results import Result
 from mechdae.tasks.dispatch.solve import function
 from mechdae.tasks.registry import KINDS
@@ -30,18 +30,8 @@ def designing_task(problem: Problem, task: str | None) -> tuple[str, Task]:
     InputError
         The task is of another kind, or there is none.
     """
-    if task is not None:
-        own = problem.task(task)
-        if not _looks_for_designs(own):
-            raise InputError(
-                f"is of kind '{own.kind}', not synthesis", where=f"tasks.{task}",
-                hint=f"mechdae solve {problem.name} --task {task}",
-            )  # fmt: skip
-        return task, own
-    for name, own in problem.tasks.items():
-        if _looks_for_designs(own):
-            return name, own
-    raise InputError("no task of kind synthesis", where=f"{problem.name}: tasks")
+    name = task_named(problem, task, _looks_for_designs)
+    return name, problem.tasks[name]
 
 
 def synthesize(
@@ -90,17 +80,13 @@ def synthesize(
     SolveError
         A start could not be solved: its worker died again and again.
     """
-    options: dict[str, Any] = {
-        "starts": starts, "seed": seed, "workers": workers, "executor": executor, "out": out,
-        "progress": progress,
-    }  # fmt: skip
+    call = JobCall(starts, seed, workers, executor, out, progress, paths)
     chosen: Any = task
     if not isinstance(problem, Mechanism) and not isinstance(task, Task):
         whole = problem if isinstance(problem, Problem) else load(problem)
         problem = whole
         name, chosen = designing_task(whole, task)
         task = name
-    own: Any = task
     design = function(KINDS[getattr(chosen, "kind", Synthesis.kind)].design)
-    found: Result = design(problem, own, paths=paths, **options)
+    found: Result = design(problem, task, call)
     return found

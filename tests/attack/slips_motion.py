@@ -265,8 +265,8 @@ SLIPS = [
     ),
     Slip(
         "dynamics.watchers.events",
-        "own - crossing.crosses",
-        "own + crossing.crosses",
+        "expression - crossing.crosses",
+        "expression + crossing.crosses",
         crossed,
         "attack/test_slips.py::test_nothing_is_off_without_a_slip",
     ),
@@ -292,9 +292,9 @@ SLIPS = [
         SUITE + "test_motion.py::test_reactions_agree_with_those_of_a_sweep",
     ),
     Slip(
-        "dynamics.observe",
-        "times(-lam[i], columns[i])",
-        "times(lam[i], columns[i])",
+        "equations.forces.joint_reactions",
+        "times(-multipliers[i], columns[i])",
+        "times(multipliers[i], columns[i])",
         turned,
         SUITE + "test_motion.py::test_reactions_agree_with_those_of_a_sweep",
     ),

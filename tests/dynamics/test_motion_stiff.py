@@ -78,7 +78,7 @@ def test_a_heavily_damped_spring(method: str) -> None:
 def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
     """Right-hand sides; `motion_long.py` measures times."""
     from benchmarks.integrators import sundials
-    from mechdae.dynamics.bdf import Bdf
+    from mechdae.dynamics.bdf import Cvodes
     from mechdae.parts.bench.motions import work_of
 
     problem = from_dict(make(1e4, at=[5.0]))
@@ -86,7 +86,7 @@ def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
     assert work is not None
     plain = next(way for method, _, way in sundials(work, (1e-8,)) if method == "CVODES BDF")
     work.setup.tolerance = 1e-8  # Work left that of its reference
-    own = Bdf(work.setup)
+    own = Cvodes(work.setup)
     start = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), work.none)
     drifts = [
         work.drift(state[own.layout["x"]])

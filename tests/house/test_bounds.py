@@ -112,8 +112,8 @@ LOOPS = {
     # steps along a way: none is shorter than a share of it
     ("motion/continuation/path_end.py", "walk"): "a step of 1e-3 of what is left: not reached",
     ("design/derivatives/function.py", "_along"): "`HALVINGS` of the step: no number",
-    ("dynamics/bdf.py", "_windows"): "`LEAST` of the time, `STEPS` steps: S7",
-    ("dynamics/integrate.py", "steps"): "`LEAST` of the time, `STEPS` steps: S7",
+    ("dynamics/bdf.py", "_step_impl"): "`LEAST` of the time, `STEPS` steps: S7",
+    ("dynamics/integrate.py", "_step_impl"): "`LEAST` of the time, `STEPS` steps: S7",
     ("dynamics/rest/all_equilibria.py", "_walked"): "steps of 0.1 of the way",
     ("dynamics/run.py", "integrate"): "`CROWD` turns in an instant, `STEPS` steps: S5, S7",
     ("dynamics/start.py", "_way"): "a step of 1e-4 of the way: a contradiction",

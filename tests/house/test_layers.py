@@ -38,11 +38,11 @@ ROOMS = {
     "motion.kinematics": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.measures motion.setup results",
     "forces": "describe equations errors kernels motion.assembly motion.continuation "
-    "motion.kinematics motion.measures motion.setup numerics results",
+    "motion.kinematics motion.measures motion.setup numerics results types",
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "
     "motion.setup numerics results",
     "tasks.dispatch": "describe dynamics errors forces motion.kinematics results",
-    "design.jobs": "errors",
+    "design.jobs": "describe errors records",
     "design.derivatives": "describe equations errors forces kernels motion.continuation "
     "motion.kinematics motion.setup numerics results",
     "design.studies": "describe design.derivatives design.jobs dynamics equations errors forces "
@@ -52,8 +52,8 @@ ROOMS = {
     "errors forces kernels motion.kinematics motion.measures motion.setup numerics "
     "numerics.homotopy results tasks.dispatch",
     "tasks.export": "describe errors results",
-    "tasks": "describe design.derivatives design.studies design.synthesis dynamics equations "
-    "errors forces kernels motion.assembly motion.kinematics motion.modules motion.setup "
+    "tasks": "describe design.derivatives design.jobs design.studies design.synthesis dynamics "
+    "equations errors forces kernels motion.assembly motion.kinematics motion.modules motion.setup "
     "numerics results tasks.dispatch",
     "cli": "describe design.jobs design.synthesis draw errors kernels motion.assembly "
     "motion.modules results results.tables tasks tasks.export",
@@ -66,7 +66,7 @@ ROOMS = {
     "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export types",
     "parts.proof": "cli describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.setup results",
-    "parts.bench": "cli describe design.synthesis draw dynamics errors kernels "
+    "parts.bench": "cli describe design.jobs design.synthesis draw dynamics errors kernels "
     "motion.kinematics motion.setup tasks",
 }
 """Each room, and the rooms before it of which it may import; `FREE` aside."""

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 import mechdae as md
-from mechdae.dynamics.integrate import Integrator
+from mechdae.dynamics.integrate import DormandPrince
 from mechdae.dynamics.task import motion_start
 from tests.shared.paths import DATA
 
@@ -120,7 +120,7 @@ def andrews() -> None:
     for tol in (1e-8, 1e-10, 1e-12):
         changed = problem.with_values({"tol": tol})
         setup, _, x, v = motion_start(changed, changed.tasks["motion"])
-        integrator = Integrator(setup)
+        integrator = DormandPrince(setup)
         order = [
             [name for name, _ in setup.released.coordinates.keys].index(name) for name in names
         ]
@@ -159,7 +159,7 @@ def stiff() -> None:
     """Double pendulums with a damper of 1e4 over 5 s beside CVODES' BDF without projection."""
     from benchmarks.integrators import sundials
     from mechdae.describe.file.load import from_dict
-    from mechdae.dynamics.bdf import Bdf
+    from mechdae.dynamics.bdf import Cvodes
     from mechdae.parts.bench.motions import work_of
     from tests.reference.pendulums import radau
     from tests.shared.pendulums import bobs, pendulum
@@ -172,7 +172,7 @@ def stiff() -> None:
             problem = from_dict(make(1e4, at=[5.0], tolerance=tol))
             work = work_of(problem)
             work.setup.tolerance = tol
-            own, none = Bdf(work.setup), work.none
+            own, none = Cvodes(work.setup), work.none
             begin = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), none)
             plain = next(way for m, _, way in sundials(work, (tol,)) if m == "CVODES BDF")
             drift, times = 0.0, ([], [])

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.design.jobs.call import Workers
 from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.design.synthesis.exact import stored
 from mechdae.design.synthesis.exact.complete import PathWork, all_solutions, followed
@@ -323,18 +324,13 @@ def parts(count=3, paths=4):
 
 
 def test_parts_of_paths_are_kept_and_are_the_same_anywhere(tmp_path) -> None:
-    from mechdae.design.jobs.executors import Processes, Supply
-
     works = parts()
     here = [followed(work).tobytes() for work in works]
-    pool = Supply(lambda: Processes(2))
-    try:
-        spread = Job("", "design", 1, pool, 2, None, None).follow(works)
-    finally:
-        pool.drop()
+    with Workers(2) as pool:
+        spread = Job("", "design", 1, pool, None, None).follow(works)
     assert [ends.tobytes() for ends in spread] == here
     with Log(tmp_path, "text", "design", 1) as log:
-        first = Job("", "design", 1, None, 1, log, None).follow(works[:2])
+        first = Job("", "design", 1, Workers(), log, None).follow(works[:2])
     assert [ends.tobytes() for ends in first] == here[:2]
     lines = (tmp_path / "starts.jsonl").read_bytes().splitlines(keepends=True)
     assert len(lines) == 3
@@ -342,7 +338,7 @@ def test_parts_of_paths_are_kept_and_are_the_same_anywhere(tmp_path) -> None:
     with Log(tmp_path, "text", "design", 1) as log:
         assert list(log.paths) == [fingerprint(works[0])]
         told = []
-        job = Job("", "design", 1, None, 1, log, None, lambda *parts: told.append(parts))
+        job = Job("", "design", 1, Workers(), log, None, lambda *parts: told.append(parts))
         again = job.follow(works)
     # what the log has is told first, then each part; a second route adds its own
     assert told == [(k, len(works)) for k in range(1, len(works) + 1)]

@@ -333,7 +333,7 @@ def test_poses_without_unknowns_that_lose_their_number_are_seen(
     from mechdae.design.synthesis.goals.base import Goal
 
     def lost(own: Goal, values, count: int):
-        return np.reshape(values[own.own("x")], (-1, max(own.space.poses.nx, 1)))
+        return np.reshape(values[own.key("x")], (-1, max(own.space.poses.nx, 1)))
 
     monkeypatch.setattr(Goal, "poses_of", lost)
     with pytest.raises(IndexError):

@@ -19,6 +19,7 @@ from mechdae.equations.parameters import parameters_of
 from mechdae.errors import UnknownName
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import unknown_columns
+from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.common_subexpressions import without_repeats
 from mechdae.motion.continuation.evaluate import in_time
 from mechdae.motion.kinematics.prepared import Setting
@@ -265,20 +266,28 @@ class Composed:
 
     @property
     def _slopes(self) -> Sym:
-        """Derivatives of the solved unknowns by the free parameters (implicit function theorem)."""
-        g = self.graphs
-        slopes = SX.zeros(g.nx, self.free.numel())
-        old = ca.vertcat(g.x, g.u, g.p, g.scale)
-        new = ca.vertcat(self.guess, self.u, self.p, 1)
-        for b, graph in enumerate(g.blocks):
-            F, J, Fz = graph.value(g.x, g.u)
-            parts = [ca.densify(F), ca.densify(Fz), ca.densify(g.inverse_of(b, J)[0])]
-            F, Fz, inverse = ca.substitute(parts, [old], [new])
-            push = ca.jacobian(F, self.free)
-            if graph.uses:
-                push += Fz @ slopes[graph.uses, :]
-            slopes[graph.own, :] = -inverse @ push
-        return slopes
+        """Derivatives of the solved unknowns by the free parameters."""
+        point = ca.vertcat(self.guess, self.u, self.p, 1)
+        return slopes_of_unknowns(self.graphs, point, self.free)
+
+
+def slopes_of_unknowns(graphs: Graphs, point: Any, free: Any) -> Any:
+    """Return the derivatives (nx, k) of the unknowns of a pose by parameters (k,).
+
+    By the theorem of implicit functions, block by block; `point` holds x, u, p and the scale, p
+    over the parameters.
+    """
+    slopes = SX.zeros(graphs.nx, free.numel())
+    symbols = ca.vertcat(graphs.x, graphs.u, graphs.p, graphs.scale)
+    for b, graph in enumerate(graphs.blocks):
+        F, J, Fz = graph.value(graphs.x, graphs.u)
+        parts = [ca.densify(F), ca.densify(Fz), ca.densify(graphs.inverse_of(b, J)[0])]
+        F, Fz, inverse = ca.substitute(parts, [symbols], [point])
+        push = ca.jacobian(F, free)
+        if graph.uses:
+            push += Fz @ slopes[graph.uses, :]
+        slopes[graph.own, :] = -inverse @ push
+    return slopes
 
 
 def is_series(path: str) -> bool:

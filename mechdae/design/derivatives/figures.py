@@ -71,7 +71,7 @@ def base_of(
     """
     known = bases(problem)
     if name is None:
-        sweeps = {own: task for own, task in known.items() if isinstance(task, Sweep)}
+        sweeps = {name: task for name, task in known.items() if isinstance(task, Sweep)}
         chosen = sweeps or known
         if len(chosen) != 1:
             raise InputError(f"say which task is {what}", where="of", hint=", ".join(known))
@@ -187,8 +187,8 @@ class SeriesBetween:
         if self.rates is None:
             width = min(6 if coarse else 8, len(self.t))
             first = min(max(i - width // 2 + 1, 0), len(self.t) - width)
-            own = slice(first, first + width)
-            return _lagrange(self.t[own], self.y[own], t)
+            window = slice(first, first + width)
+            return _lagrange(self.t[window], self.y[window], t)
         h = self.t[i + 1] - self.t[i]
         s = (t - self.t[i]) / h
         v = self.rates[0] * h

@@ -25,8 +25,9 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.values import names
+from mechdae.design.derivatives.callbacks import DenseCallback
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnknownName, within
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import loaded_run
 from mechdae.forces.uniqueness import require_unique
@@ -132,10 +133,8 @@ def _problem(problem: Problem | Mechanism | str | FilePath) -> Problem:
 
 def _names(given: Sequence[str], where: str) -> list[str]:
     """Return the names of inputs or of outputs as a list."""
-    try:
+    with within(where):
         return list(names(given))
-    except MechdaeError as problem:
-        raise problem.inside(where) from None
 
 
 def _tell_apart(names: Sequence[str]) -> None:
@@ -403,27 +402,12 @@ def _plain(name: str) -> str:
     return text if text[:1].isalpha() else f"v_{text}"
 
 
-class _Guess(ca.Callback):
+class _Guess(DenseCallback):
     """The pose near given drivers and parameters, constant as far as derivatives go."""
 
     def __init__(self, built: _Built) -> None:
-        ca.Callback.__init__(self)
-        self.built = built
-        self._last: tuple[Any, Any] | None = None
-        self.construct("guess", {})
-
-    def get_n_in(self) -> int:
-        return 2
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> Sym:
-        sizes = (self.built.setting.graphs.nu, len(self.built.names))
-        return ca.Sparsity.dense(sizes[i], 1)
-
-    def get_sparsity_out(self, i: int) -> Sym:
-        return ca.Sparsity.dense(self.built.setting.graphs.nx, 1)
+        graphs, self.built = built.setting.graphs, built
+        super().__init__("guess", (graphs.nu, len(built.names)), (graphs.nx, 1))
 
     def eval(self, arguments: Sequence[Sym]) -> list[Sym]:
         u, free = (np.array(value).ravel() for value in arguments)
@@ -433,9 +417,7 @@ class _Guess(ca.Callback):
         return True
 
     def get_jacobian(self, name: str, inames: Any, onames: Any, options: Mapping[str, Any]) -> Any:
-        nu, k, nx = (
-            self.built.setting.graphs.nu, len(self.built.names), self.built.setting.graphs.nx
-        )  # fmt: skip
-        arguments = [MX.sym("u", nu), MX.sym("free", k), MX.sym("x", nx)]
-        results = [MX(nx, nu), MX(nx, k)]
+        sizes, nx = self._sizes, self._shape[0]
+        arguments = [*(MX.sym("at", size) for size in sizes), MX.sym("x", nx)]
+        results = [MX(nx, size) for size in sizes]
         return ca.Function(name, arguments, results, inames, onames, dict(options))

@@ -30,6 +30,16 @@ class Failure:
     """What is raised in the place of a `SolveError`."""
 
 
+def failed(outcome: Any, piece: str) -> Any:
+    """Return the outcome of a piece; raise what a `Failure` tells."""
+    if not isinstance(outcome, Failure):
+        return outcome
+    if outcome.error is not None:
+        raise outcome.error
+    trace = outcome.trace.strip()
+    raise SolveError(f"{piece}: {outcome.what}" + (f"\n{trace}" if trace else ""))
+
+
 def distribute(
     works: Mapping[int, Any],
     supply: Supply,
@@ -151,14 +161,11 @@ class _Round:
                 self.broken = error
             self._again(index, error)
             return
-        if isinstance(outcome, Failure):
+        try:
+            outcome = failed(outcome, f"{self.word} {index}")
+        except MechdaeError:
             del self.flying[future]
-            if outcome.error is not None:
-                raise outcome.error
-            trace = outcome.trace.strip()
-            raise SolveError(
-                f"{self.word} {index}: {outcome.what}" + (f"\n{trace}" if trace else "")
-            )
+            raise
         self.take(index, outcome)
         del self.flying[future]
 

@@ -19,8 +19,7 @@ import casadi
 import numpy as np
 
 from mechdae import __version__
-from mechdae.design.jobs.distribute import distribute
-from mechdae.design.jobs.executors import Borrowed, Processes, Supply
+from mechdae.design.jobs.call import Workers
 from mechdae.design.jobs.log import JobLog, kept
 from mechdae.design.studies.rows import Computer, PortionRows, Sets, computed, text_of
 from mechdae.errors import InputError
@@ -34,8 +33,6 @@ SHARES, LARGEST = 16, 2048
 """Portions of a job at least, where there are sets enough, and sets of one at most."""
 LEAST = 64
 """Sets that are worth being computed at once."""
-AHEAD = 2
-"""Portions that are handed over for each process: the next one lies ready."""
 Progress = Callable[[int, int], None]
 
 
@@ -58,12 +55,13 @@ class StudyFolder(JobLog):
     def __init__(
         self, folder: str | Path, name: str, computer: Computer, sets: Floats, size: int
     ) -> None:
-        own = np.ascontiguousarray(sets, dtype="<f8")
+        numbers = np.ascontiguousarray(sets, dtype="<f8")
         head = {
             "format": FORMAT, "mechdae": __version__, "casadi": casadi.CasadiMeta.version(),
             "study of": computer.name, "outputs": list(computer.outputs),
             "certify": computer.certify, "names": list(computer.names), "sets": len(sets),
-            "portion": size, "digest of the sets": hashlib.sha256(own.tobytes()).hexdigest()[:32],
+            "portion": size,
+            "digest of the sets": hashlib.sha256(numbers.tobytes()).hexdigest()[:32],
             "problem": _text(computer),
         }  # fmt: skip
         self.count, self.size = len(sets), size
@@ -213,19 +211,17 @@ class Collector:
     def _spread(
         self, left: Sequence[int], portions: list[range], workers: int, executor: Executor | None
     ) -> None:
-        own = self.computer
-        asked = (own.name, own.outputs, own.names, own.certify)
-        text = _text(own)
+        computer = self.computer
+        asked = (computer.name, computer.outputs, computer.names, computer.certify)
+        text = _text(computer)
         works = {i: Sets(__version__, text, *asked, self.sets[portions[i]]) for i in left}
 
         def landed(i: int, found: PortionRows) -> None:
             self._land(i, portions[i], found)
             self._tell(len(portions[i]))
 
-        opened = (lambda: Borrowed(executor)) if executor else (lambda: Processes(workers))
-        window = None if executor else AHEAD * workers
-        with Supply(opened) as supply:
-            distribute(works, supply, landed, window, computed, "portion")
+        with Workers(workers, executor) as pool:
+            pool.compute(works, landed, computed, "portion")
 
     def _land(self, i: int, portion: range, rows: PortionRows) -> None:
         if self.folder is not None:

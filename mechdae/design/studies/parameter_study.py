@@ -24,7 +24,7 @@ from mechdae.describe.tasks.studies import Study
 from mechdae.design.derivatives.figures import base_of, prepared
 from mechdae.design.studies.job import Collector, Progress
 from mechdae.design.studies.rows import OF_PARTS, Computer
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.errors import InputError, UnknownName, within
 from mechdae.results import StudyResult, Summary
 from mechdae.types import Floats
 
@@ -90,18 +90,15 @@ def study(
     none = f"none of {len(sets)} sets is assembled at all poses"
     if collector.faults:
         none = "{}; set {}: {}".format(none, *min(collector.faults.items()))
-    return StudyResult(
-        problem.name,
+    return StudyResult.of(
+        problem,
         name,
-        task.kind,
-        problem.mechanism,
-        problem.title,
+        task,
         parameters={key: sets[:, k] for k, key in enumerate(names)},
         table=collector.tables(),
         status=np.array(status),
         summary=Summary(summary),
         fault=None if reached else none,
-        definition=task,
     )
 
 
@@ -119,10 +116,8 @@ def _sets(problem: Problem, task: Study) -> tuple[list[str], Floats]:
     for key, items in table.items():
         if key not in automatic:
             raise UnknownName("parameter", key, automatic, where=word)
-        try:
+        with within(f"{word}.{key}"):
             columns.append(_column(word, items, known))
-        except MechdaeError as error:
-            raise error.inside(f"{word}.{key}") from None
     if word == "samples":
         if len({len(column) for column in columns}) > 1:
             raise InputError("the lists have different lengths", where=word)

@@ -177,13 +177,13 @@ class Computer:
         single: dict[int, SetRow] = {}
         for k in left:
             values = dict(zip(self.names, sets[k].tolist(), strict=True))
-            single[k] = own = row_of(self.problem, self.name, self.outputs, values)
-            rows.status[k] = own.status
-            if own.fault:
-                rows.faults[k] = own.fault
-            if own.refused is not None:
-                rows.refused[k] = own.refused
-            for path, error in own.errors.items():
+            single[k] = row = row_of(self.problem, self.name, self.outputs, values)
+            rows.status[k] = row.status
+            if row.fault:
+                rows.faults[k] = row.fault
+            if row.refused is not None:
+                rows.refused[k] = row.refused
+            for path, error in row.errors.items():
                 rows.errors[path] = max(rows.errors.get(path, 0.0), error)
             tell(1)
         for j in range(len(self.outputs)):

@@ -132,17 +132,14 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
         **({"implicit": implicit} if implicit else {}),
         "status": whole.summary.get("status", {}),
     }
-    return SensitivityResult(
-        problem.name,
+    return SensitivityResult.of(
+        problem,
         name,
-        task.kind,
-        problem.mechanism,
-        problem.title,
+        task,
         drivers=whole.drivers,
         status=whole.status,
         summary=Summary(summary),
         fault=whole.fault,
-        definition=task,
         data=data,
     )
 
@@ -259,7 +256,7 @@ class _Poses:
         dependent = bool(self._last)
         forces = self.statics and self.statics.key
 
-        def make() -> tuple[list[slice], Batch]:
+        def build() -> tuple[list[slice], Batch]:
             composed = Composed(
                 self.setting, self.paths, self.names, self.statics, apart=not order,
                 solved=order == 1, numbers=True, dependent=dependent,
@@ -270,7 +267,7 @@ class _Poses:
             return composed.spans, Batch(function, [first, first + 1, *last])
 
         key = ("derivatives", *self.paths, None, *self.names, order, dependent, forces)
-        made: tuple[list[slice], Batch] = self.setting.scene.cache(key, make)
+        made: tuple[list[slice], Batch] = self.setting.scene.cache(key, build)
         return made
 
     def found(self, order: int) -> dict[str, PathDerivatives]:
@@ -289,8 +286,8 @@ class _Poses:
             for i, j in itertools.combinations_with_replacement(range(k), 2):
                 if second:
                     start = (j * k + i) * rows
-                    own = second[0][:, start + span.start : start + span.stop]
-                    pairs[f"{names[i]},{names[j]}"] = _flat(own)
+                    mixed = second[0][:, start + span.start : start + span.stop]
+                    pairs[f"{names[i]},{names[j]}"] = _flat(mixed)
             found[path] = PathDerivatives(_flat(values[:, span]), by_name, pairs, {})
         return found
 
@@ -347,11 +344,11 @@ def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) 
     found = []
     for matrix in (one, two.reshape(len(one), -1, order="F")):
         parts = np.split(matrix, ends[1:-1])
-        own = [
+        whole_parts = [
             part if shares is None else shares @ part
             for (shares, _), part in zip(ordered, parts, strict=True)
         ]
-        found.append(np.stack(own, axis=1).reshape(n, -1, order="F"))
+        found.append(np.stack(whole_parts, axis=1).reshape(n, -1, order="F"))
     return found
 
 
@@ -467,8 +464,8 @@ def _spread(
             kinds={"study": TaskKind("mechdae.design.studies.parameter_study:study")},
         ).table
     result = {}
-    for path, own in found.items():
-        slopes = [own.first[name] * width for name, width in tolerances.items()]
+    for path, derivatives in found.items():
+        slopes = [derivatives.first[name] * width for name, width in tolerances.items()]
         table = tables[path]
         there = np.isfinite(table.reshape(len(table), -1)).all(axis=1)
         kept = table[there] if there.any() else np.full((1, *table.shape[1:]), np.nan)

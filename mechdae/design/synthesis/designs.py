@@ -21,6 +21,7 @@ from mechdae.design.synthesis.goals.function import Function
 from mechdae.design.synthesis.goals.path_generation import VisitsGoal
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.nlp import STIFF, Nlp
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.remarks import drawn_backwards
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.verification.claims import disagreement
@@ -87,12 +88,12 @@ def distinct(candidates: list[Candidate]) -> list[EqualOptima]:
     """Return one group for each objective, best first."""
     found: list[EqualOptima] = []
     for candidate in sorted(candidates, key=lambda c: c.found.objective):
-        own = next((g for g in reversed(found) if _alike(g.best, candidate)), None)
-        if own is None:
+        group = next((g for g in reversed(found) if _alike(g.best, candidate)), None)
+        if group is None:
             found.append(EqualOptima(candidate, 1, []))
         else:
-            own.hits += 1
-            own.others.append(candidate)
+            group.hits += 1
+            group.others.append(candidate)
     return found
 
 
@@ -143,7 +144,7 @@ def designs(
         if judged.get("reasons"):
             rejected.append(judged)
             continue
-        twin = None if every else next((own for own in kept if _one(search, own, judged)), None)
+        twin = None if every else next((d for d in kept if _one(search, d, judged)), None)
         if twin is None:
             kept.append(judged)
         else:
@@ -191,9 +192,9 @@ def _by_angle(
     cosines = ca.Function("cosines", [d], [search.space.cosines(d)])
 
     def largest(group: EqualOptima) -> float:
-        own = group.best
-        values = problems[own.kind].read(own.found.z)["d"]
-        at = np.concatenate([values, np.atleast_1d(own.given["choice"])])
+        best = group.best
+        values = problems[best.kind].read(best.found.z)["d"]
+        at = dimensions(values, best.given)
         return float(np.abs(np.array(cosines(at))).max())
 
     return sorted(exact, key=largest)
@@ -201,8 +202,8 @@ def _by_angle(
 
 def _zero(search: Search) -> bool:
     """Whether nothing tells designs without an error apart but rounding."""
-    own = [goal for goal in search.goals if not goal.exact]
-    return all(isinstance(goal, VisitsGoal) for goal in own)
+    approximate = [goal for goal in search.goals if not goal.exact]
+    return all(isinstance(goal, VisitsGoal) for goal in approximate)
 
 
 def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
@@ -233,10 +234,7 @@ def cognates_among(
     if not starts.fits:
         return []
     every = [group.best, *group.others]
-    vectors = [
-        np.concatenate([problems[c.kind].read(c.found.z)["d"], np.atleast_1d(c.given["choice"])])
-        for c in every
-    ]
+    vectors = [dimensions(problems[c.kind].read(c.found.z)["d"], c.given) for c in every]
     lines = [starts.described(d) for d in vectors]
     kept: list[int] = []
     for k in range(1, len(every)):

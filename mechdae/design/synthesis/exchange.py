@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.design.synthesis.ipopt import Optimum
-from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.nlp import NewValues, Nlp
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.watch import fallen
@@ -24,7 +24,7 @@ from mechdae.types import Floats
 ROUNDS = 8
 KEPT = 1e-7
 """Largest violation of a (dimensionless) constraint after an exchange."""
-Change = tuple[dict[str, Any], dict[str, Any]]
+Change = NewValues
 """Values of variables and parameters of the NLP, by name."""
 
 
@@ -57,10 +57,10 @@ def _change(
     """Return what moves, None where the nodes see all extremes."""
     changes = [goal.refined(spread, values, given) for goal in [*search.goals, *search.limits]]
     changes.append(fallen(spread, values, given))
-    own: dict[str, Floats] = {}
+    unknowns: dict[str, Any] = {}
     more: dict[str, Floats] = {}
     for change in changes:
         if change is not None:
-            own |= change[0]
+            unknowns |= change[0]
             more |= change[1]
-    return (own, more) if own or more else None
+    return (unknowns, more) if unknowns or more else None

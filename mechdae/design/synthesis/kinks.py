@@ -50,7 +50,7 @@ def rounded(function: Graph, samples: Sequence[Floats], inputs: Sequence[Sym], s
         return ARRAYS[code](*values)
 
     with np.errstate(all="ignore"):
-        replay(function, [list(np.asarray(own, float).T) for own in samples], measured, float)
+        replay(function, [list(np.asarray(sample, float).T) for sample in samples], measured, float)
     each = iter(sizes)
 
     def operation(code: int, values: list[Sym]) -> Sym:
@@ -65,7 +65,7 @@ def rounded(function: Graph, samples: Sequence[Floats], inputs: Sequence[Sym], s
         apart = ca.sqrt((a - b) ** 2 + e2)
         return (a + b + (apart if code == ca.OP_FMAX else -apart)) / 2
 
-    every = [ca.vertsplit(own) if own.numel() else [] for own in map(ca.SX, inputs)]
+    every = [ca.vertsplit(symbols) if symbols.numel() else [] for symbols in map(ca.SX, inputs)]
     return ca.vertcat(*replay(function, every, operation, ca.SX)[0])
 
 

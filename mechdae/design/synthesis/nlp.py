@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
 
 SX = ca.SX
+Values = Mapping[str, Any]
+"""Numbers of the variables or of the parameters of an NLP, by name."""
+NewValues = tuple[dict[str, Any], dict[str, Any]]
+"""Variables and parameters that take new numbers."""
 MET = 1e-7
 """Largest violation of a (dimensionless) constraint of what is feasible."""
 MISSED = 1e-5
@@ -164,7 +168,7 @@ class Nlp:
             start += symbol.numel()
         raise KeyError(name)
 
-    def point(self, values: Mapping[str, Floats | list[float]]) -> Floats:
+    def point(self, values: Values) -> Floats:
         """Return z from values by name, within the bounds; zeros where there is no value."""
         low, high = self.bounds[:2]
         parts = [
@@ -181,7 +185,7 @@ class Nlp:
         values = z * self.scale
         return {name: values[self.place(name)] for name in self._variables}
 
-    def settings(self, given: Mapping[str, Any], rest: float = 1.0) -> Floats:
+    def settings(self, given: Values, rest: float = 1.0) -> Floats:
         """Return p, with other values than the defaults by name."""
         parts = [
             np.atleast_1d(np.asarray(given.get(name, value), float)).ravel()
@@ -228,7 +232,7 @@ class Nlp:
     def _approximate(self) -> NlpSolver:
         return self._made(self.objective, self.g, approximate=True)
 
-    def solve(self, z0: Unknowns, given: Mapping[str, Any]) -> Optimum:
+    def solve(self, z0: Unknowns, given: Values) -> Optimum:
         """Return the local optimum from a start.
 
         Second derivatives are exact but for `rough` problems: a mean over poses couples them
@@ -239,7 +243,7 @@ class Nlp:
             z0 = self._optimum(z0, {**given, SOFT: soft}).z
         return self._optimum(z0, given)
 
-    def _optimum(self, z0: Unknowns, given: Mapping[str, Any]) -> Optimum:
+    def _optimum(self, z0: Unknowns, given: Values) -> Optimum:
         if self.exact and self.rough and not self._outside:
             found = self._solver.solve(z0, self.settings(given), *self.bounds)
             if found.solved and found.violation <= MET:
@@ -252,7 +256,7 @@ class Nlp:
             return self.gone_on(z0, given)
         return self._solver.solve(z0, self.settings(given), *self.bounds)
 
-    def gone_on(self, z0: Unknowns, given: Mapping[str, Any]) -> Optimum:
+    def gone_on(self, z0: Unknowns, given: Values) -> Optimum:
         """Return the optimum with approximate second derivatives; at worst a feasible start."""
         found = self._approximate.solve(z0, self.settings(given), *self.bounds)
         p = self.settings(given)
@@ -262,7 +266,7 @@ class Nlp:
             return replace(found, z=z0, objective=begin, violation=0.0)
         return found
 
-    def polished(self, found: Optimum, given: Mapping[str, Floats | float]) -> Optimum:
+    def polished(self, found: Optimum, given: Values) -> Optimum:
         """Return an optimum with the tolerances drawn tight; the old one if that is no better.
 
         The objective is divided by its value: what normal tolerances leave is taken away.
@@ -278,7 +282,7 @@ class Nlp:
             )  # fmt: skip
         return found
 
-    def again(self, z: Unknowns, given: Mapping[str, Floats | float], found: Optimum) -> Optimum:
+    def again(self, z: Unknowns, given: Values, found: Optimum) -> Optimum:
         """Return the optimum near a point that is nearly one, `found` under other parameters.
 
         Tight, from the prices that were found; where that fails, or ends worse than a feasible
@@ -312,9 +316,7 @@ class Nlp:
         rows = self.g + spread @ slack
         return self._made(ca.sum1(slack), rows, slack, approximate=self.rough), loose
 
-    def conflicts(
-        self, z0: Unknowns, given: Mapping[str, Floats | float]
-    ) -> tuple[Optimum, dict[str, float]]:
+    def conflicts(self, z0: Unknowns, given: Values) -> tuple[Optimum, dict[str, float]]:
         """Return the point where constraints are missed least, and by how much, by word.
 
         The sum of all (dimensionless) violations is minimised, the closure and the bounds are
@@ -332,29 +334,29 @@ class Nlp:
             np.concatenate([low, np.zeros(count)]), np.concatenate([high, np.full(count, np.inf)]),
             g_low, g_high,
         )  # fmt: skip
-        own = found.z[: len(low)]
-        missed = self.violations(own, given)
+        z = found.z[: len(low)]
+        missed = self.violations(z, given)
         amounts: dict[str, float] = {}
         for word, amount in zip(self.words, missed, strict=True):
             if abs(amount) > MISSED:
                 amount = float(abs(amount)) * self._units[word]
                 amounts[word] = max(amounts.get(word, 0.0), amount)
-        return replace(found, z=own), amounts
+        return replace(found, z=z), amounts
 
-    def violations(self, z: Unknowns, given: Mapping[str, Any]) -> Any:
+    def violations(self, z: Unknowns, given: Values) -> Any:
         """Return by how much each row of g is above (+) or below (-) its bounds."""
         g = np.array(self._rows(z, self.settings(given))).ravel()
         _, _, low, high = self.bounds
         return np.maximum(g - high, 0) - np.maximum(low - g, 0)
 
-    def terms_at(self, z: Unknowns, given: Mapping[str, Floats | float]) -> list[float]:
+    def terms_at(self, z: Unknowns, given: Values) -> list[float]:
         """Return the terms of the objective at a point."""
         return [float(v) for v in np.array(self._terms(z, self.settings(given))).ravel()]
 
     @cached_property
     def _terms(self) -> Graph:
-        own, p, terms = self._over([ca.vertcat(*self.terms)])
-        return ca.Function("terms", [own, p], terms)
+        z, p, terms = self._over([ca.vertcat(*self.terms)])
+        return ca.Function("terms", [z, p], terms)
 
     @cached_property
     def _rows(self) -> Graph:

@@ -15,9 +15,10 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.motion import Equilibrium
+from mechdae.design.derivatives.callbacks import DenseCallback
 from mechdae.design.derivatives.figures import is_figure, value
 from mechdae.design.studies.sensitivity import numbers, sharp
-from mechdae.errors import InputError, MechdaeError
+from mechdae.errors import InputError, MechdaeError, within
 from mechdae.results import Result
 from mechdae.tasks.dispatch.solve import solve
 from mechdae.types import Floats, Graph, Sym
@@ -60,12 +61,10 @@ class TaskRun:
         self.rests = isinstance(self.problem.tasks[task], Equilibrium)
         self._values: dict[bytes, dict[str, float]] = {}
         self._slopes: dict[bytes, dict[str, Any]] = {}
-        try:
+        with within(f"goal.of: {task}"):
             self.found = solve(self.problem, task)
             self.whole = {p: p if is_figure(p) else self.found.whole_path(p) for p in paths}
             self.here = {path: self.of(self.found, path) for path in paths}
-        except MechdaeError as error:
-            raise error.inside(f"goal.of: {task}") from None
 
     def of(self, found: Result, path: str) -> float:
         """Return a number of the solved task.
@@ -180,26 +179,13 @@ def _trim(kept: dict[bytes, Any]) -> None:
         del kept[next(iter(kept))]
 
 
-class Called(ca.Callback):
-    """d (k,) -> a number, called by casadi; keep it as long as what is built with it."""
+class Called(DenseCallback):
+    """d (k,) -> a number."""
 
     def __init__(self, name: str, outcome: Outcome) -> None:
-        ca.Callback.__init__(self)
         self._outcome = outcome
         self._slopes: Any = None
-        self.construct(name, {})
-
-    def get_n_in(self) -> int:
-        return 1
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> Any:
-        return ca.Sparsity.dense(len(self._outcome.names), 1)
-
-    def get_sparsity_out(self, i: int) -> Any:
-        return ca.Sparsity.dense(1, 1)
+        super().__init__(name, (len(outcome.names),), (1, 1))
 
     def eval(self, arg: Any) -> Sequence[float]:
         """Return the value."""
@@ -213,25 +199,12 @@ class Called(ca.Callback):
         return self._slopes
 
 
-class _Slopes(ca.Callback):
+class _Slopes(DenseCallback):
     """(d, value) -> derivatives (1, k)."""
 
     def __init__(self, name: str, outcome: Outcome, options: Mapping[str, Graph]) -> None:
-        ca.Callback.__init__(self)
-        self._outcome = outcome
-        self.construct(name, options)
-
-    def get_n_in(self) -> int:
-        return 2
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> Any:
-        return ca.Sparsity.dense(1 if i else len(self._outcome.names), 1)
-
-    def get_sparsity_out(self, i: int) -> Any:
-        return ca.Sparsity.dense(1, len(self._outcome.names))
+        self._outcome, k = outcome, len(outcome.names)
+        super().__init__(name, (k, 1), (1, k), options)
 
     def eval(self, arg: Any) -> Sequence[Sym]:
         """Return the derivatives."""

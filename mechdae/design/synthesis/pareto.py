@@ -19,12 +19,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.synthesis import Synthesis
-from mechdae.design.synthesis.designs import (
-    FEASIBLE,
-    Candidate,
-    judged_design,
-    motions,
-)
+from mechdae.design.synthesis.designs import FEASIBLE, Candidate, judged_design, motions
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.exact.complete import here as followed_here
 from mechdae.design.synthesis.exchange import exchanged
@@ -143,8 +138,8 @@ class FrontSearch:
         """Return the point at the end of an objective whose others are best."""
         least = float(self.best(k).terms[k])
         near = least + 2 * SLACK * (abs(least) + 1e-6)
-        own = [point for point in self.points if point.terms[k] <= near]
-        return min(own, key=lambda point: float(np.delete(point.terms, k).sum()))
+        near_end = [point for point in self.points if point.terms[k] <= near]
+        return min(near_end, key=lambda point: float(np.delete(point.terms, k).sum()))
 
     # -- the levels ----------------------------------------------------------------------------
 
@@ -181,9 +176,9 @@ class FrontSearch:
             within = known[(known > low + edge) & (known < high - edge)]
             cuts = [low, *within.tolist(), high]
             for start, end in pairwise(cuts):
-                own = FrontGap((x1 - x0) * (1.0 if end == high else 0.5), start, end)
-                if own.area > 0:
-                    found.append(own)
+                gap = FrontGap((x1 - x0) * (1.0 if end == high else 0.5), start, end)
+                if gap.area > 0:
+                    found.append(gap)
         return found
 
     def between(self, gaps: Sequence[FrontGap], most: int, several: bool) -> list[Level]:
@@ -273,8 +268,8 @@ class FrontSearch:
                 most = hole.middle.copy()
                 most[hole.primary] = NO_LIMIT
                 level = Level(hole.primary, most)
-                for kind, own in enumerate(drawn):
-                    drawn_ones = [start for start in own if np.isfinite(start.residual)]
+                for kind, starts in enumerate(drawn):
+                    drawn_ones = [start for start in starts if np.isfinite(start.residual)]
                     for start in drawn_ones[:FURTHER]:  # that of the file was a start already
                         given = {**start.given, **level.given}
                         jobs.append((kind, replace(start, given=given)))
@@ -289,13 +284,13 @@ class FrontSearch:
         free = np.full(self.count, np.inf)
         found = []
         for number, level in enumerate([*(Level(k, free) for k in range(self.count)), *levels]):
-            own = sorted(
+            best = sorted(
                 (point for point in self.points if level.allows(point.terms)),
                 key=lambda point: float(point.terms[level.primary]),
             )
-            if number < self.count and own:
-                own.insert(0, self.end(number))
-            found.append(own)
+            if number < self.count and best:
+                best.insert(0, self.end(number))
+            found.append(best)
         return found
 
     def reported(self, levels: Sequence[Level]) -> Floats:
@@ -303,7 +298,7 @@ class FrontSearch:
 
         Along an end one objective is the same to rounding, and the others mean nothing.
         """
-        terms = np.array([own[0].terms for own in self.candidates(levels) if own])
+        terms = np.array([best[0].terms for best in self.candidates(levels) if best])
         kept: Floats = terms[undominated(terms, 10 * SLACK)]
         return kept
 
@@ -314,8 +309,8 @@ class FrontSearch:
         kept: list[dict[str, Any]] = []
         rejected: list[dict[str, Any]] = []
         judged: dict[int, dict[str, Any]] = {}
-        for own in self.candidates(levels):
-            for point in own[:TRIES]:
+        for best in self.candidates(levels):
+            for point in best[:TRIES]:
                 known = judged.get(id(point))
                 if known is None:
                     known = judged[id(point)] = self.judge(point)
@@ -333,10 +328,10 @@ class FrontSearch:
         ends = []
         for k in range(self.count):
             best = float(terms[:, k].min())
-            own = census(self.runs, self.terms, k, best, float(span[k]))
+            end = census(self.runs, self.terms, k, best, float(span[k]))
             slack = SAME * (abs(best) + span[k])
-            own["found"] &= bool(reported[:, k].min() <= best + slack)
-            ends.append(own)
+            end["found"] &= bool(reported[:, k].min() <= best + slack)
+            ends.append(end)
         left = [
             {"first": (hole.first * units).tolist(), "last": (hole.last * units).tolist(),
              "starts": self.further}
@@ -346,8 +341,8 @@ class FrontSearch:
 
     def notes(self, front: Json) -> list[str]:
         """Return what is said of ends that were not found, and of holes."""
-        own = [missing(k, end) for k, end in enumerate(front["ends"]) if not end["found"]]
-        return own + [gap_words(hole) for hole in front["holes"]]
+        sentences = [missing(k, end) for k, end in enumerate(front["ends"]) if not end["found"]]
+        return sentences + [gap_words(hole) for hole in front["holes"]]
 
     def judge(self, point: Point) -> dict[str, Any]:
         """Return a point as a design, or why it is none."""
@@ -408,9 +403,9 @@ def front_of(
     front = FrontSearch(search, problems, run)
     by_class = planned(search, problems, max(1, -(-count // front.count)), seed)
     for k, pick in enumerate(np.eye(front.count)):
-        own = [[_picked(start, pick) for start in starts] for starts in by_class]
+        picked = [[_picked(start, pick) for start in starts] for starts in by_class]
         each = max(1, -(-count // front.count))
-        jobs, optima = solved_in_rounds(search, problems, own, each, run)
+        jobs, optima = solved_in_rounds(search, problems, picked, each, run)
         finished(search, problems, jobs, optima)
         front.enter(jobs, optima, part_of(k))
     levels: list[Level] = []
@@ -430,26 +425,26 @@ def front_of(
     kept = best_of(designs, signs, SAME)
     dominated = len(designs) - len(kept)
     if front.count == 2:
-        own = [design["objectives"] for design in kept] * signs if kept else []
-        kept = [kept[k] for k in thinned(own, asked.keep)]
+        values = [design["objectives"] for design in kept] * signs if kept else []
+        kept = [kept[k] for k in thinned(values, asked.keep)]
     fault: str | None = None
     conflicts: dict[str, float] = {}
     if not kept:
-        candidates = [Candidate(own.found, own.kind, own.given) for own in front.points]
+        candidates = [Candidate(point.found, point.kind, point.given) for point in front.points]
         fault, conflicts = fault_of(problems, front.jobs, front.optima, candidates, rejected)
     summary: dict[str, Any] = {
         "starts": len(front.jobs), "asked": count, "converged": len(front.points),
         "distinct": len(designs), "hits_of_best": 1 if kept else 0, "seed": seed,
         "status": "none found", "rejected": rejected, "units": units_of(search),
         "iterations": sum(found.iterations for found in front.optima),
-        "objectives": [own["objective"] for own in front.runs if own["objective"] is not None],
+        "objectives": [run["objective"] for run in front.runs if run["objective"] is not None],
         "runs": front.runs, "seconds": {"whole": time.process_time() - began},
     }  # fmt: skip
     summary |= search.said_of_speeds
     if kept:
         told = _described(search, kept, dominated, signs)
         summary["front"] = told | front.known(told["points"], asked.keep)
-        whole = all(own["found"] for own in summary["front"]["ends"])
+        whole = all(end["found"] for end in summary["front"]["ends"])
         summary["status"] = "found" if whole else PART
         notes = [*search.notes, *front.notes(summary["front"])]
         if len(kept) == 1:
@@ -460,10 +455,10 @@ def front_of(
             summary["notes"] = notes
     else:
         summary["conflicts"] = conflicts
-    return SynthesisResult(
-        problem.name, name, search.task.kind, problem.mechanism, problem.title,
+    return SynthesisResult.of(
+        problem, name, search.task,
         status=np.array(["ok"] * len(kept)), summary=Summary(summary), fault=fault,
-        definition=search.task, data={"designs": kept}, motions=motions(search, kept),
+        data={"designs": kept}, motions=motions(search, kept),
     )  # fmt: skip
 
 
@@ -476,7 +471,7 @@ def _described(
 ) -> dict[str, Any]:
     """Return the front as it is reported: points, reference, hypervolume."""
     count = search.asked.objectives
-    values = np.array([own["objectives"] for own in kept])
+    values = np.array([design["objectives"] for design in kept])
     given = search.asked.reference
     worst = (values * signs).max(axis=0) * signs
     reference = np.array(given if given is not None else worst, float)

@@ -28,6 +28,12 @@ SINE = "sine of "
 """Prefix of the asked value that is the sine of a dyad's transmission angle."""
 
 
+def dimensions(free: Floats, given: Mapping[str, Any]) -> Floats:
+    """Return free and chosen parameters at a point of an NLP."""
+    values: Floats = np.concatenate([free, np.atleast_1d(given["choice"])])
+    return values
+
+
 class FreePoses:
     """Poses of a mechanism over free parameters.
 
@@ -157,6 +163,10 @@ class FreePoses:
         """(body, coordinate) of each unknown of a pose."""
         return self.scene.x_names
 
+    def branch(self, x: Any, u: Any, d: Any) -> Any:
+        """Return the branch (nb,) of a pose."""
+        return np.sign(np.array(self.function(x, u, d)[1]).ravel())
+
     # -- transmission angles -----------------------------------------------------------------
 
     def _over_graphs(self, expression: Sym) -> Sym:
@@ -168,9 +178,9 @@ class FreePoses:
     def _dyad_of(self, k: int) -> Dyad | None:
         """Return the dyad whose branch a block alone decides; its sine is the branch then."""
         group = self.scene.groups[self.scene.blocks[k].group]
-        own = [dyad for dyad in self.dyads if dyad.group is group and group.is_dyad]
+        dyads = [dyad for dyad in self.dyads if dyad.group is group and group.is_dyad]
         alone = sum(self.scene.groups[b.group] is group for b in self.scene.blocks) == 1
-        return own[0] if own and alone else None
+        return dyads[0] if dyads and alone else None
 
     def branch_of(self, dyad: Dyad) -> int | None:
         """Return the place among the branches of a dyad's sine, None where it is not there."""

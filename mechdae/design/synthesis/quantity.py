@@ -181,14 +181,16 @@ class Quantity:
         joint = self.asked.path.split("/")[1]
         key = f"transmission of {joint}"
         outputs, g = self.setting.outputs, self.setting.graphs
-        own = [e for e in outputs.entries if e.part == key]
-        if not own:
+        lines = [e for e in outputs.entries if e.part == key]
+        if not lines:
             known = [
                 e.part.removeprefix("transmission of ") for e in outputs.entries
                 if e.part.startswith("transmission of ")
             ]  # fmt: skip
             raise UnknownName("joint with a transmission angle", joint, known)
-        products = outputs.expression[list(own[0].columns)]  # the first one vanishes with the sine
+        products = outputs.expression[
+            list(lines[0].columns)
+        ]  # the first one vanishes with the sine
         sine = ca.fabs(products[0]) / ca.sqrt(ca.sumsqr(products))
         scene, model = self.setting.scene, self.setting.scene.model
         d = SX.sym("d", len(self.free))

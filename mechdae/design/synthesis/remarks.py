@@ -46,7 +46,7 @@ def left_out(search: Search) -> str:
     if not isinstance(asked, FunctionTargets) or loop is None or not space.single_loop:
         return ""
     starts = (asked.input_start, asked.output_start)
-    if len(asked.targets or ()) != 3 or any(own is None or isinstance(own, str) for own in starts):
+    if len(asked.targets or ()) != 3 or any(x is None or isinstance(x, str) for x in starts):
         return ""
     mechanism, free = space.poses.mechanism, search.asked.free
     c = coordinate(mechanism, asked.output)
@@ -59,8 +59,8 @@ def left_out(search: Search) -> str:
     names = [by_body.get(link, "") for link in (loop.crank, loop.coupler, loop.rocker)]
     four = FourBarStarts(space, loop.pins["A"])
     sizes = four.described(space.middle).lengths
-    own = np.array([mechanism.values().get(name, np.nan) for name in names])
-    if not (set(names) <= set(free) and np.allclose(np.abs(own), sizes[1:])):
+    values = np.array([mechanism.values().get(name, np.nan) for name in names])
+    if not (set(names) <= set(free) and np.allclose(np.abs(values), sizes[1:])):
         return ""
     x, y = np.array(asked.targets, float).T
     found = three_pairs(
@@ -68,7 +68,7 @@ def left_out(search: Search) -> str:
     )
     if found is None:
         return ""
-    found = np.sign(own) * found * sizes[0]
+    found = np.sign(values) * found * sizes[0]
     out = [n for n, v in zip(names, found, strict=True) if not free[n][0] <= v <= free[n][1]]
     if not out:
         return ""

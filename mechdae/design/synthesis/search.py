@@ -28,7 +28,7 @@ from mechdae.design.synthesis.goals.rocker import RockerGoal
 from mechdae.design.synthesis.goals.straight import StraightGoal
 from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.outcome import Outcome, TaskRun
-from mechdae.design.synthesis.poses import FreePoses
+from mechdae.design.synthesis.poses import FreePoses, dimensions
 from mechdae.design.synthesis.quantity import Quantity
 from mechdae.design.synthesis.robust.asked import nominal_notes, robust_goals
 from mechdae.design.synthesis.space import TURN, DesignSpace
@@ -61,7 +61,7 @@ def shaken_by(asked: Demand) -> list[str]:
     """Return the tasks whose shaking forces or moments are asked for."""
     every = [goal for goal, _ in asked.goals if isinstance(goal, AskedExtreme)]
     every += [limit.quantity for limit in asked.of(LimitConstraint)]
-    return [own.task for own in every if own.path in WORDS]
+    return [q.task for q in every if q.path in WORDS]
 
 
 def _check_bars(mechanism: Mechanism, free: Mapping[str, tuple[float, float]]) -> None:
@@ -191,7 +191,7 @@ class Search:
         if asked.task not in self._runs:
             every = [goal for goal, _ in self.asked.goals if isinstance(goal, AskedExtreme)]
             every += [limit.quantity for limit in self.asked.of(LimitConstraint)]
-            paths = dict.fromkeys(own.path for own in every if own.task == asked.task)
+            paths = dict.fromkeys(q.path for q in every if q.task == asked.task)
             box = list(self.asked.free.values())
             self._runs[asked.task] = TaskRun(self.problem, asked.task, list(paths), names, box)
         outcome = Outcome(self._runs[asked.task], asked.path)
@@ -231,9 +231,9 @@ class Search:
         rocker = Rocker(joint=part) if part in joints else Rocker(body=part)
         found = solve(self.problem, asked.task)
         typical = abs(float(found.summary.get(word, {}).get(part, 1.0))) or 1.0
-        own = "time_ratio" if word == "time_ratio" else "reach"
+        key = "time_ratio" if word == "time_ratio" else "reach"
         sense = 0 if bounds is not None else asked.sense
-        return RockerGoal(rocker, name, own, sense, bounds, typical, asked.path)
+        return RockerGoal(rocker, name, key, sense, bounds, typical, asked.path)
 
     def _size(self) -> float:
         """Return a length that the mechanism is as large as [m]."""
@@ -274,7 +274,7 @@ class Search:
         if name not in self.asked.free:
             return bool(self._outcomes)
         k = self.space.names.index(name)
-        return any(own.depends_on(k, self.space.middle) for own in self._outcomes)
+        return any(outcome.depends_on(k, self.space.middle) for outcome in self._outcomes)
 
     # -- the problem -------------------------------------------------------------------------
 
@@ -323,33 +323,34 @@ class Search:
     @property
     def sense(self) -> int:
         """1 where less of the reported objective is better."""
-        own = self._counted
-        return self.goals[own[0]].sense if len(own) == 1 else 1
+        terms = self._counted
+        return self.goals[terms[0]].sense if len(terms) == 1 else 1
 
     @property
     def objective_unit(self) -> float:
         """What the objective of the NLP is multiplied with."""
-        own = self._counted
-        return self.goals[own[0]].unit * (self.weights[own[0]] if len(own) > 1 else 1) if own else 1
+        terms = self._counted
+        first = self.goals[terms[0]].unit if terms else 1
+        return first * self.weights[terms[0]] if len(terms) > 1 else first
 
     def objective(self, values: list[float]) -> float:
         """Return what is reported: the goal's value, of several their weighted sum.
 
         Where all goals are exact it is the largest miss.
         """
-        own = self._counted
-        if not own:
+        terms = self._counted
+        if not terms:
             return max(values)
-        if len(own) == 1:
-            return values[own[0]]
-        return sum(self.weights[k] * self.goals[k].sense * values[k] for k in own)
+        if len(terms) == 1:
+            return values[terms[0]]
+        return sum(self.weights[k] * self.goals[k].sense * values[k] for k in terms)
 
     def shown(self, objective: float) -> float:
         """Return an objective of the NLP in the unit of what is reported."""
-        own = self._counted
-        if len(own) == 1:
-            return self.goals[own[0]].value(objective)
-        return objective * self.objective_unit if own else 0.0
+        terms = self._counted
+        if len(terms) == 1:
+            return self.goals[terms[0]].value(objective)
+        return objective * self.objective_unit if terms else 0.0
 
     def claimed(self, terms: list[float]) -> float:
         """Return what the terms of the NLP's objective are in the same unit."""
@@ -368,8 +369,8 @@ class Search:
         spread = self.spread
         others = [goal for goal in [*self.goals, *self.limits] if goal is not self.lead]
         for drawn in self.lead.drawn(kind, generator, count):
-            own = {**drawn.own, self.lead.own("x"): drawn.x}
-            yield self._seed(spread, drawn, own, drawn.given, others)
+            unknowns = {**drawn.unknowns, self.lead.key("x"): drawn.x}
+            yield self._seed(spread, drawn, unknowns, drawn.given, others)
         if self.all_solutions is not None:
             return
         first = self.of_design(self.space.middle, kind)
@@ -377,16 +378,16 @@ class Search:
             yield first
 
     def _seed(
-        self, spread: Spread, drawn: Drawn, own: dict[str, Floats | list[float]], given: Json,
+        self, spread: Spread, drawn: Drawn, unknowns: dict[str, Floats | list[float]], given: Json,
         others: Iterable[Goal],
     ) -> Seed:  # fmt: skip
         """Return a start with the variables of other goals, and of a whole turn."""
         free = len(self.space.box)
-        values = {"d": drawn.d[:free], **own}
+        values = {"d": drawn.d[:free], **unknowns}
         given = {"sigma": drawn.sigma, "choice": drawn.d[free:], **given}
         for goal in others:
-            own, more = goal.completed(spread, drawn)
-            values |= own
+            unknowns, more = goal.completed(spread, drawn)
+            values |= unknowns
             given |= more
         if self.space.turn_needed:
             values["turn"], given["watched"] = self._turned(spread, drawn)
@@ -416,9 +417,9 @@ class Search:
         if not isinstance(self.lead, Function):
             return False
         u, x = self.lead.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
-        _, own, _ = self.spread.followed(d, x[0], float(u[0]), u)
-        gaps = np.abs(own - x)[:, self.space.turns]
+        d = dimensions(values["d"], given)
+        _, unknowns, _ = self.spread.followed(d, x[0], float(u[0]), u)
+        gaps = np.abs(unknowns - x)[:, self.space.turns]
         return not gaps.max(initial=0.0) < np.pi
 
     def _turned(self, spread: Spread, drawn: Drawn) -> tuple[Floats, Floats]:
@@ -432,12 +433,12 @@ class Search:
         turn = x[np.argsort(order)]
         if not self.space.watched_dyads:
             return turn, np.zeros(0)
-        own, more, _ = watched(spread, drawn.d, turned, x)
-        return np.concatenate([turn, more]), own
+        unknowns, more, _ = watched(spread, drawn.d, turned, x)
+        return np.concatenate([turn, more]), unknowns
 
     @property
     def all_solutions(self) -> int | None:
-        """How many solutions an exact goal has within the bounds; None where none are counted."""
+        """How many solutions an exact goal has within the bounds; None where none are terms."""
         lead = self.lead
         if not isinstance(lead, VisitsGoal) or lead.defective is None:
             return None

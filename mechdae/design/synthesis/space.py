@@ -340,8 +340,8 @@ class DesignSpace:
         given = self.asked.margin
         margin = TURNS if given is None else given / self.size
         nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size)
-        own = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.between))]
-        least = max((float(asked.min) for asked in own), default=0.0)
+        angles = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.between))]
+        least = max((float(asked.min) for asked in angles), default=0.0)
         if least:
             nlp.constrain("transmission", self.cosines(d), -np.cos(least), np.cos(least))
 

@@ -27,6 +27,7 @@ from mechdae.design.synthesis.fronts.objectives import error_unit, objective_uni
 from mechdae.design.synthesis.goals.base import Seed
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.remarks import left_out
 from mechdae.design.synthesis.search import Search
 from mechdae.results import Summary, SynthesisResult
@@ -116,10 +117,10 @@ def synthesize(
             fault, summary["status"] = f"{proof}; {fault}", "none exists"
         fault = f"{fault}; {missing}" if missing else fault
         summary["conflicts"] = conflicts
-    return SynthesisResult(
-        problem.name, name, task.kind, problem.mechanism, problem.title,
+    return SynthesisResult.of(
+        problem, name, task,
         status=np.array(["rejected" if each["defects"] else "ok" for each in kept]),
-        summary=Summary(summary), fault=fault, definition=task,
+        summary=Summary(summary), fault=fault,
         data={"designs": kept}, motions=motions(search, kept),
     )  # fmt: skip
 
@@ -127,7 +128,7 @@ def synthesize(
 def units_of(search: Search) -> dict[str, str]:
     """Return the units of the objective and of the errors that designs list; "" if not known."""
     asked = [goal for goal, _ in search.asked.goals]
-    counted = [goal for goal, own in zip(asked, search.goals, strict=True) if not own.exact]
+    counted = [goal for goal, posed in zip(asked, search.goals, strict=True) if not posed.exact]
     lead = asked[search.goals.index(search.lead)]
     errors = error_unit(search.problem, lead)
     if not counted:
@@ -224,7 +225,7 @@ def _followed(
         met = found.violation <= FEASIBLE
         if not (search.leaps(values, start.given) if met else none):
             continue
-        d = np.concatenate([values["d"], np.atleast_1d(start.given["choice"])])
+        d = dimensions(values["d"], start.given)
         at = float(np.atleast_1d(search.lead.programme(values, start.given)[0])[0])
         seed = search.of_design(d, search.kinds[kind], at)
         if seed is None:
@@ -249,9 +250,9 @@ def planned(search: Search, problems: Sequence[Nlp], count: int, seed: int) -> l
     found = []
     for k, kind in enumerate(search.kinds):
         generator = np.random.default_rng([seed, k])
-        own = list(search.seeds(kind, problems[k], generator, count))
-        own.sort(key=lambda start: start.residual)
-        found.append(own[:count] if search.all_solutions is None else own)
+        starts = list(search.seeds(kind, problems[k], generator, count))
+        starts.sort(key=lambda start: start.residual)
+        found.append(starts[:count] if search.all_solutions is None else starts)
     return found
 
 
@@ -260,7 +261,7 @@ def solved_in_rounds(
 ) -> tuple[list[Job], list[Optimum]]:
     """Return starts and their optima: a share of each class, the rest of the best one."""
     share = count if len(by_class) == 1 else max(1, -(-count // SHARE))
-    jobs = [(k, start) for k, own in enumerate(by_class) for start in own[:share]]
+    jobs = [(k, start) for k, starts in enumerate(by_class) for start in starts[:share]]
     optima = run(search, problems, jobs)
     left = count - len(jobs)
     if left <= 0:

@@ -86,12 +86,12 @@ def closed_in(trace: Trace, cost: Any, u: Floats, step: float) -> tuple[Floats, 
     room = np.minimum(np.append(gaps, np.inf), np.append(np.inf, gaps)) * 0.499
     low, high = u - np.minimum(step, room), u + np.minimum(step, room)
     shares = np.linspace(0, 1, ZOOM)
-    own = np.repeat(np.arange(k), ZOOM)
+    targets = np.repeat(np.arange(k), ZOOM)
     best = np.array(u, float)
     for _ in range(ROUNDS):
         at = low[:, None] + shares * (high - low)[:, None]
         _, _, values, held = trace.poses(at.ravel())
-        found = np.where(held, cost(values, own), np.inf).reshape(k, ZOOM)
+        found = np.where(held, cost(values, targets), np.inf).reshape(k, ZOOM)
         best = at[np.arange(k), np.argmin(found, axis=1)]
         half = (high - low) / (ZOOM - 1)
         low, high = np.maximum(best - half, low), np.minimum(best + half, high)

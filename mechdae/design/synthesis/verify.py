@@ -21,6 +21,7 @@ from mechdae.describe.tasks.constraints import Box
 from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.synthesis.design_motion import PATH
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.design.synthesis.verification.design_file import TURN, DesignFile, driven
 from mechdae.equations.parameters import parameters_of
@@ -48,8 +49,8 @@ def sketched(
     mechanism = problem.mechanism.with_values(parameters)
     driver = poses.scene.drivers[0]
     keys = (driver.part, driver.text)
-    own = next((mechanism.sketch[key] for key in keys if key in mechanism.sketch), 0.0)
-    values = [float(v) for v in (at, own, 0.0) if isinstance(v, (int, float))]
+    sketched = next((mechanism.sketch[key] for key in keys if key in mechanism.sketch), 0.0)
+    values = [float(v) for v in (at, sketched, 0.0) if isinstance(v, (int, float))]
     for u in dict.fromkeys(values):
         task = Sweep(Driver(driver.text, at=(u,)), derivatives=0)
         whole = Problem(mechanism, Table({"own": task}))
@@ -99,7 +100,7 @@ class Design:
     @cached_property
     def d(self) -> Floats:
         """Free parameters, then those that are chosen."""
-        return np.concatenate([self.values["d"], np.atleast_1d(self.given["choice"])])
+        return dimensions(self.values["d"], self.given)
 
     @cached_property
     def parameters(self) -> dict[str, float]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
 
+from mechdae.design.synthesis.nlp import NewValues, Values
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.space import TURN, WATCHED
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import Trace, grid_of, maxima
@@ -41,8 +42,8 @@ def watched(spread: Spread, d: Floats, u: Floats, x: Unknowns) -> tuple[Floats, 
         least.append(float(-tops[order[0]]) if len(order) else np.nan)
         spare = trace.u[0] + TURN * (np.arange(WATCHED - len(order)) + 0.5) / WATCHED
         places.append(np.concatenate([at[order], spare]))
-    own = np.concatenate(places) if places else np.zeros(0)
-    return own, trace.poses(own)[0], np.array(least)
+    nodes = np.concatenate(places) if places else np.zeros(0)
+    return nodes, trace.poses(nodes)[0], np.array(least)
 
 
 def _negative(trace: Trace, dyad: Dyad, u: Floats) -> Floats:
@@ -58,17 +59,15 @@ def sines(trace: Trace, dyad: Dyad, u: Floats) -> Floats:
     return np.where(held, sine, np.nan)
 
 
-def fallen(
-    spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-) -> tuple[dict[str, Floats], dict[str, Floats]] | None:
+def fallen(spread: Spread, values: Values, given: Values) -> NewValues | None:
     """Return poses and driver values that see the least angles, None where they are seen."""
     space = spread.space
     if not space.watched_dyads or not space.asked.full_turn:
         return None
     whole = np.reshape(values["turn"], (-1, max(space.poses.nx, 1)))
-    d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
-    own, x, least = watched(spread, d, space.circle, whole[: space.NODES])
+    d = dimensions(values["d"], given)
+    unknowns, x, least = watched(spread, d, space.circle, whole[: space.NODES])
     bounds = np.array([np.sin(asked.min) for asked in space.watched_limits])
     if not (least < bounds - SEEN).any():
         return None
-    return {"turn": np.concatenate([whole[: space.NODES], x])}, {"watched": own}
+    return {"turn": np.concatenate([whole[: space.NODES], x])}, {"watched": unknowns}

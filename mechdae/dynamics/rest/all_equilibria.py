@@ -43,7 +43,7 @@ GOLDEN = (3 - math.sqrt(5)) / 2
 class Rest:
     """An equilibrium.
 
-    ``far`` is its distance from the sketch in natural sizes, ``own`` tells whether it lies on
+    ``far`` is its distance from the sketch in natural sizes, ``on_mode`` tells whether it lies on
     the sketch's mode, ``circuit`` whether it can be reached from the sketch, None where that is
     not known; ``downhill`` whether the mechanism comes there when it is let go.
     """
@@ -53,7 +53,7 @@ class Rest:
     left: float
     steps: int
     far: float
-    own: bool
+    on_mode: bool
     circuit: bool | None
     stable: str
     downhill: bool = False
@@ -87,7 +87,7 @@ class Rests:
         self.found: list[Rest] = []
         self.whole, self.crossed = True, False
         self.steps = 0
-        self._enter(x, own=True, circuit=True, most=0)
+        self._enter(x, on_mode=True, circuit=True, most=0)
         if len(chart.coordinates) == 1:
             self._followed(x, True)
             for other in self._others():
@@ -109,11 +109,11 @@ class Rests:
         one that the mechanism comes to when it is let go, else the nearest stable one. Where there
         is none of these, the nearest of all.
         """
-        own = [rest for rest in self.found if rest.own]
-        if own and own[0].far <= NEAR:
-            return own[0]
-        stable = [rest for rest in own if rest.stable != "unstable"]
-        settled = [rest for rest in own if rest.downhill]
+        on_mode = [rest for rest in self.found if rest.on_mode]
+        if on_mode and on_mode[0].far <= NEAR:
+            return on_mode[0]
+        stable = [rest for rest in on_mode if rest.stable != "unstable"]
+        settled = [rest for rest in on_mode if rest.downhill]
         return next(iter([*settled, *stable, *self.found]), None)
 
     # -- what was found --------------------------------------------------------------------
@@ -143,13 +143,9 @@ class Rests:
         return y
 
     def _enter(
-        self,
-        x: Unknowns,
-        own: bool,
-        circuit: bool | None,
-        most: float = SAME,
+        self, x: Unknowns, on_mode: bool, circuit: bool | None, most: float = SAME,
         downhill: bool = False,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Enter the equilibrium at x, polished; it must not move by more than `most`."""
         y, lam, left, steps = (x, *self._still(x)) if most == 0 else self.balance.newton(x)
         self.steps += steps
@@ -157,7 +153,7 @@ class Rests:
             return
         for rest in self.found:
             if self._far(rest.x, y, wound=False) < SAME * 10 and self._equal(rest.x, y):
-                rest.own |= own
+                rest.on_mode |= on_mode
                 rest.downhill |= downhill
                 rest.circuit = rest.circuit or circuit
                 if self._far(self.x, y) < rest.far:  # the same but for whole turns
@@ -165,7 +161,7 @@ class Rests:
                 return
         _, (K, _) = self.balance.stiffness(y)
         far = self._far(self.x, y, wound=circuit is not False)
-        self.found.append(Rest(y, lam, left, steps, far, own, circuit, stability(K), downhill))
+        self.found.append(Rest(y, lam, left, steps, far, on_mode, circuit, stability(K), downhill))
 
     def _still(self, x: Unknowns) -> tuple[Floats, float, int]:
         f, J, _ = self.balance.light(x)
@@ -195,21 +191,21 @@ class Rests:
     def _same(self, y: Floats, x: Unknowns) -> bool:
         return self.chart.signs(y) == self.chart.signs(x)
 
-    def _followed(self, start: Any, own: bool) -> None:
+    def _followed(self, start: Any, on_mode: bool) -> None:
         """Enter all equilibria of a circuit, followed both ways from a pose."""
-        if own:
+        if on_mode:
             self._passed: list[Any] = []
         self._passed.append(start)
         _, J, _ = self.balance.light(start)
         first = self.balance.freedoms(J)[:, 0]
         for way in (1.0, -1.0):
-            self._along(start, way * first, own)
+            self._along(start, way * first, on_mode)
 
-    def _along(self, start: Floats, along: Floats, own: bool) -> None:
+    def _along(self, start: Floats, along: Floats, on_mode: bool) -> None:
         """Follow a circuit one way."""
         force, tangent, _ = self._force(start, along)
-        downhill = own and force > 0
-        home, on = self.chart.signs(start), own
+        downhill = on_mode and force > 0
+        home, on = self.chart.signs(start), on_mode
         before = home
         x, step, way = start, STEP, 0.0
         trail: list[tuple[Floats, Floats, float, float]] = []
@@ -242,7 +238,7 @@ class Rests:
                 roots.append(self._root(x, step, tangent, force))
             for root in roots:
                 kept = on and self.chart.signs(root) == home
-                self._enter(root, kept, own, 1e-4, downhill and kept)
+                self._enter(root, kept, on_mode, 1e-4, downhill and kept)
                 downhill = downhill and not kept
             on = there
             downhill = downhill and on
@@ -319,21 +315,21 @@ class Rests:
             if sign != home:
                 self._from(x, sign, False, False)
 
-    def _from(self, x: Unknowns, sign: str, own: bool, sketch: bool) -> None:
+    def _from(self, x: Unknowns, sign: str, on_mode: bool, sketch: bool) -> None:
         def kept(pose: Unknowns) -> bool:
             return self.chart.signs(pose) == sign
 
-        circuit = True if own else None
+        circuit = True if on_mode else None
         y, _, left, steps = self.balance.newton(x, kept)
         self.steps += steps
         if left <= ACCEPTED and kept(y):
-            self._enter(y, own, circuit)
+            self._enter(y, on_mode, circuit)
         y = self.balance.settled(x, kept)
         if y is not None:
             z, _, left, steps = self.balance.newton(y)
             self.steps += steps
             if left <= ACCEPTED and kept(z) and self._far(y, z) < 1e-2:
-                self._enter(z, own, circuit, downhill=sketch)
+                self._enter(z, on_mode, circuit, downhill=sketch)
 
     def _around(self, sign: str) -> Iterator[Floats]:
         """Yield poses around the sketch that are reached on its mode."""

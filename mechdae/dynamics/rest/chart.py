@@ -20,7 +20,7 @@ from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.equations.coordinates import QUATERNION
-from mechdae.errors import InputError, MechdaeError
+from mechdae.errors import InputError, MechdaeError, within
 from mechdae.motion.assembly.start import mode_by_label
 from mechdae.motion.kinematics.driverless import independent, likely_drivers
 from mechdae.motion.kinematics.prepared import Setting, prepare
@@ -63,13 +63,13 @@ class Chart:
         values = [model.coordinate(c) for c in self.drivers]
         k = setup.kernel
 
-        def made() -> Graph:
+        def build() -> Graph:
             moved = r.moved(ca.vertcat(r.model.q, *values))
             rows = r.moved(ca.vertcat(*values[len(held) :])) if self.coordinates else ca.SX(0, 1)
             slope = ca.jacobian(ca.vertcat(r.phi, rows), r.x)
             return k.function("chart", [ca.densify(moved), ca.densify(slope)])
 
-        self._place = k.call(f"chart {[c.text for c in self.drivers]}", made)
+        self._place = k.call(f"chart {[c.text for c in self.drivers]}", build)
         self.setting = self._setting()
         self._rows: list[int] | None = None
 
@@ -80,8 +80,8 @@ class Chart:
         laws = [law.coordinate for law in setup.laws]
 
         def slope(c: NamedCoordinate) -> Floats:
-            own = k.call(f"slope {c.text}", partial(self._slope, c))
-            return np.ravel(own(0.0, x, np.zeros(len(x)), setup.loose)[0]) * k.sizes
+            slope_of = k.call(f"slope {c.text}", partial(self._slope, c))
+            return np.ravel(slope_of(0.0, x, np.zeros(len(x)), setup.loose)[0]) * k.sizes
 
         every = [c for c in [*likely_drivers(setup.problem, names), *turns] if c not in laws]
         found = independent(every, slope, basis)
@@ -122,8 +122,8 @@ class Chart:
 
     def values(self, x: Unknowns) -> dict[str, float]:
         """Return the values of the coordinates."""
-        own = self._at(x)[1][len(self.drivers) - len(self.coordinates) :]
-        return dict(zip(self.names, own.tolist(), strict=True))
+        numbers = self._at(x)[1][len(self.drivers) - len(self.coordinates) :]
+        return dict(zip(self.names, numbers.tolist(), strict=True))
 
     def _scene(self, q: Unknowns) -> Floats:
         assert self.setting is not None
@@ -137,8 +137,8 @@ class Chart:
     def _transfer(self, there: bool) -> Transfer:
         """Return what leads from the motion's tree to the scene's, or back."""
         assert self.setting is not None
-        own, other = self.setup.model, self.setting.scene.model
-        pair = (own, other) if there else (other, own)
+        of_motion, other = self.setup.model, self.setting.scene.model
+        pair = (of_motion, other) if there else (other, of_motion)
         key = ("transfer", there, *(c.text for c in self.drivers))
         made: Transfer = self.setup.cache(key, lambda: Transfer(*pair))
         return made.at(*pair)
@@ -208,10 +208,8 @@ class Chart:
             raise InputError("the modes of this mechanism are not counted", where="mode")
         assert self.setting is not None
         q, u, _ = self._at(x)
-        try:
+        with within("mode"):
             mode = mode_by_label(self.setting.assembler, u, label)
-        except MechdaeError as error:
-            raise error.inside("mode") from None
         return self._lifted(q, mode.x, u)
 
     def _lifted(self, q: Unknowns, pose: Unknowns, u: Floats) -> Floats:

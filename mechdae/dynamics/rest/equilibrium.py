@@ -118,7 +118,7 @@ def _prepared(problem: Problem, task: Equilibrium) -> tuple[MotionProblem, Float
         raise InputError("it uses t", where=f"loads.{whole.loads.uses_time[0]}")
     whole.likely = task.free or ()
     begin = start(whole)
-    whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
+    whole.held = {key: float(begin.q[whole.model.places[key]]) for key in idle(whole)}
     return whole, begin.q[whole.released.free]
 
 
@@ -146,18 +146,18 @@ def _chosen(
             hint="sketch a pose nearer to it, or hold coordinates with drivers",
         )
     listed: Json = {"mode": chart.label(rest.x), "mode_coordinates": chart.names}
-    listed["sketched_mode"] = rest.own
+    listed["sketched_mode"] = rest.on_mode
     listed["equilibria"] = [
         {
-            "mode": chart.label(own.x),
-            "sketched_mode": own.own,
-            "sketched_circuit": own.circuit,
-            "stable": own.stable,
-            "distance": own.far,
-            "coordinates": chart.values(own.x),
-            "answer": own is rest,
+            "mode": chart.label(found.x),
+            "sketched_mode": found.on_mode,
+            "sketched_circuit": found.circuit,
+            "stable": found.stable,
+            "distance": found.far,
+            "coordinates": chart.values(found.x),
+            "answer": found is rest,
         }
-        for own in rests.found[:MOST]
+        for found in rests.found[:MOST]
     ]
     listed["all_equilibria"] = rests.whole
     return rest, listed, _notes(chart, rests, rest)
@@ -166,20 +166,20 @@ def _chosen(
 def _notes(chart: Chart, rests: Rests, rest: Rest) -> list[str]:
     """Return what the user must know about the choice."""
 
-    def at(own: Rest) -> str:
-        values = ", ".join(f"{name} = {value:.6g}" for name, value in chart.values(own.x).items())
-        return f"({values}; mode {chart.label(own.x)}, {own.stable})"
+    def at(one: Rest) -> str:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in chart.values(one.x).items())
+        return f"({values}; mode {chart.label(one.x)}, {one.stable})"
 
     notes = []
     nearest = rests.found[0]
-    own = [other for other in rests.found if other.own]
-    if not rest.own:
-        there = f"only {at(own[0])}, far from it," if own else "none"
+    on_mode = [other for other in rests.found if other.on_mode]
+    if not rest.on_mode:
+        there = f"only {at(on_mode[0])}, far from it," if on_mode else "none"
         notes.append(
             f"on the assembly mode of the sketch {there} was found, and let go the mechanism "
             f"leaves it: the nearest equilibrium {at(rest)} lies on another {_kind(rest)}"
         )
-    elif nearest is not rest and not nearest.own:
+    elif nearest is not rest and not nearest.on_mode:
         notes.append(
             f"an equilibrium nearer to the sketch {at(nearest)} lies on another {_kind(nearest)}; "
             "that of the sketch is answered"
@@ -189,7 +189,7 @@ def _notes(chart: Chart, rests: Rests, rest: Rest) -> list[str]:
             f"the equilibrium nearest to the sketch {at(nearest)} is more than 20 degrees away: "
             "answered is the one that the mechanism comes to from there when it is let go"
         )
-    others = [own for own in rests.found if own.own and own is not rest and own.stable == "stable"]
+    others = [one for one in on_mode if one is not rest and one.stable == "stable"]
     if rest.stable == "unstable" and others:
         notes.append(f"this equilibrium is unstable; the nearest stable one is {at(others[0])}")
     return notes
@@ -222,15 +222,15 @@ def _report(
     q, v, a = observer.absolute(state)
     reported = Reported(whole, task.outputs, moves=False)
     named, found = reported.evaluate((q, v, a), None, np.ones(1, bool))
-    series = {own: Series({"value": found[own]["value"]}) for own in found}
+    series = {name: Series({"value": found[name]["value"]}) for name in found}
     every = observer.multipliers(state)
-    reactions = {} if meshed(model) else observer.reactions(state, q, every)
+    reactions = {} if meshed(model) else observer.reactions(state, every)
     sole = unique(observer, state, q, reactions)
-    for k, own in enumerate(reactions.values()):
-        own[sole.lost[:, k]] = np.nan
+    for k, reaction in enumerate(reactions.values()):
+        reaction[sole.lost[:, k]] = np.nan
     named["joints"] = reported.with_reactions(named["joints"], reactions)
     summary |= sole.summary
-    summary["state"] = {own: float(series[own].value[0]) for own in series}
+    summary["state"] = {name: float(series[name].value[0]) for name in series}
     rows, tells = whole.released.rows, whole.released.tells
     summary["multipliers"] = {
         row.name: float(every[0, i]) if sole.multipliers[i] else None
@@ -245,16 +245,13 @@ def _report(
         summary["notes"] = notes
     if assumed := about_motion(problem.mechanism):
         summary["assumptions"] = assumed
-    return EquilibriumResult(
-        problem.name,
+    return EquilibriumResult.of(
+        problem,
         name,
-        task.kind,
-        problem.mechanism,
-        problem.title,
+        task,
         outputs=Named("output", series),
         status=statuses(1),
         summary=Summary(summary),
-        definition=task,
         data=data,
         unique=Summary(sole.joints),
         **named,

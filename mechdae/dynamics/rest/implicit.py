@@ -243,14 +243,14 @@ class Implicit:
         assert chosen is not None
         word, place = chosen
         if word == "settling_time":
-            s, ds = max(self.motions, key=lambda own: own[0].real)
+            s, ds = max(self.motions, key=lambda motion: motion[0].real)
             if s.real >= 0:
                 raise SolveError("nothing settles here", where="outputs", hint="add damping")
             return SETTLED / -s.real, SETTLED / s.real**2 * ds.real
         if place is not None and place >= len(self.motions):
             raise SolveError(f"there are {len(self.motions)} small motions", where="outputs")
-        own = self.motions if place is None else [self.motions[place]]
-        found = [_number(word, s, ds) for s, ds in own]
+        motions = self.motions if place is None else [self.motions[place]]
+        found = [_number(word, s, ds) for s, ds in motions]
         values, slopes = (np.array([pair[i] for pair in found]) for i in (0, 1))
         return (values, slopes) if place is None else (values[0], slopes[0])
 

@@ -95,7 +95,7 @@ class LinearSystem:
         self.chart = Chart(setup, state.x, basis, names)
         drivers = [law.coordinate for law in setup.laws]
         self.inputs = self._inputs(inputs, [c.text for c in drivers])
-        moved = [own.driver for own in self.inputs if own.driver is not None]
+        moved = [given.driver for given in self.inputs if given.driver is not None]
         self.moved = [drivers[i] for i in moved]
         self.r, self.since, self.d = setup.cache(
             ("driven", *moved, *setup.held), lambda: self._driven(moved)
@@ -147,7 +147,7 @@ class LinearSystem:
             if name in known:
                 found.append(known[name])
             elif name.startswith("loads.") and both:
-                found += [known[own] for own in both]
+                found += [known[name] for name in both]
             elif name.startswith("loads."):
                 raise UnknownName("force or torque", name, known, where=f"inputs[{i}]")
             else:
@@ -167,10 +167,10 @@ class LinearSystem:
     def _slopes(self, outputs: tuple[str, ...] | None) -> tuple[list[str], Call]:
         """Return the names of the outputs, and the function of all derivatives at a state."""
         r, model = self.r, self.model
-        pushed = [own for own in self.inputs if own.column is not None]
+        pushed = [given for given in self.inputs if given.column is not None]
         u, a = SX.sym("u", len(pushed)), SX.sym("a", r.x.numel())
         lam = SX.sym("lam", r.phi.numel())
-        columns = [r.moved(r.stack(own.column)) for own in pushed]
+        columns = [r.moved(r.stack(given.column)) for given in pushed]
         force = r.f + (r.V.T @ (ca.horzcat(*columns) @ u) if pushed else 0)
         rows = [model.coordinate(c) for c in self.chart.coordinates]
         h = r.moved(ca.vertcat(*rows)) if rows else SX(0, 1)
@@ -189,8 +189,8 @@ class LinearSystem:
     def _solve(self, outputs: tuple[str, ...] | None) -> None:
         r, setup, state = self.r, self.setup, self.state
         n, m, k, nd = r.x.numel(), r.phi.numel(), len(self.chart.names), len(self.moved)
-        nu = sum(own.column is not None for own in self.inputs)
-        asked = tuple(own.name for own in self.inputs)
+        nu = sum(given.column is not None for given in self.inputs)
+        asked = tuple(given.name for given in self.inputs)
         key = ("linear", r, asked, tuple(self.chart.names), outputs)
         names, call = setup.cache(key, lambda: self._slopes(outputs))
         at = [state.t, state.x, state.v, setup.loose, state.a, state.lam[:m], self.model.p_values]
@@ -237,18 +237,18 @@ class LinearSystem:
 
     def _put(self, k: int, nd: int, nu: int, zdd: Floats, dy: Floats, names: list[str]) -> None:
         """Keep the matrices: states (z, driven, their speeds), inputs in the order asked for."""
-        own = 2 * k
-        order = [*range(k), *range(own, own + nd), *range(k, own), *range(own + nd, own + 2 * nd)]
-        pushed, driven = iter(range(own + 3 * nd, own + 3 * nd + nu)), iter(range(nd))
+        two = 2 * k
+        order = [*range(k), *range(two, two + nd), *range(k, two), *range(two + nd, two + 2 * nd)]
+        pushed, driven = iter(range(two + 3 * nd, two + 3 * nd + nu)), iter(range(nd))
         inputs = [
-            next(pushed) if entry.driver is None else own + 2 * nd + next(driven)
+            next(pushed) if entry.driver is None else two + 2 * nd + next(driven)
             for entry in self.inputs
         ]
         half = k + nd
         rates = np.zeros((half, zdd.shape[1]))
         rates[:k] = zdd
         for j in range(nd):
-            rates[k + j, own + 2 * nd + j] = 1.0
+            rates[k + j, two + 2 * nd + j] = 1.0
         self.A = np.block([[np.zeros((half, half)), np.eye(half)], [rates[:, order]]])
         self.B = np.vstack([np.zeros((half, len(inputs))), rates[:, inputs]])
         self.C, self.D = dy[:, order], dy[:, inputs]
@@ -290,7 +290,7 @@ class LinearSystem:
         return {
             **matrices,
             "states": self.states,
-            "inputs": [own.name for own in self.inputs],
+            "inputs": [given.name for given in self.inputs],
             "outputs": self.outputs,
             "time": self.state.t,
             "operating_point": place,

@@ -121,14 +121,14 @@ def _turned(whole: MotionProblem, x: Any) -> Floats:
     """Return the gradients of origin and turn of each body in space."""
     r, k, model = whole.released, whole.kernel, whole.model
 
-    def made() -> Graph:
+    def build() -> Graph:
         rows = []
         for body in _placed_bodies(whole):
             rows.append(ca.jacobian(model.origin(body), model.q))
             rows.append(ca.jacobian(spin(model, body), model.velocity))
         return k.function("gradient", [ca.densify(r.moved(ca.vertcat(*rows)) @ r.V)])
 
-    found = k.call("placements", made)(0.0, x, np.zeros(k.n), whole.loose)[0]
+    found = k.call("placements", build)(0.0, x, np.zeros(k.n), whole.loose)[0]
     return np.reshape(found, (-1, k.n), order="F")
 
 
@@ -136,10 +136,10 @@ def _gradient(whole: MotionProblem, x: Unknowns, name: str, rows: list[Sym]) -> 
     """Return the gradients (rows, n) of expressions over q by the free coordinates."""
     r, k = whole.released, whole.kernel
 
-    def made() -> Graph:
+    def build() -> Graph:
         return k.function("gradient", [ca.densify(ca.jacobian(r.moved(ca.vertcat(*rows)), r.x))])
 
-    found = k.call(name, made)(0.0, x, np.zeros(k.n), whole.loose)[0]
+    found = k.call(name, build)(0.0, x, np.zeros(k.n), whole.loose)[0]
     return np.reshape(found, (-1, k.n), order="F")
 
 

@@ -29,7 +29,7 @@ def left_over(observer: Observer, s: States) -> float:
         return 0.0
     chosen = there[np.linspace(0, len(there) - 1, min(MOST, len(there))).astype(int)]
 
-    def made() -> tuple[list[Sym], list[Sym]]:
+    def build() -> tuple[list[Sym], list[Sym]]:
         a, inner = SX.sym("a", r.x.numel()), SX.sym("inner", k.inner)
         momentum = ca.gradient(r.kinetic, r.v)
         at, along = ca.vertcat(r.x, r.v, r.t), ca.vertcat(r.v, a, SX(1))
@@ -45,7 +45,7 @@ def left_over(observer: Observer, s: States) -> float:
     inner = np.zeros((len(s.t), k.inner))
     inner[:, : s.lam.shape[1]] = s.lam
     states = [part[chosen] for part in (s.t[:, None], s.x, s.v, s.signs, s.a, inner)]
-    rate, slope, force, J = observer.many("lagrange", made)(*states)
+    rate, slope, force, J = observer.many("lagrange", build)(*states)
     worst, sizes = 0.0, observer.loads(s)
     for i in range(len(chosen)):
         Z = observer.setup.freedoms(J[i].reshape(k.m, k.n, order="F"))

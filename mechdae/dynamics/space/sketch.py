@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.dynamics.sketch import EXACT, AssembledSketch, JointClosing
+from mechdae.dynamics.sketch import EXACT, AssembledSketch, JointClosing, shortest
 from mechdae.equations.tree.reading import WIDTH, placements
 from mechdae.errors import MechanismError
 from mechdae.kernels.run.call import Call
@@ -44,19 +44,15 @@ class SpatialSketch:
         self.closing = closing
         self.model: Any = closing.setup.model
         r, self.p = closing.r, closing.setup.model.p_values
-        self.given = {
-            closing.m + k: closing.places[c] / closing.scales[closing.m + k]
-            for k, c in enumerate(closing.moving)
-            if c in closing.places
-        }
+        self.given = {closing.m + k: value for k, value in closing.sketched_places().items()}
 
-        def made() -> Call:
+        def build() -> Call:
             model: Any = r.model
             senses = ca.vertcat(ca.SX(0, 1), *[value for _, value in model.senses])
             parts = [r.moved(ca.densify(senses)), r.moved(placements(model))]
-            return Call(ca.Function("sketch", [r.x, model.p], [ca.densify(own) for own in parts]))
+            return Call(ca.Function("sketch", [r.x, model.p], [ca.densify(part) for part in parts]))
 
-        self._look = r.cache("sketch", made)
+        self._look = r.cache("sketch", build)
 
     def pose(self) -> tuple[Any, Any]:
         """Return the free coordinates of the assembled sketch, None and the nearest try else.
@@ -86,8 +82,8 @@ class SpatialSketch:
                     return grouped, grouped
         if not found:
             return (AssembledSketch(self.closing).pose(nearest) if held else None), nearest
-        far = min(own for own, _ in found)
-        x, *tied = [own for gap, own in found if gap - far <= TIE * max(far, 1e-3)]
+        far = min(gap for gap, _ in found)
+        x, *tied = [pose for gap, pose in found if gap - far <= TIE * max(far, 1e-3)]
         # without joints that hold them, what turns freely stays as near as it is to angles of 0
         others = [other for other in tied if not self._same(x, other)]
         if held and others and self._told(x):
@@ -112,20 +108,20 @@ class SpatialSketch:
         closing = self.closing
         guess, unknown = np.zeros(closing.n), []
         known = {(c.part, c.word): value for c, value in closing.places.items()}
-        norms = [i for i, own in enumerate(closing.r.left) if closing.r.rows[own].part == "norm"]
+        norms = [i for i, row in enumerate(closing.r.left) if closing.r.rows[row].part == "norm"]
         held = [i for i in range(closing.m) if i not in norms]
         columns = set(closing.r.J[held, :].sparsity().get_col()) if held else set()
         cut = set(self.model._cut_joints)
-        keys = {own.key for own in closing.r.coordinates}
+        keys = {c.key for c in closing.r.coordinates}
         pointed = any(key not in keys for key in known)
-        for i, own in enumerate(closing.r.coordinates):
-            if own.key in known:
-                guess[i] = known[own.key]
-            elif own.name == "e0":
+        for i, free in enumerate(closing.r.coordinates):
+            if free.key in known:
+                guess[i] = known[free.key]
+            elif free.name == "e0":
                 guess[i] = 1.0
-            sought = (i in columns or pointed) and own.owner not in cut
-            if own.key not in known and sought:
-                unknown.append(own.owner)
+            sought = (i in columns or pointed) and free.owner not in cut
+            if free.key not in known and sought:
+                unknown.append(free.owner)
         return guess, list(dict.fromkeys(unknown)), bool(columns)
 
     def _starts(self, guess: Unknowns, unknown: list[str]) -> Iterator[Floats]:
@@ -134,9 +130,9 @@ class SpatialSketch:
         draw, coordinates = np.random.default_rng(0), self.closing.r.coordinates
         for _ in range(STARTS if unknown else 0):
             x = guess.copy()
-            for i, own in enumerate(coordinates):
-                if own.owner in unknown:
-                    width = np.pi if own.kind is ANGLE else 1.0
+            for i, free in enumerate(coordinates):
+                if free.owner in unknown:
+                    width = np.pi if free.kind is ANGLE else 1.0
                     x[i] = self.closing.sizes[i] * draw.uniform(-width, width)
             for ball in coordinates.balls:
                 if coordinates[ball[0]].owner in unknown:
@@ -171,11 +167,7 @@ class SpatialSketch:
         values, _ = self.closing.rows(x)
         gaps = [values[k] - wanted for k, wanted in self.given.items()]
         turns = [self.closing.moving[k - self.closing.m].is_angle for k in self.given]
-        gaps = [
-            np.remainder(gap + np.pi, 2 * np.pi) - np.pi if turn else gap
-            for gap, turn in zip(gaps, turns, strict=True)
-        ]
-        return float(np.linalg.norm(gaps))
+        return float(np.linalg.norm(np.where(turns, shortest(np.array(gaps)), gaps)))
 
     def _told(self, x: Unknowns) -> bool:
         """Return whether the sketch leaves no freedom open at a pose."""
@@ -190,7 +182,7 @@ class SpatialSketch:
 
     def _same(self, x: Unknowns, other: Floats, turned: bool = True) -> bool:
         """Return whether all bodies have the same places in two poses, or all of their points."""
-        one, two = (np.ravel(self._look(own, self.p)[1]) for own in (x, other))
+        one, two = (np.ravel(self._look(pose, self.p)[1]) for pose in (x, other))
         size = np.tile([self.closing.setup.length] * 3 + [1.0] * 9, len(one) // WIDTH)
         if turned:
             return bool(np.max(np.abs((one - two) / size), initial=0.0) < SAME)
@@ -201,15 +193,14 @@ class SpatialSketch:
         """Return the places (k, 3) of all points of bodies that are placed."""
         values, found = self.model.mechanism.values(), []
         bodies = [edge.child for edge in self.model.edges]
-        for body, own in zip(bodies, placed.reshape(-1, WIDTH), strict=True):
-            turn = own[3:].reshape(3, 3).T
+        for body, place in zip(bodies, placed.reshape(-1, WIDTH), strict=True):
+            turn = place[3:].reshape(3, 3).T
             for name in self.model.mechanism.bodies[body].points:
                 local = np.array([values[f"{body}.{name}.{axis}"] for axis in "xyz"])
-                found.append(own[:3] + turn @ local)
+                found.append(place[:3] + turn @ local)
         return np.array(found).reshape(-1, 3)
 
     def _turned(self, x: Unknowns) -> float:
         """Return how far angles are from those said, from zero where nothing is."""
         guess, turns = self._guess()[0], self.closing.r.coordinates.turns
-        away = np.remainder((x - guess)[turns] + np.pi, 2 * np.pi) - np.pi
-        return float(np.linalg.norm(away))
+        return float(np.linalg.norm(shortest((x - guess)[turns])))

@@ -61,7 +61,7 @@ class Transfer:
 def wound(coordinates: Coordinates, x: Unknowns, near: Mapping[tuple[str, str], float]) -> Floats:
     """Return x with angles moved by whole turns to the values they are said to be near to."""
     x = x.copy()
-    for i, own in enumerate(coordinates):
-        if own.period and own.key in near:
-            x[i] += own.period * np.round((near[own.key] - x[i]) / own.period)
+    for i, c in enumerate(coordinates):
+        if c.period and c.key in near:
+            x[i] += c.period * np.round((near[c.key] - x[i]) / c.period)
     return x

@@ -31,7 +31,7 @@ class BallLoads:
     def sizes(self) -> dict[int, int]:
         """Place of a ball's slip -> that of its size |t|, those of p t / |t| come after it."""
         rubbing = self.setup.released.rubbing
-        laws = [own.law for own in rubbing.feedbacks]
+        laws = [feedback.law for feedback in rubbing.feedbacks]
         return {
             k: j
             for j, k in enumerate(rubbing.owners)

@@ -13,7 +13,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.zeros import Looker, changes
-from mechdae.errors import MechdaeError
+from mechdae.errors import within
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Sym, Unknowns
 
@@ -45,32 +45,32 @@ class Crossings:
         """What is left to each crossing, over time and absolute coordinates."""
         found = []
         for i, crossing in enumerate(self.wanted):
-            try:
-                own = over_states(self.setup.model, self.setup.loads, crossing.coordinate, {})
-            except MechdaeError as problem:
-                raise problem.inside(f"events[{i}]") from None
-            found.append(own - crossing.crosses)
+            with within(f"events[{i}]"):
+                expression = over_states(
+                    self.setup.model, self.setup.loads, crossing.coordinate, {}
+                )
+            found.append(expression - crossing.crosses)
         return found
 
     def rows(self) -> list[Sym]:
         """Return what is left to each crossing, over time and state."""
-        return [self.setup.released.moved(own) for own in self.expressions]
+        return [self.setup.released.moved(expression) for expression in self.expressions]
 
     @cached_property
     def _function(self) -> Any:
         """(t, x, v, signs) -> what is left to each crossing, and the size of its rounding."""
         r, k = self.setup.released, self.setup.kernel
 
-        def made() -> Graph:
+        def build() -> Graph:
             rows = ca.vertcat(*self.rows())
             omega, sizes = SX.sym("omega"), k.given["sizes"]
             size = ca.fabs(rows)
-            for symbols, own in ((r.x, sizes), (r.v, omega * sizes)):
-                size += ca.fabs(ca.jacobian(rows, symbols)) @ (ca.fabs(symbols) + own)
+            for symbols, scale in ((r.x, sizes), (r.v, omega * sizes)):
+                size += ca.fabs(ca.jacobian(rows, symbols)) @ (ca.fabs(symbols) + scale)
             return k.function("events", [ca.densify(rows), ca.densify(size)], [omega])
 
-        wanted = tuple((own.coordinate, own.crosses) for own in self.wanted)
-        return k.batch(f"events {wanted}", made)
+        wanted = tuple((crossing.coordinate, crossing.crosses) for crossing in self.wanted)
+        return k.batch(f"events {wanted}", build)
 
     def values(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Floats:
         """Return what is left to each crossing, (n, crossings); what is rounding is 0."""

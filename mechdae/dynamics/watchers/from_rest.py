@@ -116,7 +116,7 @@ class WaysFromRest(Slips):
         if self.glides.groups:
             along = self._along(t, x, v)
             rank = np.linalg.matrix_rank
-            self._lines = {own[0] for own in self.glides.groups if rank(along[own], RANK) < 2}
+            self._lines = {group[0] for group in self.glides.groups if rank(along[group], RANK) < 2}
         before, still = sides, self.glides.still(sides)
         sides, rest, fixed = self._at_rest(t, x, v, sides, turn)
         tried = sorted(rest - fixed)
@@ -159,10 +159,10 @@ class WaysFromRest(Slips):
                 sides[group] = speeds[group] / fast[group]
         fixed: set[int] = set()
         if turn is not None and turn.released:
-            own = self.glides.group(turn.slip)
+            together = self.glides.group(turn.slip)
             held = self.values(t, x, v, self._last)[2][0]
-            sides[own] = -held[own] / max(float(np.linalg.norm(held[own])), LEAST)
-            fixed = set(own)
+            sides[together] = -held[together] / max(float(np.linalg.norm(held[together])), LEAST)
+            fixed = set(together)
         elif turn is not None and turn.slip not in self.glides.first:
             rest.add(turn.slip)
         return sides, rest, fixed
@@ -200,9 +200,9 @@ class WaysFromRest(Slips):
         free = self.values(t, x, v, self.setup.loose)[1][0]
 
         def agrees(m: Any) -> bool:
-            found = self._values_of(*(np.atleast_2d(own) for own in (t, x, v, signs, m)))
-            own = self._margins(chosen, started, [part[0] for part in found[1:]], free)
-            return bool((own >= -SLACK).all())
+            found = self._values_of(*(np.atleast_2d(part) for part in (t, x, v, signs, m)))
+            margins = self._margins(chosen, started, [part[0] for part in found[1:]], free)
+            return bool((margins >= -SLACK).all())
 
         if self.sizes.check(t, x, v, signs, agrees if started else None):
             self.sizes.started |= set(started)
@@ -228,7 +228,7 @@ class WaysFromRest(Slips):
         if len(good) > 1:
             good = self._pushing(tries, good) or good
         if good:
-            return min(good, key=lambda own: (own.shared, -own.locked)).sides, sure
+            return min(good, key=lambda way: (way.shared, -way.locked)).sides, sure
         names = ", ".join(dict.fromkeys(self.names[k] for k in rest))
         joints = [self.names[k] for k in rest]
         if dependent := [way for way in ways if way.dependent]:
@@ -256,16 +256,16 @@ class WaysFromRest(Slips):
         if along.shape[1] == 1 and moved[rest].all():
             return [self._unit(along, rest)]
         found: list[list[int]] = []
-        for own in self.glides.alone(rest):
-            slot = self._other.get(own[0])
+        for slip in self.glides.alone(rest):
+            slot = self._other.get(slip[0])
             unit = next((unit for unit in found if slot in unit), None)
-            if slot is None and moved[own].all():
-                unit = next((unit for unit in found if self._together(along, [*unit, *own])), None)
+            if slot is None and moved[slip].all():
+                unit = next((unit for unit in found if self._together(along, [*unit, *slip])), None)
             if unit is None:
-                found.append(list(own))
+                found.append(list(slip))
             else:
-                unit += own
-        return [self._unit(along, own) for own in found]
+                unit += slip
+        return [self._unit(along, way) for way in found]
 
     def _together(self, along: Floats, slips: list[int]) -> bool:
         """Return whether the speeds of slips, none of them in a slot, are in a fixed ratio."""
@@ -285,11 +285,11 @@ class WaysFromRest(Slips):
         slots = [k for k in slips if self._other.get(k) in slips]
         sides = (0.0, 1.0, -1.0, IDLE) if slots else (0.0, 1.0, -1.0)
         choices = []
-        for own in itertools.product(sides, repeat=len(slips)):
-            by = dict(zip(slips, own, strict=True))
+        for chosen in itertools.product(sides, repeat=len(slips)):
+            by = dict(zip(slips, chosen, strict=True))
             idle = {k for k, side in by.items() if side == IDLE}
             if {self._other[k] for k in slots if by[k] == 0} == idle:  # the other side sticks
-                choices.append(np.array(own))
+                choices.append(np.array(chosen))
         return _Unit(slips, False, choices)
 
     def _forward(self, along: Floats, slips: list[int]) -> Floats:
@@ -305,20 +305,20 @@ class WaysFromRest(Slips):
     def _tried(self, tries: _Tries, way: Floats, only: Sequence[int] | None = None) -> Way:
         """Return what becomes of a way to go on; `only` some slips are asked whether it fits."""
         rest, along = tries.rest, tries.along
-        own = tries.sides.copy()
-        own[rest] = way
-        own = self._headed(*tries.at, own, rest)
-        still = self.glides.still(own)
-        shared = [unit.slips for unit in tries.units if unit.shared and self._rests(own, unit)]
+        turned = tries.sides.copy()
+        turned[rest] = way
+        turned = self._headed(*tries.at, turned, rest)
+        still = self.glides.still(turned)
+        shared = [unit.slips for unit in tries.units if unit.shared and self._rests(turned, unit)]
         open_ = {k for unit in shared for k in unit}
         locked = [k for k in rest if still[k] and k not in open_]
         firsts = [*locked, *(unit[0] for unit in shared)]
         count = sum(bool(still[k]) for k in rest)
         if firsts and np.linalg.matrix_rank(along[firsts], RANK) < len(firsts):
-            return Way(own, len(shared), count, False, np.inf, dependent=True)
+            return Way(turned, len(shared), count, False, np.inf, dependent=True)
         asked = [k for k in (rest if only is None else only) if k not in open_]
-        fits, margin = self._fits(tries, own, asked) if asked else FREE
-        return Way(own, len(shared), count, fits, margin)
+        fits, margin = self._fits(tries, turned, asked) if asked else FREE
+        return Way(turned, len(shared), count, fits, margin)
 
     def _rests(self, sides: Floats, unit: _Unit) -> bool:
         return bool(self.glides.still(sides)[unit.slips].any() or (sides[unit.slips] == IDLE).any())
@@ -328,21 +328,21 @@ class WaysFromRest(Slips):
 
         None is found where they do not settle.
         """
-        own = tries.sides.copy()
+        settled = tries.sides.copy()
         for unit in tries.units:
-            own[unit.slips] = unit.choices[0]
+            settled[unit.slips] = unit.choices[0]
         for _ in range(SWEEPS):
-            last = own.copy()
+            last = settled.copy()
             for unit in tries.units:
                 tried = []
                 for choice in unit.choices:
-                    own[unit.slips] = choice
-                    tried.append(self._tried(tries, own[tries.rest], unit.slips))
+                    settled[unit.slips] = choice
+                    tried.append(self._tried(tries, settled[tries.rest], unit.slips))
                 good = [way for way in tried if way.fits] or tried[:1]
-                own = min(good, key=lambda way: (way.shared, -way.locked)).sides.copy()
-            if np.array_equal(own, last):
+                settled = min(good, key=lambda way: (way.shared, -way.locked)).sides.copy()
+            if np.array_equal(settled, last):
                 break
-        return [self._tried(tries, own[tries.rest])]
+        return [self._tried(tries, settled[tries.rest])]
 
     def _pushing(self, tries: _Tries, ways: list[Way]) -> list[Way]:
         """Return the ways in which no contact that is declared one-sided would have to pull."""
@@ -384,8 +384,8 @@ class WaysFromRest(Slips):
         free = self.values(t, x, v, self.setup.loose)[1][0]
         held = self.values(t, x, v, self.signs(stuck, rest))[2][0]
 
-        def rates(own: Floats) -> Any:
-            return self.values(t, x, v, self.signs(own, rest))[1][0]
+        def rates(ways: Floats) -> Any:
+            return self.values(t, x, v, self.signs(ways, rest))[1][0]
 
         return self.glides.headed(sides, rates, free, held)
 
@@ -421,7 +421,7 @@ class WaysFromRest(Slips):
             return
         # Newton's method finds one of them at most
         for m, _ in self.sizes.solutions(t, x, v, signs):
-            found = self._values_of(*(np.atleast_2d(own) for own in (t, x, v, signs, m)))
+            found = self._values_of(*(np.atleast_2d(part) for part in (t, x, v, signs, m)))
             yield [part[0] for part in found[1:]]
 
     @cached_property
@@ -442,17 +442,17 @@ class WaysFromRest(Slips):
         left: Any
         size: Any
         for k in asked:
-            own = self.glides.group(k)
+            group = self.glides.group(k)
             if sides[k] == IDLE:
                 left, size = (1.0 if high[k] <= SLACK * high[self._other[k]] else -1.0), 1.0
-            elif still[k] and len(own) > 1:
+            elif still[k] and len(group) > 1:
                 force, size = self.glides.holding(held, high, k)
                 left = size - force
             elif still[k]:
                 left, size = min(held[k] - low[k], high[k] - held[k]), max(-low[k], high[k])
             else:
-                left = rates[own] @ sides[own]
-                size = np.linalg.norm(rates[own]) + np.linalg.norm(free[own])
+                left = rates[group] @ sides[group]
+                size = np.linalg.norm(rates[group]) + np.linalg.norm(free[group])
             found.append(left / size if size > 0 else np.sign(left))
         return np.array(found)
 

@@ -50,32 +50,32 @@ class Glides:
             for k, slip in enumerate(slips)
             if slip.parts > 1 and slip.part == 0
         ]
-        self.first = {k: own[0] for own in self.groups for k in own}
+        self.first = {k: group[0] for group in self.groups for k in group}
 
     def group(self, k: int) -> list[int]:
         """Return the places of the slips that stick with one."""
-        return next((own for own in self.groups if k in own), [k])
+        return next((group for group in self.groups if k in group), [k])
 
     def spread(self, values: Floats) -> Floats:
         """Return values (..., k) with the length of their vector at all components of a pair."""
         found = np.abs(values)
-        for own in self.groups:
-            found[..., own] = np.linalg.norm(values[..., own], axis=-1, keepdims=True)
+        for group in self.groups:
+            found[..., group] = np.linalg.norm(values[..., group], axis=-1, keepdims=True)
         return found
 
     def still(self, sides: Floats) -> Any:
         """Return which slips are locked (k,): of pairs that glide those without a heading."""
         found = np.asarray(sides) == 0
-        for own in self.groups:
-            found[own] = found[own].all()
+        for group in self.groups:
+            found[group] = found[group].all()
         return found
 
     def headings(self, values: Floats) -> Floats:
         """Return values (k,) with the components of pairs divided by their length."""
         found = np.array(values, float)
-        for own in self.groups:
-            size = float(np.linalg.norm(found[own]))
-            found[own] = found[own] / size if size > 0 else 0.0
+        for group in self.groups:
+            size = float(np.linalg.norm(found[group]))
+            found[group] = found[group] / size if size > 0 else 0.0
         return found
 
     def alone(self, rest: list[int]) -> list[list[int]]:
@@ -84,9 +84,9 @@ class Glides:
 
     def holding(self, held: Floats, high: Floats, k: int) -> tuple[Any, Any]:
         """Return the size of the force that holds a pair, and its limit, (n,) each."""
-        own = self.group(k)
-        squares = self.weights[own] * held[..., own] ** 2
-        return np.sqrt(squares.sum(axis=-1)), high[..., own[0]]
+        group = self.group(k)
+        squares = self.weights[group] * held[..., group] ** 2
+        return np.sqrt(squares.sum(axis=-1)), high[..., group[0]]
 
     def headed(
         self, sides: Floats, rates: Callable[[Any], Any], free: Floats, held: Floats
@@ -105,22 +105,22 @@ class Glides:
         free, held
             Rates without friction, and the forces that hold where all that is not known sticks.
         """
-        open_ = [own for own in self.groups if np.isnan(sides[own]).any()]
+        open_ = [group for group in self.groups if np.isnan(sides[group]).any()]
         if not open_:
             return sides
         found = sides.copy()
-        for own in open_:
-            found[own] = -held[own] / max(float(np.linalg.norm(held[own])), LEAST)
+        for group in open_:
+            found[group] = -held[group] / max(float(np.linalg.norm(held[group])), LEAST)
         for _ in range(TURNS):
             now, worst = rates(found), 0.0
-            for own in open_:
-                back = float(np.linalg.norm(free[own] - now[own]))
-                way = now[own] + back * found[own]
+            for group in open_:
+                back = float(np.linalg.norm(free[group] - now[group]))
+                way = now[group] + back * found[group]
                 size = float(np.linalg.norm(way))
                 if size == 0 or not np.isfinite(size):
                     continue
-                worst = max(worst, float(np.abs(way / size - found[own]).max()))
-                found[own] = way / size
+                worst = max(worst, float(np.abs(way / size - found[group]).max()))
+                found[group] = way / size
             if worst <= SAME:
                 break
         return found
@@ -137,8 +137,8 @@ def weights_of(slips: list[Slip], p: Sym, values: Floats, kept: Callable[..., An
     if all(isinstance(slip.weight, (int, float)) for slip in slips):
         return np.array([slip.weight for slip in slips], float)
 
-    def made() -> Call:
+    def build() -> Call:
         weights = ca.vertcat(*[ca.SX(slip.weight) for slip in slips])
         return Call(ca.Function("weights", [p], [ca.densify(weights)]))
 
-    return np.ravel(kept("weights", made)(values)[0])
+    return np.ravel(kept("weights", build)(values)[0])

@@ -7,7 +7,6 @@ contact held.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,8 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.watchers.zeros import DEGREE, Looker, fitted
-from mechdae.forces.lift_off import OneSidedContacts, arcs, sentence, unwatched
+from mechdae.forces.lift_off import OneSidedContacts, Pull, arcs, sentence, unwatched
+from mechdae.results import Event, motion_event
 from mechdae.types import Floats, Points, Unknowns
 
 PLACES = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
@@ -43,7 +43,7 @@ class HoldingContacts:
         rows = setup.sided(t, x, v, np.broadcast_to(signs, (len(x), len(signs))))
         states = observer.complete(States(t[:, 0], x, v, a, lam, np.zeros((len(x), 0)), rows))
         q = observer.absolute(states)[0]
-        return self.contacts.holding(q, observer.reactions(states, q, observer.multipliers(states)))
+        return self.contacts.holding(q, observer.reactions(states, observer.multipliers(states)))
 
 
 class Lifting:
@@ -51,7 +51,7 @@ class Lifting:
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.integrator, self.contacts = integrator, HoldingContacts(setup)
-        self.found: list[dict[str, Any]] = []
+        self.found: list[Pull] = []
         self.open: list[str] = []
 
     def look(self, nodes: Nodes) -> None:
@@ -78,34 +78,27 @@ class Lifting:
             states = np.array([looker.at(*pair) for pair in pairs])
             return values(lay.of(states, "t")[:, None], lay.of(states, "x"), lay.of(states, "v"))
 
-        for arc in arcs(times, samples.reshape(-1, k)[firsts], self.contacts.names, force):
-            last = [own for own in self.found if own["joint"] == arc["joint"]][-1:]
-            if last and last[0]["to"] >= times[0] >= arc["from"]:  # it goes on
-                stronger = min(last[0], arc, key=lambda own: own["force"])
-                last[0] |= {name: stronger[name] for name in ("force", "worst")}
-                last[0]["to"] = arc["to"]
+        for pull in arcs(times, samples.reshape(-1, k)[firsts], self.contacts.names, force):
+            last = next((p for p in reversed(self.found) if p.joint == pull.joint), None)
+            if last is not None and last.end >= times[0] >= pull.start:  # it goes on
+                stronger = min(last, pull, key=lambda one: one.force)
+                last.force, last.worst, last.end = stronger.force, stronger.worst, pull.end
             else:
-                self.found.append(arc)
+                self.found.append(pull)
 
     def leave_out(self, names: Iterable[str]) -> None:
         """Forget contacts whose reactions are not unique, or not known."""
         self.open = [name for name in self.contacts.names if name in set(names)]
-        self.found = [arc for arc in self.found if arc["joint"] not in self.open]
+        self.found = [pull for pull in self.found if pull.joint not in self.open]
 
-    def events(self) -> list[dict[str, Any]]:
+    def events(self) -> list[Event]:
         """Return the events ``lift_off``."""
-        return [
-            {
-                "kind": "lift_off", "at": arc["from"], "time": arc["from"], "joint": arc["joint"],
-                "until": arc["to"], "force": arc["force"], "strongest_at": arc["worst"],
-            }
-            for arc in self.found
-        ]  # fmt: skip
+        return [motion_event("lift_off", pull.start, **pull.facts) for pull in self.found]
 
     def notes(self) -> list[str]:
         """Return the same in sentences."""
         lost = [unwatched(self.open)] if self.open else []
         return lost + [
-            sentence(arc, self.contacts.contacts.unit[arc["joint"]], lambda t: f"t = {t:.6g} s")
-            for arc in self.found
+            sentence(pull, self.contacts.contacts.unit[pull.joint], lambda t: f"t = {t:.6g} s")
+            for pull in self.found
         ]

@@ -55,11 +55,11 @@ class Passages:
     def _jacobian(self) -> Any:
         k, r = self.kernel, self.kernel.released
 
-        def made() -> Graph:
+        def build() -> Graph:
             results = [ca.vec(ca.densify(part)) for part in (r.J, r.rate(r.J))]
             return k.function("J", results)
 
-        return k.batch("J", made)
+        return k.batch("J", build)
 
     def _scaled(
         self, t: Floats, x: Unknowns, v: Floats, signs: Floats
@@ -76,11 +76,11 @@ class Passages:
         """(t, x, v, signs) -> pivots of J J^T over natural sizes: one vanishes with the rank."""
         k = self.kernel
 
-        def made() -> Any:
+        def build() -> Any:
             J = ca.diag(1 / k.given["gaps"]) @ k.released.J @ ca.diag(k.given["sizes"])
             return k.function("pivots", [ca.vertcat(*Factor(J @ J.T).pivots.values())])
 
-        return k.batch("pivots", made)
+        return k.batch("pivots", build)
 
     def look(self, nodes: Nodes) -> None:
         """Look for singular poses in accepted steps."""

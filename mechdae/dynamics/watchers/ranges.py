@@ -67,9 +67,9 @@ class Ranges:
         """Return what is wrong with the motion because of it."""
         faults = []
         for name, (t, at) in self.left.items():
-            word, _, own = name.partition(" ")
+            word, _, load = name.partition(" ")
             what = f"the curve of {name}" if word == "joint" else f"the table of the {name}"
-            what = f"the table of load {own}" if word == "load" else what
+            what = f"the table of load {load}" if word == "load" else what
             advice = "a longer range" if word == "joint" else "add rows, or periodic = true"
             faults.append(
                 f"{what} ends before the motion does: nothing is given at {at:.6g}, reached by "

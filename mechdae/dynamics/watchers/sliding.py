@@ -76,8 +76,8 @@ class Slips:
         weights = weights_of(self.slips, setup.model.p, setup.model.p_values, self.kernel.cache)
         self.glides = Glides(self.slips, weights)
         self._rough = np.full(self.k, RESTS)
-        for own in self.glides.groups:
-            self._rough[own] = max(RESTS, ROUGH * setup.tolerance)
+        for group in self.glides.groups:
+            self._rough[group] = max(RESTS, ROUGH * setup.tolerance)
         self._lines: set[int] = set()
         """First places of pairs that glide along one line: they have one freedom."""
         self._other: dict[int, int] = {}
@@ -115,12 +115,12 @@ class Slips:
         sides = np.asarray(sides, float)
         still = np.zeros(self.k)
         still[list(resting)] = 1.0
-        own = np.where(sides == IDLE, 0.0, sides)
+        rubbing = np.where(sides == IDLE, 0.0, sides)
         for group in self.glides.groups:
             still[group] = float(group[0] in self._lines)
-            own[group] *= np.maximum(FIRST * self._fastest * self._sizes()[group], LEAST)
+            rubbing[group] *= np.maximum(FIRST * self._fastest * self._sizes()[group], LEAST)
         locks = np.where(self.glides.still(sides), 1.0, 0.0)
-        return np.concatenate([own, locks, still, self.setup.fixed])
+        return np.concatenate([rubbing, locks, still, self.setup.fixed])
 
     def resumed(self, signs: Floats) -> Floats:
         """Return inputs of dry friction with the pieces of tables that hold now."""
@@ -129,10 +129,10 @@ class Slips:
 
     def sides(self, signs: Floats) -> Floats:
         """Return -1, 0 (locked), 1 or IDLE by slip, of pairs that glide their headings."""
-        own, locks = signs[: self.k], signs[self.k : 2 * self.k]
-        found = np.where((own == 0) & (locks == 0), IDLE, own)
+        ways, locks = signs[: self.k], signs[self.k : 2 * self.k]
+        found = np.where((ways == 0) & (locks == 0), IDLE, ways)
         for group in self.glides.groups:
-            found[group] = own[group]
+            found[group] = ways[group]
         return self.glides.headings(found)
 
     def mode(self, signs: Floats) -> dict[str, float]:

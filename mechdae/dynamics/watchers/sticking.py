@@ -53,16 +53,16 @@ class Sticking(WaysFromRest):
         idle = np.flatnonzero(sides == IDLE) if alone else np.zeros(0, int)
         others = np.sign(along[idle, 0])
         for direction in (1.0, -1.0):
-            own = sides.copy()
-            own[locked] = direction * ways
-            own[idle] = np.where(others == 0, IDLE, direction * others)
-            begun = self.signs(own, every)
-            slowest = self._slowest(own, unit, self.values(t, x, v, begun)[1])
+            turned = sides.copy()
+            turned[locked] = direction * ways
+            turned[idle] = np.where(others == 0, IDLE, direction * others)
+            begun = self.signs(turned, every)
+            slowest = self._slowest(turned, unit, self.values(t, x, v, begun)[1])
             strong = np.flatnonzero(self.sizes.contractions(t, x, v, begun) >= 1)
             for i in strong.tolist():  # there Newton's method finds one of them at most
                 answers = self._answers(float(t[i]), x[i], v[i], begun)
                 rates = np.array([found[0] for found in answers]).reshape(-1, self.k)
-                slowest[i] = self._slowest(own, unit, rates).max(initial=-np.inf)
+                slowest[i] = self._slowest(turned, unit, rates).max(initial=-np.inf)
             worst = np.maximum(worst, slowest)
         return STARTS * size - worst
 
@@ -104,8 +104,8 @@ class Sticking(WaysFromRest):
         watched = self._watched(sides, [] if along is None else self._sharing(along, sides))
         watched += self._nearing(float(t[0]), x[0], v[0], signs, sides)
         values = self._functions(watched, signs)
-        for (k, word), own in zip(watched, values(t[:1, None], x[:1], v[:1])[0], strict=True):
-            if word not in MOVING and own < 0:  # over its limit from the start
+        for (k, word), value in zip(watched, values(t[:1, None], x[:1], v[:1])[0], strict=True):
+            if word not in MOVING and value < 0:  # over its limit from the start
                 return Turn(states[0], k, word in RELEASED, True)
         self._faster(t, x, v, signs)
 
@@ -137,8 +137,8 @@ class Sticking(WaysFromRest):
         if not rows:
             return first
         t, x, v = (lay.of(nodes.states[: last + 1], name) for name in ("t", "x", "v"))
-        own = looker.values(t[:, None], x, v)[:, rows]
-        fallen = (own[:-1] > 0) & (own[1:] <= 0)
+        margins = looker.values(t[:, None], x, v)[:, rows]
+        fallen = (margins[:-1] > 0) & (margins[1:] <= 0)
         if not fallen.any():
             return first
         row = int(np.flatnonzero(fallen.any(axis=1))[0])
@@ -183,13 +183,13 @@ class Sticking(WaysFromRest):
         self, t: float, x: Unknowns, v: Floats, signs: Floats, sides: Floats
     ) -> list[tuple[int, str]]:
         """Return the pairs that glide and are not at rest at the beginning: they may come to it."""
-        moving = [own for own in self.glides.groups if not self.glides.still(sides)[own[0]]]
+        moving = [group for group in self.glides.groups if not self.glides.still(sides)[group[0]]]
         if not moving:
             return []
         at = (np.array([[t]]), x[None, :], v[None, :])
         fast = self.glides.spread(self._speeds(*at, signs)[0] / self._sizes())[0]
         least = 2 * self._rough * self._fastest
-        return [(own[0], "near") for own in moving if fast[own[0]] > least[own[0]]]
+        return [(group[0], "near") for group in moving if fast[group[0]] > least[group[0]]]
 
     @cached_property
     def balls(self) -> BallLoads:
@@ -218,10 +218,10 @@ class Sticking(WaysFromRest):
                 if word == "speed":
                     found[:, j] = speeds[:, k] * signs[k]
                 elif word in ("glide", "near"):
-                    own = self.glides.group(k)
-                    size = np.linalg.norm(speeds[:, own], axis=1)
+                    group = self.glides.group(k)
+                    size = np.linalg.norm(speeds[:, group], axis=1)
                     found[:, j] = (
-                        speeds[:, own] @ headings[own] - TURNED * size
+                        speeds[:, group] @ headings[group] - TURNED * size
                         if word == "glide"
                         else size - self._rough[k] * self._fastest * self._sizes()[k]
                     )
@@ -291,7 +291,7 @@ class Sticking(WaysFromRest):
                 from_rest, turned = turn.from_rest, True
             kind = "slip" if from_rest else "stick"
             kind = "reversal" if side != 0 and not from_rest else kind
-            if turned and not any(self.names[k] in own for own in kinds.values()):
+            if turned and not any(self.names[k] in names for names in kinds.values()):
                 kinds.setdefault(kind, {})[self.names[k]] = side
         for kind, sides_of in kinds.items():
             found = {name: sides_of[name] for name in self.names if name in sides_of}

@@ -9,7 +9,8 @@ import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.types import Graph, Json
+from mechdae.results import Event, motion_event
+from mechdae.types import Graph
 
 SLOW = 0.05
 """Share of the natural step, tol^(1/8) over the frequency, below which steps are small."""
@@ -79,13 +80,13 @@ class Stiffness:
             self.found = (float(t), worst[1], worst[0], h)
             self.turned = self.integrator.turn_stiff()
 
-    def events(self) -> list[Json]:
+    def events(self) -> list[Event]:
         """Return the event of it."""
         if self.found is None:
             return []
         t, load, rate, h = self.found
-        event = {"kind": "stiff", "code": "S6", "at": t, "time": t, "load": load, "rate": rate}
-        return [event | {"step": h, "method": "bdf"}]
+        facts = {"load": load, "rate": rate, "step": h, "method": "bdf"}
+        return [motion_event("stiff", t, code="S6", **facts)]
 
     def notes(self) -> list[str]:
         """Return what to say about it."""

@@ -158,13 +158,13 @@ def changes(
     rows, lows, highs, samples = fitted(lay, nodes, values)
     if not len(rows):
         return []
-    own = np.einsum("ij,njk->nik", _VALUES, samples)
+    heights = np.einsum("ij,njk->nik", _VALUES, samples)
     slopes = np.einsum("ij,njk->nik", _SLOPES, samples)
-    own[:, 0], own[:, -1] = samples[:, 0], samples[:, -1]  # as they are
-    top = np.abs(own).max(axis=1, keepdims=True)
-    sides = np.sign(own)
+    heights[:, 0], heights[:, -1] = samples[:, 0], samples[:, -1]  # as they are
+    top = np.abs(heights).max(axis=1, keepdims=True)
+    sides = np.sign(heights)
     fresh = (rows == 0)[:, None] & (lows == 0)[:, None]
-    fresh = fresh & (np.abs(own[:, 0]) <= FRESH * top[:, 0])
+    fresh = fresh & (np.abs(heights[:, 0]) <= FRESH * top[:, 0])
     if falls:
         first = sides[:, 0]
         first[fresh] = 1.0
@@ -176,7 +176,7 @@ def changes(
     dips = (before == after) & (before != 0) & (toward < 0) & (away > 0)
     dips &= np.isfinite(toward) & np.isfinite(away)
     toward, away = np.where(dips, toward, 0.0), np.where(dips, away, 1.0)
-    least = np.abs(own[:, :-1]) - toward * (toward / (away - toward)) * width / 2
+    least = np.abs(heights[:, :-1]) - toward * (toward / (away - toward)) * width / 2
     dips &= least < NEAR * top
     dips[:, 0] &= ~fresh
     if falls:
@@ -277,7 +277,7 @@ class Looker:
         begin, h = self._step(sign.row)
         one, two = ((share * h, self.at(sign.row, share)) for share in (low, high))
         return self.integrator.met(
-            begin, one, two, self.nodes.signs, lambda own: self.value(own, sign.which)
+            begin, one, two, self.nodes.signs, lambda state: self.value(state, sign.which)
         )
 
     def _ahead(self, sign: Sign) -> list[tuple[Any, float]]:
@@ -298,9 +298,9 @@ class Looker:
             if heights[place] <= 0:
                 return float(shares[place])
             place = min(max(place, 1), len(shares) - 2)
-            three, own = shares[place - 1 : place + 2], heights[place - 1 : place + 2]
-            share, least = _bottom(three, own)
-            if least >= SURE * min(own):
+            three, three_heights = shares[place - 1 : place + 2], heights[place - 1 : place + 2]
+            share, least = _bottom(three, three_heights)
+            if least >= SURE * min(three_heights):
                 return None
             at = int(np.searchsorted(shares, share))
             shares.insert(at, share)

@@ -14,14 +14,15 @@ import casadi as ca
 from mechdae.describe.coordinates import coordinate
 from mechdae.equations.forces.generalised import Wrench, add, reaction, times
 from mechdae.equations.forces.inertia import inertia
+from mechdae.equations.gradients import gradients
 from mechdae.equations.model import Model
 from mechdae.types import Sym
 
 SX = ca.SX
 
 
-def columns_in_space(r: Any) -> list[Wrench]:
-    """Return what minus a unit of the multiplier of each equation does, in joints too.
+def row_columns(r: Any) -> list[Wrench]:
+    """Return what minus a unit of the multiplier of each equation does, in space in joints too.
 
     Forces of teeth take the place of the equations of gears and racks, where they are known.
     """
@@ -43,15 +44,42 @@ def columns_in_space(r: Any) -> list[Wrench]:
 
 def lock_columns(r: Any) -> list[Wrench]:
     """Return what minus a unit of the force that holds each slip does."""
-    mechanism = r.model.mechanism
-    found = []
+    model, columns = r.model, []
     for slip in r.rubbing.slips:
         if slip.column is not None:
-            found.append(slip.column)
-            continue
-        load: Any = mechanism.loads[slip.owner]
-        found.append(r.model.gradient(coordinate(mechanism, load.coordinate)))
-    return found
+            columns.append(slip.column)
+        elif slip.falls is None:
+            columns += gradients(slip.speed, model.velocity)
+        else:
+            load: Any = model.mechanism.loads[slip.owner]
+            columns.append(model.gradient(coordinate(model.mechanism, load.coordinate)))
+    return columns
+
+
+def reactions_of(
+    r: Any, names: Sequence[str], acceleration: Any, multipliers: Any, locks: Any, sizes: Any
+) -> Any:
+    """Return force and moment of joints below one another, over (x, v, t, signs, p).
+
+    In the plane a joint's own multipliers tell them, forces that hold its slips and friction.
+    """
+    model, rubbing = r.model, r.rubbing
+    if model.space.behind:
+        return JointReactions(r, names).at(acceleration, multipliers, locks, sizes)
+    acting: dict[str, list[Wrench]] = {name: [] for name in names}
+    columns = gradients(ca.vertcat(*[row.expression for row in r.rows]), model.q)
+    for i, row in enumerate(r.rows):
+        if not row.driver:
+            acting[row.owner].append(times(-multipliers[i], columns[i]))
+    for j, feedback in enumerate(rubbing.feedbacks):
+        acting[feedback.joint].append(times(sizes[j], feedback.column))
+    for slip in sorted({owner for owner in rubbing.owners if owner is not None}):
+        (held,) = gradients(rubbing.slips[slip].speed, model.velocity)
+        acting[rubbing.slips[slip].owner].append(times(-locks[slip], held))
+    for name, mesh in rubbing.meshes.items():
+        acting[name].append(mesh.steady)
+    parts = [part for name in names for part in reaction(model, name, add(*acting[name]))]
+    return ca.substitute(ca.vertcat(*parts), model.q, r.q)
 
 
 class JointReactions:
@@ -76,7 +104,7 @@ class JointReactions:
     def __init__(self, r: Any, names: Sequence[str]) -> None:
         model, self.names = r.model, list(names)
         still = self._told(model, add(r.loads.total, times(-1, inertia(model))))
-        steady = self._stacked(model, columns_in_space(r), -1)
+        steady = self._stacked(model, row_columns(r), -1)
         locks = self._stacked(model, lock_columns(r), -1)
         sizes = self._stacked(model, [own.column for own in r.rubbing.feedbacks], 1)
         slopes = ca.jacobian(still, model.acceleration)

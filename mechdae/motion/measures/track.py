@@ -228,38 +228,16 @@ class Track:
         """
         poses = self.sample(piece)
         f, df = family(poses)
-        rows, columns, a, b, rising = _brackets(poses.s, f)
-        turned = self._turned(poses.s, f, df, family)
-        rows, columns, a, b, rising = (
-            np.concatenate(pair) for pair in zip((rows, columns, a, b, rising), turned, strict=True)
-        )
+
+        def value(rows: Integers, columns: Integers, places: Floats) -> Any:
+            return family(self.at(places))[0][np.arange(len(rows)), columns]
+
+        _, columns, a, b, rising = brackets(poses.s, f, df, value)
         if moving is not None:
             kept = np.asarray(moving)[columns]
             columns, a, b, rising = columns[kept], a[kept], b[kept], rising[kept]
         places = self.refine(family, columns, a, b, rising)
         return [np.sort(places[(columns == k) & np.isfinite(places)]) for k in range(f.shape[1])]
-
-    def _turned(self, s: Floats, f: Floats, df: Floats, family: Family) -> tuple[Any, ...]:
-        """Return brackets of pairs of zeros between two samples."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            dips = (f[:-1] * f[1:] > 0) & (f[:-1] * df[:-1] < 0) & (f[1:] * df[1:] > 0)
-            share = df[:-1] / (df[:-1] - df[1:])
-        k, columns = np.nonzero(dips)
-        middle = s[k] + share[k, columns] * (s[k + 1] - s[k])
-        if not k.size:
-            return k, columns, middle, middle, np.zeros(0, bool)
-        between = family(self.at(middle))[0][np.arange(len(k)), columns]
-        with np.errstate(invalid="ignore"):
-            there = between * f[k, columns] < 0
-        k, columns, middle = k[there], columns[there], middle[there]
-        up = f[k, columns] < 0
-        return (
-            np.concatenate([k, k]),
-            np.concatenate([columns, columns]),
-            np.concatenate([s[k], middle]),
-            np.concatenate([middle, s[k + 1]]),
-            np.concatenate([up, ~up]),
-        )
 
     def _at_end(self, s: float) -> bool:
         """Return whether a place is where a group ends, to rounding."""
@@ -286,13 +264,44 @@ class Track:
         return s
 
 
-def _brackets(s: Floats, f: Floats) -> tuple[Any, ...]:
-    """Return row, column, ends and sense of every sign change between neighbours."""
-    sign = np.where(f >= 0, 1, -1)
+def brackets(
+    s: Floats,
+    f: Floats,
+    df: Floats,
+    value: Callable[[Integers, Integers, Floats], Floats],
+    joined: Booleans | bool = True,
+) -> tuple[Any, ...]:
+    """Return row, column, ends and sense of the sign changes of functions between neighbours.
+
+    Those of pairs come last: a function that turns round between two samples is evaluated there.
+
+    Parameters
+    ----------
+    s, f, df
+        Places (n,), functions and slopes (n, m).
+    value
+        From rows, columns and places (k,) to values (k,).
+    joined
+        Which neighbours (n - 1, 1) belong to one motion.
+    """
+    sign = f >= 0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        known = np.isfinite(f[:-1]) & np.isfinite(f[1:]) & joined
+        dips = (f[:-1] * f[1:] > 0) & (f[:-1] * df[:-1] < 0) & (f[1:] * df[1:] > 0) & joined
+        share = df[:-1] / (df[:-1] - df[1:])
+    rows, columns = np.nonzero((sign[:-1] != sign[1:]) & known)
+    single = rows, columns, s[rows], s[rows + 1], ~sign[rows, columns]
+    rows, columns = np.nonzero(dips)
+    if not rows.size:
+        return single
+    middle = s[rows] + share[rows, columns] * (s[rows + 1] - s[rows])
     with np.errstate(invalid="ignore"):
-        change = np.isfinite(f[:-1]) & np.isfinite(f[1:]) & (sign[:-1] != sign[1:])
-    k, columns = np.nonzero(change)
-    return k, columns, s[k], s[k + 1], sign[k, columns] < 0
+        there = value(rows, columns, middle) * f[rows, columns] < 0
+    rows, columns, middle = rows[there], columns[there], middle[there]
+    up = f[rows, columns] < 0
+    before = rows, columns, s[rows], middle, up
+    after = rows, columns, middle, s[rows + 1], ~up
+    return tuple(np.concatenate(parts) for parts in zip(single, before, after, strict=True))
 
 
 def _part(sample: Sample, rows: Any) -> Sample:

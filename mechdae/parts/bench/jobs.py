@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe import Problem
+from mechdae.design.jobs.call import JobCall
 from mechdae.design.synthesis.job.run import synthesize
 
 STARTS, QUICK_STARTS = 200, 20
@@ -29,10 +30,11 @@ def measure(
     for count in (1, workers):
         moments: list[float] = []
         began = time.perf_counter()
-        result = synthesize(
-            problem, name, starts=starts, workers=count,
+        call = JobCall(
+            starts, workers=count,
             progress=lambda *_, told=moments: told.append(time.perf_counter()),
         )  # fmt: skip
+        result = synthesize(problem, name, call)
         whole = time.perf_counter() - began
         seconds = moments[-1] - moments[0]
         answers.append(_numbers(result.data["designs"]))

@@ -34,7 +34,7 @@ class TaskKind:
     spread
         Whether it consists of many computations, which take ``workers`` and ``progress``.
     design
-        Looks for designs as a job: of problem and task, with the options of `md.synthesize`.
+        Looks for designs as a job: of problem, task and a `design.jobs.call.JobCall`.
     log
         Name of the file with what such a job has finished.
     """

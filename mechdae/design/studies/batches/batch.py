@@ -64,7 +64,7 @@ class LaneRun:
 
     numbers: Numbers
     lanes: Any
-    own: Lanes
+    lane_numbers: Lanes
     nodes: LaneNodes
     trace: Followed
     largest: Floats
@@ -110,10 +110,10 @@ class SeriesBatch:
         self.wrong: dict[int, tuple[str, str]] = {}
         self.setting = self._prepared()
         read = [self._reading(path) for path in outputs]
-        self.unread = [path for path, own in zip(outputs, read, strict=True) if own is None]
-        self.read = [own for own in read if own is not None]
-        self.series = [own for own in self.read if isinstance(own, SeriesReading)]
-        self.asked = Asked(tuple((own.order, own.columns) for own in self.series) + self._more())
+        self.unread = [path for path, reading in zip(outputs, read, strict=True) if reading is None]
+        self.read = [reading for reading in read if reading is not None]
+        self.series = [reading for reading in self.read if isinstance(reading, SeriesReading)]
+        self.asked = Asked((*((s.order, s.columns) for s in self.series), *self._more()))
         self.why_not = self._why_not()
 
     def _prepared(self) -> Setting:
@@ -143,13 +143,13 @@ class SeriesBatch:
             return f"group {names} has superfluous equations" if names else "a joint is on a curve"
         form = closed_form(graphs, setting.scene.model.p_values)
         if not isinstance(form, ClosedForm):
-            own = {graphs.blocks[b].block.group for b in form}
-            names = ", ".join(group.name for group in setting.scene.groups if group.index in own)
+            groups = {graphs.blocks[b].block.group for b in form}
+            names = ", ".join(group.name for group in setting.scene.groups if group.index in groups)
             return f"no closed form of group {names} is known: it is no dyad"
         self.modes = StartingModes(setting, form)
         made = partial(LanePoses, graphs, setting.outputs, form)
         self.poses = made(self.asked)
-        of_way = [own for own in self.read if isinstance(own, WayReading)]
+        of_way = [reading for reading in self.read if isinstance(reading, WayReading)]
         self.ways = None
         if of_way:
             values, is_angle = setting.plan.values[:, 0], setting.plan.coordinates[0].is_angle
@@ -185,7 +185,7 @@ class SeriesBatch:
         left = numbers.left | ~starts.sure
         lanes = np.flatnonzero(~left & ~starts.open)
         n = len(values)
-        table = [self._empty(own, count, n) for own in self.read]
+        table = [self._empty(reading, count, n) for reading in self.read]
         status = np.full(count, str(Status.UNASSEMBLED), object)
         steps, self.wrong = 0, {}
         if lanes.size:
@@ -196,16 +196,16 @@ class SeriesBatch:
         for k, (word, fault) in self.wrong.items():
             if not left[k]:
                 status[k], faults[k] = word, fault
-        shaped = [self._shaped(k, own) for k, own in enumerate(table)]
+        shaped = [self._shaped(k, part) for k, part in enumerate(table)]
         return Rows(shaped, status.tolist(), left, steps, faults)
 
     @staticmethod
-    def _empty(own: Reading, count: int, poses: int) -> Floats:
-        if isinstance(own, WayReading):
-            return np.full((count, 4) if own.kind == "envelope" else count, np.nan)
-        if isinstance(own, ForceReading):
-            return np.full((count, poses, own.width), np.nan)
-        return np.full((count, poses, 1 if own.made else len(own.columns)), np.nan)
+    def _empty(reading: Reading, count: int, poses: int) -> Floats:
+        if isinstance(reading, WayReading):
+            return np.full((count, 4) if reading.kind == "envelope" else count, np.nan)
+        if isinstance(reading, ForceReading):
+            return np.full((count, poses, reading.width), np.nan)
+        return np.full((count, poses, 1 if reading.made else len(reading.columns)), np.nan)
 
     def _none(self, count: int) -> Rows:
         return Rows([], [str(Status.UNASSEMBLED)] * count, np.ones(count, bool))
@@ -248,10 +248,10 @@ class SeriesBatch:
         nodes = LaneNodes(trace, len(lanes), g.nx)
         first = g.np + 1
         parts = consts.T, consts.T[first : first + g.nb], consts.T[first + g.nb : first + 2 * g.nb]
-        own = Lanes(*parts, march.sign, np.ascontiguousarray(size_x.T))
+        lanes_of_run = Lanes(*parts, march.sign, np.ascontiguousarray(size_x.T))
         beta = np.full((g.nb, len(lanes), len(values)), np.nan) if self.forces else None
-        y, complete = self.poses(own, nodes, trace, s, values, is_angle, beta)
-        run = LaneRun(numbers, lanes, own, nodes, trace, largest, mu, beta, y, complete)
+        y, complete = self.poses(lanes_of_run, nodes, trace, s, values, is_angle, beta)
+        run = LaneRun(numbers, lanes, lanes_of_run, nodes, trace, largest, mu, beta, y, complete)
         self._write(table, run)
         return trace.left, complete, trace.steps
 
@@ -264,10 +264,10 @@ class SeriesBatch:
     def _series(self, table: list[Floats], lanes: Integers, y: list[Matrices]) -> None:
         """Write series of poses into the table, y and its derivatives by the time given."""
         place = {column: k for k, column in enumerate(self.asked.columns)}
-        for part, own in zip(table, self.read, strict=True):
-            if isinstance(own, SeriesReading):
-                chosen = [y[own.order][place[column]] for column in own.columns]
-                for k, column in enumerate([own.made(chosen)] if own.made else chosen):
+        for part, reading in zip(table, self.read, strict=True):
+            if isinstance(reading, SeriesReading):
+                chosen = [y[reading.order][place[column]] for column in reading.columns]
+                for k, column in enumerate([reading.made(chosen)] if reading.made else chosen):
                     part[lanes, :, k] = column
 
     def _of_the_way(self, table: list[Floats], run: LaneRun) -> None:
@@ -277,10 +277,10 @@ class SeriesBatch:
         if not rows.size:
             return
         sizes = run.scale[rows], run.largest[rows]
-        found, good = self.ways(run.own.take(rows), run.nodes.take(rows), *sizes)
+        found, good = self.ways(run.lane_numbers.take(rows), run.nodes.take(rows), *sizes)
         run.trace.left[rows[~good]] = True
         pairs = zip(table, self.read, strict=True)
-        places = [part for part, own in pairs if isinstance(own, WayReading)]
+        places = [part for part, reading in pairs if isinstance(reading, WayReading)]
         for part, values in zip(places, found, strict=True):
             part[run.lanes[rows]] = values
 

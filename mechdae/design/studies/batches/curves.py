@@ -31,7 +31,7 @@ def curve_facts(track: LaneTrack, columns: Sequence[int]) -> dict[str, Floats]:
     moving = (track.travel(columns) > AT_REST * track.scale).any(axis=0)
     ends = [track.column(track.at(every, s), 0, columns) for s in (track.first, track.last)]
     total = _integrals(track, columns, _parts(track, columns, _stops(track, columns)), ends[0])
-    length, area = (np.where(moving, own, np.nan) for own in total)
+    length, area = (np.where(moving, sums, np.nan) for sums in total)
     with np.errstate(invalid="ignore"):
         closed = np.abs(ends[1] - ends[0]).max(axis=0) <= CLOSED * length
     area = np.where(closed & (len(columns) == 2), track.sense * area, np.nan)
@@ -101,12 +101,12 @@ def _integrals(
         if halving == HALVINGS:
             track.good[lane[again]] = False
             again[:] = False
-        for own, part in zip(total, fine, strict=True):
-            own += np.bincount(lane[~again], part[~again], k)
+        for sums, part in zip(total, fine, strict=True):
+            sums += np.bincount(lane[~again], part[~again], k)
         if not again.any():
             break
         middle = (a + b)[again] / 2
         lane = np.repeat(lane[again], 2)
-        a, b = (np.stack(own, axis=1).ravel() for own in ((a[again], middle), (middle, b[again])))
+        a, b = (np.stack(ends, axis=1).ravel() for ends in ((a[again], middle), (middle, b[again])))
         before = np.repeat(gap[:, again], 2, axis=1)
     return total

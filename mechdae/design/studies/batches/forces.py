@@ -89,8 +89,10 @@ class ForcesBatch(SeriesBatch):
         if self.statics.loads.timed or self.statics.loads.uses_time:
             return "a load depends on the time"
         known = self._tables(self.statics, self._nothing())
-        for path, own in zip(self.outputs, self.read, strict=True):
-            if isinstance(own, ForceReading) and own.word not in known.get(own.part, {}):
+        for path, reading in zip(self.outputs, self.read, strict=True):
+            if isinstance(reading, ForceReading) and reading.word not in known.get(
+                reading.part, {}
+            ):
                 return f"{path} is not known"
         return ""
 
@@ -106,8 +108,11 @@ class ForcesBatch(SeriesBatch):
         """Return the series of joints by name; under '' those of drivers, by their paths."""
         found = series_of(statics, answer, self.task, None)
         efforts, parts = efforts_of(self.setting, statics, answer, self.task)
-        series = [("efforts", efforts), *((f"efforts_{word}", own) for word, own in parts.items())]
-        drivers = {f"{head}/{name}": own[name] for head, own in series for name in own}
+        series = [
+            ("efforts", efforts),
+            *((f"efforts_{word}", part) for word, part in parts.items()),
+        ]
+        drivers = {f"{head}/{name}": values[name] for head, values in series for name in values}
         return found | {"": drivers}
 
     def _write(self, table: list[Floats], run: LaneRun) -> None:
@@ -129,17 +134,17 @@ class ForcesBatch(SeriesBatch):
         for _, lost, *_ in statics.lost(motion):
             left |= lost.reshape(k, n).any(axis=1)
         answer = solved(statics, motion, there, critical=False)
-        nowhere = np.flatnonzero(~there)
-        answer.free.put(nowhere, np.nan)
-        answer.whole.put(nowhere, np.nan)
+        answer.leave_out(~there)
         left |= ~self._checked(statics, answer, k)
         if answer.jammed.any() or answer.ambiguous.any():
             left |= self._told(run, rows, answer)
         run.trace.left[rows[left]] = True
         series = self._tables(statics, answer)
-        for part, own in zip(table, self.read, strict=True):
-            if isinstance(own, ForceReading):
-                part[run.lanes[rows]] = series[own.part][own.word].reshape(k, n, own.width)
+        for part, reading in zip(table, self.read, strict=True):
+            if isinstance(reading, ForceReading):
+                part[run.lanes[rows]] = series[reading.part][reading.word].reshape(
+                    k, n, reading.width
+                )
 
     def _motion(self, run: LaneRun, rows: Any, y: list[Matrices]) -> tuple[LoadedPoses, Booleans]:
         """Return the motion at the poses of some lanes, and at which of them all is there."""
@@ -152,16 +157,16 @@ class ForcesBatch(SeriesBatch):
         driven = (values, *(np.repeat(rate[lanes], n) for rate in numbers.rates[:2]))
         parts = []
         for order, driver in enumerate(driven):
-            own = np.empty((nx + 1, k * n)).T  # columns lie together, as kernels read
+            columns = np.empty((nx + 1, k * n)).T  # columns lie together, as kernels read
             for i, column in enumerate(chosen):
-                own[:, i] = y[order][column][rows].ravel()
-            own[:, nx] = np.ravel(driver)
-            own[~there] = np.nan
-            parts.append(own)
+                columns[:, i] = y[order][column][rows].ravel()
+            columns[:, nx] = np.ravel(driver)
+            columns[~there] = np.nan
+            parts.append(columns)
         with np.errstate(invalid="ignore"):
             each = run.mu[rows].T[:, :, None] * run.beta[:, rows]
         condition = np.fmax.reduce(each, axis=0, initial=1.0).ravel()
-        p, scale = (np.repeat(own, n, axis=0) for own in (numbers.p[lanes], run.scale[rows]))
+        p, scale = (np.repeat(array, n, axis=0) for array in (numbers.p[lanes], run.scale[rows]))
         motion = LoadedPoses(parts[0], parts[1], parts[2], None, condition, nx, p, scale)
         return motion, there & motion.there
 
@@ -172,8 +177,8 @@ class ForcesBatch(SeriesBatch):
         left = statics.imbalance(answer.inputs, answer.sizes, answer.whole, answer.coupled)
 
         def largest(values: Floats) -> Any:
-            own = np.where(answer.standing, np.abs(values), 0.0)
-            return own.reshape(k, -1).max(axis=1)
+            sizes_there = np.where(answer.standing, np.abs(values), 0.0)
+            return sizes_there.reshape(k, -1).max(axis=1)
 
         gap = largest(driven + loads + lost - rate)
         return (gap <= TOLERANCE * largest(sizes)) & (largest(left) <= TOLERANCE)
@@ -182,22 +187,22 @@ class ForcesBatch(SeriesBatch):
         """Note lanes that jam or have several solutions; return those that are left."""
         k, n = len(rows), run.complete.shape[1]
         c, values = self.setting.plan.coordinates[0], self.setting.plan.values[:, 0]
-        jammed, ambiguous = (own.reshape(k, n) for own in (answer.jammed, answer.ambiguous))
+        jammed, ambiguous = (poses.reshape(k, n) for poses in (answer.jammed, answer.ambiguous))
         left = np.zeros(k, bool)
         for i in np.flatnonzero((jammed | ambiguous).any(axis=1)):
             left[i] = not run.complete[rows[i]].all()  # what is said of that is said alone
-            own: dict[int, FrictionSolutions] = {
+            solutions: dict[int, FrictionSolutions] = {
                 pose: answer.found[i * n + pose]
                 for pose in range(n) if i * n + pose in answer.found
             }  # fmt: skip
             if jammed[i].any():
                 first = int(np.argmax(jammed[i]))
                 one = some(answer.inputs, slice(i * n + first, i * n + first + 1))
-                (own[first],) = self.statics.branches.at(one)
-                left[i] |= len(own[first].sizes) > 0
+                (solutions[first],) = self.statics.branches.at(one)
+                left[i] |= len(solutions[first].sizes) > 0
             words = np.where(jammed[i], Status.JAMMED, np.where(ambiguous[i], Status.AMBIGUOUS, ""))
             told = about_friction(
-                n, np.flatnonzero(jammed[i]), np.flatnonzero(ambiguous[i]), own,
+                n, np.flatnonzero(jammed[i]), np.flatnonzero(ambiguous[i]), solutions,
                 lambda pose: f"{c.text} = {shown(c.unit, float(values[pose]))}",
             )  # fmt: skip
             self.wrong[int(run.lanes[rows[i]])] = (

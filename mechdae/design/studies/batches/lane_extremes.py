@@ -48,13 +48,13 @@ class Ways:
         self.readings, self.is_angle = list(readings), is_angle
         self.low, self.high = float(values.min()), float(values.max())
         self.sense = 1.0 if values[-1] >= values[0] else -1.0
-        asked = [(ORDERS.get(own.kind, 2), own.columns) for own in self.readings]
+        asked = [(ORDERS.get(reading.kind, 2), reading.columns) for reading in self.readings]
         self.poses = poses(Asked(tuple(asked)))
 
     @property
     def strokes(self) -> bool:
         """Whether a whole turn of the driver is looked at, and a step more both ways."""
-        return self.is_angle and any(own.kind in STROKES for own in self.readings)
+        return self.is_angle and any(reading.kind in STROKES for reading in self.readings)
 
     def reach(self, step: Floats) -> tuple[Any, Any]:
         """Return the ends (k,) of what lanes have to follow, `step` (k,) their largest steps."""
@@ -72,7 +72,7 @@ class Ways:
                 self.poses, lanes, nodes, first, last, scale, step, self.is_angle, self.sense
             )
 
-        whole = [own for own in self.readings if own.kind not in STROKES]
+        whole = [reading for reading in self.readings if reading.kind not in STROKES]
         found: dict[WayReading, Floats] = {}
         good = np.ones(len(scale), bool)
         if whole:
@@ -80,48 +80,48 @@ class Ways:
             found |= dict(self._over(own_way, whole))
             good &= own_way.good
         if not self.is_angle:
-            found |= {own: np.full(len(scale), np.nan) for own in self.readings if own not in whole}
+            found |= {r: np.full(len(scale), np.nan) for r in self.readings if r not in whole}
         elif len(whole) < len(self.readings):
             turn = track(self.low - step, self.low + TURN + step)
-            for own in self.readings:
-                if own.kind in STROKES:
-                    found[own] = self._stroke(turn, own, self.low)
+            for reading in self.readings:
+                if reading.kind in STROKES:
+                    found[reading] = self._stroke(turn, reading, self.low)
             good &= turn.good
-        return [found[own] for own in self.readings], good
+        return [found[reading] for reading in self.readings], good
 
     def _over(
         self, track: LaneTrack, readings: Sequence[WayReading]
     ) -> Iterator[tuple[WayReading, Floats]]:
         """Yield readings with their values."""
         columns = sorted({
-            c for own in readings if own.kind in ("span", "extremes", "envelope")
-            for c in own.columns
+            c for reading in readings if reading.kind in ("span", "extremes", "envelope")
+            for c in reading.columns
         })  # fmt: skip
         if columns:
             courses = _Courses(track, columns, self._sizes(track, columns))
         facts: dict[tuple[str, tuple[int, ...]], dict[str, Floats]] = {}
-        for own in readings:
-            if own.kind in FACTS:
-                key = (own.kind, own.columns)
+        for reading in readings:
+            if reading.kind in FACTS:
+                key = (reading.kind, reading.columns)
                 if key not in facts:
-                    facts[key] = FACTS[own.kind](track, own.columns)
-                yield own, facts[key][own.what[0]]
-            elif own.kind == "span":
-                yield own, courses.most[own.columns[0]] - courses.least[own.columns[0]]
-            elif own.kind == "extremes":
-                yield own, courses.extreme(own)
+                    facts[key] = FACTS[reading.kind](track, reading.columns)
+                yield reading, facts[key][reading.what[0]]
+            elif reading.kind == "span":
+                yield reading, courses.most[reading.columns[0]] - courses.least[reading.columns[0]]
+            elif reading.kind == "extremes":
+                yield reading, courses.extreme(reading)
             else:
-                yield own, courses.box(own.columns)
+                yield reading, courses.box(reading.columns)
 
     def _sizes(self, track: LaneTrack, columns: Sequence[int]) -> Floats:
         """Return by what columns are measured, (m, k)."""
-        turning = {column for own in self.readings if own.angle for column in own.columns}
+        turning = {column for r in self.readings if r.angle for column in r.columns}
         one = np.ones_like(track.scale)
         return np.stack([one if column in turning else track.scale for column in columns])
 
-    def _stroke(self, track: LaneTrack, own: WayReading, start: float) -> Floats:
+    def _stroke(self, track: LaneTrack, reading: WayReading, start: float) -> Floats:
         """Return the time ratio or the return angle of a part (k,), nan where there is none."""
-        columns, k = list(own.columns), len(track.scale)
+        columns, k = list(reading.columns), len(track.scale)
         size = self._sizes(track, columns)
         moving = track.moves(columns, size)
         every = np.arange(k)
@@ -130,7 +130,7 @@ class Ways:
             (track.column(ends[1], order, columns) - track.column(ends[0], order, columns))[0]
             for order in range(3)
         ]
-        turns = np.round(gain[0] / TURN) if own.angle else np.zeros(k)
+        turns = np.round(gain[0] / TURN) if reading.angle else np.zeros(k)
         back = np.abs(gain[0] - turns * TURN)
         back = np.maximum(back, np.maximum(np.abs(gain[1]), np.abs(gain[2])))
         regular = (back <= CLOSED * size[0]) & (turns == 0) & moving[0]
@@ -142,7 +142,7 @@ class Ways:
             regular &= counts == 1
         stroke = (places[True] - places[False]) % TURN
         angle = np.where(regular, np.minimum(stroke, TURN - stroke), np.nan)
-        return angle if own.kind == "return_angle" else (TURN - angle) / angle
+        return angle if reading.kind == "return_angle" else (TURN - angle) / angle
 
 
 def _rates(track: LaneTrack, columns: Sequence[int]) -> Any:
@@ -181,18 +181,18 @@ class _Courses:
         self.most: dict[int, Floats] = {}
         self.at: dict[tuple[int, str], Any] = {}
         for m, column in enumerate(columns):
-            own = zeros.member == m
-            lane = np.concatenate([track.lane[inner], zeros.lane[own]])
-            value = np.concatenate([ends[m], values[own]])
-            place = np.concatenate([track.s[inner], zeros.s[own]])
+            of_column = zeros.member == m
+            lane = np.concatenate([track.lane[inner], zeros.lane[of_column]])
+            value = np.concatenate([ends[m], values[of_column]])
+            place = np.concatenate([track.s[inner], zeros.s[of_column]])
             least, most, first, last = extremes_of(lane, value, place, k)
             self.least[column], self.most[column] = least, most
             self.at[column, "min"], self.at[column, "max"] = first, last
 
-    def extreme(self, own: WayReading) -> Floats:
+    def extreme(self, reading: WayReading) -> Floats:
         """Return a value or its place, nan where the quantity does not move."""
-        end, word = own.what
-        (column,) = own.columns
+        end, word = reading.what
+        (column,) = reading.columns
         table = self.least if end == "min" else self.most
         value = table[column] if word == "value" else self.at[column, end]
         return np.where(self.moves[column], value, np.nan)
@@ -200,9 +200,9 @@ class _Courses:
     def box(self, columns: Sequence[int]) -> Floats:
         """Return xmin, xmax, ymin, ymax (k, 4) of points whose x and y the columns are in turn."""
         parts = [
-            (np.minimum.reduce([self.least[c] for c in own]),
-             np.maximum.reduce([self.most[c] for c in own]))
-            for own in (columns[::2], columns[1::2])
+            (np.minimum.reduce([self.least[c] for c in chosen]),
+             np.maximum.reduce([self.most[c] for c in chosen]))
+            for chosen in (columns[::2], columns[1::2])
         ]  # fmt: skip
         return np.stack([end for part in parts for end in part], axis=1)
 

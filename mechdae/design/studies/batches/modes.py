@@ -60,7 +60,7 @@ class StartingModes:
         """Whether the modes are few, and whole turns of their angles make no difference."""
         if turns_tell(self.assembler) or looks_like_degrees(self.assembler.sketch):
             return False
-        return all(2 ** int(self.form.branches[own].sum()) <= MOST for own in self.parts)
+        return all(2 ** int(self.form.branches[blocks].sum()) <= MOST for blocks in self.parts)
 
     def _blocks(self, part: list[int]) -> list[int]:
         groups = [self.scene.groups[k] for k in part]
@@ -71,11 +71,11 @@ class StartingModes:
         count, g = len(u), self.graphs
         x, sign = np.zeros((count, g.nx)), np.ones((count, g.nb))
         sure, nowhere = np.ones(count, bool), np.zeros(count, bool)
-        for part, own in zip(self.sketched.parts, self.parts, strict=True):
-            if not own:
+        for part, blocks in zip(self.sketched.parts, self.parts, strict=True):
+            if not blocks:
                 continue
-            columns = [i for b in own for i in g.blocks[b].own]
-            poses, signs, far, doubtful = self._modes(part, own, numbers, u)
+            columns = [i for b in blocks for i in g.blocks[b].own]
+            poses, signs, far, doubtful = self._modes(part, blocks, numbers, u)
             order = np.argsort(far, axis=0, kind="stable")
             rows = np.arange(count)
             best = order[0]
@@ -87,12 +87,12 @@ class StartingModes:
                 with np.errstate(invalid="ignore"):
                     sure &= none | ~np.isfinite(next_) | told_apart(next_, near)
             x[:, columns] = poses[best, rows][:, columns]
-            sign[:, own] = signs[best]
+            sign[:, blocks] = signs[best]
         turned, halves = self._turned(x, numbers.sketches)
         return Starts(turned, sign, (sure & ~halves) | nowhere, nowhere)
 
     def _modes(
-        self, part: list[int], own: list[int], numbers: Numbers, u: Floats
+        self, part: list[int], blocks: list[int], numbers: Numbers, u: Floats
     ) -> tuple[Matrices, Floats, Floats, Booleans]:
         """Return poses (m, k, nx), signs (m, blocks), squares by which they are off (m, k).
 
@@ -100,21 +100,21 @@ class StartingModes:
         is not sure.
         """
         count, g = len(u), self.graphs
-        branching = [b for b in own if self.form.branches[b]]
+        branching = [b for b in blocks if self.form.branches[b]]
         choices = list(itertools.product((1.0, -1.0), repeat=len(branching)))
         poses, far = [], []
-        signs = np.ones((len(choices), len(own)))
+        signs = np.ones((len(choices), len(blocks)))
         doubtful = np.zeros(count, bool)
         for m, choice in enumerate(choices):
             sign = np.ones((count, g.nb))
             sign[:, branching] = choice
             x, depth = self.form.poses(u[:, None], sign, numbers.p)
-            inner = depth[:, own]
+            inner = depth[:, blocks]
             with np.errstate(invalid="ignore"):
                 doubtful |= (np.abs(inner) <= MARGIN).any(axis=1)
                 assembled = (inner > 0).all(axis=1)
                 off = self._far(part, x, u, numbers)
-            for k, b in enumerate(own):
+            for k, b in enumerate(blocks):
                 signs[m, k] = sign[0, b]
             poses.append(x)
             far.append(np.where(assembled & np.isfinite(off), off, np.inf))

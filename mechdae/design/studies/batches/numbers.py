@@ -65,7 +65,7 @@ class Columns:
         self.bad = ~np.isfinite(sets).all(axis=1)
         given = {name: sets[:, j].astype(object) for j, name in enumerate(names)}
         self.known: dict[str, Any] = {}
-        self.own = {name: own for name, own in given.items() if name not in mechanism.parameters}
+        self.direct = {n: given[n] for n in given if n not in mechanism.parameters}
         for name in mechanism.parameters:
             self._visit(name, given)
 
@@ -83,7 +83,7 @@ class Columns:
         if not isinstance(number, str):
             return float(number)
         columns = {n: self.known[n] for n in names_in(number)}
-        moving = {n: own for n, own in columns.items() if isinstance(own, np.ndarray)}
+        moving = {n: column for n, column in columns.items() if isinstance(column, np.ndarray)}
         if not moving:
             return evaluate(number, columns)
         try:
@@ -101,9 +101,9 @@ class Columns:
         found = np.full(self.count, math.nan, object)
         for k in range(self.count):
             try:
-                own = {n: column[k] for n, column in moving.items()}
-                if all(math.isfinite(value) for value in own.values()):
-                    found[k] = evaluate(number, {**columns, **own})
+                row = {n: column[k] for n, column in moving.items()}
+                if all(math.isfinite(value) for value in row.values()):
+                    found[k] = evaluate(number, {**columns, **row})
             except InputError:
                 pass
         self.bad |= ~np.isfinite(found.astype(float))
@@ -111,7 +111,7 @@ class Columns:
 
     def number(self, name: str, number: Number) -> Any:
         """Return the value of a number with its automatic name."""
-        return self.own[name] if name in self.own else self.value(number)
+        return self.direct[name] if name in self.direct else self.value(number)
 
 
 def floats(value: Objects | float, count: int) -> Floats:
@@ -165,7 +165,7 @@ def numbers_of(
         return None
     count = len(sets)
     p = np.tile(model.p_values, (count, 1))
-    for name, value in {**columns.known, **columns.own}.items():
+    for name, value in {**columns.known, **columns.direct}.items():
         if name in place and isinstance(value, np.ndarray):
             p[:, place[name]] = value.astype(float)
     driver = task.all_drivers[0]
@@ -195,10 +195,10 @@ def _sketches(mechanism: Mechanism, setting: Setting, columns: Columns) -> tuple
         value = columns.value(number)
         if not isinstance(value, np.ndarray):
             continue
-        own = sketched(_only(mechanism, name))
+        sketched_alone = sketched(_only(mechanism, name))
         (table, key), *_ = [
             (table, key)
-            for table, part in ((angles, own.angles), (places, own.places))
+            for table, part in ((angles, sketched_alone.angles), (places, sketched_alone.places))
             for key in part
         ]
         table[key] = value.astype(float)  # type: ignore[index]
@@ -218,7 +218,7 @@ def _suspect(mechanism: Mechanism, model: Model, columns: Columns) -> Booleans:
     found = np.zeros(columns.count, bool)
     numbers = dict(mechanism.numbers())
     for name, number in numbers.items():
-        if isinstance(number, str) and name not in columns.own:
+        if isinstance(number, str) and name not in columns.direct:
             columns.value(number)  # tells where it has no value
 
     def value(name: str) -> Any:

@@ -80,9 +80,9 @@ class LaneNodes:
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
         states, done = np.empty((len(order), 3 * nx)), 0
-        for own, _, columns in trace.nodes:
-            states[place[done : done + len(own)]] = columns.T
-            done += len(own)
+        for step_lanes, _, columns in trace.nodes:
+            states[place[done : done + len(step_lanes)]] = columns.T
+            done += len(step_lanes)
         trace.nodes.clear()
         self._enter(lanes[order], s[order], states.reshape(len(s), 3, nx), count)
 
@@ -124,12 +124,13 @@ class LaneNodes:
 
     def guess(self, lanes: Integers, piece: Integers, places: Floats) -> Any:
         """Return unknowns (nx, n) at places (n,) on pieces (n,) of lanes, given in their order."""
-        own: Any = slice(self.first[lanes[0]], self.first[lanes[-1] + 1])
-        here: Integers | slice = piece - own.start
+        window: Any = slice(self.first[lanes[0]], self.first[lanes[-1] + 1])
+        here: Integers | slice = piece - window.start
         after: Integers | None = None
-        if len(places) < own.stop - own.start:
-            own, here, after = piece, slice(None), np.minimum(piece + 1, len(self.s) - 1)
-        (x, v, a), h = np.ascontiguousarray(self.states[own].T.swapaxes(0, 1)), self.width[own]
+        if len(places) < window.stop - window.start:
+            window, here, after = piece, slice(None), np.minimum(piece + 1, len(self.s) - 1)
+        x, v, a = np.ascontiguousarray(self.states[window].T.swapaxes(0, 1))
+        h = self.width[window]
         if after is None:
             x1, v1, a1 = (np.roll(part, -1, axis=1) for part in (x, v, a))
         else:
@@ -210,8 +211,8 @@ class LanePoses:
             piece = (piece + nodes.first[some, None]).ravel()
             guess = nodes.guess(some, piece, where.ravel())
             living = None if alive is None else alive[:, some].reshape(len(alive), -1)
-            own = lanes.take(some)
-            y, good, norms = self._solve(own, guess, np.tile(values, len(some)), n, living)
+            numbers = lanes.take(some)
+            y, good, norms = self._solve(numbers, guess, np.tile(values, len(some)), n, living)
             if beta is not None:
                 beta[:, some] = norms.reshape(-1, len(some), n)
             good = good.reshape(len(some), n).all(axis=1)

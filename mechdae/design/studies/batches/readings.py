@@ -21,10 +21,7 @@ MEASURES = {
     "time_ratio": "time-ratio", "return_angle": "time-ratio", "curve": "curve",
 }  # fmt: skip
 """Entries of the summary that are computed for many sets at once, and the measures they are of."""
-FACTS = {
-    "transmission": ("min", "at", "max", "max_at"),
-    "curve": ("length", "area", "closed"),
-}
+FACTS = {"transmission": ("min", "at", "max", "max_at"), "curve": ("length", "area", "closed")}
 """Numbers of an entry."""
 ENDS = ("min", "max")
 
@@ -134,8 +131,8 @@ def _extremes(word: str, rest: str, outputs: Outputs) -> WayReading | None:
 
 
 def _strokes(word: str, rest: str, outputs: Outputs) -> WayReading | None:
-    own = [q for q in quantities(outputs) if q.part == rest and q.is_output]
-    return WayReading(word, (own[0].column,), (), own[0].is_angle) if len(own) == 1 else None
+    found = [q for q in quantities(outputs) if q.part == rest and q.is_output]
+    return WayReading(word, (found[0].column,), (), found[0].is_angle) if len(found) == 1 else None
 
 
 def _envelope(word: str, rest: str, outputs: Outputs) -> WayReading | None:

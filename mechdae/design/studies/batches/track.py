@@ -13,7 +13,7 @@ import numpy as np
 
 from mechdae.design.studies.batches.poses import AT_ONCE, LaneNodes, LanePoses, Lanes
 from mechdae.motion.measures.stationary_places import AT_REST, SHORT
-from mechdae.motion.measures.track import FINEST
+from mechdae.motion.measures.track import FINEST, brackets
 from mechdae.numerics.roots import refined
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Unknowns
@@ -33,8 +33,8 @@ class Zeros:
 
     def of(self, member: int) -> tuple[Any, Any, Any]:
         """Return lanes, places and senses of one function."""
-        own = self.member == member
-        return self.lane[own], self.s[own], self.rising[own]
+        chosen = self.member == member
+        return self.lane[chosen], self.s[chosen], self.rising[chosen]
 
 
 class LaneTrack:
@@ -68,17 +68,9 @@ class LaneTrack:
     """
 
     def __init__(
-        self,
-        poses: LanePoses,
-        lanes: Lanes,
-        nodes: LaneNodes,
-        first: Floats,
-        last: Floats,
-        scale: Floats,
-        step: Floats,
-        is_angle: bool,
-        sense: float = 1.0,
-    ) -> None:
+        self, poses: LanePoses, lanes: Lanes, nodes: LaneNodes, first: Floats, last: Floats,
+        scale: Floats, step: Floats, is_angle: bool, sense: float = 1.0,
+    ) -> None:  # fmt: skip
         self.poses, self.lanes, self.nodes = poses, lanes, nodes
         self.first, self.last, self.scale, self.step = first, last, scale, step
         self.sense = sense
@@ -156,20 +148,17 @@ class LaneTrack:
         f, df = family(self.y, self.lane)
         if moving is not None:
             f = np.where(moving[:, self.lane], f, np.nan)
-        sign = f >= 0
-        with np.errstate(invalid="ignore"):
-            known = np.isfinite(f[:, :-1]) & np.isfinite(f[:, 1:]) & self.next
-        member, i = np.nonzero((sign[:, :-1] != sign[:, 1:]) & known)
-        a, b, rising = self.s[i], self.s[i + 1], ~sign[member, i]
-        ends = [part[member, at] for at in (i, i + 1) for part in (f, df)]
+
+        def value(rows: Integers, columns: Integers, places: Floats) -> Any:
+            values = family(self.at(self.lane[rows], places), self.lane[rows])[0]
+            return values[columns, np.arange(len(rows))]
+
+        rows, member, a, b, rising = brackets(self.s, f.T, df.T, value, self.next[:, None])
+        lane, whole = self.lane[rows], (a == self.s[rows]) & (b == self.s[rows + 1])
         with np.errstate(invalid="ignore", divide="ignore"):
-            share = ends[0] / (ends[0] - ends[2])
-        first = a + np.where((share >= 0) & (share <= 1), share, 0.5) * (b - a)
-        turned = self._turned(family, f, df, known)
-        lane = np.concatenate([self.lane[i], turned[1]])
-        member = np.concatenate([member, turned[0]])
-        a, b, first = (np.concatenate(p) for p in zip((a, b, first), turned[2:5], strict=True))
-        rising = np.concatenate([rising, turned[5]])
+            share = f[member, rows] / (f[member, rows] - f[member, rows + 1])
+        share = np.where((share >= 0) & (share <= 1), share, 0.5)
+        first = np.where(whole, a + share * (b - a), (a + b) / 2)
 
         def evaluate(rows: Integers, places: Any) -> tuple[Floats, Floats]:
             values = family(self.at(lane[rows], places), lane[rows])
@@ -180,28 +169,6 @@ class LaneTrack:
         self.good[lane[np.isfinite(lost)]] = False
         kept = np.isfinite(s)
         return Zeros(member[kept], lane[kept], s[kept], rising[kept])
-
-    def _turned(self, family: Family, f: Floats, df: Floats, known: Any) -> tuple[Any, ...]:
-        """Return brackets of pairs of zeros between two samples: functions, lanes, ends, ..."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            one, two, before, after = f[:, :-1], f[:, 1:], df[:, :-1], df[:, 1:]
-            dips = (one * two > 0) & (one * before < 0) & (two * after > 0) & known
-            member, i = np.nonzero(dips)
-            share = before[member, i] / (before[member, i] - after[member, i])
-        middle = self.s[i] + share * (self.s[i + 1] - self.s[i])
-        if not i.size:
-            return member, self.lane[i], middle, middle, middle, np.zeros(0, bool)
-        between = family(self.at(self.lane[i], middle), self.lane[i])[0]
-        with np.errstate(invalid="ignore"):
-            there = between[member, np.arange(len(i))] * f[member, i] < 0
-        member, i, middle = member[there], i[there], middle[there]
-        up, lane = f[member, i] < 0, self.lane[i]
-        a, b = self.s[i], self.s[i + 1]
-        low, high = np.concatenate([a, middle]), np.concatenate([middle, b])
-        return (
-            np.concatenate([member, member]), np.concatenate([lane, lane]), low, high,
-            (low + high) / 2, np.concatenate([up, ~up]),
-        )  # fmt: skip
 
     # -- what moves ------------------------------------------------------------------------
 

@@ -116,48 +116,48 @@ def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here)
     follow
         Follows parts of the paths, in any place.
     """
-    own = generic.family
-    z = np.zeros((0, own.unknowns), complex)
+    family = generic.family
+    z = np.zeros((0, family.unknowns), complex)
     silent, count = 0, len(generic.z)
     bend: Any = None
     ends: Any = None
     for route in range(ROUTES):
-        bend = own.numbers(np.random.default_rng([SEED, route]))
+        bend = family.numbers(np.random.default_rng([SEED, route]))
         ends = np.concatenate(follow(_works(generic, target, bend)))
-        before, z = len(z), united(own, z, there(ends))
+        before, z = len(z), united(family, z, there(ends))
         silent = silent + 1 if len(z) == before else 0
         if len(z) >= count or silent == SILENT or (route and len(z) < FEW * count):
             break
-    found = _enclosed(own, target, z)
+    found = _enclosed(family, target, z)
     left = int((~found.certain).sum())
     infinite = singular = lost = 0
     if int(found.certain.sum()) < count:
         missed = np.flatnonzero(~np.isfinite(ends).all(axis=1))
         missed = missed if len(missed) <= MOST_FAR else missed[:0]
-        system = way(own, generic.p, target, bend)
+        system = way(family, generic.p, target, bend)
         gone = far_ends(system, generic.z[missed])
         infinite, singular = int(gone.infinite.sum()), int(gone.finite.sum()) + left
         lost = max(count - int(found.certain.sum()) - infinite - singular, 0)
     z, real = found.z[found.certain], found.real[found.certain]
     # two of one curve would be cognates of each other: boxes of cognates would meet
-    every = enclosed(own, target, own.variants(z)) if own.cognate else found
+    every = enclosed(family, target, family.variants(z)) if family.cognate else found
     basis = generic.basis if apart(every) else "none"
     boxes = int(every.certain.sum())
     return AllSolutions(z, real, count, infinite, singular, lost, basis, boxes)
 
 
-def _enclosed(own: Any, target: Any, z: Any) -> Enclosed:
+def _enclosed(family: Any, target: Any, z: Any) -> Enclosed:
     """Return solutions with boxes; where one has none that of a cognate, if there is one."""
-    found = enclosed(own, target, z)
+    found = enclosed(family, target, z)
     left = np.flatnonzero(~found.certain)
-    if not own.cognate or not len(left):
+    if not family.cognate or not len(left):
         return found
-    others = enclosed(own, target, own.variants(z[left]))
+    others = enclosed(family, target, family.variants(z[left]))
     certain = others.certain.reshape(-1, len(left))
     chosen = certain.argmax(axis=0) * len(left) + np.arange(len(left))
     z = found.z.copy()
     z[left] = np.where(certain.any(axis=0)[:, None], others.z[chosen], z[left])
-    return enclosed(own, target, z)
+    return enclosed(family, target, z)
 
 
 def _works(generic: GenericSolutions, target: Any, bend: Any) -> list[PathWork]:

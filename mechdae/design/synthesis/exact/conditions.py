@@ -35,11 +35,11 @@ PROBES = 5
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """z.Q z + (first + p own).z - p^power; a power of 0 stands for nothing."""
+    """z.Q z + (first + p slope).z - p^power; a power of 0 stands for nothing."""
 
     Q: Complexes
     first: Any
-    own: Any
+    slope: Any
     power: int
 
 
@@ -85,9 +85,9 @@ class PathConditions:
         for i, row in enumerate(self.quadrics):
             q, dq = self._value(p, i), self._value(rate, i)
             half = z @ row.Q
-            F[:, k + i] = (half * z).sum(axis=1) + z @ row.first + q * (z @ row.own)
-            J[:, k + i] = 2 * half + row.first + q[:, None] * row.own
-            Ft[:, k + i] = dq * (z @ row.own)
+            F[:, k + i] = (half * z).sum(axis=1) + z @ row.first + q * (z @ row.slope)
+            J[:, k + i] = 2 * half + row.first + q[:, None] * row.slope
+            Ft[:, k + i] = dq * (z @ row.slope)
             if row.power:
                 F[:, k + i] -= q**row.power
                 Ft[:, k + i] -= row.power * q ** (row.power - 1) * dq
@@ -116,8 +116,8 @@ class PathConditions:
             m = np.exp(2j * (generator.normal() + 0.5j * generator.normal()))
             places.append(_reached(z, m, int(generator.integers(2))))
         d, e = np.array(places).T
-        own = [_dimension(name, z) for name in self.given]
-        return np.concatenate([d, e, own]), z
+        dimensions = [_dimension(name, z) for name in self.given]
+        return np.concatenate([d, e, dimensions]), z
 
     def key(self, z: Complexes) -> Any:
         """Return what tells solutions apart: curves where nothing is given, else the unknowns."""
@@ -136,11 +136,11 @@ class PathConditions:
             "pivot_x": points[0].real, "other_x": points[0].real,
             "pivot_y": points[0].imag, "other_y": points[0].imag,
         }  # fmt: skip
-        own = [
+        dimensions = [
             np.exp(2j * given[name]) if name == "turn" else given[name] - shift.get(name, 0.0)
             for name in self.given
         ]
-        return np.concatenate([d, d.conj(), np.array(own, complex)])
+        return np.concatenate([d, d.conj(), np.array(dimensions, complex)])
 
     def split(self, p: Complexes) -> tuple[Complexes, Complexes]:
         """Return places d, d' of numbers (m,)."""
@@ -182,7 +182,7 @@ class PathConditions:
         rounding[:, :k] = ROUNDINGS * UNIT**2 * size + 4 * UNIT * np.abs(F[:, :k])
         for i, row in enumerate(self.quadrics):
             q = complex(self._value(p[None], i)[0])
-            half, first = z @ row.Q, row.first + q * row.own
+            half, first = z @ row.Q, row.first + q * row.slope
             power = q**row.power if row.power else 0.0
             F[:, k + i], J[:, k + i] = (half * z).sum(axis=1) + z @ first - power, 2 * half + first
             size = np.einsum("ni,ij,nj->n", np.abs(z), np.abs(row.Q), np.abs(z)) + np.abs(power)
@@ -198,7 +198,7 @@ class PathConditions:
         for i, row in enumerate(self.quadrics):
             H[:, k + i] = 2 * np.abs(row.Q)
             most = 2 * np.abs(z) @ np.abs(row.Q) + np.abs(row.first)
-            slack[:, k + i] = 4 * N * UNIT * (most + np.abs(self._value(p[None], i)[0] * row.own))
+            slack[:, k + i] = 4 * N * UNIT * (most + np.abs(self._value(p[None], i)[0] * row.slope))
         return H, slack
 
     # -- hyperplanes ---------------------------------------------------------------------------
@@ -216,20 +216,20 @@ class _Pencil:
 
     def __init__(
         self,
-        own: PathConditions,
+        family: PathConditions,
         p: Complexes,
         weights: Complexes,
         probes: Complexes,
         start: complex,
         end: complex,
     ) -> None:
-        self.own, self.p, self.weights, self.probes = own, p[None], weights, probes
+        self.family, self.p, self.weights, self.probes = family, p[None], weights, probes
         self.start, self.rate = start, end - start
 
     def __call__(self, z: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
-        own, last = self.own, self.own.places - 1
-        F, J, Ft = own.rows(z, self.p, 0 * self.p)
-        d, e = (values[-1:] for values in own.split(self.p[0]))
+        family, last = self.family, self.family.places - 1
+        F, J, Ft = family.rows(z, self.p, 0 * self.p)
+        d, e = (values[-1:] for values in family.split(self.p[0]))
         G, by, _, _ = curve.slopes(z, d[None], e[None])
         P, by_p, _, _ = curve.slopes(z, *self.probes[:, None])
         s = self.start + t * self.rate
@@ -303,4 +303,4 @@ def _dimension(name: str, z: Complexes) -> complex:
     rest = z @ row.Q @ z + row.first @ z
     if row.power:
         return complex(rest if row.power == 1 else np.sqrt(rest))
-    return complex(-rest / (row.own @ z))
+    return complex(-rest / (row.slope @ z))

@@ -57,8 +57,8 @@ def _product(A1: Any, B1: Any, C1: Any, A2: Any, B2: Any, C2: Any) -> Any:
 
 def slopes(z: Complexes, d: Complexes, e: Complexes) -> tuple[Any, Any, Any, Any]:
     """Return G (n, k), its derivatives by the unknowns (n, k, 8), by d and by d'."""
-    own = [z[:, i, None] for i in range(8)]
-    A1, B1, C1, A2, B2, C2 = _coefficients(own, d, e)
+    parts = [z[:, i, None] for i in range(8)]
+    A1, B1, C1, A2, B2, C2 = _coefficients(parts, d, e)
     M, N, D = B1 * C2 - B2 * C1, C1 * A2 - C2 * A1, A1 * B2 - A2 * B1
     by = (
         (-M * C2 - 2 * D * B2, N * C2 + 2 * D * A2, M * A2 - N * B2),
@@ -67,7 +67,7 @@ def slopes(z: Complexes, d: Complexes, e: Complexes) -> tuple[Any, Any, Any, Any
     columns = []
     by_d = by_e = 0.0
     for (gA, gB, gC), places in zip(by, LINKS, strict=True):
-        x, x_, a, a_ = (own[i] for i in places)
+        x, x_, a, a_ = (parts[i] for i in places)
         columns += [
             gA * (e - a_) + gC * a_, gB * (d - a) + gC * a,
             gC * (x_ - e) - gB * x_, gC * (x - d) - gA * x,

@@ -60,9 +60,9 @@ def _link(
     z: Complexes, d: Complexes, e: Complexes, r: Floats, link: tuple[int, int, int, int]
 ) -> tuple[_Jet, _Jet, _Jet]:
     """Return the three coefficients of a link as jets."""
-    own = [z[:, i, None] for i in link]
-    x, x_, a, a_ = own
-    s, s_, t, t_ = (np.abs(v) for v in own)
+    columns = [z[:, i, None] for i in link]
+    x, x_, a, a_ = columns
+    s, s_, t, t_ = (np.abs(v) for v in columns)
     n, k = len(z), len(d)
     d, e = d[None], e[None]
 

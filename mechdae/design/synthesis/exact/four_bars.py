@@ -14,8 +14,14 @@ from mechdae.design.synthesis.exact.conditions import LENGTH
 from mechdae.design.synthesis.exact.coupler_curve import A, B, X, Y
 from mechdae.design.synthesis.exact.dyad_conditions import G, W
 from mechdae.design.synthesis.fourbar.cognates import variants
-from mechdae.design.synthesis.fourbar.dyads import LEAST, GuidingLink, PlanePoses, scale_of
-from mechdae.design.synthesis.fourbar.exact import check_path, scaled_dimensions
+from mechdae.design.synthesis.fourbar.dyads import (
+    LEAST,
+    GuidingLink,
+    PlanePoses,
+    scale_of,
+    scaled_dimensions,
+)
+from mechdae.design.synthesis.fourbar.exact import check_path
 from mechdae.design.synthesis.fourbar.linkage import Linkage, linkage
 from mechdae.records import dataclass
 
@@ -55,18 +61,17 @@ def four_bars_through(
     check_path(points, given)
     given = _cartesian(given)
     places = points[:, 0] + 1j * points[:, 1]
-    middle = complex(places.mean())
-    size = float(np.sqrt(np.mean(np.abs(places - middle) ** 2)))
+    middle, size = scale_of(places)
     generic = stored.paths(len(places), tuple(sorted(given)))
     if generic.basis == "none":
         return None
-    own = generic.family
+    family = generic.family
     P = (places - middle) / size
     scaled = scaled_dimensions(given, middle, size)
-    p = own.of(P, scaled)
+    p = family.of(P, scaled)
     every = all_solutions(generic, p, follow)
     z = every.z[every.real]
-    d, e = own.split(p)
+    d, e = family.split(p)
     ones = np.ones((len(z), 1))
     turns = np.concatenate([ones, curve.turns(z, d[None], e[None])], axis=1)
     designs = []
@@ -104,7 +109,7 @@ def guiding_links(
     poses: PlanePoses, *, follow: Follow = here
 ) -> tuple[tuple[GuidingLink, ...], AllSolutions]:
     """Return all real dyads RR of five poses, the shortest first, and all complex ones."""
-    middle, size = scale_of(poses)
+    middle, size = scale_of(poses.places)
     generic = stored.dyads()
     p = generic.family.of((poses.places - middle) / size, poses.rotations)
     every = all_solutions(generic, p, follow)

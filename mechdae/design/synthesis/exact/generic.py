@@ -44,9 +44,9 @@ class GenericSolutions:
     """Of the trace, see `TraceTest`."""
 
 
-def traced(own: PathConditions, p: Any, z: Complexes, seed: int = 1) -> TraceTest:
+def traced(family: PathConditions, p: Any, z: Complexes, seed: int = 1) -> TraceTest:
     """Return the trace test of solutions at numbers p: of their curves, the last place moved."""
-    generator = np.random.default_rng([seed, len(own.given)])
+    generator = np.random.default_rng([seed, len(family.given)])
     angles = 2j * np.pi * generator.random((2, PROBES))
     probes = 1.3 * np.exp(angles)
     weights = _complex(generator, PROBES)
@@ -56,7 +56,7 @@ def traced(own: PathConditions, p: Any, z: Complexes, seed: int = 1) -> TraceTes
         G = curve.value(x, *probes[:, None])
         return G @ forms / (G @ weights)[:, None]
 
-    return trace_test(own.pencil(p, weights, probes), z, coordinates, generator, STEP)
+    return trace_test(family.pencil(p, weights, probes), z, coordinates, generator, STEP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class Known:
 
 
 def generic(
-    own: PathConditions,
+    family: PathConditions,
     seed: int = 1,
     known: Known | None = None,
     tell: Callable[[Known], None] | None = None,
@@ -86,35 +86,35 @@ def generic(
         Is called with what is known after each round trip.
     """
     if known is None:
-        p, first = own.drawn(np.random.default_rng(seed))
+        p, first = family.drawn(np.random.default_rng(seed))
         known = Known(p, first[None])
     trace = TraceTest(0, 1.0)
     while True:
         if known.silent >= SILENT:
-            trace = traced(own, known.p, known.z)
+            trace = traced(family, known.p, known.z)
         if trace.linear or known.trips >= TRIPS or known.work > WORK:
             break
         generator = np.random.default_rng([seed, known.trips + 1])
         before = len(known.z)
-        z = round_trip(own, known.p, known.z, generator)
+        z = round_trip(family, known.p, known.z, generator)
         silent = known.silent + 1 if len(z) == before else 0
         known = Known(known.p, z, known.trips + 1, silent, known.work + 2 * before)
         if tell is not None:
             tell(known)
     basis = "trace test" if trace.linear else "none"
-    return GenericSolutions(own, known.p, known.z, basis, trace.bent)
+    return GenericSolutions(family, known.p, known.z, basis, trace.bent)
 
 
-def generic_dyads(own: DyadConditions, seed: int = 1) -> GenericSolutions:
+def generic_dyads(family: DyadConditions, seed: int = 1) -> GenericSolutions:
     """Return generic poses with their four dyads."""
     generator = np.random.default_rng(seed)
-    p, first = own.drawn(generator)
+    p, first = family.drawn(generator)
     z = first[None]
     for _ in range(TRIPS):
         if len(z) == COUNT:
             break
-        z = round_trip(own, p, z, generator)
-    return GenericSolutions(own, p, z, "theorem" if len(z) == COUNT else "none")
+        z = round_trip(family, p, z, generator)
+    return GenericSolutions(family, p, z, "theorem" if len(z) == COUNT else "none")
 
 
 def _complex(generator: Generator, *shape: int) -> Complexes:

@@ -47,23 +47,23 @@ def paths(count: int, given: tuple[str, ...] = ()) -> GenericSolutions:
     InputError
         What is stored does not solve its equations, or not all of it is there.
     """
-    own = PathConditions(count, given)
-    return read(own, STORE) or generic(own)
+    family = PathConditions(count, given)
+    return read(family, STORE) or generic(family)
 
 
-def read(own: PathConditions, store: Path) -> GenericSolutions | None:
+def read(family: PathConditions, store: Path) -> GenericSolutions | None:
     """Return what is stored of conditions, refined and certified; None where nothing is."""
-    name = name_of(own.count, own.given)
+    name = name_of(family.count, family.given)
     with np.load(store, allow_pickle=False) as data:
         if f"{name}/p" not in data:
             return None
         p, z = (data[f"{name}/{word}"].astype(complex) for word in "pz")
         bent = float(data[f"{name}/bent"])
-    found = enclosed(own, p, z)
+    found = enclosed(family, p, z)
     whole = bool(found.certain.all()) and apart(found) and bent <= LINEAR
-    if not whole or (own.cognate and len(z) != TRIPLES):
+    if not whole or (family.cognate and len(z) != TRIPLES):
         raise InputError("the stored solutions do not solve their conditions", where=str(store))
-    return GenericSolutions(own, p, found.z, "trace test", bent)
+    return GenericSolutions(family, p, found.z, "trace test", bent)
 
 
 @cache

@@ -109,8 +109,10 @@ def dyads(
     """
     given = dict(given or {})
     _check(poses, given)
-    middle, size = scale_of(poses)
-    rows = DyadRows((poses.places - middle) / size, poses.rotations, _scaled(given, middle, size))
+    middle, size = scale_of(poses.places)
+    rows = DyadRows(
+        (poses.places - middle) / size, poses.rotations, scaled_dimensions(given, middle, size)
+    )
     search = solve_all(
         rows, rows.draw, starts, usable=rows.usable, seed=seed, iterations=iterations
     )
@@ -232,7 +234,7 @@ def paired(poses: PlanePoses, found: Sequence[GuidingLink]) -> tuple[Linkage, ..
     The coupler point is the origin of the moving plane. Pairs that share a pivot or a pin are no
     four-bars and left out.
     """
-    _, size = scale_of(poses)
+    _, size = scale_of(poses.places)
     made = []
     for first, second in permutations(found, 2):
         line = second.pin - first.pin
@@ -244,16 +246,21 @@ def paired(poses: PlanePoses, found: Sequence[GuidingLink]) -> tuple[Linkage, ..
     return tuple(made)
 
 
-def scale_of(poses: PlanePoses) -> tuple[complex, float]:
-    """Return the middle of the places and their size."""
-    middle = complex(poses.places.mean())
-    size = float(np.sqrt(np.mean(np.abs(poses.places - middle) ** 2)))
+def scale_of(places: Any) -> tuple[complex, float]:
+    """Return the middle of places (k,) complex and their size."""
+    middle = complex(places.mean())
+    size = float(np.sqrt(np.mean(np.abs(places - middle) ** 2)))
     return middle, size if size > 0 else 1.0
 
 
-def _scaled(given: Mapping[str, float], middle: complex, size: float) -> dict[str, float]:
-    shift = {"pivot_x": middle.real, "pivot_y": middle.imag}
-    return {name: (value - shift.get(name, 0.0)) / size for name, value in given.items()}
+def scaled_dimensions(given: Mapping[str, float], middle: complex, size: float) -> dict[str, float]:
+    """Return given dimensions with the origin in the middle of the points, by their size."""
+    shift = {"pivot_x": middle.real, "other_x": middle.real}
+    shift |= {"pivot_y": middle.imag, "other_y": middle.imag}
+    return {
+        name: value if name == "turn" else (value - shift.get(name, 0.0)) / size
+        for name, value in given.items()
+    }
 
 
 def _check(poses: PlanePoses, given: Mapping[str, float]) -> None:

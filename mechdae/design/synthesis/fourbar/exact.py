@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.design.synthesis.fourbar.cognates import invariants, variants
+from mechdae.design.synthesis.fourbar.dyads import scale_of, scaled_dimensions
 from mechdae.design.synthesis.fourbar.linkage import Linkage, faults, linkage, transmission
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
@@ -115,15 +116,15 @@ class PathRows:
         J[:, :, 1, 6] = b.real
         J[:, :, 0, 7], J[:, :, 0, 8] = -a.real, a.imag
         J[:, :, 1, 7], J[:, :, 1, 8] = -b.real, b.imag
-        own = np.stack([(crank[:, None] * a).imag, (rocker[:, None] * b).imag], axis=2)
-        F, J, own = self._weighed(F, J, own, crank, rocker)
+        by_turn = np.stack([(crank[:, None] * a).imag, (rocker[:, None] * b).imag], axis=2)
+        F, J, by_turn = self._weighed(F, J, by_turn, crank, rocker)
         if self.polar:
             self._to_polar(J, self.full(x))
-        return F, J if len(self.free) == 9 else J[:, :, :, self.free], own
+        return F, J if len(self.free) == 9 else J[:, :, :, self.free], by_turn
 
     @staticmethod
     def _weighed(
-        F: Matrices, J: Floats, own: Matrices, crank: Complexes, rocker: Complexes
+        F: Matrices, J: Floats, by_turn: Matrices, crank: Complexes, rocker: Complexes
     ) -> Rows:
         """Divide the rows by the distance of pin and point: far pins shall weigh as near ones."""
         arms = np.stack([crank, rocker], axis=1)
@@ -134,7 +135,7 @@ class PathRows:
         F = F / size[:, None, :]
         J = J / size[:, None, :, None]
         J -= F[:, :, :, None] * (slope / size[:, :, None] ** 2)[:, None]
-        return F, J, own / size[:, None, :]
+        return F, J, by_turn / size[:, None, :]
 
     @staticmethod
     def _to_polar(J: Floats, d: Floats) -> None:
@@ -263,8 +264,7 @@ def exact_path(
     given = dict(given or {})
     check_path(points, given)
     P = points[:, 0] + 1j * points[:, 1]
-    middle = complex(P.mean())
-    size = float(np.sqrt(np.mean(np.abs(P - middle) ** 2)))
+    middle, size = scale_of(P)
     rows = PathRows((P - middle) / size, scaled_dimensions(given, middle, size))
     search = solve_all(
         rows, rows.draw, starts, key=rows.key, usable=rows.usable, seed=seed, enough=enough
@@ -276,18 +276,6 @@ def exact_path(
         A = P - complex(d[7], d[8]) * e
         designs.append(linkage(pivot, other, A, A + d[6] * e, P))
     return Exact(tuple(designs), search)
-
-
-def scaled_dimensions(given: Mapping[str, float], middle: complex, size: float) -> dict[str, float]:
-    """Return given dimensions with the origin in the middle of the points, by their size."""
-    shift = {
-        "pivot_x": middle.real, "other_x": middle.real,
-        "pivot_y": middle.imag, "other_y": middle.imag,
-    }  # fmt: skip
-    return {
-        name: value if name == "turn" else (value - shift.get(name, 0.0)) / size
-        for name, value in given.items()
-    }
 
 
 def check_path(points: Points, given: Mapping[str, float]) -> None:

@@ -105,10 +105,10 @@ def _solutions(
         d, miss = starts.fitted(each, each.frame, tries=TRIES, met=met)
         if miss <= met:
             result.append((each, d, _faults(each, asked)))
-    faults = [text for *_, own in result for text in own]
+    faults = [text for *_, reasons in result for text in reasons]
     facts["within"] = len(result)
     facts["faults"] = {text: faults.count(text) for text in dict.fromkeys(faults)}
-    facts["faultless"] = sum(not own for *_, own in result)
+    facts["faultless"] = sum(not reasons for *_, reasons in result)
     return WithinBounds(result, facts)
 
 

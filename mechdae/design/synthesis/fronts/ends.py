@@ -35,35 +35,35 @@ def census(
     best, span
         The least of it that is known from any run, and its range over the front.
     """
-    own = [
+    alone = [
         (run, values) for run, values in zip(runs, terms, strict=True) if run["part"] == part_of(k)
     ]
     near = best + SAME * (abs(best) + span)
-    hits = [run for run, values in own if values is not None and values[k] <= near]
+    hits = [run for run, values in alone if values is not None and values[k] <= near]
     return {
-        "starts": len(own),
-        "met": sum(values is not None for _, values in own),
+        "starts": len(alone),
+        "met": sum(values is not None for _, values in alone),
         "hits_of_best": len(hits),
-        "ipopt": dict(Counter(run["status"] for run, _ in own)),
+        "ipopt": dict(Counter(run["status"] for run, _ in alone)),
         "solved": sum(bool(run["solved"]) for run in hits),
         "found": any(run["solved"] for run in hits),
     }
 
 
-def missing(k: int, own: Mapping[str, Any]) -> str:
+def missing(k: int, end: Mapping[str, Any]) -> str:
     """Return what is said of an end that was not found."""
     ends = ", ".join(
-        f"{count} {status.replace('_', ' ').lower()}" for status, count in own["ipopt"].items()
+        f"{count} {status.replace('_', ' ').lower()}" for status, count in end["ipopt"].items()
     )
     why = (
-        "its optimum was rejected by its sweep" if own["solved"]
-        else "the best did not end at an optimum" if own["hits_of_best"]
-        else "better values were found at other levels" if own["met"]
+        "its optimum was rejected by its sweep" if end["solved"]
+        else "the best did not end at an optimum" if end["hits_of_best"]
+        else "better values were found at other levels" if end["met"]
         else "none met all constraints"
     )  # fmt: skip
     return (
-        f"the end of objective {k + 1} was not found, the front may go on there: of {own['starts']}"
-        f" starts of it alone {own['met']} met all constraints ({ends}); {why}"
+        f"the end of objective {k + 1} was not found, the front may go on there: of {end['starts']}"
+        f" starts of it alone {end['met']} met all constraints ({ends}); {why}"
     )
 
 

@@ -52,7 +52,7 @@ def holes(terms: Floats, keep: int) -> list[FrontHole]:
     count = values.shape[1]
     if len(values) < 2:
         return []
-    logs = np.array([by_logs(own.min(), own.max()) for own in values.T])
+    logs = np.array([by_logs(objective.min(), objective.max()) for objective in values.T])
     scaled = np.where(logs, np.log(np.where(logs, values, 1.0)), values)
     span = np.ptp(scaled, axis=0)
     places = scaled / np.where(span > 0, span, np.inf)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
 import numpy as np
 
-from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.robust.deviations import Deviations
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.design.synthesis.verification.claims import Claim, Stated
 from mechdae.equations.model import Model
+from mechdae.kernels.run.batch import Batch
 from mechdae.records import dataclass
 from mechdae.types import Floats, Sym
 
@@ -34,13 +38,13 @@ class Seed:
 class Drawn:
     """A design with the poses a goal needs, drawn as a start.
 
-    ``d`` holds the free and the chosen parameters, ``own`` the goal's variables without its
+    ``d`` holds the free and the chosen parameters, ``unknowns`` the goal's variables without its
     poses, ``u`` (k,) and ``x`` (k, nx) the poses, ``sigma`` (nb,) the branch; ``given`` the
     goal's parameters.
     """
 
     d: Any
-    own: dict[str, Any]
+    unknowns: dict[str, Any]
     given: dict[str, Any]
     u: Any
     x: Any
@@ -79,6 +83,8 @@ class Goal:
     space: DesignSpace
     spread: Spread
     deviations: Deviations | None = None
+    lines = 0
+    """Numbers of the line that errors are across."""
     deviates = False
     """Whether there are deviations of it by tolerances."""
 
@@ -107,15 +113,11 @@ class Goal:
         """Return the driver's value at the goal's first pose, None where it is free."""
         return None
 
-    def completed(
-        self, spread: Spread, drawn: Drawn
-    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
+    def completed(self, spread: Spread, drawn: Drawn) -> NewValues:
         """Return values of this goal's variables, and parameters, for a start of another goal."""
         raise NotImplementedError
 
-    def programme(
-        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[Floats, Floats]:
+    def programme(self, values: Values, given: Values) -> tuple[Floats, Floats]:
         """Return driver values (k,) and unknowns (k, nx) of the goal's poses at a point."""
         raise NotImplementedError
 
@@ -124,7 +126,7 @@ class Goal:
         """What is asked, as the file of a design is measured."""
         return Stated(self.asked, self.bounds, self.unit, robust=self.deviations)
 
-    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
+    def claim(self, values: Values, given: Values) -> Claim:
         """Return where a design is said to do it, as a point of the NLP has it."""
         return Claim(self.programme(values, given)[0])
 
@@ -132,15 +134,18 @@ class Goal:
         """Return whether the goal depends on a parameter that no pose depends on."""
         return False
 
-    def deviating(
-        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> dict[str, Floats]:
+    def deviating(self, values: Values, given: Values) -> dict[str, Floats]:
         """Return the variables of a robust goal that follow from the others."""
+        if self.deviations is None:
+            return {}
+        u, x = self.programme(values, given)
+        return self._deviating(values, given, u, x, dimensions(values["d"], given))
+
+    def _deviating(self, values: Values, given: Values, u: Any, x: Any, d: Any) -> dict[str, Any]:
+        """Return them for the driver's values (k,), unknowns (k, nx) and dimensions."""
         return {}
 
-    def refined(
-        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    def refined(self, spread: Spread, values: Values, given: Values) -> NewValues | None:
         """Return variables and parameters that see the true extremes, None where they do."""
         return None
 
@@ -148,9 +153,30 @@ class Goal:
         """Return the goal's value for its term in the objective."""
         return term * self.unit
 
+    # -- deviations by tolerances ------------------------------------------------------------
+
+    def _sigma_of(self, x: Any, u: Any, d: Any, *line: Any) -> Any:
+        """Return the standard deviation of the error at a pose, in its unit."""
+        raise NotImplementedError
+
+    def _added(self, x: Any, u: Any, d: Any, *line: float) -> Any:
+        """Return what deviations add to errors (m,) at poses; errors may be across a `line`."""
+        if self.deviations is None:
+            return 0.0
+        numbers = [np.broadcast_to(d, (len(u), len(d))), *(np.full((len(u), 1), e) for e in line)]
+        return self.deviations.factor * self._sigma(x, u[:, None], *numbers)[0][:, 0]
+
+    @cached_property
+    def _sigma(self) -> Batch:
+        """(x, u, d, line) -> the standard deviation of the error, in its unit."""
+        poses = self.space.poses
+        inputs = [ca.SX.sym("x", poses.nx), ca.SX.sym("u"), ca.SX.sym("d", len(poses.free))]
+        inputs += [ca.SX.sym("line") for _ in range(self.lines)]
+        return Batch(ca.Function("sigma", inputs, [self._sigma_of(*inputs)]), ())
+
     # -- shared ------------------------------------------------------------------------------
 
-    def own(self, word: str) -> str:
+    def key(self, word: str) -> str:
         """Return the name of one of the goal's variables."""
         return f"{self.name}.{word}"
 
@@ -158,7 +184,7 @@ class Goal:
         """Return a free parameter."""
         return d[..., self.space.names.index(name)]
 
-    def poses_of(self, values: Mapping[str, Floats], count: int) -> Floats:
+    def poses_of(self, values: Values, count: int) -> Floats:
         """Return the unknowns (k, nx) of the goal's poses; `count` of them where nx is zero."""
         nx = self.space.poses.nx
-        return np.reshape(values[self.own("x")], (-1 if nx else count, nx))
+        return np.reshape(values[self.key("x")], (-1 if nx else count, nx))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -10,8 +10,9 @@ import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
 from mechdae.design.synthesis.outcome import Called, Outcome
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.verification.claims import Claim
 from mechdae.design.synthesis.verify import sketched
@@ -60,14 +61,14 @@ class Dynamic(Goal):
         return f"numbers of motions and equilibria ({self.asked.of})"
 
     def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
-        value = nlp.outside(self.own("value"), self._called, d) / self.unit
+        value = nlp.outside(self.key("value"), self._called, d) / self.unit
         if self.bounds is not None:
             low, high = (bound / self.unit for bound in self.bounds)
             nlp.constrain(f"limit of {self.asked.path}", value, low, high, self.unit)
             return SX(0)
         # one pose, to begin the sweeps with
-        x = self.space.pose_variables(nlp, self.own("x"), 1)
-        self.space.at(nlp, x[:, 0], nlp.parameter(self.own("start"), [self.start]), d, sigma)
+        x = self.space.pose_variables(nlp, self.key("x"), 1)
+        self.space.at(nlp, x[:, 0], nlp.parameter(self.key("start"), [self.start]), d, sigma)
         return self.sense * value
 
     def value(self, term: float) -> float:
@@ -90,11 +91,9 @@ class Dynamic(Goal):
             return 0.0
         return float(found[0])
 
-    def programme(
-        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[Floats, Floats]:
-        x = np.reshape(values[self.own("x")], (1, self.space.poses.nx))
-        return np.atleast_1d(given.get(self.own("start"), self.start)), x
+    def programme(self, values: Values, given: Values) -> tuple[Floats, Floats]:
+        x = np.reshape(values[self.key("x")], (1, self.space.poses.nx))
+        return np.atleast_1d(given.get(self.key("start"), self.start)), x
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -103,30 +102,28 @@ class Dynamic(Goal):
         d = spread.designs(generator, TRIES * count)
         d = d[spread.turning(d, kind)]
         found = 0
-        for own in d:
+        for number in d:
             if found == count:
                 return
-            value = self.outcome.value(own)
-            at = sketched(self.outcome.run.problem, space, own, self.start)
+            value = self.outcome.value(number)
+            at = sketched(self.outcome.run.problem, space, number, self.start)
             if at is None or not np.isfinite(value):
                 continue
             u, x = at
             found += 1
-            branch = np.sign(np.array(space.poses.function(x, u, own)[1]).ravel())
-            given = {self.own("start"): [u]}
-            yield Drawn(own, {}, given, np.array([u]), x[None], branch, self.sense * value)
+            branch = space.poses.branch(x, u, number)
+            given = {self.key("start"): [u]}
+            yield Drawn(number, {}, given, np.array([u]), x[None], branch, self.sense * value)
 
     def first(self, d: Floats) -> float | None:
         return self.start
 
-    def completed(
-        self, spread: Spread, drawn: Drawn
-    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
+    def completed(self, spread: Spread, drawn: Drawn) -> NewValues:
         if self.bounds is not None:
             return {}, {}
         _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), [self.start])
-        return {self.own("x"): x}, {}
+        return {self.key("x"): x}, {}
 
-    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+    def claim(self, values: Values, given: Values) -> Claim:
+        d = dimensions(values["d"], given)
         return Claim(value=self.outcome.value(d))

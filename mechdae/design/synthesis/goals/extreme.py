@@ -6,7 +6,7 @@ its mean or root mean square is the objective, or a bound t of it at all nodes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +16,10 @@ import numpy as np
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.design.synthesis.goals.base import Drawn, Goal
 from mechdae.design.synthesis.kinks import FINEST, SOFT, kinked, rounded
-from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.quantity import MEANS, Quantity
-from mechdae.design.synthesis.robust.quantity import (
-    lifted,
-    mean_slopes,
-    row_of,
-    sigma_of_mean,
-)
+from mechdae.design.synthesis.robust.quantity import lifted, mean_slopes, row_of, sigma_of_mean
 from mechdae.design.synthesis.robust.values import deviation, variables
 from mechdae.design.synthesis.space import TURN
 from mechdae.design.synthesis.starts.spread import Spread
@@ -112,10 +108,10 @@ class ExtremeGoal(Goal):
         p = parameters_of(poses.model, poses.free, d)
         whole = poses.recovered(x, u, p)
         places = [poses.names.index(name) for name in self.quantity.x_names]
-        own = whole[places] if places else SX(0, 1)
+        chosen = whole[places] if places else SX(0, 1)
         rest = self.quantity.free[len(poses.free) :]
         every = ca.vertcat(d, *[p[poses.model.p_names.index(name)] for name in rest])
-        return without_repeats("values", [x, u, d], [self.quantity.function(own, u, every)])
+        return without_repeats("values", [x, u, d], [self.quantity.function(chosen, u, every)])
 
     # -- deviations by tolerances ------------------------------------------------------------
 
@@ -171,17 +167,13 @@ class ExtremeGoal(Goal):
         )
         return loss / self.unit, power / self.unit
 
-    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-        if self.deviations is None:
-            return {}
-        u, x = self.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+    def _deviating(self, values: Values, given: Values, u: Any, x: Any, d: Any) -> dict[str, Any]:
         rows = [self._row(x[i], u[i], d) for i in range(len(u))]
         if self._averaged:
             sums = self._sums([(SX(row), SX(A)) for row, A in rows])
             return {variables(self.name): np.array(ca.DM(sums)).ravel()}
         found = np.array(ca.DM(ca.vertcat(*[self._deviated(SX(r), SX(A)) for r, A in rows])))
-        return {self.own("worst"): [found.max() if self.asked.reduce == "peak" else found.min()]}
+        return {self.key("worst"): [found.max() if self.asked.reduce == "peak" else found.min()]}
 
     # -- the problem -------------------------------------------------------------------------
 
@@ -193,14 +185,14 @@ class ExtremeGoal(Goal):
             return SX(0)
         if self.exactly:
             # one pose, to begin the sweeps with
-            x = space.pose_variables(nlp, self.own("x"), 1)
+            x = space.pose_variables(nlp, self.key("x"), 1)
             space.at(nlp, x[:, 0], self.quantity.nodes[0], d, sigma)
-            angle = nlp.variable(self.own("worst"), 1, 0.0, np.pi / 2)
+            angle = nlp.variable(self.key("worst"), 1, 0.0, np.pi / 2)
             nlp.constrain("least", space.cosines(d) - ca.cos(angle), -np.inf, 0.0)
             nlp.constrain("least", space.cosines(d) + ca.cos(angle), 0.0, np.inf)
             return -angle
-        nodes = nlp.parameter(self.own("nodes"), self.quantity.nodes)
-        x = space.pose_variables(nlp, self.own("x"), nodes.numel())
+        nodes = nlp.parameter(self.key("nodes"), self.quantity.nodes)
+        x = space.pose_variables(nlp, self.key("x"), nodes.numel())
         rows = []
         for i, u in enumerate(ca.vertsplit(nodes)):
             space.at(nlp, x[:, i], u, d, sigma)
@@ -218,7 +210,7 @@ class ExtremeGoal(Goal):
         if self._averaged:
             return self.sense * self._mean(rows)
         ends = (0.0, np.pi / 2) if self.quantity.transmission else (-np.inf, np.inf)
-        worst = nlp.variable(self.own("worst"), 1, *ends)
+        worst = nlp.variable(self.key("worst"), 1, *ends)
         bound = ca.sin(worst) if self.quantity.transmission else worst
         for row in rows:
             value = self._size(row) if self.deviations is None else self._deviated(*row)
@@ -273,15 +265,13 @@ class ExtremeGoal(Goal):
 
     def value(self, term: float) -> float:
         """Return the quantity for the goal's term in the objective."""
-        own = self.sense * term
+        quantity = self.sense * term
         if self.quantity.transmission:
-            return own
-        return own if self.asked.path == "summary/efficiency" else own * self.unit
+            return quantity
+        return quantity if self.asked.path == "summary/efficiency" else quantity * self.unit
 
-    def programme(
-        self, values: Mapping[str, Any], given: Mapping[str, Any]
-    ) -> tuple[Floats, Floats]:
-        nodes = given.get(self.own("nodes"), self.quantity.nodes)
+    def programme(self, values: Values, given: Values) -> tuple[Floats, Floats]:
+        nodes = given.get(self.key("nodes"), self.quantity.nodes)
         x = self.poses_of(values, len(nodes))
         return nodes[: len(x)], x
 
@@ -292,13 +282,11 @@ class ExtremeGoal(Goal):
         """Whether all nodes count, not the extremes."""
         return self.asked.path in MEANS or self.asked.reduce in ("mean", "rms")
 
-    def refined(
-        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    def refined(self, spread: Spread, values: Values, given: Values) -> NewValues | None:
         if self._averaged or self.exactly or self.quantity.setting.plan.named:
             return None
         u, x = self.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        d = dimensions(values["d"], given)
         trace = Trace(spread, d, u, x)
         size = Batch(self._size_at, ())
 
@@ -313,7 +301,7 @@ class ExtremeGoal(Goal):
             low, high = (self._scaled(bound) for bound in self.bounds)
             signs, bounds = [-1.0, 1.0], [-low, high]
         else:
-            worst = float(values[self.own("worst")][0])
+            worst = float(values[self.key("worst")][0])
             bound = np.sin(worst) if self.quantity.transmission else worst
             peak = self.asked.reduce == "peak"
             signs, bounds = ([1.0], [bound]) if peak else ([-1.0], [-bound])
@@ -321,24 +309,24 @@ class ExtremeGoal(Goal):
         for sign, bound in zip(signs, bounds, strict=True):
             if not np.isfinite(bound) or abs(bound) > 1e200:
                 continue
-            at, own = maxima(partial(curve, sign), grid)
-            missed |= bool(len(own) and own.max() > bound + MET * max(1.0, abs(bound)))
+            at, heights = maxima(partial(curve, sign), grid)
+            missed |= bool(len(heights) and heights.max() > bound + MET * max(1.0, abs(bound)))
             places.append(at)
-            tops.append(own - bound)
+            tops.append(heights - bound)
         if not missed:
             return None
         held = np.zeros(len(u), bool)
         if not self.quantity.turns:
             held[[0, -1]] = True
         nodes = moved(u, np.concatenate(places), np.concatenate(tops), held)
-        own = {self.own("x"): trace.poses(nodes)[0]}
+        unknowns = {self.key("x"): trace.poses(nodes)[0]}
         if self.bounds is None:
             top = float(tops[0].max()) + bounds[0]
             value = float(signs[0] * top)
             if self.quantity.transmission:
                 value = float(np.arcsin(np.clip(value, 0.0, 1.0)))
-            own[self.own("worst")] = [value]
-        return own, {self.own("nodes"): nodes}
+            unknowns[self.key("worst")] = [value]
+        return unknowns, {self.key("nodes"): nodes}
 
     @cached_property
     def _size_at(self) -> Graph:
@@ -368,11 +356,11 @@ class ExtremeGoal(Goal):
         for i in spread.distinct(d[: 10 * count], order, count):
             on, poses, _ = spread.followed(d[i], x[i, 0], float(coarse[0]), nodes)
             if on and np.isfinite(found[i]):
-                own = {self.own("worst"): [self.sense * found[i]]}
+                unknowns = {self.key("worst"): [self.sense * found[i]]}
                 if self.exactly:
-                    own, poses = {self.own("worst"): [0.5]}, poses[:1]
+                    unknowns, poses = {self.key("worst"): [0.5]}, poses[:1]
                 at = nodes[: len(poses)]
-                yield Drawn(d[i], own, {}, at, poses, sigma[i], float(found[i]))
+                yield Drawn(d[i], unknowns, {}, at, poses, sigma[i], float(found[i]))
 
     def _rough(self, rows: Floats) -> float:
         if self.asked.path in MEANS:
@@ -389,16 +377,14 @@ class ExtremeGoal(Goal):
     def first(self, d: Floats) -> float | None:
         return float(self.quantity.nodes[0])
 
-    def completed(
-        self, spread: Spread, drawn: Drawn
-    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
+    def completed(self, spread: Spread, drawn: Drawn) -> NewValues:
         if self.exactly:
             _, x, _ = spread.followed(
                 drawn.d, drawn.x[0], float(drawn.u[0]), self.quantity.nodes[:1]
             )
-            return {self.own("x"): x, self.own("worst"): [0.5]}, {}
+            return {self.key("x"): x, self.key("worst"): [0.5]}, {}
         nodes = self.quantity.nodes
         _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), nodes)
         rows = [np.array(self.at_pose(x[k], nodes[k], drawn.d)).ravel() for k in range(len(nodes))]
         worst = self._rough(np.array(rows))
-        return {self.own("x"): x, self.own("worst"): [worst]}, {}
+        return {self.key("x"): x, self.key("worst"): [worst]}, {}

@@ -9,7 +9,6 @@ constraints.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -21,20 +20,14 @@ from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.design.synthesis.fourbar.freudenstein import function_starts
 from mechdae.design.synthesis.fourbar.starts import FourBarStarts
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.nlp import Nlp
-from mechdae.design.synthesis.robust.values import (
-    Row,
-    deviation,
-    moments,
-    summed,
-    variables,
-)
+from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.poses import dimensions
+from mechdae.design.synthesis.robust.values import Row, deviation, moments, summed, variables
 from mechdae.design.synthesis.space import TURN, WIDE
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.design.synthesis.verification.claims import Claim
 from mechdae.equations.model import Model
-from mechdae.kernels.run.batch import Batch
 from mechdae.types import Floats, Sym
 
 if TYPE_CHECKING:
@@ -84,13 +77,13 @@ class Function(Goal):
     def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         space, asked = self.space, self.asked
         count = len(self.inputs)
-        sense = nlp.parameter(self.own("sense"), 1.0)
-        inputs = nlp.parameter(self.own("inputs"), self.inputs)
-        outputs = nlp.parameter(self.own("outputs"), self.outputs)
+        sense = nlp.parameter(self.key("sense"), 1.0)
+        inputs = nlp.parameter(self.key("inputs"), self.inputs)
+        outputs = nlp.parameter(self.key("outputs"), self.outputs)
         begin = self._start(nlp, "begin", asked.input_start, d)
         end = self._start(nlp, "end", asked.output_start, d)
-        worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
-        x = space.pose_variables(nlp, self.own("x"), count)
+        worst = nlp.variable(self.key("worst"), int(self.minimax), 0.0, np.inf)
+        x = space.pose_variables(nlp, self.key("x"), count)
         term = SX(0)
         rows: list[Row] = []
         for i in range(count):
@@ -123,37 +116,20 @@ class Function(Goal):
         assert self.deviations is not None
         return self.deviations.of(self.asked.output, x, u, d) / self.size
 
-    @cached_property
-    def _sigma(self) -> Batch:
-        """(x, u, d) -> the standard deviation of the output, in its unit."""
-        assert self.deviations is not None
-        poses = self.space.poses
-        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
-        sigma = self.size * deviation(self._deviation(x, u, d))
-        return Batch(ca.Function("sigma", [x, u, d], [sigma]), ())
+    def _sigma_of(self, x: Any, u: Any, d: Any) -> Any:
+        return self.size * deviation(self._deviation(x, u, d))
 
-    def _added(self, x: Any, u: Any, d: Any) -> Any:
-        """Return what deviations add to errors (m,) at poses."""
-        if self.deviations is None:
-            return 0.0
-        found = self._sigma(x, u[:, None], np.broadcast_to(d, (len(u), len(d))))[0][:, 0]
-        return self.deviations.factor * found
-
-    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-        if self.deviations is None:
-            return {}
-        u, x = self.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+    def _deviating(self, values: Values, given: Values, u: Any, x: Any, d: Any) -> dict[str, Any]:
         places = [np.array(self.space.poses.function(x[i], u[i], d)[2]).ravel()
                   for i in range(len(u))]  # fmt: skip
         value = self.space.poses.part(np.array(places), self.asked.output)[:, 0]
         end = self._value(values, "end", self.asked.output_start)
         errors = (
-            value - end - given[self.own("sense")] * given.get(self.own("outputs"), self.outputs)
+            value - end - given[self.key("sense")] * given.get(self.key("outputs"), self.outputs)
         )
         if self.minimax:
             most = np.max(np.abs(errors) + self._added(x, u, d))
-            return {self.own("worst"): [most / self.size]}
+            return {self.key("worst"): [most / self.size]}
         slopes = [np.array(ca.DM(self._deviation(x[i], u[i], d))) for i in range(len(u))]
         share = 1.0 / len(u)
         rows = [(share, np.atleast_1d(e) / self.size, A)
@@ -166,18 +142,16 @@ class Function(Goal):
             return d[self.space.names.index(given)]
         if given is not None:
             return SX(given)
-        return nlp.variable(self.own(word), 1, -WIDE, WIDE)
+        return nlp.variable(self.key(word), 1, -WIDE, WIDE)
 
-    def _value(self, values: Mapping[str, Floats], word: str, asked: float | str | None) -> float:
+    def _value(self, values: Values, word: str, asked: float | str | None) -> float:
         if isinstance(asked, str):
             return float(values["d"][self.space.names.index(asked)])
-        return float(values[self.own(word)][0]) if asked is None else float(asked)
+        return float(values[self.key(word)][0]) if asked is None else float(asked)
 
-    def programme(
-        self, values: Mapping[str, Floats], given: Mapping[str, Any]
-    ) -> tuple[Floats, Floats]:
+    def programme(self, values: Values, given: Values) -> tuple[Floats, Floats]:
         begin = self._value(values, "begin", self.asked.input_start)
-        inputs = given.get(self.own("inputs"), self.inputs)
+        inputs = given.get(self.key("inputs"), self.inputs)
         return begin + inputs, self.poses_of(values, len(inputs))
 
     # -- starts ------------------------------------------------------------------------------
@@ -236,13 +210,13 @@ class Function(Goal):
         error = value - start.sense * self.outputs
         end = self._put(d, asked.output_start, float(np.mean(error)))
         x = x + np.where(space.turns, end - float(np.mean(error)), 0.0)
-        own = {self.own("worst"): [start.worst / self.size]}
+        unknowns = {self.key("worst"): [start.worst / self.size]}
         if asked.input_start is None:
-            own[self.own("begin")] = [begin]
+            unknowns[self.key("begin")] = [begin]
         if asked.output_start is None:
-            own[self.own("end")] = [end]
-        given = {self.own("sense"): float(start.sense)}
-        return Drawn(d, own, given, u, x, sigma, start.worst / self.size)
+            unknowns[self.key("end")] = [end]
+        given = {self.key("sense"): float(start.sense)}
+        return Drawn(d, unknowns, given, u, x, sigma, start.worst / self.size)
 
     def _put(self, d: Any, name: float | str | None, value: float) -> float:
         """Return an angle brought into its bounds by whole turns, where it is a parameter."""
@@ -281,14 +255,14 @@ class Function(Goal):
             if not on:
                 continue
             error = self.space.poses.part(found, self.asked.output)[:, 0] - senses[i] * self.outputs
-            own = {self.own("worst"): [np.abs(error - end[i]).max() / self.size]}
+            unknowns = {self.key("worst"): [np.abs(error - end[i]).max() / self.size]}
             if self.asked.input_start is None:
-                own[self.own("begin")] = [first[k]]
+                unknowns[self.key("begin")] = [first[k]]
             if self.asked.output_start is None:
-                own[self.own("end")] = [end[i]]
-            sigma = np.sign(np.array(self.space.poses.function(poses[0], u[0], d[k])[1]).ravel())
-            given = {self.own("sense"): float(senses[i])}
-            yield Drawn(d[k], own, given, u, poses, sigma, float(whole[i]))
+                unknowns[self.key("end")] = [end[i]]
+            sigma = self.space.poses.branch(poses[0], u[0], d[k])
+            given = {self.key("sense"): float(senses[i])}
+            yield Drawn(d[k], unknowns, given, u, poses, sigma, float(whole[i]))
 
     def _first(self, d: Floats, generator: Generator) -> Any:
         asked = self.asked.input_start
@@ -310,7 +284,7 @@ class Function(Goal):
         given = self.asked.input_start
         return float(self.of_free(given, d)) if isinstance(given, str) else given
 
-    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+    def completed(self, spread: Spread, drawn: Drawn) -> NewValues:
         start = float(drawn.u[0])
         given_start = self.asked.input_start
         begin = start
@@ -322,24 +296,22 @@ class Function(Goal):
         value = self.space.poses.part(found, self.asked.output)[:, 0]
         sense = float(min(self.senses, key=lambda s: np.ptp(value - s * self.outputs)))
         error = value - sense * self.outputs
-        own = {
-            self.own("x"): x, self.own("begin"): [begin], self.own("end"): [error.mean()],
-            self.own("worst"): [np.ptp(error) / 2 / self.size],
+        unknowns = {
+            self.key("x"): x, self.key("begin"): [begin], self.key("end"): [error.mean()],
+            self.key("worst"): [np.ptp(error) / 2 / self.size],
         }  # fmt: skip
-        return own, {self.own("sense"): sense}
+        return unknowns, {self.key("sense"): sense}
 
     # -- the true extremes ---------------------------------------------------------------------
 
-    def _extremes(
-        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[Trace, Any, Any, Any]:
+    def _extremes(self, values: Values, given: Values) -> tuple[Trace, Any, Any, Any]:
         """Return the design, its nodes as shares of the interval, shares of extremes, errors."""
         begin = self._value(values, "begin", self.asked.input_start)
         end = self._value(values, "end", self.asked.output_start)
         u, x = self.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        d = dimensions(values["d"], given)
         trace, nodes = Trace(self.spread, d, u, x), (u - begin) / self.asked.input_range
-        sense = given[self.own("sense")]
+        sense = given[self.key("sense")]
 
         def error(shares: Any) -> Any:
             inputs, outputs = (np.array(part) for part in self.asked.scales(shares.tolist()))
@@ -350,13 +322,11 @@ class Function(Goal):
 
         return trace, nodes, *maxima(error, grid_of(nodes))
 
-    def refined(
-        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    def refined(self, spread: Spread, values: Values, given: Values) -> NewValues | None:
         if not self.minimax or self.asked.targets:
             return None
         trace, nodes, places, tops = self._extremes(values, given)
-        worst = float(values[self.own("worst")][0]) * self.size
+        worst = float(values[self.key("worst")][0]) * self.size
         if not len(tops) or not tops.max() > worst * (1 + MET):
             return None
         held = np.isin(np.arange(len(nodes)), (0, len(nodes) - 1))
@@ -364,17 +334,17 @@ class Function(Goal):
             np.array(p) for p in self.asked.scales(moved(nodes, places, tops, held).tolist())
         )
         begin = self._value(values, "begin", self.asked.input_start)
-        own = {
-            self.own("x"): trace.poses(begin + inputs)[0],
-            self.own("worst"): [tops.max() / self.size],
+        unknowns = {
+            self.key("x"): trace.poses(begin + inputs)[0],
+            self.key("worst"): [tops.max() / self.size],
         }
-        return own, {self.own("inputs"): inputs, self.own("outputs"): outputs}
+        return unknowns, {self.key("inputs"): inputs, self.key("outputs"): outputs}
 
-    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
+    def claim(self, values: Values, given: Values) -> Claim:
         at, _ = self.programme(values, given)
         refined = self.minimax and not self.asked.targets
         return Claim(
-            at, sense=float(given[self.own("sense")]),
+            at, sense=float(given[self.key("sense")]),
             input_start=self._value(values, "begin", self.asked.input_start),
             output_start=self._value(values, "end", self.asked.output_start),
             between=self._extremes(values, given)[2] if refined else (),

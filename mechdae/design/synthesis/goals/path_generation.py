@@ -19,14 +19,9 @@ from mechdae.design.synthesis.fourbar.solutions import WithinBounds, freedoms_le
 from mechdae.design.synthesis.fourbar.starts import FourBarStarts
 from mechdae.design.synthesis.goals.base import Drawn, Goal
 from mechdae.design.synthesis.goals.visited import visited
-from mechdae.design.synthesis.nlp import Nlp
-from mechdae.design.synthesis.robust.values import (
-    Row,
-    deviation,
-    moments,
-    summed,
-    variables,
-)
+from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.poses import dimensions
+from mechdae.design.synthesis.robust.values import Row, deviation, moments, summed, variables
 from mechdae.design.synthesis.space import TURN, WIDE
 from mechdae.design.synthesis.starts.linear import Linear
 from mechdae.design.synthesis.starts.similar import Similar
@@ -91,20 +86,20 @@ class VisitsGoal(Goal):
 
     def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         asked, k, space = self.asked, self.count, self.space
-        sense = nlp.parameter(self.own("sense"), 1.0)
-        targets = ca.reshape(nlp.parameter(self.own("targets"), self.targets), -1, k)
-        steps = nlp.parameter(self.own("programme"), self.steps)
+        sense = nlp.parameter(self.key("sense"), 1.0)
+        targets = ca.reshape(nlp.parameter(self.key("targets"), self.targets), -1, k)
+        steps = nlp.parameter(self.key("programme"), self.steps)
         free = asked.timing in ("free", "any")
         wide, way = WIDE * space.way, space.way
-        start = nlp.variable(self.own("start"), int(asked.timing == "steps"), -wide, wide, way)
-        own = nlp.variable(self.own("u"), k if free else 0, -wide, wide, way)
-        x = space.pose_variables(nlp, self.own("x"), k)
-        worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
+        start = nlp.variable(self.key("start"), int(asked.timing == "steps"), -wide, wide, way)
+        times = nlp.variable(self.key("u"), k if free else 0, -wide, wide, way)
+        x = space.pose_variables(nlp, self.key("x"), k)
+        worst = nlp.variable(self.key("worst"), int(self.minimax), 0.0, np.inf)
         u, term = [], SX(0)
         rows: list[Row] = []
         for i in range(k):
             if free:
-                u.append(own[i])
+                u.append(times[i])
             elif asked.timing == "steps":
                 u.append(start + sense * steps[i])
             else:
@@ -161,11 +156,8 @@ class VisitsGoal(Goal):
             lambda x, u, d: self._row(x, u, d, self.targets[0])[1], self.space
         )
 
-    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-        if self.deviations is None:
-            return {}
-        u, x = self.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+    def _deviating(self, values: Values, given: Values, u: Any, x: Any, d: Any) -> dict[str, Any]:
+        assert self.deviations is not None
         rows: list[Row] = []
         for i, w in enumerate(self.weights):
             gap, A = self._row(x[i], u[i], d, self.targets[i])
@@ -174,20 +166,18 @@ class VisitsGoal(Goal):
             return {variables(self.name): moments(rows)}
         sizes = [np.linalg.norm(gap) + self.deviations.factor * np.linalg.norm(A)
                  for _, gap, A in rows]  # fmt: skip
-        return {self.own("worst"): [max(sizes)]}
+        return {self.key("worst"): [max(sizes)]}
 
-    def programme(
-        self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[Floats, Floats]:
+    def programme(self, values: Values, given: Values) -> tuple[Floats, Floats]:
         x = self.poses_of(values, self.count)
         if self.asked.timing == "free":
-            return np.array(values[self.own("u")]), x
+            return np.array(values[self.key("u")]), x
         if self.asked.timing == "any":
-            own = np.array(values[self.own("u")])
-            return (wound(own) if self.space.loop is not None else own), x
+            times = np.array(values[self.key("u")])
+            return (wound(times) if self.space.loop is not None else times), x
         if self.asked.timing == "steps":
-            start = float(values[self.own("start")][0])
-            return start + given[self.own("sense")] * self.steps, x
+            start = float(values[self.key("start")][0])
+            return start + given[self.key("sense")] * self.steps, x
         return self.steps, x
 
     # -- starts ------------------------------------------------------------------------------
@@ -231,16 +221,16 @@ class VisitsGoal(Goal):
 
     def _posed(self, start: StartingFourBar, posed: tuple[Floats, Floats, Points, Floats]) -> Drawn:
         d, u, x, sigma = posed
-        own, given = self._own(u, float(start.sense))
-        return Drawn(d, own, given, u, x, sigma, start.residual / self.size**2)
+        unknowns, given = self._own(u, float(start.sense))
+        return Drawn(d, unknowns, given, u, x, sigma, start.residual / self.size**2)
 
-    def _own(self, u: Floats, sense: float) -> tuple[dict[str, Any], dict[str, Any]]:
-        own: dict[str, Floats] = {}
+    def _own(self, u: Floats, sense: float) -> NewValues:
+        unknowns: dict[str, Any] = {}
         if self.asked.timing in ("free", "any"):
-            own[self.own("u")] = u
+            unknowns[self.key("u")] = u
         elif self.asked.timing == "steps":
-            own[self.own("start")] = u[:1] - sense * self.steps[0]
-        return own, {self.own("sense"): sense}
+            unknowns[self.key("start")] = u[:1] - sense * self.steps[0]
+        return unknowns, {self.key("sense"): sense}
 
     def _any(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
         """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
@@ -284,8 +274,8 @@ class VisitsGoal(Goal):
             )
         f = self._squares(places) + beyond
         for i in spread.distinct(d, np.argsort(f, kind="stable"), count):
-            own, given = self._own(u[i], float(sense[i]))
-            yield Drawn(d[i], own, given, u[i], x[i], sigma[i], float(f[i]))
+            unknowns, given = self._own(u[i], float(sense[i]))
+            yield Drawn(d[i], unknowns, given, u[i], x[i], sigma[i], float(f[i]))
 
     def _spread(self, generator: Generator, shape: tuple[int, int] | int) -> Any:
         """Return driver values: within a turn, or some sizes to both sides."""
@@ -300,9 +290,7 @@ class VisitsGoal(Goal):
     def first(self, d: Floats) -> float | None:
         return float(self.steps[0]) if self.asked.timing == "absolute" else None
 
-    def completed(
-        self, spread: Spread, drawn: Drawn
-    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
+    def completed(self, spread: Spread, drawn: Drawn) -> NewValues:
         start = float(drawn.u[0])
         if self.asked.timing == "absolute":
             u = self.steps
@@ -314,18 +302,18 @@ class VisitsGoal(Goal):
                 return best[0], best[1]
             u = start + TURN * np.arange(self.count) / self.count
         _, x, _ = spread.followed(drawn.d, drawn.x[0], start, u)
-        own, given = self._own(np.asarray(u), 1.0)
-        return own | {self.own("x"): x}, given
+        unknowns, given = self._own(np.asarray(u), 1.0)
+        return unknowns | {self.key("x"): x}, given
 
     # -- the best times ------------------------------------------------------------------------
 
-    def _costs(self, values: Floats, own: Integers | None = None) -> Any:
-        """Return the (dimensionless) costs of asked values (n, w): of all targets, or of `own`."""
+    def _costs(self, values: Floats, chosen: Integers | None = None) -> Any:
+        """Return the (dimensionless) costs of asked values (n, w): of all targets, or some."""
         places = self.space.poses.part(values, self.asked.what)
-        if own is None:
+        if chosen is None:
             places, targets, weights = places[:, None], self.targets, self.weights
         else:
-            targets, weights = self.targets[own], self.weights[own]
+            targets, weights = self.targets[chosen], self.weights[chosen]
         squares = self.visited.squares(places, targets)
         return squares if self.minimax else squares * weights
 
@@ -346,8 +334,8 @@ class VisitsGoal(Goal):
             return None
         else:
             ways = [
-                (*ordered(own, self.minimax, closed), way)
-                for own, way in ((costs, 1.0), (costs[::-1], -1.0))
+                (*ordered(costs_along, self.minimax, closed), way)
+                for costs_along, way in ((costs, 1.0), (costs[::-1], -1.0))
             ]
             total, places, sense = min(ways, key=lambda way: way[0])
             if not np.isfinite(total):
@@ -359,18 +347,16 @@ class VisitsGoal(Goal):
         final = self._costs(values, np.arange(self.count))
         if not held.all():
             return None
-        own, given = self._own(at, sense)
+        unknowns, given = self._own(at, sense)
         worst = float(np.sqrt(final.max()))
-        own |= {self.own("x"): poses, self.own("worst"): [worst]}
-        return own, given, worst if self.minimax else float(final.sum())
+        unknowns |= {self.key("x"): poses, self.key("worst"): [worst]}
+        return unknowns, given, worst if self.minimax else float(final.sum())
 
-    def refined(
-        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Floats | float]
-    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    def refined(self, spread: Spread, values: Values, given: Values) -> NewValues | None:
         if self.exact or self.asked.timing not in ("free", "any") or self.deviations is not None:
             return None
-        u, x = np.array(values[self.own("u")]), self.poses_of(values, self.count)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        u, x = np.array(values[self.key("u")]), self.poses_of(values, self.count)
+        d = dimensions(values["d"], given)
         best = self._best_times(spread, d, float(u[0]), x[0])
         if best is None:
             return None

@@ -16,7 +16,7 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.tasks.goals import Rocker as Asked
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
 from mechdae.design.synthesis.space import TURN, WIDE
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.verification.claims import Stated
@@ -103,16 +103,16 @@ class RockerGoal(Goal):
 
     def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         space, poses, text = self.space, self.space.poses, self.asked.coordinate
-        sense = nlp.parameter(self.own("sense"), 1.0)
-        upward = nlp.parameter(self.own("upward"), 1.0)
-        begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
+        sense = nlp.parameter(self.key("sense"), 1.0)
+        upward = nlp.parameter(self.key("upward"), 1.0)
+        begin = nlp.variable(self.key("begin"), 1, -WIDE, WIDE)
         free = self.stroke is None
-        own = nlp.variable(self.own("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
-        stroke: Any = own if free else self.stroke
-        x = space.pose_variables(nlp, self.own("x"), 2)
+        free_stroke = nlp.variable(self.key("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
+        stroke: Any = free_stroke if free else self.stroke
+        x = space.pose_variables(nlp, self.key("x"), 2)
         fast = np.tile(FAST * space.natural, 2)
         scale = np.tile(space.natural, 2)
-        v = ca.reshape(nlp.variable(self.own("v"), 2 * poses.nx, -fast, fast, scale), poses.nx, 2)
+        v = ca.reshape(nlp.variable(self.key("v"), 2 * poses.nx, -fast, fast, scale), poses.nx, 2)
         places = []
         for i, u in enumerate((begin, begin + sense * stroke)):
             values = space.at(nlp, x[:, i], u, d, sigma)
@@ -144,12 +144,10 @@ class RockerGoal(Goal):
     def value(self, term: float) -> float:
         return self.sense * term * self.unit if not self.exact else term
 
-    def programme(
-        self, values: Mapping[str, Floats], given: Mapping[str, Any]
-    ) -> tuple[Floats, Floats]:
-        begin = float(values[self.own("begin")][0])
-        stroke = float(values[self.own("stroke")][0]) if self.stroke is None else self.stroke
-        return begin + given[self.own("sense")] * stroke * np.arange(2), self.poses_of(values, 2)
+    def programme(self, values: Values, given: Values) -> tuple[Floats, Floats]:
+        begin = float(values[self.key("begin")][0])
+        stroke = float(values[self.key("stroke")][0]) if self.stroke is None else self.stroke
+        return begin + given[self.key("sense")] * stroke * np.arange(2), self.poses_of(values, 2)
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -177,10 +175,10 @@ class RockerGoal(Goal):
         for i in spread.distinct(np.vstack([d, d]), order, count):
             k, sense = i % len(d), 1.0 if i < len(d) else -1.0
             ends = [low[k], high[k]]
-            own, given = self._own(float(u[0, ends[0]]), float(rise[k]), sense)
-            stroke = self.stroke if self.stroke is not None else own[self.own("stroke")][0]
+            unknowns, given = self._own(float(u[0, ends[0]]), float(rise[k]), sense)
+            stroke = self.stroke if self.stroke is not None else unknowns[self.key("stroke")][0]
             at = float(u[0, ends[0]]) + sense * stroke * np.arange(2)
-            yield Drawn(d[k], own, given, at, x[k, ends], sigma[k], float(rank[i]))
+            yield Drawn(d[k], unknowns, given, at, x[k, ends], sigma[k], float(rank[i]))
 
     def _misses(self, way: Any, stroke: Any) -> Any:
         """Return how far ways and strokes are from what is asked for."""
@@ -195,17 +193,13 @@ class RockerGoal(Goal):
             miss = miss + (0.0 if self.exact else self.sense) * stroke + 10 * (stroke < np.pi)
         return miss
 
-    def _own(
-        self, begin: float, rise: float, sense: float
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
-        own: dict[str, Any] = {self.own("begin"): [begin]}
+    def _own(self, begin: float, rise: float, sense: float) -> NewValues:
+        unknowns: dict[str, Any] = {self.key("begin"): [begin]}
         if self.stroke is None:
-            own[self.own("stroke")] = [rise if sense > 0 else TURN - rise]
-        return own, {self.own("sense"): sense, self.own("upward"): 1.0}
+            unknowns[self.key("stroke")] = [rise if sense > 0 else TURN - rise]
+        return unknowns, {self.key("sense"): sense, self.key("upward"): 1.0}
 
-    def completed(
-        self, spread: Spread, drawn: Drawn
-    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
+    def completed(self, spread: Spread, drawn: Drawn) -> NewValues:
         start = float(drawn.u[0])
         u = start + TURN * np.arange(NODES) / NODES
         _, x, found = spread.followed(drawn.d, drawn.x[0], start, u)
@@ -214,5 +208,5 @@ class RockerGoal(Goal):
         rise = float((u[ends[1]] - u[ends[0]]) % TURN)
         wanted = self.stroke if self.stroke is not None else np.pi + 1.0
         sense = 1.0 if abs(rise - wanted) < abs(TURN - rise - wanted) else -1.0
-        own, given = self._own(float(u[ends[0]]), rise, sense)
-        return own | {self.own("x"): x[ends]}, given
+        unknowns, given = self._own(float(u[ends[0]]), rise, sense)
+        return unknowns | {self.key("x"): x[ends]}, given

@@ -7,7 +7,6 @@ nodes lie within t strokes of a line whose direction and place are free.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -15,7 +14,8 @@ import numpy as np
 
 from mechdae.describe.tasks.goals import StraightLine
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.nlp import Nlp
+from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.robust.values import deviation
 from mechdae.design.synthesis.space import FAR, TURN, WIDE
 from mechdae.design.synthesis.starts.similar import Similar
@@ -23,7 +23,6 @@ from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.design.synthesis.verification.claims import Claim
 from mechdae.equations.model import Model
-from mechdae.kernels.run.batch import Batch
 from mechdae.types import Floats, Sym
 
 if TYPE_CHECKING:
@@ -63,14 +62,14 @@ class StraightGoal(Goal):
 
     def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
         space, count = self.space, len(self.inputs)
-        nodes = nlp.parameter(self.own("nodes"), self.shares)
-        begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
-        way = nlp.variable(self.own("way"), 1, -WIDE, WIDE)
+        nodes = nlp.parameter(self.key("nodes"), self.shares)
+        begin = nlp.variable(self.key("begin"), 1, -WIDE, WIDE)
+        way = nlp.variable(self.key("way"), 1, -WIDE, WIDE)
         far = FAR * space.size
-        offset = nlp.variable(self.own("offset"), 1, -far, far, space.size)
+        offset = nlp.variable(self.key("offset"), 1, -far, far, space.size)
         # the deviation is small beside the stroke
-        worst = nlp.variable(self.own("worst"), 1, 0.0, np.inf, 1e-3)
-        x = space.pose_variables(nlp, self.own("x"), count)
+        worst = nlp.variable(self.key("worst"), 1, 0.0, np.inf, 1e-3)
+        x = space.pose_variables(nlp, self.key("x"), count)
         along, across, added = [], [], []
         c, s = ca.cos(way), ca.sin(way)
         for i in range(count):
@@ -111,44 +110,25 @@ class StraightGoal(Goal):
         normal = ca.horzcat(-ca.sin(way), ca.cos(way)) / self.space.size
         return deviation(normal @ self.deviations.of(self.asked.point, x, u, d))
 
-    @cached_property
-    def _sigma(self) -> Batch:
-        """(x, u, d, way) -> the standard deviation of the point across the line [m]."""
-        poses = self.space.poses
-        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
-        way = SX.sym("way")
-        sigma = self.space.size * self._deviation(x, u, d, way)
-        return Batch(ca.Function("sigma", [x, u, d, way], [sigma]), ())
+    def _sigma_of(self, x: Any, u: Any, d: Any, *line: Any) -> Any:
+        return self.space.size * self._deviation(x, u, d, *line)
 
-    def _added(self, x: Any, u: Any, d: Sym, way: float) -> Any:
-        """Return what deviations add to errors (m,) at poses [m]."""
-        if self.deviations is None:
-            return 0.0
-        d = np.broadcast_to(d, (len(u), len(d)))
-        found = self._sigma(x, u[:, None], d, np.full((len(u), 1), way))[0][:, 0]
-        return self.deviations.factor * found
-
-    def deviating(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-        if self.deviations is None:
-            return {}
-        u, x = self.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
-        way, offset = (float(values[self.own(word)][0]) for word in ("way", "offset"))
+    def _deviating(self, values: Values, given: Values, u: Any, x: Any, d: Any) -> dict[str, Any]:
+        way, offset = (float(values[self.key(word)][0]) for word in ("way", "offset"))
         places = np.array([self.space.poses.function(x[i], u[i], d)[2] for i in range(len(u))])
         places = self.space.poses.part(places[..., 0], self.asked.point)
         across = places @ np.array([-np.sin(way), np.cos(way)]) - offset
         stroke = (places[-1] - places[0]) @ np.array([np.cos(way), np.sin(way)])
         worst = np.max(np.abs(across) + self._added(x, u, d, way)) / max(stroke, 1e-9)
-        return {self.own("worst"): [worst]}
+        return {self.key("worst"): [worst]}
 
     unit = 1e-3
+    lines = 1
 
-    def programme(
-        self, values: Mapping[str, Floats], given: Mapping[str, Any]
-    ) -> tuple[Floats, Floats]:
-        shares = given.get(self.own("nodes"), self.shares)
+    def programme(self, values: Values, given: Values) -> tuple[Floats, Floats]:
+        shares = given.get(self.key("nodes"), self.shares)
         x = self.poses_of(values, len(shares))
-        return values[self.own("begin")][0] + self.asked.arc * shares, x
+        return values[self.key("begin")][0] + self.asked.arc * shares, x
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -189,12 +169,12 @@ class StraightGoal(Goal):
             on, poses, _ = spread.followed(d[i], x[i, 0], float(own_u[0]), own_u)
             if not on:
                 continue
-            own = {
-                self.own("begin"): [first[i]], self.own("way"): [way[i]],
-                self.own("offset"): [offset[i]], self.own("worst"): [worst[i] / stroke[i]],
+            unknowns = {
+                self.key("begin"): [first[i]], self.key("way"): [way[i]],
+                self.key("offset"): [offset[i]], self.key("worst"): [worst[i] / stroke[i]],
             }  # fmt: skip
-            sigma = np.sign(np.array(space.poses.function(poses[0], own_u[0], d[i])[1]).ravel())
-            yield Drawn(d[i], own, {}, own_u, poses, sigma, float(rank[i]))
+            sigma = space.poses.branch(poses[0], own_u[0], d[i])
+            yield Drawn(d[i], unknowns, {}, own_u, poses, sigma, float(rank[i]))
 
     def _offset(self, similar: Similar, d: Sym, u: Any, x: Any) -> tuple[Any, Any]:
         """Return designs with the point of the body that moves most nearly on a line.
@@ -207,8 +187,7 @@ class StraightGoal(Goal):
         A = np.stack([p.real, -p.imag], axis=2)
         B = np.stack([e.real, -e.imag, np.ones((n, k))], axis=2)
         solved = np.linalg.solve(
-            np.einsum("nki,nkj->nij", B, B) + 1e-12 * k * np.eye(3),
-            np.einsum("nki,nkj->nij", B, A),
+            np.einsum("nki,nkj->nij", B, B) + 1e-12 * k * np.eye(3), np.einsum("nki,nkj->nij", B, A)
         )
         left = A - np.einsum("nki,nij->nkj", B, solved)
         _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", left, left))
@@ -221,30 +200,26 @@ class StraightGoal(Goal):
         place = p + c[:, None] * e
         return new, np.stack([place.real, place.imag], axis=2)
 
-    def completed(
-        self, spread: Spread, drawn: Drawn
-    ) -> tuple[dict[str, Floats | list[float]], dict[str, float]]:
+    def completed(self, spread: Spread, drawn: Drawn) -> NewValues:
         start = float(drawn.u[0])
         _, x, found = spread.followed(drawn.d, drawn.x[0], start, start + self.inputs)
         places = self.space.poses.part(found, self.asked.point)[None]
         way, offset, worst, stroke, _ = lines_of(places)
-        own = {
-            self.own("begin"): [start], self.own("way"): way, self.own("offset"): offset,
-            self.own("worst"): worst / np.maximum(stroke, 1e-9), self.own("x"): x,
+        unknowns = {
+            self.key("begin"): [start], self.key("way"): way, self.key("offset"): offset,
+            self.key("worst"): worst / np.maximum(stroke, 1e-9), self.key("x"): x,
         }  # fmt: skip
-        return own, {}
+        return unknowns, {}
 
     # -- the true extremes ---------------------------------------------------------------------
 
-    def _extremes(
-        self, values: Mapping[str, Floats], given: Mapping[str, Any]
-    ) -> tuple[Trace, Any, Any]:
+    def _extremes(self, values: Values, given: Values) -> tuple[Trace, Any, Any]:
         """Return the design, shares of the arc where deviations are largest, and those."""
-        begin = float(values[self.own("begin")][0])
+        begin = float(values[self.key("begin")][0])
         u, x = self.programme(values, given)
-        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        d = dimensions(values["d"], given)
         trace = Trace(self.spread, d, u, x)
-        way, offset = (float(values[self.own(word)][0]) for word in ("way", "offset"))
+        way, offset = (float(values[self.key(word)][0]) for word in ("way", "offset"))
 
         def across(shares: Any) -> Any:
             at = begin + self.asked.arc * shares
@@ -253,31 +228,29 @@ class StraightGoal(Goal):
             gap = place @ np.array([-np.sin(way), np.cos(way)]) - offset
             return np.where(held, np.abs(gap) + self._added(x, at, d, way), np.nan)
 
-        nodes = given.get(self.own("nodes"), self.shares)
+        nodes = given.get(self.key("nodes"), self.shares)
         return trace, *maxima(across, grid_of(nodes))
 
-    def refined(
-        self, spread: Spread, values: Mapping[str, Floats], given: Mapping[str, Any]
-    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    def refined(self, spread: Spread, values: Values, given: Values) -> NewValues | None:
         trace, places, tops = self._extremes(values, given)
-        way, begin = (float(values[self.own(word)][0]) for word in ("way", "begin"))
+        way, begin = (float(values[self.key(word)][0]) for word in ("way", "begin"))
         _, _, found, _ = trace.poses(begin + self.asked.arc * np.array([0.0, 1.0]))
         ends = self.space.poses.part(found, self.asked.point) @ np.array([np.cos(way), np.sin(way)])
         stroke = float(ends[1] - ends[0])
-        worst = float(values[self.own("worst")][0]) * stroke
+        worst = float(values[self.key("worst")][0]) * stroke
         if not len(tops) or not tops.max() > worst * (1 + MET) + NONE * stroke:
             return None
-        nodes = given.get(self.own("nodes"), self.shares)
+        nodes = given.get(self.key("nodes"), self.shares)
         held = np.isin(np.arange(len(nodes)), (0, len(nodes) - 1))
         nodes = moved(nodes, places, tops, held)
-        own = {
-            self.own("x"): trace.poses(begin + self.asked.arc * nodes)[0],
-            self.own("worst"): [tops.max() / stroke],
+        unknowns = {
+            self.key("x"): trace.poses(begin + self.asked.arc * nodes)[0],
+            self.key("worst"): [tops.max() / stroke],
         }
-        return own, {self.own("nodes"): nodes}
+        return unknowns, {self.key("nodes"): nodes}
 
-    def claim(self, values: Mapping[str, Floats], given: Mapping[str, Floats | float]) -> Claim:
-        begin, way, offset = (float(values[self.own(w)][0]) for w in ("begin", "way", "offset"))
+    def claim(self, values: Values, given: Values) -> Claim:
+        begin, way, offset = (float(values[self.key(w)][0]) for w in ("begin", "way", "offset"))
         between = self._extremes(values, given)[1]
         return Claim((begin,), direction=way, offset=offset, between=between)
 

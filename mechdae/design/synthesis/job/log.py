@@ -77,13 +77,13 @@ class Log(JobLog):
         """
         self.begin()
         drawn = {index: digest(*start) for index, start in starts.items()}
-        for index, own in drawn.items():
-            if self._drawn.get((self.total, index), own) != own:
+        for index, start in drawn.items():
+            if self._drawn.get((self.total, index), start) != start:
                 raise self.other(
                     f"start {index} there is not the one that is drawn here, perhaps by another "
                     "version of NumPy or on another kind of processor"
                 )
-        return {i: self.finished[own] for i, own in drawn.items() if own in self.finished}
+        return {i: self.finished[key] for i, key in drawn.items() if key in self.finished}
 
     def put(self, index: int, start: tuple[int, Seed], found: Optimum) -> None:
         """Write a finished start; a second time is nothing."""
@@ -158,11 +158,11 @@ def _text(value: Any) -> Any:
 
 def _optimum(entry: Mapping[str, Any]) -> Optimum:
     values: dict[str, Any] = {}
-    for own in fields(Optimum):
-        value = entry[own.name]
+    for field in fields(Optimum):
+        value = entry[field.name]
         if isinstance(value, list):
             value = np.array([float(item) for item in value])
-        elif own.type == "float":
+        elif field.type == "float":
             value = float(value)
-        values[own.name] = value
+        values[field.name] = value
     return Optimum(**values)

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mechdae import __version__
-from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis, demand
-from mechdae.design.jobs.distribute import distribute
-from mechdae.design.jobs.executors import Borrowed, Processes, Supply
+from mechdae.design.jobs.call import JobCall, PathProgress, Progress, Workers, blamed
 from mechdae.design.synthesis.designs import FEASIBLE
 from mechdae.design.synthesis.exact.complete import PathWork
-from mechdae.design.synthesis.exact.complete import here as followed_here
+from mechdae.design.synthesis.exact.complete import followed as ends_of
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.job.log import Log, fingerprint
 from mechdae.design.synthesis.job.worker import Work, followed, solved, text_of
@@ -26,86 +23,32 @@ from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.pareto import synthesized as designs_of
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.synthesize import Job as Start
-from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
 
-AHEAD = 2
-"""Starts that are handed over for each worker: the next one lies ready."""
+ALONE = JobCall()
+"""Starts one after the other in this process, kept nowhere."""
 KEYS = (
     "driver", "goal", "objectives", "free", "constraints", "starts", "seed", "robust", "tolerances",
 )  # fmt: skip
-Progress = Callable[[int, int, float | None], None]
-"""Is told how many starts of how many are done, and the best objective so far."""
-PathProgress = Callable[[int, int], None]
-"""Is told how many parts of the paths of an exact goal are followed, of those known so far."""
 
 
 def synthesize(
-    problem: Problem | Mechanism | str | Path,
-    task: Synthesis | str | None = None,
-    *,
-    starts: int | None = None,
-    seed: int | None = None,
-    workers: int = 1,
-    executor: Executor | None = None,
-    out: str | Path | None = None,
-    progress: Progress | None = None,
-    paths: PathProgress | None = None,
+    problem: Problem | Mechanism | str | Path, task: Task | str | None = None, call: JobCall = ALONE
 ) -> Result:
-    """Return the designs of a task of synthesis, best first.
-
-    The answer depends on the problem, the number of starts and the seed alone: not on where the
-    starts are solved, nor on whether the job was broken off and begun again.
-
-    Parameters
-    ----------
-    problem
-        A problem, the name of a predefined one, a file, or a mechanism.
-    task
-        Name of a task (default: the first of kind synthesis), or a task as a value.
-    starts, seed
-        In place of the task's own.
-    workers
-        Processes of this machine; 1: this one.
-    executor
-        Solves the starts in place of own processes; it is not shut down.
-    out
-        Folder with the log of finished starts, ``starts.jsonl``: a job that was broken off goes
-        on there, and so does one with more starts.
-    progress
-        Called with the number of finished starts, the number asked for, and the best objective so
-        far (None as long as no start met all constraints).
-    paths
-        Called with the number of parts of the paths to all solutions of an exact goal that are
-        followed, and of all parts known so far.
-
-    Raises
-    ------
-    InputError
-        Something in the description or the call is wrong; the folder is of another job.
-    SolveError
-        A start could not be solved: its worker died again and again.
-    """
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError("a whole number above 0 is needed", where="workers")
-    if executor is not None and workers != 1:
-        raise InputError("'workers' and 'executor' are given, one is needed", where="executor")
-    whole, name, chosen = _chosen(problem, task, starts, seed)
+    """Return the designs of a task of synthesis, best first; see `mechdae.synthesize`."""
+    pool = call.pool()
+    whole, name, chosen = call.task_of(problem, task, Synthesis, _draws)
     text = text_of(whole, name, chosen)
     assert chosen.starts is not None
-    try:
-        with (
-            nullcontext() if out is None else Log(out, text, name, chosen.starts) as log,
-            _supply(workers, executor) or nullcontext() as supply,
-        ):
-            window = None if executor is not None else AHEAD * workers
-            job = Job(text, name, chosen.starts, supply, window, log, progress, paths)
-            return designs_of(whole, name, chosen, run=job, follow=job.follow)
-    except MechdaeError as error:
-        if isinstance(error, InputError) and error.where.startswith(KEYS):
-            error.inside(f"tasks.{name}")
-        whole.blame(error)
-        raise
+    log = nullcontext() if call.out is None else Log(call.out, text, name, chosen.starts)
+    with blamed(whole, name, KEYS), log as kept, pool as workers:
+        job = Job(text, name, chosen.starts, workers, kept, call.progress, call.paths)
+        return designs_of(whole, name, chosen, run=job, follow=job.follow)
+
+
+def _draws(problem: Problem, task: Synthesis) -> tuple[int, int]:
+    asked = demand(problem, task)
+    return asked.starts, asked.seed
 
 
 class Job:
@@ -117,10 +60,8 @@ class Job:
         The problem as text, the name of the task.
     total
         Number of all starts.
-    supply
-        Of the pool; None: this process.
-    window
-        Most starts that are handed to the pool at a time; None: all.
+    workers
+        Solve them.
     """
 
     def __init__(
@@ -128,14 +69,13 @@ class Job:
         text: str,
         name: str,
         total: int,
-        supply: Supply | None,
-        window: int | None,
+        workers: Workers,
         log: Log | None,
         progress: Progress | None,
         paths: PathProgress | None = None,
     ) -> None:
         self._text, self._name, self._total = text, name, total
-        self._supply, self._window, self._log, self._progress = supply, window, log, progress
+        self._workers, self._log, self._progress = workers, log, progress
         self._paths = paths
         self._parts = [0, 0]
         self._optima: dict[int, Optimum] = {}
@@ -153,7 +93,6 @@ class Job:
             for k, optimum in self._log.known(starts).items():
                 self._enter(k, optimum)
         self._tell(search)
-        missing = [k for k in places if k not in self._optima]
 
         def take(k: int, optimum: Optimum) -> None:
             if k not in self._optima:
@@ -162,19 +101,17 @@ class Job:
                 self._enter(k, optimum)
                 self._tell(search)
 
-        if self._supply is None:
-            for k in missing:
-                kind, start = starts[k]
-                nlp = problems[kind]
-                take(k, nlp.solve(nlp.point(start.values), start.given))
-        elif missing:
-            works = {}
-            for k in missing:
-                kind, start = starts[k]
-                works[k] = Work(
-                    __version__, self._text, self._name, kind, start.values, start.given
-                )
-            distribute(works, self._supply, take, self._window, solved)
+        def here(k: int) -> Optimum:
+            kind, start = starts[k]
+            nlp = problems[kind]
+            return nlp.solve(nlp.point(start.values), start.given)
+
+        works = {
+            k: Work(__version__, self._text, self._name, kind, start.values, start.given)
+            for k, (kind, start) in starts.items()
+            if k not in self._optima
+        }
+        self._workers.compute(works, take, solved, here=here)
         return [self._optima[k] for k in places]
 
     def follow(self, works: Sequence[PathWork]) -> list[Any]:
@@ -183,7 +120,7 @@ class Job:
         drawn = [fingerprint(work) for work in works]
         if self._log is not None:
             known = self._log.paths
-            ends = {k: known[own] for k, own in enumerate(drawn) if own in known}
+            ends = {k: known[key] for k, key in enumerate(drawn) if key in known}
 
         def tell(done: int, new: int = 0) -> None:
             self._parts = [self._parts[0] + done, self._parts[1] + new]
@@ -200,11 +137,7 @@ class Job:
                 tell(1)
 
         missing = {k: work for k, work in enumerate(works) if k not in ends}
-        if self._supply is None:
-            for k, work in missing.items():
-                take(k, followed_here([work])[0])
-        elif missing:
-            distribute(missing, self._supply, take, self._window, followed, "part")
+        self._workers.compute(missing, take, followed, "part", lambda k: ends_of(works[k]))
         return [ends[k] for k in range(len(works))]
 
     def _enter(self, k: int, optimum: Optimum) -> None:
@@ -217,57 +150,3 @@ class Job:
         if self._progress is not None:
             best = None if self._best is None else search.shown(self._best)
             self._progress(len(self._optima), max(self._total, self._begun), best)
-
-
-def _supply(workers: int, executor: Executor | None) -> Supply | None:
-    if executor is not None:
-        return Supply(lambda: Borrowed(executor))
-    return Supply(lambda: Processes(workers)) if workers > 1 else None
-
-
-def _chosen(
-    problem: Problem | Mechanism | str | Path,
-    task: Synthesis | str | None,
-    starts: int | None,
-    seed: int | None,
-) -> tuple[Problem, str, Synthesis]:
-    """Return a problem, the name of its task, and the task with its number of starts and seed."""
-    if isinstance(problem, Mechanism):
-        problem = Problem(problem)
-    whole = problem if isinstance(problem, Problem) else load(problem)
-    if isinstance(task, Synthesis):
-        name = next((n for n, known in whole.tasks.items() if known == task), "synthesis")
-        whole = whole.with_task(name, task)
-    else:
-        name = _name(whole, task)
-    own = whole.tasks[name]
-    assert isinstance(own, Synthesis)
-    for word, value, least in (("starts", starts, 1), ("seed", seed, 0)):
-        if value is not None and (isinstance(value, bool) or int(value) != value or value < least):
-            raise InputError(f"a whole number, {least} or more, is needed", where=word)
-    try:
-        asked = demand(whole, own)
-    except MechdaeError as error:
-        error.inside(f"tasks.{name}")
-        whole.blame(error)
-        raise
-    return whole, name, replace(
-        own,
-        starts=asked.starts if starts is None else starts,
-        seed=asked.seed if seed is None else seed,
-    )  # fmt: skip
-
-
-def _name(problem: Problem, asked: str | None) -> str:
-    if asked is not None:
-        task = problem.task(asked)
-        if not isinstance(task, Synthesis):
-            raise InputError(
-                f"is of kind '{task.kind}', not synthesis", where=f"tasks.{asked}",
-                hint=f"mechdae solve {problem.name} --task {asked}",
-            )  # fmt: skip
-        return asked
-    for name, task in problem.tasks.items():
-        if isinstance(task, Synthesis):
-            return name
-    raise InputError("no task of kind synthesis", where=f"{problem.name}: tasks")

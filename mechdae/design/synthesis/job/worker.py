@@ -50,9 +50,9 @@ def text_of(problem: Problem, name: str, task: Synthesis) -> str:
     """
     asked = repr((task.goal, task.goals, task.objectives, task.constraints))
     tasks: dict[str, Task] = {
-        own: other
-        for own, other in problem.tasks.items()
-        if re.search(rf"""['"]{re.escape(own)}['"/]""", asked)
+        key: other
+        for key, other in problem.tasks.items()
+        if re.search(rf"""['"]{re.escape(key)}['"/]""", asked)
     }
     return alone(problem.mechanism, {**tasks, name: replace(task, starts=None)})
 

@@ -27,7 +27,7 @@ def robust_goals(asked: Demand, poses: FreePoses, goals: Sequence[Goal]) -> Devi
         return None
     found = Deviations(poses, asked.tolerances, asked.robust)
     counted = [goal for goal in goals if not goal.exact]
-    for goal, (own, _) in zip(goals, asked.goals, strict=True):
+    for goal, (term, _) in zip(goals, asked.goals, strict=True):
         if not any(goal.deviates for goal in counted):
             raise UnavailableError(
                 f"deviations of {counted[0].words} by tolerances are not computed",
@@ -37,7 +37,7 @@ def robust_goals(asked: Demand, poses: FreePoses, goals: Sequence[Goal]) -> Devi
             )  # fmt: skip
         if goal.exact or not goal.deviates:
             continue
-        starts = (own.input_start, own.output_start) if isinstance(own, FunctionTargets) else ()
+        starts = (term.input_start, term.output_start) if isinstance(term, FunctionTargets) else ()
         for name in starts:
             if name in asked.tolerances:
                 raise InputError(

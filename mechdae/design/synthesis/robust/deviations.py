@@ -14,6 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.design.derivatives.composed import slopes_of_unknowns
 from mechdae.design.synthesis.poses import FreePoses
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.equations.parameters import parameters_of
@@ -89,16 +90,7 @@ class Deviations:
         """(x, u, d) -> deviations (nx, nt) of the unknowns of a pose."""
         g, (d, steps, p) = self.poses.graphs, self._symbols
         x, u = SX.sym("x", g.nx), SX.sym("u")
-        slopes = SX.zeros(g.nx, self.count)
-        for b, graph in enumerate(g.blocks):
-            F, J, Fz = graph.value(g.x, g.u)
-            parts = [ca.densify(F), ca.densify(Fz), ca.densify(g.inverse_of(b, J)[0])]
-            old, new = ca.vertcat(g.x, g.u, g.p, g.scale), ca.vertcat(x, u, p, 1)
-            F, Fz, inverse = ca.substitute(parts, [old], [new])
-            push = ca.jacobian(F, steps)
-            if graph.uses:
-                push += Fz @ slopes[graph.uses, :]
-            slopes[graph.own, :] = -inverse @ push
+        slopes = slopes_of_unknowns(g, ca.vertcat(x, u, p, 1), steps)
         slopes = ca.substitute(slopes, steps, SX.zeros(self.count))
         return without_repeats("of_pose", [x, u, d], [ca.densify(slopes)])
 

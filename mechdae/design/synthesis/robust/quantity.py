@@ -44,9 +44,9 @@ def lifted(nlp: Nlp, name: str, sums: Any) -> Any:
     """Return sums over poses as variables: exact second derivatives stay sparse."""
     if nlp.rough and not nlp.exact:
         return sums
-    own = nlp.variable(variables(name), sums.numel(), -np.inf, np.inf)
-    nlp.constrain(SPREAD, sums - own)
-    return own
+    variables_of_sums = nlp.variable(variables(name), sums.numel(), -np.inf, np.inf)
+    nlp.constrain(SPREAD, sums - variables_of_sums)
+    return variables_of_sums
 
 
 def mean_slopes(asked: Extreme, rows: Sequence[Any], weights: Any, unit: float, size: Any) -> Any:
@@ -62,8 +62,8 @@ def mean_slopes(asked: Extreme, rows: Sequence[Any], weights: Any, unit: float, 
     total: Any = 0.0
     for weight, (row, A) in zip(weights, rows, strict=True):
         if asked.path in MEANS:
-            own = {"summary/loss": A[0, :], "summary/input": A[1, :]}.get(asked.path)
-            part = ca.horzcat(A[0, :], A[1, :]) if own is None else own
+            slopes = {"summary/loss": A[0, :], "summary/input": A[1, :]}.get(asked.path)
+            part = ca.horzcat(A[0, :], A[1, :]) if slopes is None else slopes
             part = part / unit
         elif asked.reduce == "rms":
             part = row.T @ A / unit**2

@@ -73,9 +73,9 @@ def summed(nlp: Nlp, name: str, rows: Sequence[Row], factor: float, size: float)
     count = rows[0][2].shape[1]
     scale = np.full(count + count * (count + 1) // 2, size)
     scale[:count] = np.sqrt(size)
-    own = nlp.variable(variables(name), len(scale), -np.inf, np.inf, scale)
-    nlp.constrain(SPREAD, (moments(rows) - own) / scale)
-    trace, sigma = mean_and_sigma(own, count, lambda v: ca.sqrt(v + TINY * size**2))
+    spreads = nlp.variable(variables(name), len(scale), -np.inf, np.inf, scale)
+    nlp.constrain(SPREAD, (moments(rows) - spreads) / scale)
+    trace, sigma = mean_and_sigma(spreads, count, lambda v: ca.sqrt(v + TINY * size**2))
     nominal = sum((weight * ca.sumsqr(gap) for weight, gap, _ in rows), SX(0))
     return nominal + trace + factor * sigma
 

@@ -89,10 +89,10 @@ class Similar:
         count = len(self.space.box)
         found = []
         for wanted in (1, 1j):
-            own = [k for k in range(count) if self._all(k, wanted) and self._free_of_closure(k)]
-            if len(own) != 1:
+            usable = [k for k in range(count) if self._all(k, wanted) and self._free_of_closure(k)]
+            if len(usable) != 1:
                 return None
-            found.append(own[0])
+            found.append(usable[0])
         return found[0], found[1]
 
     def _offsets(self) -> tuple[int, int] | None:

@@ -183,10 +183,10 @@ class Spread:
         for i in order:
             if len(kept) == count:
                 break
-            own = [k for k in kept if groups[k] == groups[i]]
+            alike = [k for k in kept if groups[k] == groups[i]]
             if used.get(groups[i], 0) >= most:
                 continue
-            if own and np.abs(shares[own] - shares[i]).max(axis=1).min() < APART:
+            if alike and np.abs(shares[alike] - shares[i]).max(axis=1).min() < APART:
                 continue
             kept.append(int(i))
             used[groups[i]] = used.get(groups[i], 0) + 1

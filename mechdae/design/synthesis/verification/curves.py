@@ -17,15 +17,15 @@ POINTS = 200
 
 def shape_distance(curve: Any, wanted: Any) -> float:
     """Return how far a closed curve (t,) is from another one (k,) in shape and size."""
-    own, target = (_resampled(np.asarray(each, complex)) for each in (curve, wanted))
-    own, target = own - own.mean(), target - target.mean()
+    traced, target = (_resampled(np.asarray(each, complex)) for each in (curve, wanted))
+    traced, target = traced - traced.mean(), target - target.mean()
     radius = np.sqrt(np.mean(np.abs(target) ** 2))
     least = np.inf
     for way in (target, target[::-1]):
         for shift in range(POINTS):
             shifted = np.roll(way, shift)
-            turn = np.vdot(own, shifted)
-            gaps = np.abs(own * turn / max(abs(turn), 1e-300) - shifted)
+            turn = np.vdot(traced, shifted)
+            gaps = np.abs(traced * turn / max(abs(turn), 1e-300) - shifted)
             least = min(least, float(gaps.mean()))
     return TURN * least / float(radius)
 

@@ -34,12 +34,12 @@ AXES = tuple(f"{ORIGIN}_{axis}" for axis in "xyz")
 
 def with_origin(mechanism: Mechanism, body: str) -> Mechanism:
     """Return a mechanism with points at the origin of a body's frame and, in space, on its axes."""
-    own = mechanism.bodies[body]
+    described = mechanism.bodies[body]
     every = [ORIGIN, *AXES] if mechanism.dimension == 3 else [ORIGIN]
     places = np.vstack([np.zeros(mechanism.dimension), np.eye(mechanism.dimension)])
     added = {name: tuple(place) for name, place in zip(every, places.tolist(), strict=False)}
-    own = replace(own, points=Table({**own.points, **added}))
-    return replace(mechanism, bodies=Table({**mechanism.bodies, body: own}))
+    described = replace(described, points=Table({**described.points, **added}))
+    return replace(mechanism, bodies=Table({**mechanism.bodies, body: described}))
 
 
 def driven(coordinate: str, low: float, high: float) -> Driver:
@@ -104,14 +104,18 @@ class DesignFile:
             Driver(self.driver, at=tuple(float(value) for value in at)), outputs=outputs,
             derivatives=0,
         )  # fmt: skip
+        found, bad = self._swept(task)
+        if found is None:
+            return None, [f"does not assemble: {bad}"]
+        return found, [f"{bad} of {len(at)} poses are not reached on one branch"] if bad else []
+
+    def _swept(self, task: Sweep) -> tuple[Result | None, Any]:
+        """Return a sweep of the design and how many poses are missing, or None and why."""
         try:
-            found = sweep(self.with_tasks({"path": task}), "path", task)
+            found = sweep(self.with_tasks({"way": task}), "way", task)
         except MechdaeError as error:
-            return None, [f"does not assemble: {error.what}"]
-        bad = sum(str(word) not in FINE for word in found.status)
-        if bad:
-            return found, [f"{bad} of {len(at)} poses are not reached on one branch"]
-        return found, []
+            return None, error.what
+        return found, sum(str(word) not in FINE for word in found.status)
 
     @cached_property
     def turn(self) -> tuple[Result | None, list[str]]:
@@ -143,11 +147,9 @@ class DesignFile:
             outputs=self.boxed or None, derivatives=2,
             measures=("transmission",) if self.dyads else (),
         )  # fmt: skip
-        try:
-            found = sweep(self.with_tasks({"turn": task}), "turn", task)
-        except MechdaeError as error:
-            return None, [f"does not move over its range: {error.what}"]
-        lost = [word for word in found.status if str(word) not in FINE]
+        found, lost = self._swept(task)
+        if found is None:
+            return None, [f"does not move over its range: {lost}"]
         if lost or (self.full_turn and found.summary.get("limits")):
             word = "turn fully" if self.full_turn else "run over its range"
             return found, [f"the input does not {word} on one circuit"]
@@ -169,8 +171,8 @@ class DesignFile:
         )  # fmt: skip
         joints = self.solved_as(task).joints
         return {
-            name: np.asarray(own["transmission_angle"], float)
-            for name, own in joints.items() if "transmission_angle" in own
+            name: np.asarray(joint["transmission_angle"], float)
+            for name, joint in joints.items() if "transmission_angle" in joint
         }  # fmt: skip
 
     # -- tasks ---------------------------------------------------------------------------------
@@ -208,10 +210,10 @@ class DesignFile:
         MechdaeError
             It cannot be solved with these dimensions.
         """
-        own = {} if isinstance(task, str) else {"own": task}
+        added = {} if isinstance(task, str) else {"own": task}
         asked = Sensitivity(of=task if isinstance(task, str) else "own", outputs=paths,
                             wrt=tuple(names))  # fmt: skip
-        problem = self.with_tasks({**self.tasks, **own, "slopes": asked})
+        problem = self.with_tasks({**self.tasks, **added, "slopes": asked})
         if origin:
             problem = replace(problem, mechanism=with_origin(problem.mechanism, origin))
         data = sensitivity(problem, "slopes", asked).data
@@ -222,7 +224,7 @@ class DesignFile:
             rows = len(value)
             found[path] = (
                 value.reshape(rows, -1),
-                np.stack([own.reshape(rows, -1) for own in by_name], axis=2),
+                np.stack([slopes.reshape(rows, -1) for slopes in by_name], axis=2),
             )
         return found
 
@@ -230,12 +232,12 @@ class DesignFile:
         """Return where the origin of a body's frame is, (n, 2) or (n, 3)."""
         mechanism = self.problem.mechanism
         name = next(iter(mechanism.bodies[body].points))
-        own = np.array([self.numbers[f"{body}.{name}.{axis}"] for axis in mechanism.axes])
+        local = np.array([self.numbers[f"{body}.{name}.{axis}"] for axis in mechanism.axes])
         if mechanism.dimension == 2:
             angle = found.bodies[body].angle
             c, s = np.cos(angle), np.sin(angle)
-            arm = np.stack([c * own[0] - s * own[1], s * own[0] + c * own[1]], axis=1)
+            arm = np.stack([c * local[0] - s * local[1], s * local[0] + c * local[1]], axis=1)
         else:
-            arm = matrices(found.bodies[body].orientation) @ own
+            arm = matrices(found.bodies[body].orientation) @ local
         place: Any = found.points[f"{body}.{name}"].position - arm
         return place

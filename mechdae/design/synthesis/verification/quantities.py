@@ -109,8 +109,8 @@ def _ends(design: DesignFile, found: Result, asked: Asked) -> tuple[float, float
         value = quantity_of(found, asked)
         return value, value
     if asked.path.endswith(f"/{TRANSMISSION}"):
-        own = found.summary["transmission"][asked.path.split("/")[1]]
-        return float(own["min"]), float(own["max"])
+        facts = found.summary["transmission"][asked.path.split("/")[1]]
+        return float(facts["min"]), float(facts["max"])
     low = -largest(design, found, asked, np.negative)
     return low, largest(design, found, asked, np.positive)
 
@@ -142,7 +142,7 @@ def values_of(found: Result, path: str) -> Any:
     """Return a quantity over the poses of a solved task (n,); of vectors the length."""
     if path in WORDS:
         paths = shaking_paths(path, found.mechanism.dimension)
-        parts = [np.asarray(found.value(own), float) for own in paths]
+        parts = [np.asarray(found.value(key), float) for key in paths]
         return parts[0] if len(parts) == 1 else np.linalg.norm(parts, axis=0)
     series = np.atleast_1d(np.asarray(found.value(path), float))
     if series.ndim == 1:
@@ -190,10 +190,10 @@ def largest(design: DesignFile, found: Result, asked: Asked, curve: Callable[[An
 def _at(design: DesignFile, task: Sweep, asked: Asked, places: Floats) -> Any:
     """Return the quantity at places of the driver, None where a pose is not certified there."""
     order = np.argsort(places, kind="stable")
-    own, back = np.unique(places[order], return_inverse=True)
+    parts_of, back = np.unique(places[order], return_inverse=True)
     driver = task.all_drivers[0]
     driver = Driver(
-        driver.coordinate, at=tuple(own.tolist()), speed=driver.speed,
+        driver.coordinate, at=tuple(parts_of.tolist()), speed=driver.speed,
         acceleration=driver.acceleration, jerk=driver.jerk, direction=driver.direction,
     )  # fmt: skip
     near = replace(task, driver=driver, drivers=None, poses=None, measures=None)

@@ -24,8 +24,8 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     defects, part = list(defects), asked.coordinate.rpartition(".")[0]
     table = found.summary.get("stroke" if asked.slides else "swing", {})
     way = table.get(part)
-    ends, own = design.swept(claim.at, (asked.coordinate if asked.slides else part,))
-    defects += own
+    ends, values = design.swept(claim.at, (asked.coordinate if asked.slides else part,))
+    defects += values
     if ends is None or way is None:
         word = "the joint does not slide" if asked.slides else "the body does not swing"
         return Worth(np.inf, np.full(2, np.nan), [*defects, word])

@@ -76,7 +76,7 @@ def _timing(asked: Visits, at: Floats, turned: bool) -> list[str]:
     gaps = [at - wanted]
     if asked.timing == "steps":  # in one sense or the other
         gaps = [at - at[0] - sense * (wanted - wanted[0]) for sense in (1, -1)]
-    if min(float(np.abs(own).max()) for own in gaps) > near:
+    if min(float(np.abs(gap).max()) for gap in gaps) > near:
         return ["the targets are not visited at the driver's values that are asked for"]
     return []
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import fields, replace
 from pathlib import Path
@@ -13,12 +12,10 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe import Mechanism, Problem, load
+from mechdae.describe import Mechanism, Problem, Task
 from mechdae.describe.file.writing import alone
-from mechdae.design.jobs.distribute import Failure, distribute
-from mechdae.design.jobs.executors import Borrowed, Processes, Supply
+from mechdae.design.jobs.call import JobCall, Progress, Workers, blamed
 from mechdae.design.jobs.log import JobLog
-from mechdae.errors import InputError, MechdaeError
 from mechdae.parts.types.described.composition import CompositionDemand, asked_of, bare_crank
 from mechdae.parts.types.described.task import Composition
 from mechdae.parts.types.schemes.certified_pareto import SchemeFront, front_of
@@ -26,79 +23,33 @@ from mechdae.parts.types.schemes.search import Run, SchemeSearch
 from mechdae.parts.types.schemes.work_items import FoundSets, SchemePiece, computed
 from mechdae.results import Summary, SynthesisResult
 
+ALONE = JobCall()
 FORMAT = 1
 LOG = "pieces.jsonl"
-AHEAD = 2
-"""Pieces that are handed over for each worker."""
 OPEN = ("samples", "starts", "grow", "keep", "reference")
 """Keys that may differ in one folder: pieces are known by what they hold."""
-Progress = Callable[[int, int, float | None], None]
 
 
 def compose(
-    problem: Problem | Mechanism | str | Path,
-    task: Composition | str | None = None,
-    *,
-    starts: int | None = None,
-    seed: int | None = None,
-    workers: int = 1,
-    executor: Executor | None = None,
-    out: str | Path | None = None,
-    progress: Progress | None = None,
-    paths: Callable[[int, int], None] | None = None,
-) -> SynthesisResult:
+    problem: Problem | Mechanism | str | Path, task: Task | str | None = None,
+    call: JobCall = ALONE,
+) -> SynthesisResult:  # fmt: skip
     """Return the front of a task of composition: schemes with dimensions that trace its curve.
 
-    The answer depends on the task alone: not on where pieces are computed, nor on whether the job
-    was broken off and begun again.
-
-    Parameters
-    ----------
-    problem
-        A problem, the name of a predefined one, or a file.
-    task
-        Name of a task (default: the first of kind composition), or a task as a value.
-    starts, seed
-        In place of the task's own.
-    workers
-        Processes of this machine; 1: this one.
-    executor
-        Computes the pieces in place of own processes; it is not shut down.
-    out
-        Folder with the log of finished pieces, ``pieces.jsonl``: a job that was broken off goes on
-        there.
-    progress
-        Called with the number of finished pieces, of those known so far, and the least error.
-
-    paths
-        Not called: no paths are followed.
-
-    Raises
-    ------
-    InputError
-        Something in the description or the call is wrong; the folder is of another job.
-    SolveError
-        A piece could not be computed: its worker died again and again.
+    See `mechdae.synthesize`; no paths are followed.
     """
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError("a whole number above 0 is needed", where="workers")
-    if executor is not None and workers != 1:
-        raise InputError("'workers' and 'executor' are given, one is needed", where="executor")
-    whole, name, chosen = _chosen(problem, task, starts, seed)
-    kept = replace(chosen, **dict.fromkeys(OPEN))
-    text = alone(_parameters(whole), {name: kept})
-    try:
-        with (
-            nullcontext() if out is None else PieceLog(out, text, name) as log,
-            _supply(workers, executor) or nullcontext() as supply,
-        ):
-            window = None if executor is not None else AHEAD * workers
-            return composed(whole, name, chosen, run=PieceJob(supply, window, log, progress))
-    except MechdaeError as error:
-        if isinstance(error, InputError) and error.where.startswith("chains"):
-            error.inside(f"tasks.{name}")
-        whole.blame(error)
-        raise
+    pool = call.pool()
+    whole, name, chosen = call.task_of(problem, task, Composition, _draws)
+    open_ = replace(chosen, **dict.fromkeys(OPEN))
+    text = alone(_parameters(whole), {name: open_})
+    log = nullcontext() if call.out is None else PieceLog(call.out, text, name)
+    with blamed(whole, name, ("chains",)), log as kept, pool as workers:
+        return composed(whole, name, chosen, run=PieceJob(workers, kept, call.progress))
+
+
+def _draws(problem: Problem, task: Composition) -> tuple[int | None, int | None]:
+    asked_of(task, problem.mechanism.parameter_values)
+    return task.starts, task.seed
 
 
 def composed(
@@ -113,7 +64,7 @@ def composed(
     """
     began = time.process_time()
     asked = asked_of(task, problem.mechanism.parameter_values)
-    search = SchemeSearch(asked, run or PieceJob(None, None, None, None))
+    search = SchemeSearch(asked, run or PieceJob())
     archive = search.search()
     front = front_of(asked, archive, search.aim, problem.name, problem.title)
     summary: dict[str, Any] = {
@@ -127,10 +78,10 @@ def composed(
     }  # fmt: skip
     if front.designs:
         summary["front"] = front.summary
-    return SynthesisResult(
-        problem.name, name, task.kind, problem.mechanism, problem.title,
+    return SynthesisResult.of(
+        problem, name, task,
         status=np.array(["ok"] * len(front.designs)), summary=Summary(summary),
-        fault=_fault(asked, front), definition=task, data={"designs": front.designs},
+        fault=_fault(asked, front), data={"designs": front.designs},
     )  # fmt: skip
 
 
@@ -169,17 +120,15 @@ class PieceJob:
 
     Parameters
     ----------
-    supply
-        Of the pool; None: this process.
-    window
-        Most pieces that are handed to the pool at a time; None: all.
+    workers
+        Compute them.
     """
 
     def __init__(
-        self, supply: Supply | None, window: int | None, log: PieceLog | None,
-        progress: Progress | None,
+        self, workers: Workers | None = None, log: PieceLog | None = None,
+        progress: Progress | None = None,
     ) -> None:  # fmt: skip
-        self._supply, self._window, self._log, self._progress = supply, window, log, progress
+        self._workers, self._log, self._progress = workers or Workers(), log, progress
         self._done = self._total = 0
         self._best: float | None = None
         self._known: dict[str, FoundSets] = {}
@@ -208,18 +157,8 @@ class PieceJob:
         for k, digest in known.items():
             if digest in self._known:
                 take(k, self._known[digest])
-        missing = [k for k in range(len(pieces)) if k not in found]
-        if self._supply is None:
-            for k in missing:
-                outcome = computed(pieces[k])
-                if isinstance(outcome, Failure):
-                    from mechdae.errors import SolveError
-
-                    raise SolveError(f"piece {k}: {outcome.what}\n{outcome.trace.strip()}")
-                take(k, outcome)
-        elif missing:
-            works = {k: pieces[k] for k in missing}
-            distribute(works, self._supply, take, self._window, computed, "piece")
+        missing = {k: piece for k, piece in enumerate(pieces) if k not in found}
+        self._workers.compute(missing, take, computed, "piece")
         return [found[k] for k in range(len(pieces))]
 
 
@@ -275,46 +214,3 @@ def _plain(found: FoundSets) -> dict[str, Any]:
 def _parameters(problem: Problem) -> Mechanism:
     """Return a mechanism with nothing but the parameters that the task may name."""
     return replace(bare_crank(), parameters=problem.mechanism.parameters)
-
-
-def _supply(workers: int, executor: Executor | None) -> Supply | None:
-    if executor is not None:
-        return Supply(lambda: Borrowed(executor))
-    return Supply(lambda: Processes(workers)) if workers > 1 else None
-
-
-def _chosen(
-    problem: Problem | Mechanism | str | Path, task: Composition | str | None,
-    starts: int | None, seed: int | None,
-) -> tuple[Problem, str, Composition]:  # fmt: skip
-    """Return a problem, the name of its task, and the task, its keys checked."""
-    if isinstance(problem, Mechanism):
-        problem = Problem(problem)
-    whole = problem if isinstance(problem, Problem) else load(problem)
-    if isinstance(task, Composition):
-        name = next((n for n, known in whole.tasks.items() if known == task), "composition")
-        whole = whole.with_task(name, task)
-    elif task is None:
-        names = [n for n, own in whole.tasks.items() if isinstance(own, Composition)]
-        if not names:
-            raise InputError("no task of kind composition", where=f"{whole.name}: tasks")
-        name = names[0]
-    else:
-        name = task
-        whole.task(task)
-    own = whole.tasks[name]
-    assert isinstance(own, Composition)
-    for word, value, least in (("starts", starts, 1), ("seed", seed, 0)):
-        if value is not None and (isinstance(value, bool) or int(value) != value or value < least):
-            raise InputError(f"a whole number, {least} or more, is needed", where=word)
-    own = replace(
-        own, starts=own.starts if starts is None else starts,
-        seed=own.seed if seed is None else seed,
-    )  # fmt: skip
-    try:
-        asked_of(own, whole.mechanism.parameter_values)
-    except MechdaeError as error:
-        error.inside(f"tasks.{name}")
-        whole.blame(error)
-        raise
-    return whole, name, own

@@ -1,0 +1,176 @@
+"""A job as it is called: which task is meant, and where its pieces are computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Task
+from mechdae.design.jobs.distribute import Take, distribute, failed
+from mechdae.design.jobs.executors import Borrowed, Processes, Supply
+from mechdae.errors import InputError, MechdaeError
+from mechdae.records import dataclass
+
+AHEAD = 2
+"""Pieces that are handed over for each process: the next one lies ready."""
+Chosen = TypeVar("Chosen", bound=Task)
+Work = TypeVar("Work")
+Progress = Callable[[int, int, float | None], None]
+"""Is told how many pieces of how many are done, and the best objective so far."""
+PathProgress = Callable[[int, int], None]
+"""Is told how many parts of the paths of an exact goal are followed, of those known so far."""
+
+
+@dataclass(frozen=True)
+class JobCall:
+    """The options of a job that looks for designs, see `mechdae.synthesize`."""
+
+    starts: int | None = None
+    seed: int | None = None
+    workers: int = 1
+    executor: Executor | None = None
+    out: str | Path | None = None
+    progress: Progress | None = None
+    paths: PathProgress | None = None
+
+    def pool(self) -> Workers:
+        """Return where the pieces are computed.
+
+        Raises
+        ------
+        InputError
+            Workers that are no number, or in two places.
+        """
+        if isinstance(self.workers, bool) or not isinstance(self.workers, int) or self.workers < 1:
+            raise InputError("a whole number above 0 is needed", where="workers")
+        if self.executor is not None and self.workers != 1:
+            raise InputError("'workers' and 'executor' are given, one is needed", where="executor")
+        return Workers(self.workers, self.executor)
+
+    def task_of(
+        self,
+        problem: Problem | Mechanism | str | Path,
+        task: Task | str | None,
+        kind: type[Chosen],
+        draws: Callable[[Problem, Chosen], tuple[int | None, int | None]],
+    ) -> tuple[Problem, str, Chosen]:
+        """Return a problem, the name of its task, and the task with its number of starts and seed.
+
+        `draws` checks the task and gives these where the call does not.
+        """
+        if isinstance(problem, Mechanism):
+            problem = Problem(problem)
+        whole = problem if isinstance(problem, Problem) else load(problem)
+        if isinstance(task, kind):
+            name = next((n for n, known in whole.tasks.items() if known == task), kind.kind)
+            whole = whole.with_task(name, task)
+        else:
+            named = None if isinstance(task, Task) else task
+            name = task_named(whole, named, lambda known: isinstance(known, kind), kind.kind)
+        chosen = whole.tasks[name]
+        assert isinstance(chosen, kind)
+        for key, value, least in (("starts", self.starts, 1), ("seed", self.seed, 0)):
+            if value is not None and (
+                isinstance(value, bool) or int(value) != value or value < least
+            ):
+                raise InputError(f"a whole number, {least} or more, is needed", where=key)
+        with blamed(whole, name):
+            starts, seed = draws(whole, chosen)
+        given: dict[str, Any] = {
+            "starts": starts if self.starts is None else self.starts,
+            "seed": seed if self.seed is None else self.seed,
+        }
+        return whole, name, replace(chosen, **given)
+
+
+def task_named(
+    problem: Problem, name: str | None, meant: Callable[[Task], bool], kind: str = "synthesis"
+) -> str:
+    """Return the name of the task that is meant: the one named, or the first that may be.
+
+    Raises
+    ------
+    InputError
+        The task is of another kind, or there is none.
+    """
+    if name is not None and not meant(problem.task(name)):
+        raise InputError(
+            f"is of kind '{problem.task(name).kind}', not {kind}", where=f"tasks.{name}",
+            hint=f"mechdae solve {problem.name} --task {name}",
+        )  # fmt: skip
+    names = [name] if name is not None else [n for n, task in problem.tasks.items() if meant(task)]
+    if not names:
+        raise InputError(f"no task of kind {kind}", where=f"{problem.name}: tasks")
+    return names[0]
+
+
+@contextmanager
+def blamed(problem: Problem, name: str, keys: tuple[str, ...] | None = None) -> Iterator[None]:
+    """Say of errors in which file and, where they begin with some keys, in which task they are."""
+    try:
+        yield
+    except MechdaeError as error:
+        if keys is None or (isinstance(error, InputError) and error.where.startswith(keys)):
+            error.inside(f"tasks.{name}")
+        problem.blame(error)
+        raise
+
+
+class Workers:
+    """Computes pieces: here, in processes of its own, or in an executor of the user.
+
+    Parameters
+    ----------
+    count
+        Processes of this machine; 1: this one.
+    executor
+        In place of own processes; it is not shut down.
+    """
+
+    def __init__(self, count: int = 1, executor: Executor | None = None) -> None:
+        self._supply: Supply | None = None
+        self._window = None if executor is not None else AHEAD * count
+        if executor is not None:
+            self._supply = Supply(lambda: Borrowed(executor))
+        elif count > 1:
+            self._supply = Supply(lambda: Processes(count))
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        if self._supply is not None:
+            self._supply.drop(at_once=kind is not None)
+
+    def compute(
+        self,
+        works: Mapping[int, Work],
+        take: Take,
+        call: Callable[[Any], Any],
+        word: str = "start",
+        here: Callable[[int], Any] | None = None,
+    ) -> None:
+        """Compute pieces and give each outcome to `take` as soon as it is there.
+
+        Parameters
+        ----------
+        works
+            By index.
+        call
+            Does a piece in any process, see `distribute`; `here` one of this process by its index.
+        word
+            What a piece is called in messages.
+        """
+        if self._supply is not None:
+            if works:
+                distribute(works, self._supply, take, self._window, call, word)
+            return
+        for index, work in works.items():
+            take(index, failed(call(work), f"{word} {index}") if here is None else here(index))
