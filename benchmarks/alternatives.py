@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from benchmarks import four_bar
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.prepared import Run, Setting

@@ -17,8 +17,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.casadi_warnings import quiet
+from mechdae.kernels.run.functions import Call
 from mechdae.parts.bench.motion_cases import MotionEnd, MotionWork, RubbingWork, Way
 
 SX = ca.SX

@@ -16,6 +16,14 @@ PARTS = (
 )  # fmt: skip
 """Packages that add commands, kinds of tasks and pictures, see `mechdae.additions`."""
 
+CASES = (
+    "mechdae.equations.tree", "mechdae.equations.cases", "mechdae.motion.cases.curves",
+    "mechdae.motion.cases.larger_groups", "mechdae.motion.cases.space",
+    "mechdae.motion.cases.superfluous", "mechdae.motion.cases.meshes",
+    "mechdae.motion.cases.hard_steps", "mechdae.motion.cases.many", "mechdae.motion.cases.laws",
+)  # fmt: skip
+"""Packages for what only some mechanisms have, in the order in which they are asked."""
+
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
     "UnavailableError SolveError AssemblyError IndeterminateFrictionError "
@@ -44,7 +52,7 @@ _HOMES = {
     "mechdae.tasks.solver": "Solver",
     "mechdae.tasks.parameter_studies": "study screen",
     "mechdae.design.derivatives.function": "function",
-    "mechdae.motion.assembly.open_mechanism": "opened",
+    "mechdae.motion.cases.open.open_mechanism": "opened",
     "mechdae.tasks.designing": "synthesize",
     "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",

@@ -1,4 +1,4 @@
-"""What parts and other packages add by name: commands, kinds of tasks, of pictures, of formats.
+"""What parts, cases and other packages add by name: commands, tasks, pictures, formats, methods.
 
 A room keeps its kinds in a `Registry`, which finds those of parts when they are asked for; so no
 room names a part. A part is a package with a module ``adds``, whose ``ADDS`` is a dictionary
@@ -8,12 +8,16 @@ dictionary::
 
     [project.entry-points."mechdae.parts"]
     my_part = "my_package.adds:ADDS"
+
+A *case* is what only some mechanisms have: curves, superfluous equations, space. It adds itself
+in the same way, under the trait of those mechanisms, and the plain code asks all cases a question
+(`of_cases`) without naming one. They stand in `mechdae.CASES`, in the order in which they answer.
 """
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from typing import Any, Generic, TypeVar
 
@@ -72,6 +76,32 @@ Adds = Mapping[str, Mapping[str, Added]]
 def _of_parts() -> tuple[Adds, ...]:
     parts = importlib.import_module("mechdae").PARTS
     return tuple(importlib.import_module(f"{part}.adds").ADDS for part in parts)
+
+
+@cache
+def _cases() -> tuple[Adds, ...]:
+    cases = importlib.import_module("mechdae").CASES
+    return tuple(importlib.import_module(f"{case}.adds").ADDS for case in cases)
+
+
+@cache
+def _answers(question: str, traits: frozenset[str] | None) -> list[Any]:
+    answers = (adds.get(question, {}) for adds in _cases())
+    return [
+        added.load()
+        for each in answers
+        for trait, added in each.items()
+        if traits is None or trait in traits
+    ]
+
+
+def of_cases(question: str, traits: Collection[str] | None = None) -> list[Any]:
+    """Return what cases add under a question, of those with one of some traits, without: of all."""
+    return (
+        []
+        if traits is not None and not traits
+        else _answers(question, None if traits is None else frozenset(traits))
+    )
 
 
 @cache

@@ -14,7 +14,7 @@ from mechdae.errors import (
     SingularMassError,
     SolveError,
 )
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.numerics.null_space import dependences, rank, unit_rows
 from mechdae.types import Floats, Graph, Unknowns
 

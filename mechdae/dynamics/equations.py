@@ -28,12 +28,12 @@ from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.equations.motion_equations import Law, Released
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.equations.tree.bars import check_in_space
-from mechdae.equations.tree.choice import released_model
+from mechdae.equations.reduction import released_model
 from mechdae.errors import InputError, UnavailableError, within
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.smooth_friction import Smooth
 from mechdae.kernels.graphs.stepper import Stepper
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.kinematics import prepared
 from mechdae.motion.kinematics.shapes import free_numbers, size_of
 from mechdae.numerics.null_space import ZERO, freedoms

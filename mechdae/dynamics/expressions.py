@@ -13,7 +13,7 @@ from mechdae.describe.named import COMPONENTS, TIME
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.errors import InputError, MechdaeError
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.types import Floats, Sym, Unknowns
 
 SX = ca.SX

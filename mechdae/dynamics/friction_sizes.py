@@ -18,7 +18,7 @@ from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.lift_off import HoldingContacts
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.forces.friction_solutions import SAME, apart, solutions_of
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Floats, Graph, Matrices, Unknowns
 
 LEAST = 1e-150

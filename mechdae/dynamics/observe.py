@@ -15,7 +15,7 @@ from mechdae.equations.motion_equations import row_size
 from mechdae.equations.structure_cache import structure_property
 from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Integers, Reactions, Sym, Unknowns
 

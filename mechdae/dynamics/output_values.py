@@ -12,8 +12,7 @@ from mechdae.describe.named import reactions_of
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.expressions import WithReactions
 from mechdae.equations.model import Model
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.motion.setup.named_outputs import NamedOutputs, requests
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass

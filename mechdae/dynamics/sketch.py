@@ -19,7 +19,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.equations.motion_equations import Released
 from mechdae.errors import MechanismError, MechdaeError, SketchError
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.kinematics.driverless import assembled, independent, likely_drivers
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.setup.drivers import Sketch

@@ -18,9 +18,9 @@ from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import CONTRADICTING, STILL, MotionProblem
 from mechdae.dynamics.sketch import CLOSED, RANK, PlanarSketch
 from mechdae.errors import AssemblyError, InconsistentStartError
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.assembly.closure import bar_lengths, closing_tolerance, straight
-from mechdae.motion.assembly.start import tolerance_hint
+from mechdae.motion.assembly.not_assembled import tolerance_hint
 from mechdae.motion.setup.drivers import sketched
 from mechdae.records import dataclass
 from mechdae.types import Floats, Unknowns

@@ -1,19 +1,21 @@
-"""Coordinates as values: owner, symbol, unit, period and natural size."""
+"""Coordinates as values, owner, symbol, unit, period and size; frames of bodies made of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, PLACE, CoordinateKind
+from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, PLACE, UNIT, CoordinateKind
+from mechdae.equations.space import PLANE
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Sym
 
+SX = ca.SX
 QUATERNION = ("e0", "e1", "e2", "e3")
 """Coordinates of what turns about a ball joint, or hangs on bars: a unit quaternion."""
 
@@ -43,11 +45,11 @@ class Coordinate:
     extent_symbol: Any = None
     middle: float = 0.0
 
-    @property
+    @cached_property
     def kind(self) -> CoordinateKind:
         return KINDS[self.name]
 
-    @property
+    @cached_property
     def key(self) -> tuple[str, str]:
         """(owner, name), by which results and poses hold its value."""
         return self.owner, self.name
@@ -120,3 +122,52 @@ class Coordinates(tuple[Coordinate, ...]):
     @property
     def keys(self) -> list[tuple[str, str]]:
         return [c.key for c in self]
+
+
+def quaternions(coordinates: Iterable[Coordinate]) -> list[list[int]]:
+    """Return the places of quaternions among coordinates."""
+    places: dict[str, list[int]] = {}
+    for i, c in enumerate(coordinates):
+        if c.kind is UNIT:
+            places.setdefault(c.owner, []).append(i)
+    return [own for own in places.values() if len(own) == len(QUATERNION)]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Placement of one body: ``r`` (d,), ``R`` (d, d), turning ``angle`` and coordinates.
+
+    Residuals of joints use points ``r + R s`` and directions ``R d`` only, so that other
+    coordinates (or a third axis) need no second set of joints.
+    """
+
+    r: Sym
+    R: Sym
+    angle: Sym
+    coordinates: tuple[Coordinate, ...]
+
+    def point(self, s: Sym) -> Sym:
+        """Return the place of a point with local coordinates `s`."""
+        return self.r + self.R @ s
+
+    def direction(self, d: Sym) -> Sym:
+        """Return a body-fixed direction in the fixed frame."""
+        return self.R @ d
+
+
+def rotation(angle: Sym) -> Sym:
+    """Return the planar rotation matrix."""
+    c, s = ca.cos(angle), ca.sin(angle)
+    return ca.vertcat(ca.horzcat(c, -s), ca.horzcat(s, c))
+
+
+def fixed_frame(dimension: int) -> Frame:
+    """Return the frame of the ground."""
+    return Frame(SX.zeros(dimension), SX.eye(dimension), SX(0), ())
+
+
+def planar_frame(body: str) -> Frame:
+    """Return the frame (x, y, theta) of a planar body."""
+    coordinates = of_owner(body, PLANE.twist)
+    x, y, theta = (c.symbol for c in coordinates)
+    return Frame(ca.vertcat(x, y), rotation(theta), theta, coordinates)

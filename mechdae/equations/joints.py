@@ -8,15 +8,17 @@ multiplier by -1 gives the reaction on the second body in world axes.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from mechdae.describe.joints.joint import Joint
-from mechdae.equations.curve_contacts import Contact
-from mechdae.equations.frames import Frame
+from mechdae.equations.coordinates import Frame
 from mechdae.errors import UnavailableError
 from mechdae.types import Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.cases.curve_contacts import Contact
 
 Rows = list[tuple[str, Any, str]]
 

@@ -8,25 +8,27 @@ that a term it multiplies costs nothing, and becomes a symbol when the caller fr
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from copy import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
+from mechdae.additions import of_cases
 from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.expression import build
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.equations.coordinates import Coordinate, Coordinates
-from mechdae.equations.curve_contacts import contacts
-from mechdae.equations.frames import Frame, fixed_frame, planar_frame
+from mechdae.equations.coordinates import Coordinate, Coordinates, Frame, fixed_frame, planar_frame
 from mechdae.equations.gradients import gradients
 from mechdae.equations.joints import Ends, rows_of
 from mechdae.equations.space import PLANE
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.records import dataclass
-from mechdae.types import Floats, Sym
+from mechdae.types import Floats, Integers, Sym
+
+if TYPE_CHECKING:
+    from mechdae.equations.cases.curve_contacts import Contact
 
 SX = ca.SX
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -58,6 +60,10 @@ class Row:
     @property
     def name(self) -> str:
         return f"{self.owner}.{self.part}"
+
+
+Quantity = tuple[str, Any, Sequence[Any]]
+"""A word, an expression, and the reaches of its entries where they are known."""
 
 
 class Model:
@@ -109,8 +115,7 @@ class Model:
         self._frames = {name: frames(name) for name in mechanism.bodies}
         self._frames[GROUND] = fixed_frame(mechanism.dimension)
         self.space = PLANE
-        parameters = dict(zip(self.p_names, self.p.elements(), strict=True))
-        self.contacts = contacts(mechanism, parameters, self.numbers, FUNCTIONS)
+        self.contacts = self._contacts()
         own = [self._frames[name].coordinates for name in mechanism.bodies]
         own += [contact.coordinates for contact in self.contacts.values()]
         self.coordinates = Coordinates(itertools.chain(*own))
@@ -122,6 +127,17 @@ class Model:
             for name, joint in mechanism.joints.items()
         }
         self.rows = [Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)]
+
+    def _contacts(self) -> dict[str, Contact]:
+        """Return the curve joints in symbols, by name."""
+        curves = [joint for joint in self.mechanism.joints.values() if joint.on_curve]
+        for make in of_cases("contacts") if curves else ():
+            parameters = dict(zip(self.p_names, self.p.elements(), strict=True))
+            made: dict[str, Contact] = make(
+                curves, self.mechanism.values(), parameters, self.numbers, FUNCTIONS
+            )
+            return made
+        return {}
 
     def _make_parameters(self) -> None:
         mechanism = self.mechanism
@@ -157,6 +173,18 @@ class Model:
     def part(self, mechanism: Mechanism) -> Model:
         """Return the model of some of the bodies and of the joints among them."""
         return Model(mechanism, free=self._free)
+
+    def groups(
+        self, rows: Sequence[Row], coarse: bool = False, out: Collection[str] = ()
+    ) -> list[Any] | None:
+        """Return the Assur groups; None of the plane, where rows and coordinates are theirs."""
+        return None
+
+    def loose_bodies(self, rows: Sequence[Row]) -> list[str]:
+        """Return the bodies that constraints are missing for, by structure."""
+        pattern = ca.jacobian(ca.vertcat(*[row.expression for row in rows]), self.q).sparsity()
+        _, _, columns, _, _, _, coarse = pattern.btf()
+        return list(dict.fromkeys(self.q_names[j][0] for j in columns[coarse[2] : coarse[4]]))
 
     @property
     def spinning(self) -> Iterable[str]:
@@ -199,15 +227,12 @@ class Model:
     def local(self, reference: str) -> Sym:
         """Return ``body.point`` (or ``body.center``) in the body's frame, from its anchor."""
         body = reference.split(".")[0]
-        axes = self.mechanism.axes
-        anchor = self.anchor(body)
-        return ca.vertcat(
-            *[
-                self.numbers[f"{reference}.{axis}"]
-                - (self.numbers[f"{body}.{anchor}.{axis}"] if anchor else 0)
-                for axis in axes
-            ]
-        )
+        anchor, axes = self.anchor(body), self.axes
+        place = [self.numbers[f"{reference}.{axis}"] for axis in axes]
+        if anchor is None:
+            return ca.vertcat(*place)
+        origin = [self.numbers[f"{body}.{anchor}.{axis}"] for axis in axes]
+        return ca.vertcat(*[number - first for number, first in zip(place, origin, strict=True)])
 
     def center(self, body: str) -> Sym:
         """Return the centre of mass in the body's frame, from its anchor.
@@ -248,6 +273,32 @@ class Model:
         if coordinate.kind == "joint angle":
             return ends.second.angle - ends.first.angle
         return ca.dot(ends.axis(), ends.gap)
+
+    axes = "xy"
+    joint_rates = False
+    """Whether angles of joints have rates of their own; in the plane those of the bodies tell."""
+
+    def turned(self, body: str) -> Quantity:
+        """Return how a body is turned: its angle."""
+        return "angle", self.frame(body).angle, ()
+
+    def placed(self, reference: str) -> Quantity:
+        """Return where a point is."""
+        return "position", self.point(reference), ()
+
+    def joint_quantities(self, name: str) -> list[Quantity]:
+        """Return what is reported of a joint, and the angle of what guides it."""
+        joint, ends = self.mechanism.joints[name], self.ends[name]
+        found: list[Quantity] = []
+        if joint.straight:
+            found.append(("slide", ca.dot(ends.axis(), ends.gap), ()))
+            if joint.first_body != GROUND:
+                found.append(("guide", ends.first.angle, ()))
+        if joint.on_curve:
+            found.append(("s", self.contacts[name].s, ()))
+        if joint.turns:
+            found.append(("angle", ends.second.angle - ends.first.angle, ()))
+        return found
 
     def columns_of(self, rows: Sequence[Row]) -> list[dict[Any, Any]]:
         """Return for each row what minus a unit of its multiplier does: its gradient."""
@@ -330,3 +381,13 @@ class Model:
             blocks.append(self.space.inertia(m, inertia, c))
         own = sum(len(contact.coordinates) for contact in self.contacts.values())
         return ca.diagcat(*blocks, SX(own, own)) if own else ca.diagcat(*blocks)
+
+
+def square_blocks(pattern: Sym) -> tuple[int, Integers, Integers]:
+    """Return count and labels of rows and of columns of the block-triangular form."""
+    count, rowperm, colperm, rowblock, colblock, _, _ = pattern.btf()
+    of_row, of_column = np.empty(pattern.size1(), int), np.empty(pattern.size2(), int)
+    for block in range(count):
+        of_row[rowperm[rowblock[block] : rowblock[block + 1]]] = block
+        of_column[colperm[colblock[block] : colblock[block + 1]]] = block
+    return count, of_row, of_column

@@ -10,29 +10,27 @@ unknowns, and an equation that loses all of its unknowns is kept as a check.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
+from mechdae.additions import of_cases
 from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
-from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.named import bodies_of
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.spinning_links import rollers
 from mechdae.equations.coordinates import Coordinates
 from mechdae.equations.forces.inertia import massive
-from mechdae.equations.groups import Group, loose_bodies
+from mechdae.equations.groups import Group, assur_groups, own_freedom
 from mechdae.equations.model import Model, Row
 from mechdae.equations.structure_cache import StructureCache, structure_property
-from mechdae.equations.tree.choice import groups_of, is_tree
-from mechdae.errors import FreedomError, MechanismError
+from mechdae.errors import MechanismError
 from mechdae.records import dataclass
 from mechdae.types import Sym
 
 if TYPE_CHECKING:
     from mechdae.equations.tree.joint_chains import WayProducts
-
 
 SX = ca.SX
 
@@ -123,8 +121,8 @@ class Scene:
     @structure_property
     def recovered(self) -> Coordinates:
         """The coordinates in `recover`."""
-        model = self.model
-        return Coordinates(model.coordinates[model.places[key]] for key in self.recover)
+        coordinates, places = self.model.coordinates, self.model.places
+        return Coordinates(coordinates[places[key]] for key in self.recover)
 
     @structure_property
     def _places(self) -> dict[int, tuple[int, int]]:
@@ -135,11 +133,28 @@ class Scene:
             for i, symbol in enumerate(vector.elements())
         }
 
+    @structure_property
+    def traits(self) -> frozenset[str]:
+        """What only some scenes have, as cases are asked about it; see `mechdae.additions`."""
+        joints = [self.model.mechanism.joints[name] for g in self.groups for name in g.joints]
+        found = {
+            "space": self.model.mechanism.dimension == 3,
+            "curves": any(joint.on_curve for joint in joints),
+            "meshes": any(joint.meshes for joint in joints),
+            "superfluous": bool(self.redundant or self.checks),
+        }
+        return frozenset(trait for trait, there in found.items() if there)
+
+    def cases(self, question: str) -> list[Any]:
+        """Return what cases add under a question, of those whose trait the scene has."""
+        return of_cases(question, self.traits) if self.traits else []
+
     def held(self, expression: Sym) -> tuple[list[int], list[int], list[int]]:
         """Return the positions in x, u and p of the symbols that an expression holds."""
         held: tuple[list[int], list[int], list[int]] = ([], [], [])
+        places = self._places
         for symbol in ca.symvar(SX(expression)):
-            k, i = self._places[symbol.element_hash()]
+            k, i = places[symbol.element_hash()]
             held[k].append(i)
         for positions in held:
             positions.sort()
@@ -214,6 +229,43 @@ class Scene:
         return ca.substitute(absolute, ca.vertcat(*symbols), ca.vertcat(*values))
 
 
+def model_of(
+    mechanism: Mechanism, drivers: Sequence[NamedCoordinate] = (), free: Iterable[str] = ()
+) -> Model:
+    """Return the model of a mechanism with these drivers."""
+    return _model("model", mechanism, drivers, free)
+
+
+def released_model(
+    mechanism: Mechanism, named: Iterable[str] = (), free: Iterable[str] = ()
+) -> Model:
+    """Return the model of a mechanism without drivers, of which these joints are `named`."""
+    return _model("released model", mechanism, named, free)
+
+
+def _model(question: str, mechanism: Mechanism, known: Iterable[Any], free: Iterable[str]) -> Model:
+    for make in of_cases(question, {"space"}) if mechanism.dimension == 3 else ():
+        found: Model = make(mechanism, known, free)
+        return found
+    return Model(mechanism, free=free)
+
+
+def groups_of(
+    model: Model, rows: Sequence[Row], coarse: bool = False, out: Collection[str] = ()
+) -> list[Group]:
+    """Return the Assur groups of a model's rows in solve order; see `assur_groups`.
+
+    Bodies that are `out` are in no group, nor are the equations that hold them.
+    """
+    found: list[Group] | None = model.groups(rows, coarse, out)
+    if found is not None:
+        return found
+    for without in of_cases("groups") if out else ():
+        part: list[Group] = without(model, rows, coarse, out)
+        return part
+    return assur_groups(model, rows, coarse)
+
+
 def scene(
     model: Model,
     drivers: Sequence[NamedCoordinate],
@@ -236,7 +288,8 @@ def scene(
     try:
         groups = groups_of(model, rows, coarse)
     except MechanismError:
-        chosen, out = _left_out(model, rows, chosen, outputs is not None, held, heavy)
+        for leave_out in of_cases("left out"):
+            chosen, out = leave_out(model, rows, chosen, outputs is not None, held, heavy)
         if not out:
             raise
         groups = groups_of(model, rows, coarse, out)
@@ -246,59 +299,11 @@ def scene(
     return result
 
 
-def _asked(model: Model, chosen: Selection, loaded: Iterable[str]) -> set[str]:
-    """Return the bodies that a selection and loads are about."""
-    bodies = set(loaded) | set(chosen.bodies) | {point.split(".")[0] for point in chosen.points}
-    for name in chosen.joints:
-        bodies |= set(model.mechanism.joints[name].bodies)
-    return (bodies | bodies_of(model.mechanism, chosen.named)) - {GROUND}
-
-
-def _joined(mechanism: Mechanism, out: set[str]) -> set[str]:
-    """Return those of the bodies left `out` that joints join to one that is not, over others."""
-    joined = {name for name in mechanism.bodies if name not in out}
-    links = [set(joint.bodies) - {GROUND} for joint in mechanism.joints.values()]
-    front = list(joined)
-    while front:
-        body = front.pop()
-        new = {other for link in links if body in link for other in link} - joined
-        joined |= new
-        front += new
-    return joined & out
-
-
-def _left_out(
-    model: Model,
-    rows: Sequence[Row],
-    chosen: Selection,
-    listed: bool,
-    held: set[str],
-    heavy: set[str],
-) -> tuple[Selection, set[str]]:
-    """Return the selection, and the bodies left out that constraints are missing for.
-
-    These are bodies that nothing asks for, drives or loads. Where all are asked for, a body that
-    hangs on one pin alone, an idle roller, is none of them: what hangs on its turn is taken out of
-    the selection. Weight and inertia of `heavy` bodies act on what joints join them to.
-    """
-    out = set(model.loose if is_tree(model) else loose_bodies(model, rows))
-    mechanism = model.mechanism
-    if not listed:
-        idle = out & set(rollers(mechanism))
-        chosen = replace(
-            chosen,
-            bodies=tuple(name for name in chosen.bodies if name not in idle),
-            points=tuple(name for name in chosen.points if name.split(".")[0] not in idle),
-            joints=tuple(n for n in chosen.joints if not idle & set(mechanism.joints[n].bodies)),
-        )
-    needed = _asked(model, chosen, held) | (heavy & _joined(mechanism, out))
-    return chosen, set() if out & needed else out
-
-
 def _needed(
     model: Model, groups: list[Group], chosen: Selection, loaded: Iterable[str]
 ) -> list[Group]:
-    bodies = _asked(model, chosen, loaded)
+    (bodies_asked_for,) = of_cases("bodies")
+    bodies = bodies_asked_for(model, chosen, loaded)
     wanted = {group.index for group in groups if group.driven or bodies & set(group.bodies)}
     front = list(wanted)
     while front:
@@ -386,17 +391,6 @@ def _check_free(group: Group, model: Model, rest: list[Equation], left: list[Sym
     if loose:
         names = [model.q_names[j][0] for j in group.columns if str(model.q[j]) in loose]
         raise own_freedom(group, names)
-
-
-def own_freedom(group: Group, bodies: Sequence[str], joints: Sequence[str] = ()) -> FreedomError:
-    """Return the error for a group whose equations leave bodies free."""
-    shared = ", ".join(joints or group.joints)
-    return FreedomError(
-        f"group {group.name} has a freedom of its own: {', '.join(dict.fromkeys(bodies))} can "
-        f"still move, the equations of {shared} depend on each other",
-        where="mechanism",
-        hint="drive or hold these bodies",
-    )
 
 
 def eliminate(

@@ -34,15 +34,28 @@ class StructureCache:
 
 
 class structure_property:  # noqa: N801  (used like `property`)
-    """A property that is made once for an object and all copies of it with other numbers."""
+    """A property that is made once for an object and all copies of it with other numbers.
+
+    Each of them keeps it as an attribute of its own once it has asked for it.
+    """
 
     def __init__(self, make: Callable[[Any], Any]) -> None:
         self.make, self.__doc__ = make, make.__doc__
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self.key = (owner.__qualname__, name)
+        self.key, self.name = (owner.__qualname__, name), name
 
     def __get__(self, instance: Any, owner: type | None = None) -> Any:
         if instance is None:
             return self
-        return instance.cache(self.key, lambda: self.make(instance))
+        made = instance.cache(self.key, lambda: self.make(instance))
+        instance.__dict__[self.name] = made
+        return made
+
+
+def forget(instance: Any) -> None:
+    """Take away the structure properties that an object keeps, whose cache is another one now."""
+    for owner in type(instance).__mro__:
+        for name, member in vars(owner).items():
+            if isinstance(member, structure_property):
+                instance.__dict__.pop(name, None)

@@ -17,7 +17,7 @@ from mechdae.forces.formula_changes import ROUNDING, State, kinks_of
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
-from mechdae.motion.assembly.start import shown
+from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.quadrature import Substitution, integrate
 from mechdae.types import Floats, Json

@@ -12,7 +12,7 @@ from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces
-from mechdae.motion.assembly.start import shown
+from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.types import Booleans, Floats, Integers
 

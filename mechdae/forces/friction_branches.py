@@ -15,7 +15,7 @@ import numpy as np
 from mechdae.forces.friction_laws import forms_of, newton, sized, slopes_of
 from mechdae.forces.friction_solutions import SAME, apart, solutions_of
 from mechdae.kernels.graphs.kinetostatics import Balance
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Matrices, Points
 

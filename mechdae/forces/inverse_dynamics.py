@@ -23,8 +23,7 @@ from mechdae.equations.structure_cache import StructureCache
 from mechdae.forces.friction_branches import Branches, Stage, some
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, stored
 from mechdae.motion.continuation.evaluate import Evaluator

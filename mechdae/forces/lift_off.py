@@ -19,8 +19,8 @@ from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolu
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.forces.uniqueness import Uniqueness
-from mechdae.kernels.run.batch import Batch
-from mechdae.motion.assembly.start import shown
+from mechdae.kernels.run.functions import Batch
+from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.changes import arcs_of, changes
 from mechdae.records import dataclass

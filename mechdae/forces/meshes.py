@@ -25,7 +25,7 @@ from mechdae.equations.motion_equations import Released
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.teeth import AxesOfMesh
 from mechdae.forces.spatial_teeth import teeth_along
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.numerics.null_space import ZERO, freedoms
 from mechdae.types import Booleans, Floats, Sym, Unknowns
 

@@ -17,7 +17,6 @@ from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
 from mechdae.motion.continuation.evaluate import Poses, in_time
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.sweep import run
-from mechdae.motion.setup.named_outputs import time_of
 from mechdae.motion.setup.outputs import Request
 from mechdae.records import dataclass
 from mechdae.types import Floats
@@ -82,7 +81,7 @@ class Moving:
         return self._motion(run.poses, run.values, rates, self._times(run.values))
 
     def _times(self, values: Floats) -> Floats | None:
-        return None if self.slow else time_of(self.setting.plan, values)
+        return None if self.slow else self.setting.plan.time_of(values)
 
     def at(self, places: Floats) -> LoadedPoses:
         """Return the motion at places of the path, the driver's speed constant.

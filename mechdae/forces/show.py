@@ -10,9 +10,8 @@ from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.inertia import massive
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import Model
-from mechdae.equations.reduction import Scene
+from mechdae.equations.reduction import Scene, model_of
 from mechdae.equations.tree.bars import check_in_space
-from mechdae.equations.tree.choice import model_of
 from mechdae.equations.tree.teeth import axes_of_mesh
 from mechdae.forces.meshes import meshes_of
 from mechdae.forces.poses import loaded_bodies

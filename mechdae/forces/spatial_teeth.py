@@ -16,7 +16,7 @@ from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.teeth import AxesOfMesh, axes_of_mesh
 from mechdae.errors import MechanismError, UnavailableError
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.types import Floats, Unknowns
 
 if TYPE_CHECKING:

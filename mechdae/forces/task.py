@@ -35,8 +35,7 @@ from mechdae.forces.series import (
 )
 from mechdae.forces.uniqueness import uniqueness
 from mechdae.motion.kinematics.prepared import Setting
-from mechdae.motion.kinematics.report import report
-from mechdae.motion.measures.measure import sorted_events
+from mechdae.motion.kinematics.report import report, sorted_events
 from mechdae.results import (
     CODES,
     LazyPart,

@@ -25,7 +25,7 @@ from mechdae.errors import IndeterminateFrictionError, SolveError
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolute
 from mechdae.forces.unique_directions import Directions, Orientations, still_directions, tidy
 from mechdae.kernels.graphs.kinetostatics import Balance
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
 from mechdae.types import Floats, Integers, Matrices, Matrix, Reactions, Sym, Unknowns

@@ -10,7 +10,7 @@ from typing import Any
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
 from mechdae.describe.tasks.motion import Equilibrium
-from mechdae.equations.groups import count_mobility
+from mechdae.equations.mobility import count_mobility
 from mechdae.errors import InputError, MechdaeError
 from mechdae.motion.kinematics.driverless import likely_drivers
 from mechdae.motion.setup.drivers import sketched

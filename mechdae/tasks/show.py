@@ -10,13 +10,13 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.tasks.synthesis import Synthesis, demand, listed_goals
-from mechdae.equations.groups import ROMAN, Group, count_mobility, formula
+from mechdae.equations.groups import ROMAN, Group, formula
+from mechdae.equations.mobility import count_mobility
 from mechdae.equations.model import Model
-from mechdae.equations.reduction import Scene, scene
-from mechdae.equations.tree.choice import model_of
+from mechdae.equations.reduction import Scene, model_of, scene
 from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.motion.assembly import start
+from mechdae.motion.assembly import not_assembled, start
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.idle_freedom import built_without_idle_freedom
 from mechdae.motion.setup.drivers import plan, sketched
@@ -114,7 +114,7 @@ def _driven(problem: Problem, task: Driven, model: Model | None) -> Json:
         if found.failure is None:
             entry["rank"] = rank_mobility(whole, assembler.coordinates(found.x, u))
         else:
-            entry["assembly"] = str(start.not_assembled(whole, found.failure, u))
+            entry["assembly"] = str(not_assembled.not_assembled(whole, found.failure, u))
     except MechdaeError as error:
         entry["error"] = str(error)
     entry |= {"idle": whole.idle} if whole.idle else {}

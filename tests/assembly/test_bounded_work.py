@@ -46,14 +46,14 @@ def two_pins_that_contradict():
 def polished(monkeypatch):
     """Return how many poses are polished until the mechanism is refused."""
     count = [0]
-    honest = Assembler._polish
+    honest = Assembler.polish
 
     def counted(self, *rest):
         count[0] += 1
         return honest(self, *rest)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Assembler, "_polish", counted)
+        patch.setattr(Assembler, "polish", counted)
         with pytest.raises(md.MechdaeError):
             md.solve(from_dict(two_pins_that_contradict()), task="a")
     return count[0]

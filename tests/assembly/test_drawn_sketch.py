@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.assembly.assembler import Assembler
+from mechdae.motion.assembly.group_search import GroupSearch
 from mechdae.motion.assembly.multistart import BlockSearch
 from mechdae.motion.continuation.path import WINDOW, WINDOWS, Tries
 
@@ -52,7 +52,7 @@ def test_a_pose_is_not_searched_for(searches, monkeypatch: pytest.MonkeyPatch) -
         assert result.joints[name.split(".")[0]].angle[0] == pytest.approx(float(value), abs=1e-9)
     label = result.summary["mode"]  # its rank among all modes
     assert searches
-    monkeypatch.setattr(Assembler, "_drawn", lambda *given: None)
+    monkeypatch.setattr(GroupSearch, "drawn", lambda *given: None)
     searches.clear()
     whole = placed(mechanism, driver, at)
     assert searches

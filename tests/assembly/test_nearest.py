@@ -275,15 +275,15 @@ def test_the_old_distance_is_seen(monkeypatch):
 
 def test_turns_body_by_body_are_seen(monkeypatch):
     """Periods of each angle alone in place of the lattice of all of them."""
-    from mechdae.motion.assembly.turns import block_turns
-    from mechdae.motion.assembly.turns.turn_lattice import Lattice
+    from mechdae.motion.cases.meshes import turn_lattice
+    from mechdae.motion.cases.meshes.turn_lattice import Lattice
 
     def alone(lattice, periods):
         turns = [round(period / (2 * math.pi)) for period in periods]
         rows = [[t * (i == j) for i in range(len(turns))] for j, t in enumerate(turns) if t]
         return Lattice(rows, len(turns))
 
-    monkeypatch.setattr(block_turns, "with_periods", alone)
+    monkeypatch.setattr(turn_lattice, "with_periods", alone)
     result = md.solve(load(SKETCHES / "belt-on-carrier.toml"), "t")
     assert len(equal_poses(result)) == 8
 
@@ -291,14 +291,14 @@ def test_turns_body_by_body_are_seen(monkeypatch):
 @pytest.mark.parametrize("seed", PLATFORMS)
 def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
     """The old rule: the poses of the platform itself are proven, whatever hangs on its turns."""
-    from mechdae.motion.assembly.assembler import Assembler
+    from mechdae.motion.assembly.group_search import GroupSearch
 
     def forgotten(self, *given):
         self.turns.endless = [False] * len(self.turns.endless)
         return right(self, *given)
 
-    right = Assembler._of_whole
-    monkeypatch.setattr(Assembler, "_of_whole", forgotten)
+    right = GroupSearch.of_whole
+    monkeypatch.setattr(GroupSearch, "of_whole", forgotten)
     assert "a pose is missing" in geared_counts.counted(seed)[2][0]
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.assembly import assembler
+from mechdae.additions import of_cases
+from mechdae.motion.assembly import group_search
 from tests.shared.paths import DATA
 from tests.shared.space import ring_of_seven
 
@@ -82,13 +84,18 @@ def test_rings_of_seven_hinges_are_proven(monkeypatch) -> None:
         assert np.abs(places - world).max(axis=(1, 2)).min() < 1e-9
         # a search from many starts finds no others
         with monkeypatch.context() as patch:
-            patch.setattr(assembler, "WAYS", assembler.WAYS[:1])
+            patch.setattr(group_search, "of_cases", without_paths)
             searched = modes(mechanism, "J0.angle", first)
         others = np.stack([searched.points[f"b{k}.P{k}"].position for k in range(1, 7)], axis=1)
         assert not searched.summary["proven"]
         assert len(others) <= len(places)
         for own in others:
             assert np.abs(places - own).max(axis=(1, 2)).min() < 1e-8
+
+
+def without_paths(question: str) -> list[Any]:
+    """Return what finds whole groups, but not by paths."""
+    return of_cases(question) if question == "finders" else []
 
 
 def test_an_arm_with_a_wrist_is_proven_and_the_search_finds_no_others(
@@ -98,7 +105,7 @@ def test_an_arm_with_a_wrist_is_proven_and_the_search_finds_no_others(
     found = md.solve("six-axis-arm", "modes")
     assert (found.summary["count"], found.summary["proven"]) == (8, True)
     assert "8 complex poses, as many as there can be" in found.summary["basis"]
-    monkeypatch.setattr(assembler, "WAYS", assembler.WAYS[:1])
+    monkeypatch.setattr(group_search, "of_cases", without_paths)
     searched = md.solve("six-axis-arm", "modes")
     assert searched.summary["count"] == 8
     ours, theirs = (

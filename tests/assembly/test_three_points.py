@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.assembly.spatial.triangle import PointCourse, triangles
+from mechdae.motion.cases.space.triangle import PointCourse, triangles
 from tests.reference.three_points import ExactCourse, first_unknowns
 from tests.shared.three_points import KINDS, MOST, DrawnPlatform
 

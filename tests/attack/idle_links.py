@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.equations.groups import count_mobility
+from mechdae.equations.mobility import count_mobility
 from tests.shared.paths import ROOT
 
 LINKS = ("cylinder", "sleeve", "third joint", "knee", "bent")

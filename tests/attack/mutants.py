@@ -83,7 +83,7 @@ def wrong_first_rate_of_a_triad(monkeypatch):
 
 @mutant("in_time", "driver's acceleration left out", "acceleration", DYADS)
 def driver_acceleration_left_out(monkeypatch):
-    from mechdae.motion.continuation import many_poses
+    from mechdae.motion.cases.many import many_poses
 
     right = many_poses.in_time
 
@@ -272,7 +272,7 @@ def wrong_rates_next_to_a_change_point(monkeypatch):
     (("exact", 202631), ("exact", 203373)),
 )  # fmt: skip
 def crossed_from_too_near(monkeypatch):
-    from mechdae.motion.continuation import obstacles
+    from mechdae.motion.cases.hard_steps import obstacles
 
     monkeypatch.setattr(obstacles, "go_back", lambda *_: [])
 
@@ -322,19 +322,19 @@ def lost_mode(monkeypatch):
     modes=True,
 )  # fmt: skip
 def whole_turns_forgotten(monkeypatch):
-    from mechdae.motion.assembly.turns.whole_turns import WholeTurns
+    from mechdae.motion.assembly.turns.block_turns import WholeTurns
 
     monkeypatch.setattr(WholeTurns, "number", lambda self, i, x, u: 0)
 
 
 @mutant(
-    "WholeTurns.told", "the block's own unknown decides about whole turns", "off by",
+    "GearedTurns.told", "the block's own unknown decides about whole turns", "off by",
     (("gears", 25642),),
 )  # fmt: skip
 def whole_turns_by_declaration(monkeypatch):
-    from mechdae.motion.assembly.turns.whole_turns import WholeTurns
+    from mechdae.motion.cases.meshes.turn_lattice import GearedTurns
 
-    monkeypatch.setattr(WholeTurns, "told", lambda self, i: [])
+    monkeypatch.setattr(GearedTurns, "told", lambda self, i: [])
 
 
 @mutant(
@@ -402,7 +402,7 @@ def each_group_on_its_own_way(monkeypatch):
 
 
 def swallow(monkeypatch):
-    from mechdae.motion.continuation.path_end import Front
+    from mechdae.motion.continuation.path import Front
 
     monkeypatch.setattr(Front, "end", lambda self, limit: self.ended.update(self.path.groups))
 
@@ -430,7 +430,7 @@ def hidden_limit(monkeypatch):
 
 
 def shift(monkeypatch):
-    from mechdae.motion.continuation.path_end import Front
+    from mechdae.motion.continuation.path import Front
 
     right = Front.end
 

@@ -95,7 +95,7 @@ SLIPS = [
         SUITE + "test_poses_are_those_of_least_squares_within_their_bounds",
     ),
     Slip(
-        "motion.assembly.closure",
+        "motion.cases.superfluous.closing",
         "values = np.abs(self.residuals(x, u, p))",
         "values = 0.1 * np.abs(self.residuals(x, u, p))",
         noise,
@@ -109,21 +109,21 @@ SLIPS = [
         SUITE + "test_the_value_that_is_named_does",
     ),
     Slip(
-        "motion.assembly.closure",
+        "motion.cases.superfluous.closing",
         "whole=float(np.linalg.norm(F / r)) * constants.scale",
         "whole=float(np.linalg.norm(F / r)) * constants.scale * 1e3",
         tolerance_told,
         SUITE + "test_a_motion_that_is_locked_names_a_value_that_does",
     ),
     Slip(
-        "motion.assembly.start",
+        "motion.assembly.not_assembled",
         "slides = not any(",
         "slides = any(",
         slides,
         ROUGH + "test_a_driven_slide_may_be_sketched_out_of_reach",
     ),
     Slip(
-        "motion.assembly.start",
+        "motion.assembly.not_assembled",
         "            return row, found",
         "            return u, found",
         slides,

@@ -16,8 +16,8 @@ from mechdae.kernels.bounds.series import (
     inverse,
     times,
 )
+from mechdae.motion.cases.hard_steps import stretches
 from mechdae.motion.continuation.path import Path as Way
-from mechdae.motion.continuation.path_end import Front
 from mechdae.motion.continuation.series_steps import Expansion
 from tests.attack.refusals import add, examine
 from tests.reference.truth.driven import Driven, draw
@@ -222,7 +222,7 @@ def test_no_pose_that_exists_is_refused():
 
 def test_the_sample_notices_without_series(monkeypatch):
     """Planted: only steps around tangents."""
-    monkeypatch.setattr(Front, "stretched", lambda self, *rest: 0.0)
+    monkeypatch.setattr(stretches, "stretched", lambda front, *rest: 0.0)
     assert figures(ONCE_REFUSED)["refused"] > 0
 
 

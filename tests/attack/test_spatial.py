@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.assembly.orientation_checks import OrientationChecks
+from mechdae.motion.cases.space.orientation_checks import OrientationChecks
 from tests.attack.honesty import page
 from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
 from tests.attack.spatial_mutants import MUTANTS

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.continuation import obstacles
+from mechdae.motion.cases.hard_steps import obstacles
 from tests.shared.mechanisms import toggle
 
 

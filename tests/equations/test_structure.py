@@ -10,7 +10,8 @@ import pytest
 import mechdae as md
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
-from mechdae.equations.groups import count_mobility, formula
+from mechdae.equations.groups import formula
+from mechdae.equations.mobility import count_mobility
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import scene
 from mechdae.errors import AssemblyError, MechanismError

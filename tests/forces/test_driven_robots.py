@@ -63,13 +63,13 @@ def test_an_arm_driven_at_all_joints() -> None:
 @pytest.fixture
 def polished(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How many poses of blocks are polished."""
-    count, honest = [0], Assembler._polish
+    count, honest = [0], Assembler.polish
 
     def counted(self, *rest):
         count[0] += 1
         return honest(self, *rest)
 
-    monkeypatch.setattr(Assembler, "_polish", counted)
+    monkeypatch.setattr(Assembler, "polish", counted)
     return count
 
 

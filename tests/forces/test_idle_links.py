@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe import spinning_links as turnless
-from mechdae.equations.groups import count_mobility
+from mechdae.equations.mobility import count_mobility
 from mechdae.equations.tree import tree_model
 from tests.attack.idle_links import KINDS, run, tube_with_ball
 from tests.shared.paths import ROOT

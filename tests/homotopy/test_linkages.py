@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.assembly import assembler
-from mechdae.motion.assembly.linkage import linkage_group
+from mechdae.motion.assembly import group_search
+from mechdae.motion.cases.larger_groups import linkage_group
 from mechdae.numerics.homotopy import certified_poses, monodromy, stored_instances
 from mechdae.numerics.homotopy.canonical import canonical
 from mechdae.numerics.homotopy.generic_count import generic_count
@@ -323,7 +323,7 @@ def test_groups_with_slides_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
     count = own.count
     monkeypatch.setattr(PinLinkage, "count", None)
     assert len(monodromy.generic_instance(own, seed=2)[1]) == count
-    monkeypatch.setattr(assembler, "WAYS", ())
+    monkeypatch.setattr(group_search, "of_cases", lambda question: [])
     other = md.solve(mechanism, task)
     assert "search from many starts" in other.summary["basis"]  # proven box by box, or not
     assert missed(angles(found), angles(other)) == 0

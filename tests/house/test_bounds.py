@@ -25,10 +25,10 @@ ENDLESS = {
     ("motion/assembly/multistart.py", "__call__"): (
         "starts double up to `most`", "the count is that of the solutions found"
     ),
-    ("motion/assembly/spatial/hinge_loop.py", "__init__"): (
+    ("motion/cases/space/hinge_loop.py", "__init__"): (
         "a joint is taken each time", "OtherShape"
     ),
-    ("motion/assembly/turns/turn_lattice.py", "_cleared"): (
+    ("motion/cases/meshes/turn_lattice.py", "_cleared"): (
         "Euclid's algorithm: entries get smaller", "rows exchanged"
     ),
     ("parts/types/chains/variants/orders.py", "_walk"): (
@@ -43,10 +43,10 @@ ENDLESS = {
     ),
     ("motion/continuation/fold_approach.py", "lead"): ("`STEPS` on the curve",
         "no way into the fold"),
-    ("motion/continuation/obstacles.py", "_approach"): (
+    ("motion/cases/hard_steps/obstacles.py", "_approach"): (
         "what is left shrinks by 1e-3 of itself at least, down to `APPROACH`", "the limit, or not"
     ),
-    ("motion/continuation/obstacles.py", "_in_shares"): (
+    ("motion/cases/hard_steps/obstacles.py", "_in_shares"): (
         "so many steps as lead to `APPROACH`", "the share to go on with"
     ),
     ("describe/vectors/in_space.py", "_fixed"): ("a vector is taken away each time", "places"),
@@ -74,9 +74,9 @@ CALL, DEFINED = re.compile(r"\b(\w+)\("), re.compile(r"\bdef (\w+)\(")
 
 LOOPS = {
     # each turn takes something away, or places what was not placed
-    ("motion/assembly/turns/turn_lattice.py", "_shortened"): "a vector gets shorter",
+    ("motion/cases/meshes/turn_lattice.py", "_shortened"): "a vector gets shorter",
     ("parts/types/chains/labelling.py", "_refined"): "there are more colours each time",
-    ("motion/continuation/obstacles.py", "go_back"): "a node is taken away each time",
+    ("motion/cases/hard_steps/obstacles.py", "go_back"): "a node is taken away each time",
     ("describe/expression.py", "dotted"): "a node's parent in a syntax tree",
     ("design/derivatives/function.py", "_plain"): "two signs become one",
     ("draw/diagram/diagram.py", "fitted"): "the text gets shorter",
@@ -93,24 +93,26 @@ LOOPS = {
     ("numerics/homotopy/sliding_count.py", "connected"): "subsets are counted down",
     ("kernels/bounds/series.py", "inverse"): "the series is twice as long each time",
     ("kernels/machine/instructions.py", "stored"): "found further on in the text each time",
-    ("equations/groups.py", "_shortest_cycles"): "bodies are reached once",
+    ("equations/mobility.py", "_shortest_cycles"): "bodies are reached once",
     ("equations/reduction.py", "_connected"): "the part gets larger",
-    ("equations/redundant_constraints.py", "_spreading"): "the neighbourhood gets larger",
-    ("equations/redundant_constraints.py", "_with_alternatives"): "the set gets larger, or shorter",
+    ("equations/cases/redundant_constraints.py", "_spreading"): "the neighbourhood gets larger",
+    ("equations/cases/redundant_constraints.py", "_with_alternatives"): (
+        "the set gets larger, or shorter"
+    ),
     ("equations/tree/tree_model.py", "to_root"): "a body's parent in a tree",
     ("parts/types/schemes/certified_pareto.py", "_chosen"): "a point is chosen each time",
     ("design/synthesis/exact/conditions.py", "drawn"): "a place is drawn each time",
     ("tasks/vector_modules.py", "_root"): "what a vector runs along is no circle, or is refused",
-    ("motion/assembly/spatial/three_points.py", "_chain"): "joints on a way, or OtherShape",
+    ("motion/cases/space/three_points.py", "_chain"): "joints on a way, or OtherShape",
     # intervals that are halved down to rounding or to a width with a name
     ("motion/kinematics/undercut.py", "refined"): "cut into `WITHIN` parts, down to `least`",
-    ("motion/setup/laws.py", "_corners"): "the interval is halved down to rounding",
-    ("motion/setup/laws.py", "_refuse_cuts"): "the interval is halved down to rounding",
-    ("motion/setup/laws.py", "_refuse_jumps"): "halved down to `ROUNDING`: InputError",
+    ("motion/cases/laws/laws.py", "_corners"): "the interval is halved down to rounding",
+    ("motion/cases/laws/laws.py", "_refuse_cuts"): "the interval is halved down to rounding",
+    ("motion/cases/laws/laws.py", "_refuse_jumps"): "halved down to `ROUNDING`: InputError",
     ("dynamics/time_rates.py",
         "_cells"): "halved down to `NARROW`, `BUDGET` at once: a shorter stretch",
     # steps along a way: none is shorter than a share of it
-    ("motion/continuation/path_end.py", "walk"): "a step of 1e-3 of what is left: not reached",
+    ("motion/cases/hard_steps/obstacles.py", "walk"): "a step of 1e-3 of what is left: not reached",
     ("design/derivatives/function.py", "_along"): "`HALVINGS` of the step: no number",
     ("dynamics/bdf.py", "_step_impl"): "`LEAST` of the time, `STEPS` steps: S7",
     ("dynamics/integrate.py", "_step_impl"): "`LEAST` of the time, `STEPS` steps: S7",
@@ -125,7 +127,7 @@ LOOPS = {
     ("parts/proof/checker/superfluous.py", "parts_of_full_rank"): "`least` of the way: FalseClaim",
     ("parts/proof/checker/tubes.py", "_prove"): "a term each time",
     ("parts/proof/checker/tubes.py", "follow"): "`least` of the way: ArithmeticError",
-    ("motion/assembly/start.py", "_where_it_closes"): "the interval is halved down to `CLOSE`",
+    ("motion/assembly/not_assembled.py", "where_it_closes"): "halved down to `CLOSE`",
     # searches over many cases
     ("additions.py", "__iter__"): "a name is listed each time",
     ("parts/proof/checker/boxes.py", "look"): "`MOST_BOXES`: FalseClaim",

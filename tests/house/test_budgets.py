@@ -10,7 +10,7 @@ PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 10_900,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_050,
-    "equations": 7_900,  # what is left out of a scene: rollers, second machines, plane and space
+    "equations": 8_000,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_200,
     "draw": 18_850,
     "kernels": 7_500,
@@ -25,19 +25,15 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 675
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 133_600
+TOTAL = 134_300
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
     "draw/diagram/diagram.py": 610,
     "dynamics/equations.py": 530,
-    "equations/reduction.py": 505,
-    "equations/tree/tree_model.py": 575,
+    "equations/tree/tree_model.py": 590,
     "forces/inverse_dynamics.py": 540,
     "kernels/graphs/kinetostatics.py": 510,
-    "motion/assembly/assembler.py": 560,
-    "motion/continuation/evaluate.py": 510,
-    "motion/kinematics/report.py": 620,
 }
 """Modules above `LONGEST` lines, and how long they may be; each has one purpose."""
 

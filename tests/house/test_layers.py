@@ -7,14 +7,13 @@ import graphlib
 import re
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
 
 import pytest
 
+from tests.shared.modules import PACKAGE, imports, module_of, parsed
 from tests.shared.paths import ROOT
 
-PACKAGE = ROOT / "mechdae"
 ROOMS = {
     "errors": "",
     "records": "",
@@ -37,6 +36,8 @@ ROOMS = {
     "motion.measures": "describe equations errors motion.continuation motion.setup numerics",
     "motion.kinematics": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.measures motion.setup results",
+    "motion.cases": "describe equations errors kernels motion.assembly motion.continuation "
+    "motion.kinematics motion.setup numerics numerics.homotopy results",
     "forces": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.measures motion.setup numerics results types",
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "
@@ -56,7 +57,7 @@ ROOMS = {
     "equations errors forces kernels motion.assembly motion.kinematics motion.modules motion.setup "
     "numerics results tasks.dispatch",
     "cli": "describe design.jobs design.synthesis draw errors kernels motion.assembly "
-    "motion.modules results results.tables tasks tasks.export",
+    "motion.cases motion.modules results results.tables tasks tasks.export",
     "parts.types": "cli describe design.jobs design.synthesis draw errors numerics results "
     "results.tables tasks.dispatch tasks",
     "parts.page": "cli describe draw equations errors forces kernels motion.continuation "
@@ -64,7 +65,7 @@ ROOMS = {
     "parts.exchange": "cli describe draw equations errors kernels motion.continuation "
     "motion.kinematics results tasks tasks.export types",
     "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export types",
-    "parts.proof": "cli describe equations errors kernels motion.assembly motion.continuation "
+    "parts.proof": "cli describe equations errors kernels motion.cases motion.continuation "
     "motion.kinematics motion.setup results",
     "parts.bench": "cli describe design.jobs design.synthesis draw dynamics errors kernels "
     "motion.kinematics motion.setup tasks",
@@ -84,44 +85,6 @@ def room(module: str) -> str:
     while name and name not in ROOMS:
         name = name.rpartition(".")[0]
     return name
-
-
-def for_type_checkers(tree: ast.Module) -> set[ast.AST]:
-    return {
-        inner
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-        for inner in ast.walk(node)
-    }
-
-
-@cache
-def parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
-@cache
-def imports(path: Path, strings: bool = True, typed: bool = False) -> set[str]:
-    """Return what a module imports, and the modules it names in strings to import them later."""
-    found = set()
-    tree = parsed(path)
-    unused = set() if typed else for_type_checkers(tree)
-    for node in ast.walk(tree):
-        if node in unused:
-            continue
-        if strings and isinstance(node, ast.Constant) and isinstance(node.value, str):
-            found |= set(re.findall(r"^(mechdae(?:\.\w+)+)(?::\w+)?$", node.value))
-        elif isinstance(node, ast.ImportFrom):
-            inside = module_of(path).split(".")[: -node.level] if node.level else []
-            module = ".".join([*inside, *filter(None, [node.module])])
-            found |= {module, *(f"{module}.{alias.name}" for alias in node.names)}
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return found
-
-
-def module_of(path: Path) -> str:
-    return ".".join(("mechdae", *path.relative_to(PACKAGE).with_suffix("").parts))
 
 
 FILES = [p for p in sorted(PACKAGE.rglob("*.py")) if p.parent != PACKAGE or p.stem[0] != "_"]
@@ -297,10 +260,10 @@ def test_solving_loads_no_drawing() -> None:
 
 
 RARE = {
-    "mechdae.motion.assembly.linkage.linkage_group", "mechdae.motion.assembly.multistart",
+    "mechdae.motion.cases.larger_groups.linkage_group", "mechdae.motion.assembly.multistart",
     "mechdae.motion.assembly.vector_loops", "mechdae.describe.vectors.expand",
     "mechdae.tasks.export",
-    "mechdae.motion.kinematics.curve_corners", "mechdae.motion.measures.along_sweep",
+    "mechdae.motion.cases.curves.curve_corners", "mechdae.motion.measures.along_sweep",
     "mechdae.equations.tree.tree_model", "mechdae.design.studies", "csv", "difflib", "html",
 }  # fmt: skip
 """What a plain sweep on the command line does without: each is a part of its start."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mechdae.kernels.bounds.intervals import Floors, enclosure, lower_bounds
-from mechdae.kernels.bounds.majorant import NoMajorant
+from mechdae.kernels.bounds.walk import NoMajorant
 
 LONG = np.longdouble
 

@@ -6,13 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mechdae.kernels.bounds.majorant import NoMajorant, majorant
-from mechdae.kernels.bounds.walk import with_trig
+from mechdae.kernels.bounds.walk import NoMajorant, majorant, with_trig
 from mechdae.kernels.graphs.blocks import inverse
-from mechdae.kernels.machine import program
-from mechdae.kernels.run.batch import MANY, Batch
+from mechdae.kernels.machine import library
+from mechdae.kernels.run.functions import MANY, Batch, StepChain
 from mechdae.kernels.run.numpy_backend import NumpyFunction
-from mechdae.kernels.run.sequence import Sequence
 
 RANDOM = np.random.default_rng(3)
 X, P = ca.SX.sym("x", 3), ca.SX.sym("p", 2)
@@ -25,7 +23,7 @@ F = ca.Function("f", [X, P], [EXPRESSION, X[1] * P])
 
 
 def test_casadis_machine_and_numpy_compute_the_same(monkeypatch) -> None:
-    monkeypatch.setattr(program, "library", lambda: None)
+    monkeypatch.setattr(library, "library", lambda: None)
     p = np.array([0.7, 1.9])
     x = RANDOM.normal(size=(5000, 3))
     one = np.array([np.array(F(row, p)[0]).ravel() for row in x[:50]])
@@ -90,7 +88,7 @@ def test_sequence_is_the_repeated_step() -> None:
     state, step, c = ca.SX.sym("state", 2), ca.SX.sym("step", 2), ca.SX.sym("c", 1)
     new = ca.vertcat(state[1], state[0] * c + step[0] * step[1])
     advance = ca.Function("a", [state, step, c], [new, step[0], step[1], c])
-    many = Sequence(advance, 4)
+    many = StepChain(advance, 4)
     states = many(np.array([1.0, 2.0]), np.arange(4.0), 0.5, np.array([3.0]))[0]
     here = np.array([1.0, 2.0])
     for k in range(4):

@@ -12,15 +12,13 @@ import numpy as np
 import pytest
 
 from mechdae import __version__
-from mechdae.kernels.machine import program as module
+from mechdae.kernels.machine import library as module
+from mechdae.kernels.machine import program as compiling
 from mechdae.kernels.machine.instructions import asked, stored
-from mechdae.kernels.machine.library import library
+from mechdae.kernels.machine.library import library, program
 from mechdae.kernels.machine.line import CompiledLine
-from mechdae.kernels.machine.program import program
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Batch, Call, StepChain
 from mechdae.kernels.run.numpy_backend import NumpyFunction
-from mechdae.kernels.run.sequence import Sequence
 from tests.shared.machine import (
     BINARY,
     FUNCTIONS,
@@ -184,9 +182,9 @@ def test_a_chain_is_the_repeated_step_bit_by_bit(monkeypatch) -> None:
     new = ca.vertcat(ca.sin(state[1]), ca.fmax(state[0], c) + step[0] * step[1])
     advance = ca.Function("a", [state, step, c], [new, step[0], ca.vertcat(new, c), c])
     at = (np.array([1.0, np.nan]), np.arange(9.0), 0.5, np.array([0.3]))
-    compiled = Sequence(advance, 9)(*at)
+    compiled = StepChain(advance, 9)(*at)
     monkeypatch.setattr(module, "library", lambda: None)
-    for own, other in zip(compiled, Sequence(advance, 9)(*at), strict=True):
+    for own, other in zip(compiled, StepChain(advance, 9)(*at), strict=True):
         assert same(own, other)
 
 
@@ -258,7 +256,7 @@ def test_functions_without_a_program_are_left_to_casadi() -> None:
 def test_damaged_instructions_are_refused() -> None:
     machine, random = library(), np.random.default_rng(8)
     function = random_function(2, 30)
-    code, table = bytearray(asked(function)), module._table()
+    code, table = bytearray(asked(function)), compiling._table()
     rows = ((5, 4, 2), (6, 3), (0, 1, 0))
     made = machine.Program(bytes(code), function.sz_w(), *rows, table)
     inputs = numbers(1, 20)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 
 
 def test_symbols_of_one_name_stay_apart() -> None:

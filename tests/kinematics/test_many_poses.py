@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.continuation import many_poses
+from mechdae.motion.cases.many import many_poses
+from mechdae.motion.continuation import evaluate
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.sweep import run
@@ -123,9 +124,9 @@ def test_blocks_give_what_poses_one_by_one_do(
 ) -> None:
     """Limits, lost poses and change points among them, in small blocks and in one."""
     problem = md.load(name)
-    monkeypatch.setattr(many_poses, "MANY", 10**9)
+    monkeypatch.setattr(evaluate, "MANY", 10**9)
     alone = md.solve(problem, task)
-    monkeypatch.setattr(many_poses, "MANY", 1)
+    monkeypatch.setattr(evaluate, "MANY", 1)
     for chunk in (17, 10_000):
         monkeypatch.setattr(many_poses, "chunk_of", lambda line, chunk=chunk: chunk)
         blocks = md.solve(problem, task)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.kernels.run.sequence import Sequence
+from mechdae.kernels.run.functions import StepChain
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.results.tables import table
 from mechdae.tasks.check import check
@@ -41,8 +41,8 @@ def place(result: md.Result, point: str):
 def test_legs_from_pose_to_pose(monkeypatch) -> None:
     """Many poses along a curve: proved leg by leg, 32 legs in one call of the kernel."""
     calls = []
-    call = Sequence.__call__
-    monkeypatch.setattr(Sequence, "__call__", lambda *given: calls.append(1) or call(*given))
+    call = StepChain.__call__
+    monkeypatch.setattr(StepChain, "__call__", lambda *given: calls.append(1) or call(*given))
     a = np.linspace(0, 2 * np.pi, 500)
     left, right = 2 + 0.2 * np.sin(a), 1 - 0.2 * np.sin(2 * a)
     result = sweep(

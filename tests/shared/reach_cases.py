@@ -10,8 +10,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import UNIT
 from mechdae.describe.coordinates import coordinate
-from mechdae.equations.reduction import scene
-from mechdae.equations.tree.choice import model_of
+from mechdae.equations.reduction import model_of, scene
 from mechdae.kernels.bounds.walk import ARRAYS, replay
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.row_reaches import RowReaches

@@ -213,7 +213,7 @@ def _written_open(
 
 def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
     """Return the pose drawn open, None where it closes or several loops are open."""
-    from mechdae.motion.assembly.open_mechanism import opened
+    from mechdae.motion.cases.open.open_mechanism import opened
 
     try:
         return opened(problem, name, result=result, pose=pose)

@@ -20,7 +20,7 @@ from mechdae.errors import UnknownName
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import unknown_columns
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.motion.continuation.evaluate import in_time
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.types import Graph, Sym
@@ -213,6 +213,7 @@ class Composed:
     def _named(self, name: str, quantity: str) -> Sym:
         """Return a named output's value or one of its rates."""
         named = self.setting.expressions
+        assert named is not None
         columns = self.setting.outputs.columns(named.coordinates)
         stacked = ca.vertcat(*[value[columns] for value in self.values[: named.derivatives + 1]])
         return named.row(name, quantity, stacked, self.time, self.p)

@@ -32,7 +32,7 @@ from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.forces.poses import loaded_run
 from mechdae.forces.task import with_forces
 from mechdae.forces.uniqueness import require_unique
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run

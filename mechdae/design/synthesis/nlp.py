@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.design.synthesis.ipopt import NlpSolver, Optimum
 from mechdae.design.synthesis.kinks import COARSE, SOFT
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Floats, Graph, Sym, Unknowns
 
 if TYPE_CHECKING:

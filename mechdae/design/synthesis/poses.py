@@ -13,12 +13,11 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.equations.model import Model
 from mechdae.equations.parameters import parameters_of
-from mechdae.equations.reduction import Scene, scene
-from mechdae.equations.tree.choice import model_of
+from mechdae.equations.reduction import Scene, model_of, scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.graphs.blocks import inverse
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.motion.measures.bars import driven_by_bars
 from mechdae.motion.measures.transmission import Dyad, dyads
 from mechdae.types import Floats, Graph, Sym

@@ -18,7 +18,7 @@ from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.poses import FreePoses
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import InputError
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.motion.measures.transmission import Dyad
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Points, Sym, Unknowns

@@ -21,7 +21,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.equations.coordinates import QUATERNION
 from mechdae.errors import InputError, MechdaeError, within
-from mechdae.motion.assembly.start import mode_by_label
+from mechdae.motion.assembly.not_assembled import mode_by_label
 from mechdae.motion.kinematics.driverless import independent, likely_drivers
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.types import Floats, Graph, Matrix, Unknowns

@@ -28,7 +28,7 @@ from mechdae.dynamics.rest.equilibrium import at_rest
 from mechdae.dynamics.rest.small_motions import SETTLED
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import MechdaeError, SolveError
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Complexes, Floats, Graph, Matrix, Points, Sym
 
 SX = ca.SX

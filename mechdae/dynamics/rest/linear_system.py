@@ -30,7 +30,7 @@ from mechdae.equations.forces.generalised import couple, push
 from mechdae.equations.gradients import gradients
 from mechdae.equations.motion_equations import Law, Released
 from mechdae.errors import InputError, SolveError, UnknownName
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.records import dataclass
 from mechdae.types import Floats, Json, Matrix, Sym
 

@@ -18,7 +18,7 @@ from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.dynamics.sketch import EXACT, AssembledSketch, JointClosing, shortest
 from mechdae.equations.tree.reading import WIDTH, placements
 from mechdae.errors import MechanismError
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.types import Floats, Unknowns
 
 STARTS = 48

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.equations.coordinates import QUATERNION, Coordinates
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.types import Floats, Unknowns
 

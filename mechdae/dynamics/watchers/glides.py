@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.equations.forces.feedback import Slip
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.types import Floats, Sym
 
 FIRST = 1e-14

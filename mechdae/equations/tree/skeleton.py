@@ -40,6 +40,8 @@ class Skeleton(Model):
         Bodies that spin freely together: an equation stands for each.
     """
 
+    axes = "xyz"
+
     def __init__(self, mechanism: Mechanism, spins: Iterable[Spin] = ()) -> None:
         self.mechanism, self.cache, self._free = mechanism, StructureCache(), set()
         self._spins = tuple(spins)

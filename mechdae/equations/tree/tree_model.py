@@ -26,8 +26,9 @@ from mechdae.describe.spinning_links import (
     without,
 )
 from mechdae.equations.coordinates import QUATERNION, Coordinate, Coordinates, of_owner
-from mechdae.equations.groups import Group, assur_groups, body_numbers, loose_bodies, spatial_kind
-from mechdae.equations.model import Row
+from mechdae.equations.groups import Group, body_numbers, spatial_kind
+from mechdae.equations.model import Quantity, Row
+from mechdae.equations.reduction import groups_of
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.closures import (
     ROWS,
@@ -113,8 +114,8 @@ class TreeModel(Spinning, TreeForces):
         self._values = mechanism.values()
         skeleton = self._skeleton()
         rows = skeleton.driven(self.drivers)[0]
-        self.loose = loose_bodies(skeleton, rows) if drivers else []
-        groups = assur_groups(skeleton, rows, out=self.loose) if drivers else []
+        self.loose = skeleton.loose_bodies(rows) if drivers else []
+        groups = groups_of(skeleton, rows, out=self.loose) if drivers else []
         every = [name for name in mechanism.bodies if name not in {*self.idle, *self.loose}]
         parts = [*([list(group.bodies) for group in groups] or [every]), self.loose]
         self.loose = self.loose + [n for n in self.idle if {*self.bodies_of(n)} & {*self.loose}]
@@ -437,6 +438,28 @@ class TreeModel(Spinning, TreeForces):
             return self.point(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
         return self.relative(coordinate.part, coordinate.word)
 
+    def loose_bodies(self, rows: Sequence[Row]) -> list[str]:
+        return [*self.loose]
+
+    axes = "xyz"
+    joint_rates = True
+
+    def turned(self, body: str) -> Quantity:
+        """Return how a body is turned: its rotation matrix."""
+        return "orientation", ca.vec(self.frame(body).R), self.turn_reaches(body)
+
+    def placed(self, reference: str) -> Quantity:
+        return "position", self.point(reference), self.point_reaches(reference)
+
+    def joint_quantities(self, name: str) -> list[Quantity]:
+        """Return the coordinates of a joint that have a value."""
+        words = self.mechanism.joints[name].coordinates
+        return [
+            (word, self.relative(name, word), (self.relative_reach(name, word),))
+            for word in words
+            if self.has_value(name, word)
+        ]
+
     def relative(self, joint: str, word: str) -> Sym:
         """Return a coordinate of a joint: one of the tree, or an expression of them."""
         found = self._of.get((joint, word))
@@ -520,7 +543,7 @@ class TreeModel(Spinning, TreeForces):
     ) -> list[Group]:
         """Return the Assur groups with this model's rows and coordinates, but of bodies `out`."""
         skeleton = self._skeleton()
-        found = assur_groups(skeleton, skeleton.driven(self.drivers)[0], coarse, out)
+        found = groups_of(skeleton, skeleton.driven(self.drivers)[0], coarse, out)
         stage = {body: k for k, group in enumerate(found) for body in group.bodies}
         numbers = body_numbers(self.mechanism)
 

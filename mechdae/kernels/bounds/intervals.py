@@ -20,8 +20,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.bounds.majorant import NoMajorant
-from mechdae.kernels.bounds.walk import SYMBOLIC, replay
+from mechdae.kernels.bounds.walk import SYMBOLIC, NoMajorant, replay
 from mechdae.records import dataclass
 from mechdae.types import Sym
 

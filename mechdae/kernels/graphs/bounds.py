@@ -12,12 +12,10 @@ import casadi as ca
 
 from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.bounds.intervals import enclosure
-from mechdae.kernels.bounds.majorant import NoMajorant, majorant
-from mechdae.kernels.bounds.walk import ROUNDOFF
-from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed
+from mechdae.kernels.bounds.walk import ROUNDOFF, NoMajorant, majorant
+from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed, row_reaches
 from mechdae.kernels.graphs.pose import PoseGraphs
-from mechdae.kernels.graphs.row_reaches import RowReaches
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.kernels.stored.functions import stored_property
 from mechdae.types import Graph, Sym
 
@@ -85,7 +83,7 @@ class BoundGraphs(PoseGraphs):
             rhos.append(rho + self.tolerated / self.scale if graph.redundant else rho)
             mus.append(mu)
         results = [ca.densify(column(parts)) for parts in (kappas, rhos, mus)]
-        inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
+        inputs = [*sizes, self.p, self.scale, self.floor, self.low, self.high]
         return ca.Function("constants", inputs, results)
 
     def _constants(self, b: int, box: list[tuple[Sym, Sym]], *sizes: Sym) -> list[Sym]:
@@ -204,10 +202,10 @@ class BoundGraphs(PoseGraphs):
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         rows = ca.vertcat(*[check.residual for check in self.scene.checks])
-        inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
+        inputs = [*sizes, self.p, self.scale, self.floor, self.low, self.high]
         also = [self.tolerated / (1 if c.unit == "m" else self.scale) for c in self.scene.checks]
-        known = RowReaches(self.scene, rows, [c.reach for c in self.scene.checks], moving)
-        if known.any:
+        known = row_reaches(self.scene, rows, [c.reach for c in self.scene.checks], moving)
+        if known is not None:
             found = known.bounds(sizes, whole=True)
             rounding = ROUNDOFF * (found.rounding + found.data) + column(also)
             results = [found.first[:, : self.nx], rounding]
@@ -240,10 +238,10 @@ class BoundGraphs(PoseGraphs):
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         jacobian = ca.jacobian(self.outputs, self.scene.x)
-        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        inputs = [*sizes, self.p, self.floor, self.low, self.high]
         _, rounding = self._bound(self.outputs, moving, sizes, ranges, noise={})
-        known = RowReaches(self.scene, self.outputs, self.scene.reaches_of(self.outputs), moving)
-        if known.any:
+        known = row_reaches(self.scene, self.outputs, self.scene.reaches_of(self.outputs), moving)
+        if known is not None:
             found = known.bounds(sizes, whole=True)
             shaped = ca.project(found.first[:, : self.nx], jacobian.sparsity())
             return ca.Function(

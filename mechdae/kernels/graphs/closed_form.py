@@ -21,8 +21,7 @@ from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, placed
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Sym
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.kernels.bounds.balls import HUGE, radii
 from mechdae.kernels.bounds.walk import SYMBOLIC, replay
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.types import Floats, Graph, Integers, Sym
 
 SX = ca.SX

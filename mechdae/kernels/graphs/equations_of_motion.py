@@ -20,13 +20,11 @@ import numpy as np
 
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.equations.motion_equations import Released
-from mechdae.equations.structure_cache import StructureCache, structure_property
+from mechdae.equations.structure_cache import StructureCache, forget, structure_property
 from mechdae.kernels.graphs.friction_sizes import first_sizes, miss_of, sizes_by_newton
 from mechdae.kernels.graphs.ldl import Factor, entries
 from mechdae.kernels.graphs.recovery import recovered
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Batch, Call, without_repeats
 from mechdae.types import Floats, Graph, Sym, Unknowns
 
 SX = ca.SX
@@ -196,6 +194,7 @@ class Kernel:
             self._put(lock_sizes=np.where(own > 0, own, 1.0))
         self.definite = bool(self.n == 0 or np.linalg.eigvalsh(scaled)[0] > DEFINITE)
         self.cache = self._first if self.definite else self._first("indefinite", StructureCache)
+        forget(self)
 
     @property
     def _weights(self) -> Sym | None:

@@ -39,7 +39,7 @@ from mechdae.kernels.graphs.friction_sizes import (
     sizes_by_newton,
 )
 from mechdae.kernels.graphs.linear import among, solution
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.records import dataclass
 from mechdae.types import Graph, Sym
 

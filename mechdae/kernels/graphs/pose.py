@@ -40,8 +40,7 @@ from mechdae.kernels.graphs.blocks import (
     norm,
 )
 from mechdae.kernels.graphs.driver_curve import DriverCurve
-from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Call, without_repeats
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.kernels.stored.functions import fingerprint, stored_property
 from mechdae.types import Floats, Graph, Sym
@@ -98,14 +97,13 @@ class PoseGraphs:
         self.grain = SX.sym("grain", self.nx)
         owners = {name for group in scene.groups for name in group.joints}
         self.contacts = [c for name, c in scene.model.contacts.items() if name in owners]
-        floor = SX.sym("floor", SLOTS if self.contacts else 0)
-        self.floors = Floors(floor)
+        self.floor = SX.sym("floor", SLOTS if self.contacts else 0)
         owned = {contact.joint.name for contact in self.contacts}
         self.places = [
             i for i, c in enumerate(scene.unknowns) if c.kind is PLACE and c.owner in owned
         ]
         self.low, self.high = (SX.sym(name, len(self.places)) for name in ("low", "high"))
-        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain, floor)
+        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain, self.floor)
         if self.single:
             self.driven = [SX(1), SX(0), SX(0)]
         else:
@@ -127,6 +125,11 @@ class PoseGraphs:
         """Return a function of all blocks; what one block repeats is shared in any case."""
         make = without_repeats if self.nb <= FEW else ca.Function
         return make(name, inputs, results)
+
+    @structure_property
+    def floors(self) -> Floors:
+        """What curves divide by."""
+        return Floors(self.floor)
 
     @structure_property
     def adjugates(self) -> list[int]:
@@ -157,8 +160,9 @@ class PoseGraphs:
         """Return column and row weights that make a block of mixed units dimensionless."""
         block = self.blocks[b].block
         unknowns = [self.scene.unknowns[i] for i in block.x]
-        kinds = {c.kind for c in unknowns}
-        if PLACE not in kinds and len(kinds) == 1 and len(set(block.units)) == 1:
+        kind = unknowns[0].kind
+        alike = kind is not PLACE and all(c.kind is kind for c in unknowns)
+        if alike and len(set(block.units)) == 1:
             return SX.ones(len(unknowns)), SX.ones(len(block.units))
         one = SX(1)
         columns = ca.vertcat(*[c.size_symbol(self.scale) for c in unknowns])

@@ -17,11 +17,10 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded, plus, times, total
-from mechdae.kernels.graphs.block_shape import BlockShape
-from mechdae.kernels.graphs.blocks import inverse
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.bounds.walk import majorant
+from mechdae.kernels.graphs.blocks import BlockShape, inverse
+from mechdae.kernels.run.functions import without_repeats
 
 SX = ca.SX
 COUNT = 6

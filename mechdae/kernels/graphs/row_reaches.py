@@ -15,8 +15,8 @@ import casadi as ca
 
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.joint_chains import Freedom, WayProduct, WayProducts
-from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.reaches import bounded
+from mechdae.kernels.bounds.walk import majorant
 from mechdae.records import dataclass
 from mechdae.types import Sym
 

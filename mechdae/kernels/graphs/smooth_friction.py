@@ -12,7 +12,7 @@ import casadi as ca
 
 from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.graphs.equations_of_motion import Kernel
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Graph, Sym
 
 

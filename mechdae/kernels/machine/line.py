@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from mechdae.kernels.machine.library import library
 from mechdae.kernels.machine.program import compiled
 from mechdae.types import Floats, Graph
 
@@ -61,10 +62,14 @@ class CompiledLine:
         `unwanted` are the (output, row) of values that nobody reads: neither they nor what only
         they need is computed.
         """
+        machine = library()
+        if machine is None:
+            return None
         outputs = [
             (i, row) for i in range(function.n_out()) for row in range(function.numel_out(i))
         ]
-        program = compiled(function, shared, bytes(own not in unwanted for own in outputs))
+        wanted = bytes(place not in unwanted for place in outputs)
+        program = compiled(machine, function, shared, wanted)
         return None if program is None else cls(function, shared, program, outputs)
 
     def scalars(self, inputs: Sequence[Floats]) -> list[float]:

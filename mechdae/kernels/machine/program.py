@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import casadi as ca
 
 from mechdae.kernels.machine.instructions import instructions
-from mechdae.kernels.machine.library import library
 from mechdae.types import Graph
 
 NAMES = (
@@ -36,37 +34,15 @@ def _table() -> bytes:
     return bytes(table)
 
 
-_PROGRAMS: WeakKeyDictionary[Any, dict[tuple[int, ...], Any]] = WeakKeyDictionary()
-"""Programs of functions that are still in use."""
-
-
-def program(function: Graph, shared: Sequence[int] = ()) -> Any:
-    """Return the program of a function with dense vectors, None where there is none.
-
-    Parameters
-    ----------
-    function
-        casadi Function.
-    shared
-        Inputs that have one value for all poses of `many`.
-    """
-    if library() is None:
-        return None
-    known = _PROGRAMS.setdefault(function, {})
-    key = tuple(sorted(shared))
-    if key not in known:
-        known[key] = compiled(function, key)
-    return known[key]
-
-
-def compiled(function: Graph, shared: Sequence[int], wanted: bytes | None = None) -> Any:
+def compiled(
+    machine: Any, function: Graph, shared: Sequence[int], wanted: bytes | None = None
+) -> Any:
     """Return a new program, None where there is none.
 
     With `wanted`, a byte for each row of the outputs, it has only `block`: values that are asked
     for are computed once each, and nothing else is.
     """
-    machine = library()
-    if machine is None or not function.is_a("SXFunction"):
+    if not function.is_a("SXFunction"):
         return None
     rows_in = tuple(function.numel_in(i) for i in range(function.n_in()))
     rows_out = tuple(function.numel_out(i) for i in range(function.n_out()))

@@ -7,6 +7,7 @@ Operation by operation the results are those of casadi's own virtual machine.
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -20,13 +21,9 @@ CACHE_BYTES = 4_000_000
 SMALLEST_CHUNK = 512
 
 
-def into(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function with the argument ``out`` of a NumPy operation."""
-
-    def write(*arguments: Floats | float, out: Floats) -> None:
-        out[...] = function(*arguments)
-
-    return write
+def _write(function: Callable[..., Any], *arguments: Any, out: Any) -> None:
+    """Do an operation as one of NumPy with the argument ``out``."""
+    out[...] = function(*arguments)
 
 
 _UFUNCS: dict[int, Any] = {
@@ -46,7 +43,7 @@ EITHER_WAY = (ca.OP_ADD, ca.OP_MUL)
 """Operations whose arguments may change places, which casadi takes for other ones."""
 _VALUES = {**_UFUNCS, **{code: pair[1] for code, pair in LOGIC.items()}}
 """Operations that return their result."""
-_WRITERS = {**_UFUNCS, **{code: into(pair[1]) for code, pair in LOGIC.items()}}
+_WRITERS = {**_UFUNCS, **{code: partial(_write, pair[1]) for code, pair in LOGIC.items()}}
 """Operations that write it where they are told to."""
 
 

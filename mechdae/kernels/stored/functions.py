@@ -18,8 +18,8 @@ from mechdae.kernels.stored.folder import Folder, place
 from mechdae.types import Graph
 
 SOURCES = (
-    "describe", "describe/tasks", "forces", "kernels", "kernels/bounds", "kernels/graphs",
-    "kernels/run", "kernels/stored", "model", "model/forces", "model/tree",
+    "describe", "describe/tasks", "equations", "equations/forces", "equations/tree", "forces",
+    "kernels", "kernels/bounds", "kernels/graphs", "kernels/run", "kernels/stored",
 )  # fmt: skip
 """Folders of the package whose code decides what kernels are."""
 
@@ -83,7 +83,9 @@ class stored_property(structure_property):  # noqa: N801  (used like `property`)
     def __get__(self, instance: Any, owner: type | None = None) -> Graph:
         if instance is None:
             return self
-        return instance.cache(self.key, lambda: self._found(instance))
+        made = instance.cache(self.key, lambda: self._found(instance))
+        instance.__dict__[self.name] = made
+        return made
 
     def _found(self, instance: Any) -> Graph:
         if not functions_are_kept() or instance.fingerprint is None:

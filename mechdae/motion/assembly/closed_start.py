@@ -15,8 +15,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
-from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Call, without_repeats
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.nearest_mode import told_apart
 from mechdae.motion.setup.likely_typos import MANY

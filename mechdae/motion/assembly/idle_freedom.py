@@ -45,12 +45,20 @@ def built_without_idle_freedom(build: Callable[[bool], T], assemble: Callable[[T
         assemble(result)
         return result
     except FreedomError as error:
-        try:
-            result = build(True)
-            assemble(result)
-            return result
-        except FreedomError:
-            raise error from None
+        return coarser(build, assemble, error)
+
+
+def coarser(build: Callable[[bool], T], assemble: Callable[[T], object], error: FreedomError) -> T:
+    """Return what `build` gives with one group for all that superfluous equations hold.
+
+    Where that moves by itself too the first `error` is raised.
+    """
+    try:
+        result = build(True)
+        assemble(result)
+        return result
+    except FreedomError:
+        raise error from None
 
 
 def moving(

@@ -2,40 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
-
 import casadi as ca
 import numpy as np
 
 from mechdae.equations.groups import Group
-from mechdae.equations.reduction import Scene
 from mechdae.equations.space import PLANE
-from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.local import local
-from mechdae.motion.assembly.closure import NoPose
-from mechdae.motion.assembly.contacts import Contacts
-from mechdae.motion.assembly.orientation_checks import OrientationChecks
-from mechdae.motion.assembly.turns.block_turns import BlockTurns
+from mechdae.kernels.run.functions import local
+from mechdae.motion.assembly.choosers import Assembling
 from mechdae.types import Floats, Sym, Unknowns
-
-
-class Listing(Protocol):
-    """What is asked of the assembler whose modes are labelled."""
-
-    graphs: Graphs
-    scene: Scene
-    p: Any
-    turns: BlockTurns
-    contacts: Contacts
-    senses: OrientationChecks
-    solvers: list[Any]
-
-    def blocks_of(self, group: Group) -> list[int]: ...
-    def labelled(self, group: Group) -> bool: ...
-    def group_jacobian(self, x: Unknowns, u: Floats, group: Group) -> Any: ...
-    def candidates(
-        self, group: Group, x: Unknowns, u: Floats
-    ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
 class ModeLabels:
@@ -47,11 +21,10 @@ class ModeLabels:
         Gives all poses of one group.
     """
 
-    def __init__(self, assembler: Listing) -> None:
+    def __init__(self, assembler: Assembling) -> None:
         self.assembler, self.scene = assembler, assembler.scene
         self.graphs, self.solvers = assembler.graphs.blocks, assembler.solvers
-        self.turns, self.senses = assembler.turns, assembler.senses
-        self.contacts, self.p = assembler.contacts, assembler.p
+        self.turns, self.p = assembler.turns, assembler.p
 
     def sign(self, group: Group, x: Unknowns, u: Floats) -> str:
         """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian.
@@ -107,7 +80,8 @@ class ModeLabels:
             poses, _, _ = self.assembler.candidates(group, x, u)
             names = self.of_group(group, poses, u)
             blocks = self.assembler.blocks_of(group)
-            poses = [self.senses.towards(pose, x) for pose in poses]
+            for chooser in self.assembler.choosers:
+                poses = [chooser.towards(pose, x) for pose in poses]
             gaps = [max(self.turns.apart(b, pose, x).max() for b in blocks) for pose in poses]
             labels.append(names[int(np.argmin(gaps))] if gaps else sign)
         return ",".join(labels)
@@ -137,8 +111,10 @@ class ModeLabels:
             turned = self.turns.lattices[b].remainder((x[own] / (2 * np.pi))[None])[0]
             pose[own] = np.where(angle, 2 * np.pi * turned, x[own])
         own = [i for b in self.assembler.blocks_of(group) for i in self.graphs[b].own]
-        if self.contacts.of(group):
-            first = self.contacts.first(group, x, u)
+        ranks = [chooser.rank(group, x, u) for chooser in self.assembler.choosers]
+        told = [rank for rank in ranks if rank is not None]
+        if told:
+            first = told[0]
         elif self.scene.model.space is not PLANE:
             first = 0.0  # bodies have no angle
         else:

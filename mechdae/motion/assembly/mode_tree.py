@@ -16,13 +16,11 @@ import casadi as ca
 import numpy as np
 
 from mechdae.equations.groups import Group
-from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
-from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.local import local
+from mechdae.kernels.run.functions import local
+from mechdae.motion.assembly.choosers import Assembling
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.mode_labels import ModeLabels
-from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.records import dataclass
 from mechdae.types import Floats
 
@@ -42,21 +40,6 @@ class Mode:
     @property
     def label(self) -> str:
         return ",".join(self.labels)
-
-
-class Branching(Protocol):
-    """What is needed of the assembler whose modes are listed."""
-
-    graphs: Graphs
-    scene: Scene
-    senses: OrientationChecks
-    labels: ModeLabels
-
-    def blocks_of(self, group: Group) -> list[int]: ...
-    def labelled(self, group: Group) -> bool: ...
-    def candidates(
-        self, group: Group, x: Floats, u: Floats
-    ) -> tuple[list[Floats], bool, NoPose | None]: ...
 
 
 @dataclass(frozen=True)
@@ -91,6 +74,12 @@ class GroupSolutions:
     failure: NoPose | None
 
 
+class ModeAssembling(Assembling, Protocol):
+    """One that names the modes too."""
+
+    labels: ModeLabels
+
+
 class ModeTree:
     """All assembly modes of a scene at one value of its drivers.
 
@@ -116,7 +105,7 @@ class ModeTree:
         The groups depend on each other so that there are too many to be counted.
     """
 
-    def __init__(self, assembler: Branching, u: Floats) -> None:
+    def __init__(self, assembler: ModeAssembling, u: Floats) -> None:
         self.assembler, self.scene, self.u = assembler, assembler.scene, u
         self.groups = self.scene.groups
         self.own = [
@@ -151,7 +140,8 @@ class ModeTree:
 
         def made() -> ca.SX:
             rows = [self.scene.rows[i].expression for i in group.rows]
-            senses = [value for b in blocks for value in self.assembler.senses.of_block(b)]
+            choosers = self.assembler.choosers
+            senses = [v for chooser in choosers for b in blocks for v in chooser.positive(b)]
             frames = [] if model.space.behind else [model.frame(b).angle for b in group.bodies]
             expression: ca.SX = ca.vertcat(*rows, *senses, *frames)
             return expression

@@ -13,11 +13,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.run.batch import Batch
+from mechdae.equations.coordinates import quaternions
+from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.elimination import BlockSolver
-from mechdae.motion.assembly.orientation_checks import quaternions
 from mechdae.motion.assembly.platform import newton_steps
-from mechdae.motion.assembly.turns.turn_lattice import Lattice
+from mechdae.motion.assembly.turns.block_turns import SingleTurns
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Matrices, Unknowns
@@ -76,7 +76,7 @@ class BlockSearch:
         Whole turns of its angles that make no difference.
     """
 
-    def __init__(self, solver: BlockSolver, sizes: Floats, lattice: Lattice) -> None:
+    def __init__(self, solver: BlockSolver, sizes: Floats, lattice: SingleTurns) -> None:
         graph = solver.graph
         self.solver, self.n, self.lattice = solver, graph.size, lattice
         self.function: Batch = graph.cache("search", self._equations)

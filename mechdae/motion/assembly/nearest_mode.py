@@ -13,21 +13,17 @@ import itertools
 import math
 from dataclasses import field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.groups import Group
-from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
-from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.local import Local, local
+from mechdae.kernels.run.functions import Local, local
+from mechdae.motion.assembly.choosers import Assembling
 from mechdae.motion.assembly.closure import NoPose
-from mechdae.motion.assembly.contacts import Contacts
-from mechdae.motion.assembly.turns.block_turns import BlockTurns
 from mechdae.motion.setup.scales import driver_size
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Unknowns
@@ -44,10 +40,6 @@ MOST_BEGUN = 2000
 MOST_TIED = 32
 MOST_TURNED = 512
 """The same in space, where each leg of a platform may stand turned by half a turn."""
-OWN = 1e-3
-"""Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
-ITERATIONS, FITS = 12, 3
-NUDGE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -87,27 +79,6 @@ class Nearest:
     ended: bool = False
 
 
-class Assembling(Protocol):
-    """What is asked of the assembler whose modes are compared."""
-
-    graphs: Graphs
-    scene: Scene
-    sketch: dict[str, float]
-    places: dict[NamedCoordinate, float]
-    p: Floats
-    size: float
-    natural: Any
-    turns: BlockTurns
-    contacts: Contacts
-    solvers: list[Any]
-    shortened: bool
-
-    def blocks_of(self, group: Group) -> list[int]: ...
-    def candidates(
-        self, group: Group, x: Unknowns, u: Floats, nearby: bool = False, *, drawn: bool = False
-    ) -> tuple[list[Any], bool, NoPose | None]: ...
-
-
 class Sketched:
     """What the sketch says about the groups of a scene, and the modes nearest to it.
 
@@ -142,10 +113,10 @@ class Sketched:
         bodies = [body for body in self.bodies(c) if body != GROUND]
         if not bodies or not all(body in self.stage for body in bodies):
             return None
-        model, contacts = self.scene.model, self.assembler.contacts
+        model = self.scene.model
         joint = model.mechanism.joints.get(c.part)
         winds = joint is not None and joint.winds
-        turns = (c.is_angle and not winds) or (c.on_curve and contacts.closed(c.part))
+        turns = (c.is_angle and not winds) or (c.on_curve and model.contacts[c.part].closed)
         value = local(self.scene, c, lambda: model.coordinate(c))
         size = driver_size(model, c, self.assembler.size)
         return SketchNumber(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
@@ -318,77 +289,6 @@ class Sketched:
     def distance(self, group: Group, x: Unknowns, u: Floats) -> float:
         """Return how far what is known with a group is from the sketch [rad]."""
         return math.sqrt(self._square(self.stage[group.bodies[0]], x, u))
-
-    # -- the sketch as a pose ----------------------------------------------------------------
-
-    def own_pose(self, b: int, x: Unknowns, u: Floats, begun: Any = None) -> Unknowns | None:
-        """Return the solution of block `b` that the sketch is but for rounding, None: it is none.
-
-        Angles and places on curves are those of the sketch, lengths the ones that fit best what
-        it says, but where another start (nx,) is `begun` from; Newton's method must not lead away
-        from them.
-        """
-        start = self._start(b, x, u) if begun is None else begun
-        if start is None:
-            return None
-        graph = self.assembler.graphs.blocks[b]
-        own, size = graph.own, self.assembler.natural[graph.own]
-        units = [self.assembler.size if unit == "m" else 1.0 for unit in graph.block.units]
-        pose, last = start.copy(), math.inf
-        for _ in range(ITERATIONS):
-            F, J, _ = graph.value_at(pose, u, self.assembler.p)
-            if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
-                return None
-            step = np.linalg.lstsq(J * size / np.array(units)[:, None], F / units)[0]
-            moved = float(np.abs(step).max())
-            if moved > OWN or (moved >= last and last > OWN**2):
-                return None
-            if moved >= last or moved == 0.0:
-                break
-            pose[own] -= step * size
-            last = moved
-        return pose
-
-    def _start(self, b: int, x: Unknowns, u: Floats) -> Floats | None:
-        """Return x with the unknowns of block `b` by the sketch, None where it is silent."""
-        assembler, graph = self.assembler, self.assembler.graphs.blocks[b]
-        pose, lengths = x.copy(), []
-        for i in graph.own:
-            own = self.scene.unknowns[i]
-            if own.kind is PLACE or (own.kind is ANGLE and own.owner not in self.stage):
-                places = {c.part: v for c, v in assembler.places.items() if c.on_curve}
-                pose[i] = places.get(own.owner, np.nan)
-            elif own.kind is ANGLE:
-                pose[i] = assembler.turns.whole.start(i, pose, u)
-            else:
-                lengths.append(i)
-        if not np.all(np.isfinite(pose[graph.own])):
-            return None
-        pose[graph.own] = assembler.solvers[b].with_tangents(pose[None, graph.own])[0]
-        return self._fitted(b, lengths, pose, u)
-
-    def _fitted(self, b: int, lengths: list[int], pose: Unknowns, u: Floats) -> Floats:
-        """Return the pose with lengths that fit the equations of block `b` and the sketch best."""
-        graph, p, size = self.assembler.graphs.blocks[b], self.assembler.p, self.assembler.size
-        units = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
-        columns = [graph.own.index(i) for i in lengths]
-        held = [e for e in self.entries if set(e.value.held[0]) & set(lengths)]
-        held = [e for e in held if max(e.value.held[0]) <= max(graph.own)]
-        for _ in range(FITS if lengths else 0):
-            F, J, _ = graph.value_at(pose, u, p)
-            gaps = np.array([entry.gap(pose, u, p) for entry in held])
-            rows = [J[:, columns] * size / units[:, None]]
-            for entry in held:
-                ahead = []
-                for i in lengths:
-                    moved = pose.copy()
-                    moved[i] += NUDGE * size
-                    ahead.append((entry.gap(moved, u, p) - entry.gap(pose, u, p)) / NUDGE)
-                rows.append(np.array([ahead]))
-            step = np.linalg.lstsq(np.vstack(rows), np.append(F / units, gaps))[0]
-            pose = pose.copy()
-            pose[lengths] -= step * size
-        return pose
 
 
 def told_apart(one: Floats | float, other: Floats | float) -> Booleans | bool:

@@ -24,11 +24,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.bounds.majorant import NoMajorant, majorant
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.bounds.walk import NoMajorant, majorant
+from mechdae.kernels.run.functions import Batch, Call
+from mechdae.motion.assembly.choosers import Chooser
 from mechdae.motion.assembly.multistart import BlockSearch
-from mechdae.motion.assembly.orientation_checks import OrientationChecks
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
 from mechdae.types import Floats, Jacobians, Matrices, Unknowns
@@ -59,7 +58,7 @@ def no_others(
     found: Floats,
     z: Unknowns,
     u: Floats,
-    senses: tuple[OrientationChecks, int] | None = None,
+    senses: tuple[Chooser, int] | None = None,
 ) -> int:
     """Return after how many boxes it is known that a block has no other solutions, 0: it is not.
 
@@ -115,10 +114,10 @@ class PositiveSenses:
     bends: Call
 
 
-def _positive(search: BlockSearch, senses: OrientationChecks, b: int) -> PositiveSenses | None:
+def _positive(search: BlockSearch, senses: Chooser, b: int) -> PositiveSenses | None:
     """Return the senses that a block tells of, None where it tells of none."""
     graph, scene = search.solver.graph, search.solver.scene
-    told = [scene.expression(value) for value in senses.of_block(b)]
+    told = [scene.expression(value) for value in senses.positive(b)]
     if not told:
         return None
     S, given = ca.densify(ca.vertcat(*told)), [graph.z, scene.u, scene.model.p]

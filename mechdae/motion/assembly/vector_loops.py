@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.equations.tree.pointers import WORDS
-from mechdae.motion.assembly.elimination import BlockSolver, Solutions
+from mechdae.motion.assembly.elimination import BlockSolver
+from mechdae.motion.assembly.other_forms import Solutions
 from mechdae.motion.modules.catalogue import MODULES
 from mechdae.motion.modules.solutions import solve_module
 from mechdae.types import Floats, Unknowns

@@ -1,4 +1,4 @@
-"""The interface of all certified paths: along one line, a curve, or several legs."""
+"""What all certified paths are, along a line, a curve or several legs, and what they reach."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.sequence import Sequence
+from mechdae.kernels.run.functions import StepChain
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
@@ -25,9 +25,15 @@ FAR = 100.0
 """Lengths of the mechanism at which a slide is said to run away (parallel guides)."""
 
 
-def strides(graphs: Graphs) -> Sequence:
+TURNING = ("limit", "pole")
+"""Ends at which the mechanism can only turn back."""
+SAME = 8 * np.finfo(float).eps
+"""Share of a place, or of the largest step, within which it is a limit position."""
+
+
+def strides(graphs: Graphs) -> StepChain:
     """Return `STRIDE` steps of a scene in one call."""
-    made: Sequence = graphs.cache("strides", lambda: Sequence(graphs.advance, STRIDE))
+    made: StepChain = graphs.cache("strides", lambda: StepChain(graphs.advance, STRIDE))
     return made
 
 
@@ -98,6 +104,12 @@ class AnyPath(ABC):
     def unit(self) -> float:
         """A radian of the driver, or a length of the mechanism."""
         return self.largest * NODES_PER_TURN / (2 * np.pi)
+
+    @property
+    def ends(self) -> list[Limit]:
+        """Where groups follow it no further, group by group."""
+        both = (end for reach in self.reach.values() for end in (reach.low, reach.high))
+        return [end for end in both if end is not None]
 
     def zone_at(self, s: Floats) -> Integers:
         """Return the index of the zone that each place lies in, -1 outside of all, (n,)."""
@@ -172,3 +184,71 @@ class AnyPath(ABC):
     @abstractmethod
     def sizes(self) -> tuple[Floats, Floats]:
         """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""
+
+
+@dataclass(frozen=True)
+class Arc:
+    """What the driver can reach: from `first` to `last`, ended by `low` and `high`.
+
+    An end is None where the path was followed so far and goes on; `largest` is its largest step.
+    """
+
+    low: Limit | None
+    high: Limit | None
+    first: float
+    last: float
+    largest: float
+
+    @property
+    def limits(self) -> tuple[Limit | None, Limit | None]:
+        return self.low, self.high
+
+    @property
+    def ends(self) -> list[float | None]:
+        """The driver's values at its limits, None where none was met."""
+        return [end.s if end is not None else None for end in self.limits]
+
+    @property
+    def turns_back(self) -> bool:
+        """Whether what lies behind the ends may be the same motion, whole turns away.
+
+        Where branches meet, or the path is not proved, turning back need not lead to the same one.
+        """
+        ends = [end for end in self.limits if end is not None]
+        return all(end.kind in TURNING or end.regular for end in ends)
+
+    def holds(self, s: Floats | float) -> Any:
+        """Return which places the driver can reach, the ends themselves among them."""
+        return (s >= self.first) & (s <= self.last)
+
+    def met(self, s: Floats) -> Integers:
+        """Return which places (n,) are limit positions: -1 the lower one, 1 the upper one, or 0."""
+        found = np.zeros(np.shape(s), int)
+        for way, end in zip((-1, 1), self.limits, strict=True):
+            if end is not None and end.kind == "limit":
+                size = np.maximum(np.abs(s), abs(end.s))
+                found[np.abs(s - end.s) <= SAME * np.maximum(size, self.largest)] = way
+        return found
+
+    def snapped(self, s: Floats) -> Floats:
+        """Return places (n,), those of limit positions to the last bit."""
+        met = self.met(s)
+        return np.where(met < 0, self.first, np.where(met > 0, self.last, s))
+
+
+def arc_of(path: AnyPath) -> Arc:
+    """Return the arc that the whole mechanism can reach from its first pose.
+
+    Groups side by side end at limits of their own, and those that still follow the path keep their
+    values beyond the others' limits. The driver moves as far as all of them do at once: up to the
+    first end ahead and back to the first one behind. A pose beyond may be reached by turning the
+    driver the other way round only where all groups are on that way.
+    """
+    lows = [reach.low for reach in path.reach.values() if reach.low is not None]
+    highs = [reach.high for reach in path.reach.values() if reach.high is not None]
+    low = max(lows, key=lambda end: end.s) if lows else None
+    high = min(highs, key=lambda end: end.s) if highs else None
+    first, last = path.extent
+    first = low.s if low is not None else first
+    last = high.s if high is not None else last
+    return Arc(low, high, first, last, path.largest)

@@ -6,22 +6,21 @@ from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
 
+from mechdae.additions import of_cases
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
-from mechdae.motion.assembly.closure import Closing
+from mechdae.kernels.run.functions import MANY, Batch
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.output_bounds import WORST, spread, widened
-from mechdae.motion.continuation.path_end import SMALLEST
-from mechdae.motion.continuation.reachable_arc import Arc, arc_of
-from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
+from mechdae.motion.continuation.beyond_ends import HALF_TURN, BeyondEnds
+from mechdae.motion.continuation.output_bounds import WORST, OutputBounds, spread, widened
+from mechdae.motion.setup.outputs import Outputs
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Graph, Integers, Sym, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Sym, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.motion.cases.superfluous.closing import Closing
     from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
     from mechdae.motion.continuation.limit_positions import Limit
 
@@ -34,23 +33,10 @@ TINY = 1e-17
 CARRIED = 1e-11
 """Square of the last step of angles above which another one is taken: the kernel carries their
 sines and cosines along to second order in it."""
-HALF_TURN = 1.5
-FAR_OFF = 1e3
-"""Largest steps of which the last bits may be counted where the drivers hardly move."""
-RETURN = 1e-7
-"""Share of a radian or of the mechanism's length within which two poses are the same one."""
-APART = 1e-3
-"""Share above which they are not the same one, however badly they are known."""
-TURN = 2 * np.pi
-MOST_TURNS = 64
-"""Whole turns of an arc on which a pose is looked for."""
-HARDLY = 1e-9
-"""Turns by which a place may miss the arc and be tried."""
-INWARDS = 1e-3
-"""Share of the arc before a limit at which groups are compared whole turns away: at the limit
-itself no group is solved for."""
 Rates = tuple[Any, ...]
 """Rates of several drivers in time, (n, nd) arrays."""
+Driver = tuple[Any, Any, Any]
+"""Speed, acceleration and jerk of the one driver that moves."""
 
 
 @dataclass
@@ -85,7 +71,7 @@ def _poses_of(graphs: Graphs) -> Batch:
     return Batch(graphs.pose, [graphs.pose.n_in() - 1], straight=lambda: graphs.straight_pose)
 
 
-class Evaluator:
+class Evaluator(BeyondEnds):
     """Evaluates poses of one scene.
 
     With one driver the rates are with respect to it (see `in_time`); several drivers need
@@ -107,7 +93,10 @@ class Evaluator:
         self.turning = np.array([unknowns.turns[g.own].any() for g in graphs.blocks], bool)
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
-        self.closing = Closing(graphs)
+        self.closing: Closing | None = None
+        """Superfluous equations, where there are any."""
+        for make in graphs.scene.cases("closing"):
+            self.closing = make(graphs)
         self.refined = 0
 
     @cached_property
@@ -116,15 +105,6 @@ class Evaluator:
         from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
 
         return ZonePoses(self.graphs)
-
-    @cached_property
-    def entry_groups(self) -> list[tuple[ReportedQuantity, list[int]]]:
-        """The reported quantities, each with the places of the groups it depends on."""
-        outputs = self.outputs
-        return [
-            (entry, [self.groups.index(g) for g in outputs.groups_of(entry)])
-            for entry in outputs.entries
-        ]
 
     def at(self, path: AnyPath, s: Any, rates: Rates = ()) -> Poses:
         """Return the poses at path parameters `s` (n,).
@@ -135,11 +115,11 @@ class Evaluator:
         s = np.asarray(s, float)
         rates = self.all_rates(path, s, rates)
         alive = np.stack([path.follows(g, s) for g in self.groups], axis=1)
-        places, limits = s, self._limits(path, s)
+        places, limits = s, self.limits(path, s) if path.ends else {}
         if not alive.all() and path.graphs.turns:
-            places, limits = self._turn_round(path, s, alive, limits)
+            places, limits = self.turn_round(path, s, alive, limits)
         guess = path.guess(places) if self.graphs.nx else np.zeros((len(s), 0))
-        stops = self._stops(path, places)
+        stops = self.stops(path, places) if path.ends else np.zeros(len(s), bool)
         poses = self._solve(path, s, places, guess, alive, limits, rates)
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
@@ -152,154 +132,6 @@ class Evaluator:
     def tiny(self, constants: Constants) -> Floats:
         """Return the left-over distance to the solution that is no more than rounding, (nb,)."""
         return TINY * np.where(self.lengths, constants.scale, 1.0)
-
-    @staticmethod
-    def _stops(path: AnyPath, s: Floats) -> Booleans:
-        """Return which poses are where a path stops at a change or dead point."""
-        result = np.zeros(len(s), bool)
-        for reach in path.reach.values():
-            for end in (reach.low, reach.high):
-                if end is not None and end.kind != "limit" and not end.regular:
-                    near = abs(end.s - (end.s if end.reached is None else end.reached))
-                    middle = end.s if end.reached is None else (end.s + end.reached) / 2
-                    slack = 4 * SMALLEST * path.largest
-                    result |= np.abs(s - middle) <= near / 2 + slack
-        return result
-
-    def _limits(self, path: AnyPath, s: Floats) -> dict[int, list[Limit]]:
-        """Return the poses that are limit positions, with their limits."""
-        found: dict[int, list[Limit]] = {}
-        for reach in path.reach.values():
-            for limit in (reach.low, reach.high):
-                if limit is None or limit.kind != "limit":
-                    continue
-                tolerance = 8 * np.finfo(float).eps * self.coarse(path, limit.s)
-                for k in np.flatnonzero(np.abs(s - limit.s) <= tolerance):
-                    if limit not in found.setdefault(int(k), []):
-                        found[int(k)].append(limit)
-        return found
-
-    @staticmethod
-    def coarse(path: AnyPath, s: float) -> float:
-        """Return what the last bits of a place are a share of: its own, or the drivers' values."""
-        u, rate, *_ = path.motion(s)
-        moving = rate != 0
-        known = min(np.abs(u[moving] / rate[moving]).max(initial=0.0), FAR_OFF * path.largest)
-        return max(abs(s), path.largest, float(known))
-
-    def _turn_round(
-        self, path: AnyPath, s: Floats, alive: Booleans, limits: dict[int, list[Limit]]
-    ) -> tuple[Floats, dict[int, list[Limit]]]:
-        """Return where the poses lie on the path, and which of them are limit positions.
-
-        What the driver does not reach directly it may reach by moving the other way round: a
-        whole turn away it is at the same value. All groups must be on that one way, and be back
-        after the turn; `alive` is changed to the groups that are.
-        """
-        arc = arc_of(path)
-        if not arc.turns_back:
-            return s, limits
-        direct = alive.all(axis=1) | (arc.met(s) != 0)
-        rows = np.flatnonzero(~direct)
-        if not rows.size:
-            return s, limits
-        places, found = s.copy(), np.zeros(len(s), bool)
-        way = np.where(s[rows] > arc.last, -1.0, 1.0)
-        nearest = np.where(way < 0, arc.last - s[rows], arc.first - s[rows]) / TURN
-        turns = way * np.ceil(np.abs(nearest) - HARDLY)
-        for _ in range(int(min((arc.last - arc.first) / TURN, MOST_TURNS)) + 1):
-            there = arc.snapped(s[rows] + TURN * turns)
-            limit = arc.met(there) != 0
-            inside = limit | np.all([path.follows(group, there) for group in self.groups], axis=0)
-            mine, there, limit = rows[inside], there[inside], limit[inside]
-            if mine.size:
-                back = self._back(path, arc, s[mine], there)
-                whole = back.all(axis=1)
-                better = whole | ~(found[mine] | limit)
-                places[mine[better]], alive[mine[better]] = there[better], back[better]
-                found[mine[better]] = True
-                left = ~np.isin(rows, mine[whole])
-                rows, turns, way = rows[left], turns[left], way[left]
-            turns = turns + way
-        return places, self._limits(path, places) if found.any() else limits
-
-    def _back(self, path: AnyPath, arc: Arc, s: Floats, places: Floats) -> Booleans:
-        """Return which groups are at `s` as they are at places whole turns away, (n, groups)."""
-        inner = INWARDS * (arc.last - arc.first)
-        inside = np.clip(places, arc.first + inner, arc.last - inner)
-        beside = np.where(arc.met(places) != 0, inside, places)
-        guess = path.guess(beside) if self.graphs.nx else np.zeros((len(s), 0))
-        return self.returns(path, guess, s + (beside - places), beside)
-
-    def returns(self, path: AnyPath, guess: Unknowns, s: Floats, shifted: Floats) -> Booleans:
-        """Return which groups are in the same pose at `s` and whole turns away, (n, groups).
-
-        Lengths have to agree, and angles but for whole turns, those of eliminated coordinates
-        too: a rack on the crank is elsewhere after a turn, and so is a gear whose ratio is not
-        an integer, with all that they carry. What carries them may well be back.
-
-        Parameters
-        ----------
-        guess : (n, nx) array
-            Near the poses at `shifted` (n,), which the path reaches.
-        """
-        nothing = np.zeros((len(s), self.graphs.nu))
-        rates = () if self.graphs.single else tuple([nothing] * len(self.graphs.driven))
-        recovered, (coordinates, users, owners) = self.graphs.scene.recovered, self.recovered
-        sizes = np.where(self.angles, 1.0, path.constants.scale)
-        values, errors, unknowns = [], [], []
-        for at in (s, shifted):
-            results, _ = self._converged(path, guess, at, shifted, rates)
-            unknowns.append(results[0])
-            values.append(coordinates(results[0], path.drivers(at), path.constants.p)[0])
-            errors.append(results[1] / sizes)
-        error = np.maximum(*errors)
-        with np.errstate(invalid="ignore"):
-            apart = values[0] - values[1]
-        apart /= np.where(recovered.turns, 1.0, path.constants.scale)
-        turns = 2 * np.pi * np.round(apart / (2 * np.pi))
-        apart -= np.where(recovered.turns, turns, 0.0)
-        result = np.ones((len(s), len(self.groups)), bool)
-        with np.errstate(invalid="ignore"):  # Newton's method may end on another turn
-            far = self.angles & ~(np.abs(unknowns[0] - unknowns[1]) <= HALF_TURN)
-        for i in np.flatnonzero(far.any(axis=0)):
-            result[:, self.column_group[i]] &= ~far[:, i]
-        for k in np.flatnonzero(~recovered.places):  # a point on a closed curve may go round it
-            known = 4 * error[:, users[k]].max(axis=1, initial=0.0)
-            allowed = RETURN + np.minimum(known, APART)
-            result[:, owners[k]] &= np.abs(apart[:, k]) <= allowed
-        self._carry(~result, result)
-        return result
-
-    def _carry(self, lost: Booleans, kept: Booleans) -> None:
-        """Take groups that are `lost` (n, groups) from those `kept`, and what depends on them."""
-        for j, group in enumerate(self.graphs.scene.groups):
-            for other in group.after:
-                lost[:, j] |= lost[:, self.place[other]]
-        kept &= ~lost
-
-    @property
-    def recovered(self) -> tuple[Batch, list[list[int]], list[int]]:
-        """Values of the coordinates, the unknowns each depends on, places of groups."""
-        found: tuple[Batch, list[list[int]], list[int]] = self.graphs.cache(
-            "recovered", self._recovered
-        )
-        return found
-
-    def _recovered(self) -> tuple[Batch, list[list[int]], list[int]]:
-        scene = self.graphs.scene
-        coordinates = ca.densify(ca.vertcat(*scene.recover.values()))
-        function = ca.Function("c", [scene.x, scene.u, scene.model.p], [coordinates])
-        users: list[list[int]] = [[] for _ in scene.recover]
-        pattern = ca.jacobian(coordinates, scene.x).sparsity()
-        for row, column in zip(*pattern.get_triplet(), strict=True):
-            users[row].append(column)
-        names = scene.model.q_names
-        group_of = {
-            names[c]: self.place[group.index] for group in scene.groups for c in group.columns
-        }
-        owners = [group_of[name] for name in scene.recover]
-        return Batch(function, shared=[2]), users, owners
 
     def _solve(
         self,
@@ -331,7 +163,7 @@ class Evaluator:
         self._drop(alive, uncertain, self._open(path, s, results))
         at_limit = ~ordinary
         for k, found in limits.items():
-            self._put_limit(path, k, s[k], found, alive, results)
+            self.put_limit(path, k, s[k], found, alive, results)
         return self._poses(s, places, results, alive, at_limit, uncertain, constants)
 
     def _converged(
@@ -398,7 +230,7 @@ class Evaluator:
     def _open(self, path: AnyPath, s: Floats, results: list[Floats]) -> Booleans:
         """Return which groups have an equation without unknowns that is not met, (n, groups)."""
         lost = np.zeros((len(s), len(self.groups)), bool)
-        if self.closing.checks:
+        if self.closing is not None and self.closing.checks:
             open_ = self.closing.open(results[0], path.drivers(s), results[1], path.constants)
             for k, j in enumerate(self.closing.check_group):
                 lost[:, j] |= open_[:, k]
@@ -413,7 +245,7 @@ class Evaluator:
             return
         for b, j in enumerate(self.block_group):
             lost[:, j] |= uncertain[:, b]
-        self._carry(lost, alive)
+        self.carry(lost, alive)
 
     def _call(
         self, path: AnyPath, guess: Unknowns, s: Floats, rates: Rates, consts: Floats
@@ -421,45 +253,6 @@ class Evaluator:
         if self.graphs.single:
             return self.pose(guess, s[:, None], consts)
         return self.pose(guess, path.drivers(s), *rates, consts)
-
-    def _put_limit(
-        self,
-        path: AnyPath,
-        k: int,
-        s: float,
-        limits: list[Limit],
-        alive: Booleans,
-        results: list[Floats],
-    ) -> None:
-        """Write the pose at a limit position: positions of all groups, rates of none."""
-        g = self.graphs
-        ended = g.scene.hanging(*(limit.group for limit in limits))
-        columns = [i for i in range(g.nx) if self.groups[self.column_group[i]] in ended]
-        x = results[0][k].copy()
-        for limit in limits:
-            x[columns] = limit.x[columns]
-        slack = 8 * np.finfo(float).eps * max(abs(s), path.largest)
-        results[1][k, columns] = 0.0
-        for limit in limits:
-            spread = np.abs(limit.v) * np.sqrt(slack / abs(limit.c))
-            results[1][k, columns] = np.maximum(results[1][k, columns], spread[columns])
-        results[0][k] = x
-        results[3][k, [b for b, j in enumerate(self.block_group) if self.groups[j] in ended]] = (
-            np.inf
-        )
-        u = path.drivers(np.array([s]))[0]
-        results[5][k] = np.array(self._value(x, u, path.constants.p)).ravel()
-        for order in range(6, len(results)):
-            results[order][k] = np.nan
-        for j, index in enumerate(self.groups):
-            if index in ended:
-                alive[k, j] = True
-
-    @property
-    def _value(self) -> Graph:
-        scene, y = self.graphs.scene, self.outputs.expression
-        inputs = [scene.x, scene.u, scene.model.p]
-        return self.graphs.cache("outputs", lambda: ca.Function("y", inputs, [y]))
 
     def _poses(
         self,
@@ -508,3 +301,33 @@ def in_time(
     if len(values) > 1:
         rates[1] = values[1] * speed + 0.0
     return rates
+
+
+def swept(
+    evaluator: Evaluator,
+    path: AnyPath,
+    s: Floats,
+    rates: Rates = (),
+    driver: Driver | None = None,
+    plain: bool = False,
+) -> Poses:
+    """Return the poses at `s` (n,) with their `bounds`, see `Evaluator.at`.
+
+    Parameters
+    ----------
+    driver
+        With them derivatives by the driver become rates in time.
+    plain
+        Whether y has to be arrays, each column for itself.
+    """
+    timed = None if driver is None else [float(np.ravel(part)[0]) for part in driver]
+    for evaluate in of_cases("poses") if len(s) >= MANY and not plain else ():
+        found: Poses | None = evaluate(evaluator, path, s, rates, timed)
+        if found is not None:
+            return found
+    poses = evaluator.at(path, s, rates)
+    bounds = OutputBounds(evaluator.graphs, evaluator.outputs, path.constants)
+    poses.bounds = bounds.by_kind(poses.error.T)
+    if timed is not None:
+        poses.y = in_time(poses.y, *timed)
+    return poses

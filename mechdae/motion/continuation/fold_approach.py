@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.kernels.graphs.steps import PATH_STEP_LIMIT, Graphs
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.graphs.folds import PATH_STEP_LIMIT
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.continuation.limit_positions import Limit, LimitFinder
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve

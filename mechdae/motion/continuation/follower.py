@@ -1,7 +1,7 @@
 """A path is followed in steps that are each proved by the test of `Graphs.advance`.
 
-A step that fails is halved. Where steps shrink, what lies ahead is looked for (`obstacles`): a
-change point is crossed, at a limit position the group ends and the others go on.
+A step that fails is halved. Where steps shrink, cases are asked for a way past what lies ahead
+(`obstacles`): a change point is crossed, at a limit position the group ends and the others go on.
 """
 
 from __future__ import annotations
@@ -10,20 +10,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from mechdae.additions import of_cases
 from mechdae.errors import InputError, SolveError
 from mechdae.motion.continuation.any_path import STRIDE, strides
-from mechdae.motion.continuation.path import APPROACH, Path, Tries
-from mechdae.motion.continuation.path_end import LONGER, SHRUNK, SMALLEST, Front
-from mechdae.motion.continuation.step_sizes import ZONE
+from mechdae.motion.continuation.path import APPROACH, SHRUNK, Front, Path, Tries
 
 NEARLY = 1 + 1e-9
 """How much longer a step may be in order to end at its goal."""
-WEAK = 1 / 128
-"""Share of the largest step below which a step around the series is tried."""
 FEW = 8
 """Steps that are taken in one call where they were shorter before."""
-MOST_SMALL_STEPS = 20_000
-"""Small steps in a row after which the path is given up as not provable."""
 MOST_STEPS = 1_000_000
 """Steps of a path: some 8000 turns of a driver, or 1 GB of a four-bar's nodes."""
 
@@ -134,45 +129,7 @@ def _careful(front: Front, step: float, goal: float) -> float:
             return min(1.5 * step, path.largest)
         path.counts.rejected += 1
         step /= 2
-        following = _resolve_stuck_step(front, int(bad[0]), step, rest, goal)
-        if following is not None:
-            return following
-
-
-def _resolve_stuck_step(
-    front: Front, b: int, step: float, rest: float, goal: float
-) -> float | None:
-    """Go past what makes the steps of block `b` shrink; return the step to try next, or None."""
-    from mechdae.motion.continuation.obstacles import across, end_of, over_corner, to_fold
-
-    path, tries, key = front.path, front.path.tries, (b, front.sense)
-    largest = path.largest
-    if step < tries.bridge.get(key, SHRUNK * largest):
-        tries.bridge[key] = step / 4
-        if across(front, b, rest):
-            return largest * ZONE
-    if step < tries.fold.get(key, SHRUNK * largest):
-        tries.fold[key] = step / 4
-        if to_fold(front, b, rest):
-            return step
-    if step < tries.stretch.get(front.sense, WEAK * path.patience * largest):
-        taken = front.stretched(LONGER * step, rest, goal)
-        if taken:
-            tries.fold.clear()
-            return min(taken, largest)
-        tries.stretch[front.sense] = step / 4
-    hopeless = tries.hopeless or tries.laboured > MOST_SMALL_STEPS
-    if step >= SMALLEST * largest and not hopeless:
-        return None
-    own = path.graphs.blocks[b].own
-    if np.any(np.abs(front.x[own]) > path.far[own] / 2):
-        kind = "pole"
-    elif step >= SMALLEST * largest:
-        kind = "unproved"
-    else:
-        kind = path.finder.kind(b, front.s, front.x)
-    if kind == "unproved" and over_corner(front, b):
-        return SHRUNK * largest
-    front.end(end_of(front, b, kind))
-    tries.laboured, tries.hopeless = 0, False
-    return largest
+        for past in of_cases("past a step"):
+            following: float | None = past(front, int(bad[0]), step, rest, goal)
+            if following is not None:
+                return following

@@ -3,18 +3,38 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 
-from mechdae.numerics.hermite import upper_coefficients
 from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
-
-if TYPE_CHECKING:
-    from mechdae.motion.continuation.limit_positions import Limit
 
 CACHED = 32_768
 """Numbers of an array that stays in the cache of the processor."""
+
+
+class Fold(Protocol):
+    """A limit position: unknowns ``x``, null vector ``v`` at ``s``, and ``c`` of s + c sigma^2."""
+
+    @property
+    def s(self) -> float: ...
+    @property
+    def x(self) -> Any: ...
+    @property
+    def v(self) -> Any: ...
+    @property
+    def c(self) -> float: ...
+
+
+def upper_coefficients(rise: Any, v0: Any, v1: Any, a0: Any, a1: Any) -> tuple[Any, Any, Any]:
+    """Return c3, c4, c5 of x0 + v0 t + a0 t^2/2 + c3 t^3 + c4 t^4 + c5 t^5 over 0 <= t <= 1.
+
+    `rise` is x1 - x0; rates are those by t.
+    """
+    c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
+    c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
+    c5 = 6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0)
+    return c3, c4, c5
 
 
 def quintic(S: Floats, X: Unknowns, V: Floats, A: Matrix, s: Floats) -> Floats:
@@ -85,7 +105,7 @@ def turning(
 
 
 def near_limit(
-    s: Floats, S: Floats, X: Unknowns, V: Floats, limit: Limit, side: int
+    s: Floats, S: Floats, X: Unknowns, V: Floats, limit: Fold, side: int
 ) -> tuple[Booleans, Floats]:
     """Return which places lie between the last node and a fold, and guesses there (k, nx).
 

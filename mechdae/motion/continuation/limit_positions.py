@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
 from mechdae.motion.continuation.crossings.change_points import Crossing
 from mechdae.motion.setup.scales import Constants

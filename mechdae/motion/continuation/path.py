@@ -13,25 +13,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.continuation.any_path import AnyPath, Counts, Reach
 from mechdae.motion.continuation.interpolate import near_limit, quintic
-from mechdae.motion.continuation.series_steps import Expansion
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.motion.continuation.crossings.across_change_point import Builder
-    from mechdae.motion.continuation.crossings.change_points import CrossingFinder
-    from mechdae.motion.continuation.fold_approach import FoldApproach
-    from mechdae.motion.continuation.limit_positions import LimitFinder
+    from mechdae.motion.continuation.finders import Finders
+    from mechdae.motion.continuation.limit_positions import Limit
     from mechdae.motion.continuation.quintic_steps import QuinticSteps
 
 DEEP = 12
 """Blocks one behind the other above which steps that tangents do not prove are looked at again."""
 APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
+SMALLEST = 1e-9
+SHRUNK = 1 / 32
+"""Share of the largest step below which a limit position is looked for."""
 WINDOW, HOPE = 1000, 100.0
 """Small steps over which progress is measured, and times as far as they came that is left."""
 WINDOWS, EVEN = 5, 1.25
@@ -113,47 +113,11 @@ class Path(AnyPath):
         self.flips: list[list[float]] = [[] for _ in graphs.blocks]
 
     @cached_property
-    def patience(self) -> float:
-        """How much smaller steps become in space before one around a power series is tried.
+    def finders(self) -> Finders:
+        """What finds what lies ahead where steps shrink, and leads past it."""
+        from mechdae.motion.continuation.finders import Finders
 
-        That costs as much as five hundred others there, and is as long as a hundred of them.
-        """
-        spatial = any(graph.reaches is not None for graph in self.graphs.blocks)
-        return 1 / 64 if spatial else 1.0
-
-    @cached_property
-    def crossings(self) -> CrossingFinder:
-        """What finds change points."""
-        from mechdae.motion.continuation.crossings.change_points import CrossingFinder
-
-        return CrossingFinder(self.graphs, self.constants, self.motion, self.largest)
-
-    @cached_property
-    def finder(self) -> LimitFinder:
-        """What finds limit positions."""
-        from mechdae.motion.continuation.limit_positions import LimitFinder
-
-        return LimitFinder(self.graphs, self.whole, self.constants, self.drivers, self.unit)
-
-    @cached_property
-    def turning(self) -> FoldApproach:
-        """What leads into a limit position."""
-        from mechdae.motion.continuation.fold_approach import FoldApproach
-
-        return FoldApproach(self.graphs, self.constants, self.finder, self.motion)
-
-    @cached_property
-    def bridges(self) -> Builder:
-        """What leads across a change point."""
-        from mechdae.motion.continuation.crossings.across_change_point import Builder
-
-        return Builder(self.crossings, self.step, self.constants, self.finder.weights)
-
-    @cached_property
-    def expansion(self) -> Expansion:
-        """What proves steps around power series."""
-        sizes = self.graphs.scene.unknowns.sizes(self.constants.scale)
-        return Expansion(self.graphs, self.constants, sizes)
+        return Finders(self, self.step)
 
     @cached_property
     def quintics(self) -> QuinticSteps | None:
@@ -220,8 +184,7 @@ class Path(AnyPath):
         self.u0, self.d, self.largest = u0, d, largest
         self.whole[-2 * len(d) :] = np.concatenate([u0, d])
         self.reach = {index: Reach() for index in self.groups}
-        for name in ("crossings", "finder", "turning", "bridges"):
-            self.__dict__.pop(name, None)
+        self.__dict__.pop("finders", None)
         self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
         if self.curves is not None:
             self.curves.restart()
@@ -378,3 +341,79 @@ class Path(AnyPath):
                     rows, values = near_limit(s, S, X, V, limit, side)
                     result[np.ix_(np.flatnonzero(rows), np.array(columns))] = values[:, columns]
         return result
+
+
+class Front:
+    """The upper or the lower end of a path.
+
+    Attributes
+    ----------
+    sense : float
+        1 upwards, -1 downwards.
+    ended : set of int
+        Groups that go no further there.
+    """
+
+    def __init__(self, path: Path, up: bool) -> None:
+        self.path, self.up, self.sense = path, up, 1.0 if up else -1.0
+        ends = {i: reach.high if up else reach.low for i, reach in path.reach.items()}
+        self.ended = {i for i, end in ends.items() if end}
+
+    @property
+    def s(self) -> float:
+        """Place of the last node."""
+        return self.path.s[-1] if self.up else self.path.s[0]
+
+    @property
+    def state(self) -> Any:
+        """The last node."""
+        return self.path.state[-1] if self.up else self.path.state[0]
+
+    @property
+    def x(self) -> Any:
+        """Unknowns (nx,) of the last node."""
+        return self.state[: self.path.graphs.nx]
+
+    @property
+    def alive(self) -> Any:
+        """Which blocks belong to groups that have not ended."""
+        return self.path.alive(self.ended)
+
+    @property
+    def sign(self) -> Any:
+        """Signs of the blocks' determinants."""
+        return self.path.front[self.up]
+
+    def append(self, s: float, state: Floats) -> None:
+        """Put a node behind the last one."""
+        self.path.append(s, state, self.up)
+
+    def step(self, step: float) -> tuple[Any, Any]:
+        """Return the state after a step, and which blocks (nb,) it is proved for."""
+        path, ds = self.path, self.sense * step
+        after, test, det, miss = path.step(self.state, self.s, ds)
+        if path.quintics is None:
+            return after, path.proved(after, test, det, miss, self.sign)
+        places, tests = np.array([self.s, self.s + ds]), (test[None], det[None], miss[None])
+        return after, path.proved_between(places, self.state, after[None], tests, self.sign)[0]
+
+    def end(self, limit: Limit) -> None:
+        """Record that a group, and the groups attached to it, go no further."""
+        for index in self.path.hanging(limit.group) - self.ended:
+            self.ended.add(index)
+            if self.up:
+                self.path.reach[index].high = limit
+            else:
+                self.path.reach[index].low = limit
+
+    def leave_curves(self) -> None:
+        """End groups whose contact left an open curve since the last call."""
+        curves = self.path.curves
+        for limit in curves.left(self.path, self.up) if curves is not None else ():
+            for index in self.path.hanging(limit.group):
+                reach = self.path.reach[index]
+                if self.up and (reach.high is None or reach.high.s > limit.s):
+                    reach.high = limit
+                elif not self.up and (reach.low is None or reach.low.s < limit.s):
+                    reach.low = limit
+                self.ended.add(index)

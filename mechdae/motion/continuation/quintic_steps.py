@@ -18,15 +18,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.bounds.majorant import NoMajorant
 from mechdae.kernels.bounds.series import NoSeries
+from mechdae.kernels.bounds.walk import NoMajorant
 from mechdae.kernels.graphs import quintic_boxes
 from mechdae.kernels.graphs.quintic_boxes import COUNT
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Batch, Call
+from mechdae.motion.continuation.interpolate import upper_coefficients
 from mechdae.motion.setup.scales import Constants
-from mechdae.numerics.hermite import upper_coefficients
 from mechdae.records import dataclass
 
 PARTS = (1, 4, 16)

@@ -27,8 +27,7 @@ from mechdae.kernels.bounds.series import (
     times,
 )
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Call, without_repeats
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
 from mechdae.types import Floats, Matrices

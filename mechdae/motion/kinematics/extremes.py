@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.equations.tree.choice import is_tree
-from mechdae.motion.continuation.any_path import AnyPath
+from mechdae.motion.continuation.any_path import AnyPath, arc_of
+from mechdae.motion.continuation.beyond_ends import before_limits
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.continuation.interpolate import turning
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.continuation.reachable_arc import arc_of, before_limits
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
 from mechdae.results import LazyPart, Summary
@@ -51,7 +50,8 @@ class Spans:
         self.later = LazyPart(lambda: {})
         if not self.entries or len(poses.y) < 3:
             return
-        nodes = np.array([*path.s, *between, *before_limits(path)])
+        ahead = before_limits(path) if path.ends else ()
+        nodes = np.array([*path.s, *between, *ahead])
         nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
         inner = nodes[(nodes > low) & (nodes < high)]
         places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
@@ -107,7 +107,7 @@ def _whole_turns(poses: Poses, columns: Integers) -> Any:
 
 def _spanned(outputs: Outputs) -> list[tuple[int, str, str]]:
     """Return column, word and name of what swings or slides; in space of all joint coordinates."""
-    in_space = is_tree(outputs.scene.model)
+    in_space = outputs.scene.model.joint_rates
     chosen = [
         entry
         for entry in outputs.entries

@@ -14,7 +14,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
 from mechdae.equations.groups import formula
 from mechdae.errors import InputError
-from mechdae.motion.assembly import start
+from mechdae.motion.assembly import not_assembled
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.mode_tree import Mode, ModeTree
 from mechdae.motion.continuation.output_bounds import OutputBounds
@@ -48,7 +48,7 @@ class _Modes:
 
     assembler: Assembler
     outputs: Outputs
-    expressions: NamedOutputs
+    expressions: NamedOutputs | None
     coordinates: tuple[NamedCoordinate, ...]
     u: Floats
     tree: ModeTree
@@ -70,8 +70,11 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
         for k, c in enumerate(found.coordinates)
     }
     tables: dict[str, Any] = found.outputs.named([found.y])
-    there = [found.y[:, found.outputs.columns(found.expressions.coordinates)]]
-    tables["outputs"], lost = found.expressions.evaluate(there, None, np.ones(len(listed), bool))
+    tables["outputs"], lost = Named("output", {}), list[str]()
+    if found.expressions is not None:
+        there = [found.y[:, found.outputs.columns(found.expressions.coordinates)]]
+        sure = np.ones(len(listed), bool)
+        tables["outputs"], lost = found.expressions.evaluate(there, None, sure)
     bounder = OutputBounds(found.assembler.graphs, found.outputs, certain.constants)
     bounds = bounder.by_kind(certain.error.T)
     summary, notes = _summary(found), lost + _notes(found)
@@ -117,7 +120,11 @@ def _found(problem: Problem, task: Modes) -> _Modes:
     function = graphs.cache("outputs", lambda: ca.Function("y", inputs, [outputs.expression]))
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
     y = np.array(rows).reshape(len(found), graphs.ny)
-    fault = None if tree.failure is None else str(start.not_assembled(the_scene, tree.failure, u))
+    fault = (
+        None
+        if tree.failure is None
+        else str(not_assembled.not_assembled(the_scene, tree.failure, u))
+    )
     return _Modes(
         assembler,
         outputs,
@@ -134,12 +141,12 @@ def _summary(modes: _Modes) -> Summary:
     summary = Summary(
         count=modes.tree.count,
         proven=modes.tree.proven,
-        basis=assembler.basis(),
+        basis=assembler.search.basis(),
         formula=formula(the_scene.groups),
         groups=[g.name for g in the_scene.groups if assembler.labelled(g)],
         not_in_scene=the_scene.not_in_scene,
         bound="estimated" if modes.certain.constants.estimated else "proved",
-        sketches=[start.as_sketch(assembler, mode, u) for mode in found],
+        sketches=[not_assembled.as_sketch(assembler, mode, u) for mode in found],
     )
     rollers = cuts(the_scene, np.array([mode.x for mode in found]), np.tile(u, (len(found), 1)))
     if rollers:  # poses that solve the equations and cannot be built
@@ -149,16 +156,16 @@ def _summary(modes: _Modes) -> Summary:
             for k in range(cut.first, cut.last + 1)
         ]
     if the_scene.redundant and found:
-        summary["superfluous"] = assembler.superfluous(found[0].x, u)
+        summary["superfluous"] = assembler.search.superfluous(found[0].x, u)
         if assumed := about_closure(the_scene.model.mechanism):
             summary["assumptions"] = assumed
-    if assembler.free:
-        names = sorted({group.name for group in assembler.free})
+    if assembler.search.free:
+        names = sorted({group.name for group in assembler.search.free})
         summary["free"] = names  # modes in which the group moves by itself are not counted
-    if assembler.singular_paths:
-        summary["singular_paths"] = assembler.singular_paths
-    if assembler.searched:
-        summary["search"] = assembler.searches()
+    if assembler.search.singular_paths:
+        summary["singular_paths"] = assembler.search.singular_paths
+    if assembler.search.searched:
+        summary["search"] = assembler.search.searches()
     return summary
 
 

@@ -16,18 +16,11 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.values import Number
 from mechdae.kernels.bounds.walk import ROUNDOFF
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.motion.assembly.closed_start import ClosedStart, closed_start
 from mechdae.motion.continuation.any_path import STRIDE, strides
-from mechdae.motion.continuation.evaluate import (
-    CARRIED,
-    H_LIMIT,
-    HALF_TURN,
-    ROUNDS,
-    TINY,
-    Evaluator,
-    in_time,
-)
+from mechdae.motion.continuation.beyond_ends import HALF_TURN
+from mechdae.motion.continuation.evaluate import CARRIED, H_LIMIT, ROUNDS, TINY, Evaluator, in_time
 from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.output_bounds import ILL, spread
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import field
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -13,22 +13,19 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.equations.model import Model
-from mechdae.equations.reduction import Scene, scene
-from mechdae.equations.tree.choice import groups_of, model_of
+from mechdae.equations.reduction import Scene, groups_of, model_of, scene
 from mechdae.errors import FreedomError, SolveError, UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.motion.assembly import start
+from mechdae.motion.assembly import not_assembled, start
 from mechdae.motion.assembly.assembler import Assembler
-from mechdae.motion.assembly.idle_freedom import built_without_idle_freedom
+from mechdae.motion.assembly.idle_freedom import coarser
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.kinematics.extremes import Spans
 from mechdae.motion.kinematics.shapes import Shapes, Sized, free_numbers, size_of
-from mechdae.motion.measures import measure
 from mechdae.motion.measures.measured import Measured
 from mechdae.motion.setup.drivers import DriverPlan, plan, sketched
 from mechdae.motion.setup.likely_typos import driver_slips
-from mechdae.motion.setup.named_outputs import NamedOutputs, requests, time_of
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.motion.setup.scales import Constants, divisors
 from mechdae.records import dataclass
@@ -38,6 +35,9 @@ from mechdae.types import Floats, Json, Unknowns
 GROWTHS = 8
 SAFE = 0.75
 """Share of a divisor's least size at the nodes of a path that it may keep between them."""
+if TYPE_CHECKING:
+    from mechdae.motion.setup.named_outputs import NamedOutputs
+
 P = TypeVar("P", bound=AnyPath)
 """A line or course, or legs."""
 
@@ -49,7 +49,7 @@ class Shape:
     scene: Scene
     outputs: Outputs
     graphs: Graphs
-    expressions: NamedOutputs
+    expressions: NamedOutputs | None
     loaded: tuple[str, ...] | None
     coarse: bool
 
@@ -67,7 +67,8 @@ class Shape:
         own = self.scene.at(model)
         graphs = self.graphs.at(own)
         assembler = Assembler(graphs, sketched(model.mechanism))
-        outputs, expressions = self.outputs.at(own), self.expressions.at(model)
+        outputs = self.outputs.at(own)
+        expressions = self.expressions.at(model) if self.expressions is not None else None
         return Setting(plan, own, outputs, graphs, assembler, expressions, on_change_point, self)
 
 
@@ -80,7 +81,7 @@ class Setting:
     outputs: Outputs
     graphs: Graphs
     assembler: Assembler
-    expressions: NamedOutputs
+    expressions: NamedOutputs | None
     on_change_point: str
     shape: Shape
     notes: list[str] = field(default_factory=list)
@@ -103,6 +104,12 @@ class Run:
     summary: Summary
     found: Measured = field(default_factory=Measured)
     spans: Spans | None = None
+
+    @property
+    def start(self) -> tuple[Any, Any]:
+        """Unknowns and driver values of the pose the path starts from."""
+        s, x = self.path.origin
+        return x, self.path.drivers(np.array([s]))[0]
 
 
 def prepare(
@@ -127,7 +134,7 @@ def prepare(
     key = (
         structure_of(mechanism, names),
         tuple(c.text for c in numbers.coordinates),
-        *(course, numbers.by_value, time_of(numbers) is not None),
+        *(course, numbers.by_value, numbers.time_of() is not None),
         *(task.outputs, task.derivatives, task.measures, loaded, more, names),
     )
     shape = SHAPES.get(key)
@@ -143,9 +150,14 @@ def prepare(
         shape = _shape(model, numbers, task, more, kept, coarse)
         return shape.of(model, numbers, task.on_change_point)
 
-    built = built_without_idle_freedom(
-        build, lambda setting: start.try_redundant(setting.assembler, numbers)
-    )
+    try:
+        built = build(False)
+        if built.scene.redundant:
+            start.try_redundant(built.assembler, numbers)
+    except FreedomError as error:  # of bodies that more equations hold together with others
+        built = coarser(
+            build, lambda setting: start.try_redundant(setting.assembler, numbers), error
+        )
     SHAPES.put(key, built.shape)
     return built
 
@@ -160,18 +172,24 @@ def _shape(
 ) -> Shape:
     """Return scene, outputs and kernels of a model and a task."""
     the_scene = scene(model, numbers.coordinates, task.outputs, coarse, loaded)
-    expressions = NamedOutputs(
-        model,
-        the_scene.selection.named,
-        task.derivatives,
-        listed=task.outputs is not None,
-        time=time_of(numbers) is not None,
-    )
-    hidden = requests(model, list(expressions.rates))
-    hidden += measure.requests(the_scene, task, numbers.by_value)
+    expressions, hidden, order = None, list[Request](), task.derivatives
+    if the_scene.selection.named:
+        from mechdae.motion.setup.named_outputs import NamedOutputs, requests
+
+        names, listed, timed = (
+            the_scene.selection.named,
+            task.outputs is not None,
+            numbers.time_of(),
+        )
+        expressions = NamedOutputs(model, names, task.derivatives, listed, timed is not None)
+        hidden += requests(model, list(expressions.rates))
+    if task.measures:
+        from mechdae.motion.measures import measure
+
+        hidden += measure.requests(the_scene, task, numbers.by_value)
+        order = max(order, measure.order_of(task))
     hidden += more(the_scene) if more is not None else []
     outputs = Outputs(the_scene, hidden)
-    order = max(task.derivatives, measure.order_of(task))
     graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
     return Shape(the_scene, outputs, graphs, expressions, loaded, coarse)
 
@@ -213,7 +231,7 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Unknowns, Unknowns]:
         return u, x
     first = setting.plan.first
     u = np.where(np.isnan(first), start.start_values(setting.plan), first)
-    return u, start.mode_by_label(setting.assembler, u, task.mode).x
+    return u, not_assembled.mode_by_label(setting.assembler, u, task.mode).x
 
 
 def covered(

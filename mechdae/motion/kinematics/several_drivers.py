@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.motion.continuation.evaluate import Evaluator
+from mechdae.errors import SolveError
+from mechdae.motion.continuation.evaluate import Evaluator, swept
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.legs import Legs, largest_step
-from mechdae.motion.continuation.many_poses import swept
 from mechdae.motion.continuation.path import Path
+from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.extremes import Spans
+from mechdae.motion.kinematics.path_events import limit_events
 from mechdae.motion.kinematics.prepared import Run, Setting, covered
-from mechdae.motion.kinematics.report import limit_events
 from mechdae.motion.measures.measure import at_poses
+from mechdae.motion.setup.drivers import Timing
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Summary
 from mechdae.types import Floats, Unknowns
@@ -23,6 +26,8 @@ from mechdae.types import Floats, Unknowns
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
 
+MOST_STEPS = 4096
+"""Steps along a law for its fastest moment, beside four times those for its whole way."""
 SHARES = (2.0**-4, 2.0**-7, 2.0**-10)
 """Shares of a way that begins on a limit position at which it is looked for another beginning."""
 BACK = 16
@@ -166,3 +171,58 @@ def _rates(setting: Setting) -> tuple[Floats, ...]:
     plan = setting.plan
     shape = plan.values.shape
     return tuple(np.broadcast_to(r, shape) for r in (plan.speed, plan.acceleration, plan.jerk))
+
+
+def on_course(setting: Setting, task: Sweep, u: Any, x: Any, along: Callable[..., Run]) -> Run:
+    """Return the run along the drivers' path: a course, one value, or straight lines.
+
+    `along` gives that along one parameter.
+    """
+    plan = setting.plan
+    if plan.course is None:
+        straight = from_pose_to_pose if plan.named or plan.poses == 1 else along_a_line
+        return straight(setting, task, u, x)
+    if task.derivatives and plan.timing and plan.timing.rough.any():
+        times = [f"{time:.6g}" for time in plan.timing.times[plan.timing.rough]]
+        setting.notes.append(f"a law has a corner at t = {', '.join(times)}: no rates there")
+    if task.derivatives >= 3 and plan.timing:
+        none = np.isnan(plan.timing.jerk).any(axis=1) & ~plan.timing.rough
+        if none.any():
+            times = [f"{time:.6g}" for time in plan.timing.times[none]]
+            setting.notes.append(f"a law has no third derivative at t = {', '.join(times)}")
+    to = np.where(np.isnan(plan.first), u, plan.first)
+    if plan.moving is not None:
+        to[plan.moving] = u[plan.moving]
+    start = approach(setting, u, x, to)
+    if start is not None:
+        return along(setting, task, to, start)
+    if plan.timing is not None:
+        course = plan.timing.course
+        found = leaving(setting, u, x, lambda t: course.sampled(t, 0)[0], plan.timing.times)
+        if found is not None:
+            begin, start = found
+            return along(setting, task, course.sampled([begin], 0)[0][0], start, begin)
+    if plan.values is None:
+        raise SolveError(
+            "a limit position lies between the sketch and the values of the held drivers",
+            hint="sketch a pose with the held drivers at their values",
+        )
+    return from_pose_to_pose(setting, task, u, x)
+
+
+def largest_in_time(laws: Timing, scales: Floats) -> float:
+    """Return the largest step in time: drivers and their speeds change little over it.
+
+    Unknowns may move faster than the drivers: the interval has at least as many steps as a
+    turn. A short burst does not decide, its steps are made smaller when they come.
+    """
+    values, speed, acceleration = (part / scales for part in laws.course.sampled(laws.dense))
+    share, span = 2 * np.pi / NODES_PER_TURN, float(np.ptp(laws.times))
+    rate, bend = (
+        float(np.max(np.abs(part), initial=0.0, where=np.isfinite(part)))
+        for part in (speed, acceleration)
+    )
+    way = float(np.sum(np.abs(np.diff(values, axis=0))))
+    fastest = max(span * rate / share, span * np.sqrt(bend / (2 * share)))
+    count = max(NODES_PER_TURN, min(fastest, 4 * way / share + MOST_STEPS))
+    return span / count or 1.0

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Sweep
 from mechdae.equations.model import Model
-from mechdae.equations.reduction import Scene, scene
-from mechdae.equations.tree.choice import model_of
+from mechdae.equations.reduction import Scene, model_of, scene
 from mechdae.errors import MechdaeError
 from mechdae.motion.kinematics.prepared import first_pose, prepare
 from mechdae.motion.setup.drivers import plan

@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.equations.curve_contacts import Contact
+from mechdae.equations.cases.curve_contacts import Contact
 from mechdae.equations.reduction import Scene
 from mechdae.records import dataclass
 from mechdae.types import Floats, Points, Unknowns

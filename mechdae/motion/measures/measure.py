@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
-
-import numpy as np
-
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.equations.reduction import Scene
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
@@ -77,8 +72,3 @@ def along_path(
     from mechdae.motion.measures import along_sweep
 
     along_sweep.along_path(outputs, task, evaluator, path, values, found, moving)
-
-
-def sorted_events(events: Iterable[Mapping[str, Any]], moving: int = 0) -> list[Mapping[str, Any]]:
-    """Return events in the order of time, or of the driver that moves."""
-    return sorted(events, key=lambda e: float(e.get("time", np.ravel(e["at"])[moving])))

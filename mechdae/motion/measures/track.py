@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.motion.continuation.any_path import arc_of
+from mechdae.motion.continuation.beyond_ends import before_limits
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.output_bounds import OutputBounds
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.continuation.reachable_arc import arc_of, before_limits
 from mechdae.numerics.roots import refined
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers

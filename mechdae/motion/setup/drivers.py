@@ -9,6 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.additions import of_cases
 from mechdae.describe.coordinate_names import coordinate_names
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.drawn import drawn_value
@@ -17,13 +18,39 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import DEFAULT_POSES, Driven, Driver, Sweep
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.graphs.driver_curve import DriverCurve
-from mechdae.motion.setup.laws import Timing, interval, timing
 from mechdae.records import dataclass
-from mechdae.types import Floats
+from mechdae.types import Booleans, Floats
 
 MAX_POSES = 2_000_000
 DECIMALS, DECIMALS_OF_DRIVERS = 3, 9
 """Decimals of the degrees in a sketch that is offered: near a limit position a driver needs all."""
+SAMPLES = 1025
+"""Places at which corners of a law are looked for, beside the poses."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """The poses of a task whose drivers follow laws of time.
+
+    ``values``, ``speed``, ``acceleration`` and ``jerk`` are (n, nd); rates that differ on the
+    two sides of a corner are nan, and a jerk that is not finite. ``corners`` (k,) are the times
+    between the poses at which a law has one; ``rough`` tells the poses with a speed or an
+    acceleration that is nan.
+    """
+
+    course: DriverCurve
+    times: Any
+    values: Any
+    speed: Floats
+    acceleration: Floats
+    jerk: Floats
+    corners: Any
+    rough: Booleans
+
+    @property
+    def dense(self) -> Floats:
+        """Times (k,) close enough to see how fast the laws move."""
+        return np.linspace(self.times.min(), self.times.max(), SAMPLES)
 
 
 @dataclass(frozen=True)
@@ -69,6 +96,20 @@ class DriverPlan:
         """The drivers' values (nd,) at the first pose; nan where they are to be found."""
         return self.values[0] if self.values is not None else self.held
 
+    def time_of(self, values: Floats | None = None) -> Any:
+        """Return the time of each pose (n,), None for a task that has none.
+
+        Laws give the times; where one driver moves with constant speed it is the time since the
+        first of `values` (n, nd). Without `values` only the answer None means something.
+        """
+        if self.timing is not None:
+            return self.timing.times
+        k = self.lead
+        steady = not (self.acceleration.any() or self.jerk.any()) and self.speed[:, k].all()
+        if not (self.by_value and steady):
+            return None
+        return np.zeros(0) if values is None else (values[:, k] - values[0, k]) / self.speed[0, k]
+
 
 def plan(mechanism: Mechanism, task: Driven) -> DriverPlan:
     """Return the plan of a task.
@@ -95,7 +136,9 @@ def plan(mechanism: Mechanism, task: Driven) -> DriverPlan:
             if moving and k not in moving:
                 _check_held(driver, known)
         if by_law:
-            return _by_laws(coordinates, drivers, moving, poses, known, sketch)
+            for make in of_cases("driver plans", {"laws"}):
+                found: DriverPlan = make(coordinates, drivers, moving, poses, known, sketch)
+                return found
         if len(moving) > 1 and any(driver.range is not None for driver in drivers):
             raise InputError(
                 'range = "assembled" needs a single driver that moves',
@@ -124,32 +167,6 @@ def plan(mechanism: Mechanism, task: Driven) -> DriverPlan:
             u = ca.vertcat(*[s if j == k else value for j, value in enumerate(held.tolist())])
             numbers = replace(numbers, moving=k, course=DriverCurve(s, u, coordinates[k].is_angle))
     return numbers
-
-
-def _by_laws(
-    coordinates: tuple[NamedCoordinate, ...],
-    drivers: Sequence[Driver],
-    moving: list[int],
-    poses: int,
-    known: Mapping[str, float],
-    sketch: Floats,
-) -> DriverPlan:
-    """Return the plan of drivers that follow laws of time, others held."""
-    t = timing(drivers, poses, known)
-    named = any(driver.times is not None for driver in drivers)
-    return DriverPlan(
-        coordinates,
-        t.values,
-        len(t.times),
-        named,
-        t.speed,
-        t.acceleration,
-        t.jerk,
-        sketch,
-        course=t.course,
-        timing=t,
-        lead=moving[0],
-    )
 
 
 def _pose_count(task: Driven, drivers: Sequence[Driver]) -> int:
@@ -198,6 +215,17 @@ def _values(driver: Driver, poses: int, known: Mapping[str, float]) -> Floats:
     assert driver.from_ is not None
     assert driver.to is not None
     return interval(evaluate(driver.from_, known), evaluate(driver.to, known), poses)
+
+
+def interval(first: float, last: float, count: int) -> Floats:
+    """Return `count` equally spaced values, both ends exact."""
+    if count == 1:
+        return np.array([first])
+    if first == last:
+        raise InputError("'from' and 'to' are the same value", hint="use 'at' for a single pose")
+    grid = first + (last - first) * (np.arange(count) / (count - 1))
+    grid[-1] = last
+    return grid
 
 
 def _driver_in_sketch(

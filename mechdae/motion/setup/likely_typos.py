@@ -135,12 +135,12 @@ def _backward(mechanism: Mechanism) -> list[str]:
 
 def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, Callable[[], str]]]:
     """Yield the largest distance between joint points of each body, other lengths, their names."""
-    values = mechanism.values()
+    values, axes = mechanism.values(), mechanism.axes
     points: dict[str, dict[str, tuple[float, ...]]] = {}
     for joint in mechanism.joints.values():
         for reference in (joint.first, joint.second):
             body, point = reference.split(".")
-            place = tuple(values.get(f"{reference}.{axis}", 0.0) for axis in mechanism.axes)
+            place = tuple(values.get(f"{reference}.{axis}", 0.0) for axis in axes)
             points.setdefault(body, {})[point] = place
         if joint.bar:
             size = abs(values[f"{joint.name}.length"])

@@ -20,9 +20,7 @@ from mechdae.describe.named import TIME, coordinates_of, names_of, reactions_of
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
-from mechdae.motion.setup.drivers import DriverPlan
+from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.motion.setup.outputs import Request
 from mechdae.results import OUTPUT_RATES, Named, Series
 from mechdae.types import Booleans, Floats, Sym
@@ -175,8 +173,6 @@ class NamedOutputs:
             Poses that have values at all.
         """
         n = len(certified)
-        if not self.rates:
-            return Named("output", {}), []
         t = np.zeros((n, 1)) if time is None else np.asarray(time, float).reshape(n, 1)
         (values,) = self._batch()(np.hstack(coordinates), t, self.model.p_values)
         series: dict[str, dict[str, Floats]] = {name: {} for name in self.rates}
@@ -201,18 +197,3 @@ class NamedOutputs:
             for array in coordinates[: order + rate + 1]:
                 known &= np.isfinite(array[:, column])
         return known
-
-
-def time_of(numbers: DriverPlan, values: Floats | None = None) -> Any:
-    """Return the time of each pose (n,), None for a task that has none.
-
-    Laws give the times; where one driver moves with constant speed it is the time since the
-    first of `values` (n, nd). Without `values` only the answer None means something.
-    """
-    if numbers.timing is not None:
-        return numbers.timing.times
-    k = numbers.lead
-    steady = not (numbers.acceleration.any() or numbers.jerk.any()) and numbers.speed[:, k].all()
-    if not (numbers.by_value and steady):
-        return None
-    return np.zeros(0) if values is None else (values[:, k] - values[0, k]) / numbers.speed[0, k]

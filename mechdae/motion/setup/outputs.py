@@ -5,24 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from copy import copy
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, CoordinateKind
 from mechdae.describe.mechanism import GROUND
+from mechdae.equations.model import Quantity
 from mechdae.equations.reduction import Scene
-from mechdae.equations.tree.choice import is_tree
 from mechdae.errors import UnknownName
 from mechdae.motion.setup.angular_rates import turning
 from mechdae.records import dataclass
 from mechdae.results import LazyPart, Named, Series
 from mechdae.types import Floats, Points, Sym
-
-if TYPE_CHECKING:
-    from mechdae.equations.tree.joint_chains import WayProducts
-
 
 RATES = {
     "orientation": ("orientation", "angular_velocity", "angular_acceleration", "angular_jerk"),
@@ -92,19 +88,15 @@ class Outputs:
         model, chosen = scene.model, scene.selection
         self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
         for name in chosen.bodies:
-            if is_tree(model):
-                whole, reaches = ca.vec(model.frame(name).R), model.turn_reaches(name)
-                self._add("bodies", name, "orientation", whole, (name,), reaches)
-            else:
-                self._add("bodies", name, "angle", model.frame(name).angle, (name,))
+            self._add("bodies", name, model.turned(name), (name,))
         for reference in chosen.points:
-            body = reference.split(".")[0]
-            known = model.point_reaches(reference) if is_tree(model) else ()
-            self._add("points", reference, "position", model.point(reference), (body,), known)
+            self._add("points", reference, model.placed(reference), (reference.split(".")[0],))
         for name in chosen.joints:
-            self._add_joint(name)
+            bodies = tuple(b for b in model.mechanism.joints[name].bodies if b != GROUND)
+            for quantity in model.joint_quantities(name):
+                self._add("joints", name, quantity, bodies)
         for key, expression, bodies in hidden:
-            self._add("hidden", key, "value", expression, bodies)
+            self._add("hidden", key, ("value", expression, ()), bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
         self.expression = ca.densify(self._one_place(scene.expression(stacked)))
         scene.keep_reaches(self.expression.elements(), self._reaches)
@@ -143,35 +135,8 @@ class Outputs:
         other.scene = scene
         return other
 
-    def _add_joint(self, name: str) -> None:
-        model = self.scene.model
-        joint = model.mechanism.joints[name]
-        bodies = tuple(body for body in joint.bodies if body != GROUND)
-        if is_tree(model):
-            for word in filter(partial(model.has_value, name), joint.coordinates):
-                known = (model.relative_reach(name, word),)
-                self._add("joints", name, word, model.relative(name, word), bodies, known)
-            return
-        ends = model.ends[name]
-        if joint.straight:
-            slide = ca.dot(ends.axis(), ends.gap)
-            self._add("joints", name, "slide", slide, bodies)
-            if joint.first_body != GROUND:
-                self._add("joints", name, "guide", ends.first.angle, bodies)
-        if joint.on_curve:
-            self._add("joints", name, "s", self.scene.model.contacts[name].s, bodies)
-        if joint.turns:
-            self._add("joints", name, "angle", ends.second.angle - ends.first.angle, bodies)
-
-    def _add(
-        self,
-        kind: str,
-        part: str,
-        name: str,
-        value: Sym,
-        bodies: tuple[str, ...],
-        reaches: Iterable[WayProducts | None] = (),
-    ) -> None:
+    def _add(self, kind: str, part: str, quantity: Quantity, bodies: tuple[str, ...]) -> None:
+        name, value, reaches = quantity
         start = len(self._scalars)
         scalars = ca.vertsplit(ca.SX(value))
         self._scalars += scalars
@@ -195,7 +160,7 @@ class Outputs:
     @property
     def without_rates(self) -> list[int]:
         """The columns of which no rates are reported: turns of joints of the plane."""
-        if is_tree(self.scene.model):
+        if self.scene.model.joint_rates:
             return []
         turns = (e for e in self.entries if e.kind == "joints" and e.quantity is ANGLE)
         return [i for entry in turns for i in entry.columns]
@@ -204,7 +169,7 @@ class Outputs:
         """Return the names of a quantity and of its rates."""
         if entry.kind != "joints" or entry.quantity is not ANGLE:
             return RATES[entry.name]
-        if is_tree(self.scene.model):  # bodies have no angles whose rates would tell
+        if self.scene.model.joint_rates:  # bodies have no angles whose rates would tell
             return (entry.name, *(f"{entry.name}_{rate}" for rate in RATES["position"][1:]))
         return RATES[entry.name][:1]
 
@@ -261,8 +226,8 @@ class Outputs:
                 one = entry.name != "position"
                 series[name] = values[order][:, first if one else slice(first, last + 1)]
         if len(values) >= 3:
-            for entry in self.entries:
-                if entry.name == "slide" and not is_tree(self.scene.model):
+            for entry in self.entries if not self.scene.model.joint_rates else ():
+                if entry.name == "slide":
                     later = LazyPart(partial(self._coriolis, entry, values))
                     tables["joints"][entry.part]["coriolis"] = later
         for kind, parts in (extra or {}).items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -10,13 +10,15 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import PLACE, UNIT
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import GROUND, Body, Ground
-from mechdae.equations.curve_contacts import Contact
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.functions import Call
 from mechdae.types import Floats, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.cases.curve_contacts import Contact
 
 BOXES = 64
 """Parts of the curves for which bounds are computed apart."""
@@ -66,7 +68,7 @@ class Constants:
         self.size_x, self.size_u = np.asarray(size_x, float), np.abs(np.asarray(size_u, float))
         self.boxes = boxes_of(graphs)
         self.floors, self.measured = self._floors(measured)
-        self.estimated = self.measured or graphs.floors.pieces
+        self.estimated = self.measured or (bool(graphs.contacts) and graphs.floors.pieces)
         sizes = (self.size_x, self.size_u, self.p)
         if graphs.contacts:
             values = graphs.constants(*sizes, self.scale, self.floors, *self.boxes)
@@ -81,7 +83,7 @@ class Constants:
         graphs = self.graphs
         if not graphs.contacts:
             return np.zeros(0), False
-        floors = np.zeros(graphs.floors.symbols.numel())
+        floors = np.zeros(graphs.floor.numel())
         sizes = (self.size_x, self.size_u, self.p)
         least = np.array(graphs.divisors[1](*sizes, *self.boxes)).min(axis=1, initial=np.inf)
         proved = bool(np.all(least > 0))

@@ -11,14 +11,13 @@ import numpy as np
 from mechdae.describe import GROUND, Body, Ground, Sweep, Task
 from mechdae.equations.model import Model
 from mechdae.equations.parameters import parameters_of
-from mechdae.equations.tree.choice import is_tree
 from mechdae.errors import MechdaeError
-from mechdae.kernels.bounds.majorant import NoMajorant
+from mechdae.kernels.bounds.walk import NoMajorant
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.motion.continuation.any_path import TURNING
 from mechdae.motion.continuation.legs import Legs
 from mechdae.motion.continuation.output_bounds import turned
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.continuation.reachable_arc import TURNING
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.setup.outputs import RATES, Outputs, ReportedQuantity
 from mechdae.parts.page import page_drivers as ways
@@ -102,7 +101,7 @@ def kernels(
         name: {"in": part.inputs, "out": part.outputs, "size": part.size}
         for name, part in parts.items()
     }
-    share = turned(graphs) if is_tree(graphs.scene.model) else 0
+    share = turned(graphs) if graphs.scene.model.mechanism.dimension == 3 else 0
     others = {"slopes_at": [rows, columns], "looks_at": at, "turned": share}
     return PrintedKernels(text, layout | others)
 

@@ -9,7 +9,7 @@ import numpy as np
 from flint import acb
 
 if TYPE_CHECKING:
-    from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses
+    from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses
     from mechdae.parts.proof.checker.space import SpatialMechanism
 
 

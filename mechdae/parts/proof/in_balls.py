@@ -10,7 +10,7 @@ import numpy as np
 from flint import acb
 
 from mechdae.errors import UnavailableError
-from mechdae.motion.assembly.linkage.rigid_parts import GroupPoses
+from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses
 from mechdae.parts.proof.checker import mechanism_of
 from mechdae.parts.proof.checker.arithmetic import ONE, ZERO, Dual, FalseClaim, exact
 from mechdae.parts.proof.checker.counts import Count

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.errors import UnavailableError
+from mechdae.motion.continuation.any_path import Arc
 from mechdae.motion.continuation.legs import Legs
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.continuation.reachable_arc import Arc
 from mechdae.parts.proof.crossings import meeting
 from mechdae.parts.proof.mechanism import Frames, as_text
 from mechdae.parts.proof.space import SpatialFrames

@@ -14,9 +14,9 @@ from mechdae.describe.mechanism import TOLERANCE
 from mechdae.describe.tasks.kinds import Modes
 from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
+from mechdae.motion.continuation.any_path import Arc, arc_of
 from mechdae.motion.continuation.legs import Legs
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.continuation.reachable_arc import Arc, arc_of
 from mechdae.motion.kinematics.modes_task import modes
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.report import report
@@ -307,8 +307,8 @@ def _modes(problem: Problem, name: str, task: Modes) -> Json:
     elif setting.scene.redundant and every:
         first = frames.at(every[0].x, u)
         mechanism["superfluous"] = left_out(mechanism, [(first, as_text(u[0]))])
-    if setting.assembler.free and not setting.scene.redundant:
-        names = ", ".join(sorted({group.name for group in setting.assembler.free}))
+    if setting.assembler.search.free and not setting.scene.redundant:
+        names = ", ".join(sorted({group.name for group in setting.assembler.search.free}))
         raise UnavailableError(
             "no certificate is written of modes beside poses in which bodies move by themselves: "
             f"{names}",
@@ -334,7 +334,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> Json:
     }
     if curved:  # their real poses are counted; no determinant is looked at
         return content | {"modes": _without(found, "signs")}
-    solved = [group for runs in setting.assembler.counted.values() for group in runs]
+    solved = [group for runs in setting.assembler.search.counted.values() for group in runs]
     try:
         every_pose = [] if proof else complex_poses(content, found, solved)
     except UnavailableError:

@@ -24,7 +24,8 @@ from mechdae.design.studies.batches.readings import (
     reading_of,
 )
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
-from mechdae.motion.continuation.evaluate import TURN, in_time
+from mechdae.motion.continuation.beyond_ends import TURN
+from mechdae.motion.continuation.evaluate import in_time
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass

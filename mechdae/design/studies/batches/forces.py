@@ -27,7 +27,7 @@ from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import loaded_bodies, requests, unknown_columns
 from mechdae.forces.series import efforts_of, series_of
 from mechdae.forces.task import SINGULAR
-from mechdae.motion.assembly.start import shown
+from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.results import Status

@@ -16,11 +16,11 @@ import numpy as np
 
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.closed_start import MARGIN
 from mechdae.motion.continuation.any_path import FAR, STRIDE, strides
 from mechdae.motion.continuation.follower import NEARLY
-from mechdae.motion.continuation.path_end import SHRUNK, SMALLEST
+from mechdae.motion.continuation.path import SHRUNK, SMALLEST
 from mechdae.records import dataclass
 from mechdae.types import Floats, Integers, Unknowns
 

@@ -14,7 +14,7 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.design.studies.batches.numbers import Numbers, Sketches
 from mechdae.kernels.graphs.closed_form import ClosedForm
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.closed_start import HALF_TURN, MARGIN, looks_like_degrees, turns_tell
 from mechdae.motion.assembly.nearest_mode import SketchNumber, told_apart
 from mechdae.motion.kinematics.prepared import Setting

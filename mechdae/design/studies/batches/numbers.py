@@ -24,7 +24,7 @@ from mechdae.describe.values import Number
 from mechdae.equations.model import Model
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.setup.drivers import sketched
 from mechdae.motion.setup.scales import scale_of

@@ -11,19 +11,11 @@ import numpy as np
 from mechdae.design.studies.batches.march import Followed
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
-from mechdae.motion.continuation.evaluate import (
-    CARRIED,
-    H_LIMIT,
-    HALF_TURN,
-    HARDLY,
-    ROUNDS,
-    TINY,
-    TURN,
-)
+from mechdae.kernels.run.functions import Batch, without_repeats
+from mechdae.motion.continuation.beyond_ends import HALF_TURN, HARDLY, TURN
+from mechdae.motion.continuation.evaluate import CARRIED, H_LIMIT, ROUNDS, TINY
+from mechdae.motion.continuation.interpolate import upper_coefficients
 from mechdae.motion.setup.outputs import Outputs
-from mechdae.numerics.hermite import upper_coefficients
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Graph, Integers, Matrices, Unknowns
 

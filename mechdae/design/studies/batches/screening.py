@@ -17,9 +17,9 @@ from mechdae.design.studies.batches.numbers import Numbers
 from mechdae.design.studies.batches.poses import AT_ONCE, Asked
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
-from mechdae.motion.continuation.evaluate import TURN, in_time
+from mechdae.kernels.run.functions import Batch, without_repeats
+from mechdae.motion.continuation.beyond_ends import TURN
+from mechdae.motion.continuation.evaluate import in_time
 from mechdae.types import Booleans, Floats, Integers, Matrices
 
 SX = ca.SX

@@ -27,8 +27,7 @@ from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.design.synthesis.verification.quantities import reduced
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import InputError
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.types import Floats, Graph, Sym
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.timing import PLACES, closed_in, ordered
 from mechdae.design.synthesis.trace import around
 from mechdae.equations.model import Model
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Floats, Graph, Integers, Matrices, Points, Sym, Unknowns
 
 if TYPE_CHECKING:

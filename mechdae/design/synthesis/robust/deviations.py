@@ -18,7 +18,7 @@ from mechdae.design.derivatives.composed import slopes_of_unknowns
 from mechdae.design.synthesis.poses import FreePoses
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.equations.parameters import parameters_of
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Graph, Sym
 
 SX = ca.SX

@@ -18,7 +18,7 @@ from mechdae.design.synthesis.quantity import MEANS, Quantity
 from mechdae.design.synthesis.robust.deviations import Deviations
 from mechdae.design.synthesis.robust.values import variables
 from mechdae.equations.parameters import parameters_of
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 
 SX = ca.SX
 

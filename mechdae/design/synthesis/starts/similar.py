@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.design.synthesis.space import DesignSpace
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.numerics.linear_fits import linear_fit
 from mechdae.types import Booleans, Floats, Matrices, Unknowns
 

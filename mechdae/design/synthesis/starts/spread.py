@@ -14,8 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.design.synthesis.space import DesignSpace
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.kernels.run.numpy_backend import straight
 from mechdae.types import Booleans, Floats, Integers, Unknowns
 

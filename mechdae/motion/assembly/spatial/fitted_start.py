@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import UNIT
-from mechdae.motion.assembly.nearest_mode import OWN, Sketched
+from mechdae.motion.assembly.nearest_mode import Sketched
+from mechdae.motion.assembly.sketch_as_pose import OWN
 from mechdae.types import Floats, Unknowns
 
 NUDGE = 1e-6

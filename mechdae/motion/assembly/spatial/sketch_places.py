@@ -11,7 +11,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.equations.coordinates import QUATERNION
-from mechdae.kernels.run.local import local
+from mechdae.kernels.run.functions import local
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.mode_tree import Mode
 from mechdae.motion.setup.drivers import DECIMALS, DECIMALS_OF_DRIVERS

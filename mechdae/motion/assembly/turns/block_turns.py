@@ -1,11 +1,12 @@
 """Solutions of blocks that differ by whole turns: which are one pose, and which are modes.
 
 A solver gives angles within its periods. The equations of gears, belts and racks hold unwrapped
-angles: there whole turns make other modes, elsewhere they make no difference.
+angles: there whole turns make other modes (`turn_lattice`), elsewhere they make no difference.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,15 +16,118 @@ from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.kernels.run.functions import Local
 from mechdae.motion.assembly.elimination import BlockSolver
-from mechdae.motion.assembly.turns.turn_lattice import lattices, with_periods
-from mechdae.motion.assembly.turns.whole_turns import WholeTurns
 from mechdae.types import Floats, Unknowns
 
 SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
 SILENT = 1e-3
 """What the turns of a body count that the sketch does not name, beside those that it does."""
+NOISE = 1e-6
+"""Share of a turn within which a pose is half a turn away."""
+
+
+class SingleTurns:
+    """Whole turns of the angles of a block, each of which makes no difference by itself.
+
+    Attributes
+    ----------
+    size
+        Number of unknowns.
+    basis : (r, n) array
+        Vectors of turns that make no difference.
+    single
+        Whether a single turn of each unknown alone is one of them.
+    """
+
+    def __init__(self, angles: Sequence[bool]) -> None:
+        self.size, self.single = len(angles), list(angles)
+        self.basis = np.eye(self.size)[list(angles)]
+        self._each = np.array(angles, float)
+
+    def remainder(self, gaps: Floats, weights: Floats | None = None) -> Floats:
+        """Return gaps (k, n) [turns] less the vectors nearest to them.
+
+        With `weights` (n,) some entries count more than others.
+        """
+        gaps = np.asarray(gaps, float)
+        if not len(self.basis) or not len(gaps):
+            return gaps
+        turn = self._each
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return gaps - np.where(turn > 0, turn * np.round(gaps / turn), 0.0)
+
+    def classes(self, periods: Sequence[float]) -> Any:
+        """Return vectors of turns (k, n), one for each class that differs from the others, or None.
+
+        They are made of `periods` [rad], 0 for what does not turn; None: there are too many.
+        """
+        return np.zeros((1, self.size))
+
+
+class WholeTurns:
+    """Whole turns of the angles of a scene, counted from the sketch.
+
+    Parameters
+    ----------
+    scene
+        Its unknowns and what follows from them.
+    angles
+        Sketched angles of bodies [rad].
+    p
+        Values of the parameters.
+    """
+
+    geared: Sequence[str] = ()
+    """Sketched bodies whose unwrapped angles are in an equation."""
+
+    def __init__(self, scene: Scene, angles: Mapping[str, float], p: Floats) -> None:
+        self.scene, self.angles, self.p = scene, angles, p
+
+    def lattices(
+        self, blocks: list[list[int]], solvers: Sequence[BlockSolver]
+    ) -> tuple[list[SingleTurns], list[bool]]:
+        """Return for each block (unknowns in solve order) the whole turns that make no difference.
+
+        And whether turns without end move bodies solved later.
+        """
+
+        def made() -> list[SingleTurns]:
+            kinds = [[self.scene.unknowns[i].kind for i in block] for block in blocks]
+            return [SingleTurns([kind is ANGLE for kind in block]) for block in kinds]
+
+        turns: list[SingleTurns] = self.scene.cache("single turns", made)
+        return turns, [False] * len(blocks)
+
+    def told(self, i: int) -> list[tuple[str, Local]]:
+        """Return the sketched geared bodies that turn like angle `i`, each with its angle."""
+        return []
+
+    def wanted(self, i: int, x: Unknowns, u: Floats) -> float:
+        """Return the value of unknown angle `i` that the sketch asks for; 0 where it is silent.
+
+        Of bodies that turn together it is the one that gears hang on that decides.
+        """
+        for body, angle in self.told(i):
+            return float(x[i] - (angle(x, u, self.p).item() - self.angles[body]))
+        return self.angles.get(self.scene.unknowns[i].owner, 0.0)
+
+    def start(self, i: int, x: Unknowns, u: Floats) -> float:
+        """Return the sketched angle `i` on the turn that the sketch asks for, nan without one."""
+        own = self.angles.get(self.scene.unknowns[i].owner)
+        if not self.told(i):
+            return np.nan if own is None else own
+        wanted = self.wanted(i, x, u)
+        return wanted if own is None else own + 2 * np.pi * round((wanted - own) / (2 * np.pi))
+
+    def number(self, i: int, x: Unknowns, u: Floats) -> int:
+        """Return the whole turns of angle `i` between the sketch and a pose.
+
+        Of two poses half a turn from the sketch it is always the lower one that counts as near.
+        """
+        turned = float(x[i]) - self.wanted(i, x, u)
+        return math.floor(turned / (2 * math.pi) + 0.5 + NOISE)
 
 
 class BlockTurns:
@@ -45,20 +149,19 @@ class BlockTurns:
 
     def __init__(
         self, scene: Scene, graphs: Sequence[BlockGraph], solvers: Sequence[BlockSolver],
-        whole: WholeTurns, sketch: Mapping[str, float], places: Mapping[NamedCoordinate, float],
-        natural: Floats,
+        sketch: Mapping[str, float], places: Mapping[NamedCoordinate, float], natural: Floats,
     ) -> None:  # fmt: skip
-        self.scene, self.graphs, self.solvers, self.whole = scene, graphs, solvers, whole
+        self.scene, self.graphs, self.solvers = scene, graphs, solvers
         self.sketch, self.natural = sketch, natural
         self._on_curves = {c.part: value for c, value in places.items() if c.on_curve}
-        exact = lattices(scene, [graph.own for graph in graphs])
-        self.lattices = [
-            with_periods(lattice, solver.turning)
-            for lattice, solver in zip(exact, solvers, strict=True)
-        ]
-        """Whole turns by block that make no difference."""
-        self.endless = [a is not b for a, b in zip(exact, self.lattices, strict=True)]
-        """Whether turns without end move bodies solved later: modes are not all listed."""
+        make = next(iter(scene.cases("whole turns")), WholeTurns)
+        self.whole: WholeTurns = make(scene, sketch, scene.model.p_values)
+        """Whole turns of single angles, counted from the sketch."""
+        turns = self.whole.lattices([graph.own for graph in graphs], solvers)
+        self.lattices: list[SingleTurns] = turns[0]
+        self.endless: list[bool] = turns[1]
+        """Whole turns by block that make no difference, and whether such without end move bodies
+        solved later: modes are not all listed then."""
         self._classes: dict[tuple[int, bool], Floats] = {}
 
     def turned(

@@ -18,7 +18,7 @@ from mechdae.describe.coordinates import NamedCoordinate, Selection, coordinate
 from mechdae.describe.structure import cylinders
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
-from mechdae.kernels.run.local import Local
+from mechdae.kernels.run.functions import Local
 from mechdae.types import Floats, Unknowns
 
 

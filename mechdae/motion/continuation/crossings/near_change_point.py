@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.crossings.across_change_point import Zone
 from mechdae.motion.continuation.step_sizes import PASS

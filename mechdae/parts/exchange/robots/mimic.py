@@ -22,7 +22,7 @@ from mechdae.kernels.bounds.series import (
     SeriesFunction,
     coefficients,
 )
-from mechdae.kernels.run.common_subexpressions import without_repeats
+from mechdae.kernels.run.functions import without_repeats
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.series_steps import Expansion, Stretch
 from mechdae.motion.kinematics.prepared import Run, Setting

@@ -1,0 +1,1 @@
+"""Equations that only some mechanisms have."""

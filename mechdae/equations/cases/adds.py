@@ -1,0 +1,14 @@
+"""What curves, superfluous equations and bodies without constraints add to equations."""
+
+from __future__ import annotations
+
+from mechdae.additions import Added, Adds
+
+HERE = "mechdae.equations.cases"
+ADDS: Adds = {
+    "contacts": {"curves": Added(f"{HERE}.curve_contacts:contacts")},
+    "blocks": {"superfluous": Added(f"{HERE}.redundant_constraints:redundant_blocks")},
+    "left out": {"loose": Added(f"{HERE}.left_out:left_out")},
+    "groups": {"loose": Added(f"{HERE}.left_out:groups_without")},
+    "bodies": {"asked for": Added(f"{HERE}.left_out:bodies_asked_for")},
+}

@@ -1,0 +1,1 @@
+"""What only some mechanisms have, and how their motion differs: see `mechdae.additions`."""

@@ -1,0 +1,1 @@
+"""Contacts on curves: their places, corners, modes."""

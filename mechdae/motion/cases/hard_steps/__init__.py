@@ -1,0 +1,1 @@
+"""Steps of a path that are not proved, and what is met there."""

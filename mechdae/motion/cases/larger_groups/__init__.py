@@ -1,0 +1,1 @@
+"""Groups that have no closed form, solved at once."""

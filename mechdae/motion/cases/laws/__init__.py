@@ -1,0 +1,1 @@
+"""Drivers that follow laws of time."""

@@ -1,0 +1,13 @@
+"""What laws of time, and several drivers, add."""
+
+from __future__ import annotations
+
+from mechdae.additions import Added, Adds
+
+HERE = "mechdae.motion.cases.laws"
+ADDS: Adds = {
+    "driver plans": {"laws": Added(f"{HERE}.laws:by_laws")},
+    "courses": {
+        "several drivers": Added("mechdae.motion.kinematics.several_drivers:on_course"),
+    },
+}

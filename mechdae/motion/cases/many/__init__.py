@@ -1,0 +1,1 @@
+"""Many poses at once."""

@@ -1,0 +1,1 @@
+"""Whole turns that gears, belts, racks and screws tell apart."""

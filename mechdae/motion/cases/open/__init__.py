@@ -1,0 +1,1 @@
+"""Mechanisms that do not close: what stays open where."""

@@ -1,0 +1,1 @@
+"""Groups in space, and axes that have a sense."""

@@ -1,0 +1,152 @@
+"""An arm on a hinge, and a body between its ball and a known one that a rod holds: a wishbone.
+
+The arm's ball runs on a circle and keeps its distance from the known ball; then the body turns
+about the line of both balls, and its point of the rod, on a circle too, keeps its distance from the
+rod's other end. Each time it is a cos(t) + b sin(t) = c, with two turns or none: 4 poses at most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
+from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses, OtherShape
+from mechdae.motion.cases.space.known_sides import KnownSides
+from mechdae.motion.setup.angular_rates import quaternions
+from mechdae.types import Floats, Unknowns
+
+MOST = 4
+BASIS = f"closed form: a circle and a sphere, twice, so at most {MOST} poses"
+CLEAR = 1e-9
+"""Share of its amplitude by which a turn must keep from where both are one."""
+
+
+class ArmAndHub:
+    """An arm on a hinge, and a hub on two balls, of the arm and of a known body, with a rod."""
+
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
+        model: Any = scene.model
+        idle, joints = getattr(model, "idle", {}), model.mechanism.joints
+        rods = [(*idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
+        spun = {name for link in idle.values() for name in (link.joint, *link.others)}
+        own = [joints[name] for name in group.joints if name not in spun]
+        rods += [(j.first, j.second, model.numbers[f"{j.name}.length"]) for j in own if j.bar]
+        inner = {body for body in group.bodies if body not in idle}
+        hinges = [j for j in own if j.turns and len(j.coordinates) == 1]
+        balls = [j for j in own if j.ball]
+        if (len(hinges), len(balls), len(rods), len(inner)) != (1, 2, 1, 2) or group.superfluous:
+            raise OtherShape
+        if len(own) - len([j for j in own if j.bar]) != 3:
+            raise OtherShape
+        (hinge,), (rod,) = hinges, rods
+        (arm,) = inner & set(hinge.bodies) if len(inner & set(hinge.bodies)) == 1 else (None,)
+        (hub,) = inner - {arm} if arm else (None,)
+        here = [j for j in balls if set(j.bodies) == {arm, hub}]
+        there = [j for j in balls if hub in j.bodies and not {arm} & set(j.bodies)]
+        ends = [end for end in rod[:2] if end.split(".")[0] == hub]
+        known = [end for end in rod[:2] if end.split(".")[0] not in group.bodies]
+        if not (len(here) == len(there) == len(ends) == len(known) == 1):
+            raise OtherShape
+        self.hinge, self.forward = hinge.name, hinge.second_body == arm
+        owners = {owner for owner, _ in scene.x_names}
+        self.turned = [j for j in (here[0], there[0]) if j.name in owners]
+        if len(self.turned) != 1 or hinge.name not in owners:
+            raise OtherShape
+        self.on_arm = self.turned == here
+        self.hub_first = self.turned[0].first_body == hub
+        sides = {
+            "hinge": (hinge.name, not self.forward),
+            "arm": (hinge.name, self.forward),
+            "arm ball": (here[0].name, here[0].second_body == arm),
+            "hub ball": (here[0].name, here[0].second_body == hub),
+            "known ball": (there[0].name, there[0].second_body != hub),
+            "hub known": (there[0].name, there[0].second_body == hub),
+        }
+        places = {"rod": known[0], "steer": ends[0]}
+        self.sides = KnownSides(scene, group, p, places, sides, {"length": rod[2]})
+
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
+        """Return the hinge's angle and the ball's quaternion in all poses, None next to a fold.
+
+        Parameters
+        ----------
+        q
+            Coordinates of earlier groups.
+        u : (nd,) array
+            Driver values.
+        """
+        at = self.sides.at(q)
+        frame, C = at["hinge"][:, 1:], at["arm"][:, 1:]
+        out = C.T @ (at["arm ball"][:, 0] - at["arm"][:, 0])
+        middle = at["hinge"][:, 0] + frame[:, 2] * out[2]
+        X, Y = frame[:, :2] @ out[:2], frame[:, :2] @ [-out[1], out[0]]
+        known, foot = at["known ball"][:, 0], at["hub known"][:, 0]
+        across = at["hub ball"][:, 0] - foot
+        first = _turns(middle - known, X, Y, float(across @ across))
+        if first is None:
+            return None
+        rod, steer = at["rod"].ravel(), at["steer"].ravel() - foot
+        poses = []
+        for turn in first:
+            c, s = np.cos(turn), np.sin(turn)
+            line = middle + c * X + s * Y - known
+            own, fixed = _frame(across, steer), _frame(line, frame[:, 2])
+            if own is None or fixed is None:
+                return None
+            local = own.T @ steer
+            centre = known + fixed[:, 0] * local[0]
+            second = _turns(
+                centre - rod, fixed[:, 1] * local[1], fixed[:, 2] * local[1],
+                float(at["length"].item()) ** 2,
+            )  # fmt: skip
+            if second is None:
+                return None
+            arm = frame @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ C.T
+            for other in second:
+                c2, s2 = np.cos(other), np.sin(other)
+                hub = fixed @ np.array([[1, 0, 0], [0, c2, -s2], [0, s2, c2]]) @ own.T
+                poses.append(self._coordinates(at, turn, arm, hub))
+        return GroupPoses(poses, True, BASIS, generic=MOST, bounded=True)
+
+    def _coordinates(
+        self, at: Mapping[str, Floats], turn: float, arm: Floats, hub: Floats
+    ) -> dict[tuple[str, str], float]:
+        """Return a pose as coordinates, from the arm's turn and the rotations of both bodies."""
+        if self.on_arm:
+            base, own = arm @ at["arm ball"][:, 1:], hub @ at["hub ball"][:, 1:]
+        else:
+            base, own = at["known ball"][:, 1:], hub @ at["hub known"][:, 1:]
+        Q = own.T @ base if self.hub_first else base.T @ own
+        angle = (turn + np.pi) % (2 * np.pi) - np.pi
+        found = {(self.hinge, "angle"): float(angle if self.forward else -angle)}
+        for k, value in enumerate(quaternions(Q[None])[0]):
+            found[self.turned[0].name, f"e{k}"] = float(value)
+        return found
+
+
+def _turns(middle: Floats, X: Unknowns, Y: Floats, square: float) -> list[float] | None:
+    """Return the turns t where middle + X cos t + Y sin t has a length, None next to a fold."""
+    a, b = 2 * float(middle @ X), 2 * float(middle @ Y)
+    c = square - float(middle @ middle + X @ X)
+    size = float(np.hypot(a, b))
+    scale = float(middle @ middle + X @ X) + square
+    if not size > CLEAR * scale or abs(abs(c) - size) <= CLEAR * max(size, abs(c)):
+        return None
+    if abs(c) > size:
+        return []
+    first, off = float(np.arctan2(b, a)), float(np.arccos(c / size))
+    return [first + off, first - off]
+
+
+def _frame(along: Floats, beside: Floats) -> Any:
+    """Return a frame (3, 3) whose first axis leads along, its second one in the plane of both."""
+    x = along / np.linalg.norm(along)
+    y = beside - (beside @ x) * x
+    if not np.linalg.norm(y) > CLEAR * np.linalg.norm(beside):
+        return None
+    y = y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)], axis=1)

@@ -1,0 +1,124 @@
+"""Poses at which axes of spatial joints have the sense they were given.
+
+The equations of a joint that is cut open hold for axes of opposite sense too, and for other half
+turns. On a continuous path that cannot change; every assembly has to be tested.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.equations.coordinates import quaternions
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
+from mechdae.equations.tree.tree_model import TreeModel
+from mechdae.kernels.run.functions import local
+from mechdae.motion.assembly.choosers import Chooser
+from mechdae.motion.assembly.closure import NoPose
+from mechdae.motion.setup.drivers import Sketch
+from mechdae.types import Floats, Sym, Unknowns
+
+FEW = 8
+"""Poses of a block up to which none is dropped before the group is solved."""
+SAME = 1e-7
+"""Largest difference of one and the same pose, in its unknowns."""
+
+
+class OrientationChecks(Chooser):
+    """What must be positive at the poses of a scene, by group."""
+
+    def __init__(self, assembler: Any) -> None:
+        self.scene: Scene = assembler.scene
+        scene = self.scene
+        self._of: dict[int, list[Any]] = {}
+        self._told: dict[int, list[Any]] = {}
+        self.quaternions = quaternions(scene.unknowns)
+        """Places of those among the unknowns: a quaternion and its opposite are one orientation."""
+        if isinstance(scene.model, TreeModel):
+            for name, value in scene.model.senses:
+                group = next((g.index for g in scene.groups if name in g.joints), None)
+                if group is not None:
+                    self._of.setdefault(group, []).append(value)
+
+    def of_group(self, group: Group, poses: list[Unknowns], u: Floats) -> list[Floats]:
+        """Return the poses of a group with axes of the right sense."""
+        values = self._of.get(group.index)
+        poses = self._once(poses)
+        if not values or not poses:
+            return poses
+        return self._positive(("senses", group.index), values, poses, u)
+
+    def after_block(
+        self, group: Group, b: int | None, poses: list[Any], u: Any
+    ) -> tuple[list[Any], NoPose | None]:
+        """Return the poses whose axes have the right sense as far as block `b` tells of them.
+
+        Legs of a platform double the poses each: those that will be dropped must not be doubled.
+        """
+        if b is None or not self._of.get(group.index) or len(poses) < FEW:
+            return poses, None
+        if set(self.scene.blocks[b].x) & {i for own in self.quaternions for i in own}:
+            poses = self._once(poses)
+        return self.possible(b, poses, u), None
+
+    def positive(self, b: int) -> list[Any]:
+        """Return what must be positive of which block `b` is the last to tell."""
+        if not self._told:
+            self._told = self._tell()
+        return self._told.get(b, [])
+
+    def possible(self, b: int, poses: list[Unknowns], u: Floats) -> list[Floats]:
+        """Return the poses whose axes have the right sense as far as block `b` tells of them."""
+        values = self.positive(b)
+        return self._positive(("senses", b, "block"), values, poses, u) if values else poses
+
+    def _tell(self) -> dict[int, list[Sym]]:
+        """Return what must be positive by the block that is the last to tell of it."""
+        at = {i: b for b, block in enumerate(self.scene.blocks) for i in block.x}
+        told: dict[int, list[Sym]] = {}
+        for value in (value for values in self._of.values() for value in values):
+            held = self.scene.held(self.scene.expression(value))[0]
+            if held:
+                told.setdefault(max(at[i] for i in held), []).append(value)
+        return told
+
+    def _positive(
+        self, key: Any, values: list[Sym], poses: list[Unknowns], u: Floats
+    ) -> list[Floats]:
+        function = local(self.scene, key, lambda: ca.vertcat(*values))
+        p = self.scene.model.p_values
+        return [x for x in poses if np.all(function(x, u, p) > 0)]
+
+    def _once(self, poses: list[Unknowns]) -> list[Floats]:
+        """Return the poses without those that have an opposite quaternion and are else the same."""
+        if not self.quaternions or len(poses) < 2:
+            return poses
+        every, kept = np.array(poses), np.zeros(len(poses), bool)
+        for k, x in enumerate(every):
+            others = every[kept]
+            own = np.broadcast_to(x, others.shape).copy()
+            for places in self.quaternions:
+                opposite = others[:, places] @ x[places] < 0
+                own[np.ix_(opposite, places)] *= -1
+            gaps = np.abs(own - others).max(axis=1, initial=0.0)
+            kept[k] = not (gaps < SAME).any()
+        return [x for x, new in zip(poses, kept, strict=True) if new]
+
+    def towards(self, x: Unknowns, other: Floats) -> Floats:
+        """Return unknowns with the signs of quaternions that are nearer to those of others."""
+        result = x.copy()
+        for own in self.quaternions:
+            if result[own] @ other[own] < 0:
+                result[own] = -result[own]
+        return result
+
+
+def angles_from_sketch(scene: Scene, sketch: Sketch) -> dict[str, float]:
+    """Return the sketched angles of spatial joints that are coordinates, by joint."""
+    vectors = {j.name for j in scene.model.mechanism.joints.values() if j.pointer}
+    own = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.owner not in vectors}
+    return {c.part: v for c, v in sketch.places.items() if (c.part, c.word) in own and c.is_angle}

@@ -1,0 +1,100 @@
+"""A body that six distances hold from bodies that are known: all poses, at most 40."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from mechdae.describe.coordinate_kinds import LENGTH, UNIT
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
+from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses, OtherShape
+from mechdae.motion.cases.space.known_sides import KnownSides
+from mechdae.numerics.homotopy.platforms import platform_poses
+from mechdae.numerics.homotopy.study_quadrics import MOST
+
+if TYPE_CHECKING:
+    from mechdae.types import Floats, Sym
+
+
+LEGS = 6
+BASIS = f"homotopy: {MOST} complex poses are certified, as many as there can be"
+FAR = "homotopy: {} complex poses and {} at infinity are certified, as many as there can be"
+
+
+class SixLegs:
+    """A platform on six legs of given lengths: bars, and links that spin between ball joints."""
+
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
+        model: Any = scene.model
+        idle = getattr(model, "idle", {})
+        hubs = [name for name in group.bodies if name not in idle]
+        if group.superfluous or len(hubs) != 1:
+            raise OtherShape
+        (self.hub,) = hubs
+        self._own = [c for c in model.coordinates if c.owner == self.hub]
+        ends: list[tuple[str, str, Sym]] = []
+        spun = {name for link in idle.values() for name in (link.joint, *link.others)}
+        for name in group.bodies:
+            if name in idle:
+                ends.append((*idle[name].ends, model.length(idle[name])))
+        for name in group.joints:
+            joint = model.mechanism.joints[name]
+            if name in spun:
+                continue
+            if not joint.bar:
+                raise OtherShape
+            ends.append((joint.first, joint.second, model.numbers[f"{name}.length"]))
+        if len(ends) != LEGS or not self._free:
+            raise OtherShape
+        places: dict[str, str] = {}
+        for k, (first, second, _) in enumerate(ends):
+            inside = [end for end in (first, second) if end.split(".")[0] == self.hub]
+            outside = [end for end in (first, second) if end.split(".")[0] not in group.bodies]
+            if len(inside) != 1 or len(outside) != 1:
+                raise OtherShape
+            places |= {f"base {k}": outside[0], f"platform {k}": inside[0]}
+        lengths = {f"length {k}": value for k, (_, _, value) in enumerate(ends)}
+        self._point = places["platform 0"]
+        self.sides = KnownSides(scene, group, p, places, {}, lengths)
+
+    @property
+    def _free(self) -> bool:
+        """Whether place and quaternion of the body are its coordinates."""
+        return [c.kind for c in self._own] == [LENGTH] * 3 + [UNIT] * 4
+
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses:
+        """Return the body's coordinates in all poses.
+
+        Parameters
+        ----------
+        q
+            Coordinates of earlier groups.
+        u : (nd,) array
+            Driver values.
+        """
+        at = self.sides.at(q)
+        base, platform = (
+            [at[f"{word} {k}"].ravel() for k in range(LEGS)] for word in ("base", "platform")
+        )
+        lengths = [float(at[f"length {k}"].item()) for k in range(LEGS)]
+        found = platform_poses(base, platform, lengths)
+        poses = [
+            self._coordinates(place, e)
+            for place, e in zip(found.position, found.quaternion, strict=True)
+        ]
+        basis = FAR.format(found.regular, found.far) if found.far else BASIS
+        return GroupPoses(
+            poses,
+            found.proven,
+            basis if found.proven else "",
+            generic=MOST,
+            singular=found.singular + found.far,
+            bounded=True,
+            placed=(self._point, *found.complex_places(platform[0])),
+        )
+
+    def _coordinates(self, place: Floats, e: Floats) -> dict[tuple[str, str], float]:
+        """Return the coordinates of a displacement of points given from the body's anchor."""
+        values = [*place, *e]
+        return {c.key: float(value) for c, value in zip(self._own, values, strict=True)}

@@ -1,0 +1,329 @@
+"""A body held at three points, each led on a circle or a line: 3-RPS, 3-PRS, 3-RRS, 6-3 platforms.
+
+A leg is a row of bodies on hinges and guides of which one is free, with a ball joint at its end:
+its centre moves on a circle or a line of the body at its other end. Two distances from one point
+are a leg too: a circle about the line through their other ends. Legs begin all on known bodies, and
+lead points of the platform, or all on the platform, and lead known points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.joints.joint import Joint
+from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
+from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses, OtherShape
+from mechdae.motion.cases.space.known_sides import KnownSides
+from mechdae.motion.cases.space.tree_coordinates import TreeCoordinates
+from mechdae.motion.cases.space.triangle import MOST, PAIRS, PointCourse, triangles
+from mechdae.records import dataclass
+from mechdae.types import Floats, Sym
+
+BASIS = "elimination: {} complex poses are certified, as many as there can be"
+NONE = "two legs at one point do not meet"
+LEAST = 1e-9
+"""Share of the size below which a radius, or the height of a triangle, is none."""
+
+
+@dataclass(frozen=True)
+class LegChain:
+    """Joints from one body to a ball, and whether each leads on from its first side.
+
+    ``free`` is the number of the one that no driver holds.
+    """
+
+    joints: tuple[tuple[Joint, bool], ...]
+    free: int
+    tip: str
+    other: str
+
+
+@dataclass(frozen=True)
+class TwoBars:
+    """Distances from one point (``other``) to two of one body: their ends and numbers by name."""
+
+    ends: tuple[str, str]
+    lengths: tuple[str, str]
+    other: str
+
+
+class ThreePoints:
+    """A body on three legs of one freedom with balls at their ends."""
+
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
+        model: Any = scene.model
+        if group.superfluous or model.mechanism.closure is not None:
+            raise OtherShape
+        self.group, self.joints = group, model.mechanism.joints
+        idle = getattr(model, "idle", {})
+        spun = {name for link in idle.values() for name in (link.joint, *link.others)}
+        self._inner = [body for body in group.bodies if body not in idle]
+        self._own = [self.joints[name] for name in group.joints if name not in spun]
+        self._bars = [(idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
+        self._bars += [
+            ((j.first, j.second), model.numbers[f"{j.name}.length"]) for j in self._own if j.bar
+        ]
+        self._read_drivers(scene)
+        self.places: dict[str, str] = {}
+        self.numbers: dict[str, Any] = {}
+        self.hub, self.inward, self.legs = self._legs()
+        self.tree = TreeCoordinates(scene, group)
+        chained = [j.name for leg in self.legs if isinstance(leg, LegChain) for j, _ in leg.joints]
+        sides = {
+            f"{word} {name}": (name, word == "second")
+            for name in chained
+            for word in ("first", "second")
+        }
+        self.sides = KnownSides(scene, group, p, self.places, sides | self.tree.sides, self.numbers)
+
+    def _read_drivers(self, scene: Scene) -> None:
+        """Sort the group's drivers by the joint whose one coordinate they hold."""
+        self.driven: dict[str, int] = {}
+        count = len(scene.model.rows)
+        for k, c in enumerate(scene.drivers):
+            if count + k not in self.group.rows and c.part not in self.group.joints:
+                continue
+            if c.part not in self.joints or self.joints[c.part].coordinates != (c.word,):
+                raise OtherShape
+            self.driven[c.part] = k
+
+    # -- what the legs are -----------------------------------------------------------------
+
+    def _legs(self) -> tuple[str, bool, list[LegChain | TwoBars]]:
+        """Return the body, whether legs begin on it, and the legs."""
+        for hub in self._inner:
+            for inward in (False, True):
+                try:
+                    return hub, inward, self._legs_of(hub, inward)
+                except OtherShape:
+                    continue
+        raise OtherShape
+
+    def _legs_of(self, hub: str, inward: bool) -> list[LegChain | TwoBars]:
+        self.places, self.numbers = {}, {}
+        used, bodies, legs = set[str](), {hub}, list[LegChain | TwoBars]()
+        for ball in (j for j in self._own if j.ball):
+            leg = self._chain(ball, hub, inward, len(legs))
+            used |= {ball.name, *(joint.name for joint, _ in leg.joints)}
+            bodies |= {body for joint, _ in leg.joints for body in joint.bodies}
+            legs.append(leg)
+        legs += self._pairs(hub, inward, len(legs))
+        every = {joint.name for joint in self._own if not joint.bar}
+        if len(legs) != 3 or used != every or not bodies >= {*self._inner}:
+            raise OtherShape
+        return legs
+
+    def _chain(self, ball: Joint, hub: str, inward: bool, number: int) -> LegChain:
+        """Return the leg behind a ball joint, from the body where it begins on."""
+        ends = {end.split(".")[0]: end for end in (ball.first, ball.second)}
+        outer = [
+            body for body in ends if (body not in self.group.bodies if inward else body == hub)
+        ]
+        if len(outer) != 1 or len(ends) != 2:
+            raise OtherShape
+        (here,) = (body for body in ends if body not in outer)
+        tip, other = f"tip {number}", f"point {number}"
+        self.places |= {tip: ends[here], other: ends[outer[0]]}
+        row, last = list[tuple[Joint, bool]](), ball
+        while here in self.group.bodies and (not inward or here != hub):
+            after = [j for j in self._own if here in j.bodies and j is not last]
+            if here == hub or len(after) != 1 or after[0].ball or after[0].bar:
+                raise OtherShape
+            last = after[0]
+            row.append((last, last.second_body == here))
+            here = last.first_body if last.second_body == here else last.second_body
+        if inward and here != hub:
+            raise OtherShape
+        row.reverse()
+        free = [k for k, (joint, _) in enumerate(row) if self._is_free(joint)]
+        if len(free) != 1:
+            raise OtherShape
+        return LegChain(tuple(row), free[0], tip, other)
+
+    def _is_free(self, joint: Joint) -> bool:
+        if joint.rigid:
+            return False
+        if len(joint.coordinates) != 1 or not (joint.turns or joint.slides):
+            raise OtherShape
+        return joint.name not in self.driven
+
+    def _pairs(self, hub: str, inward: bool, number: int) -> list[LegChain | TwoBars]:
+        """Return the pairs of distances with a common point."""
+        met: dict[str, list[tuple[str, Sym]]] = {}
+        for ends, length in self._bars:
+            on = [end for end in ends if end.split(".")[0] == hub]
+            off = [end for end in ends if end.split(".")[0] not in self.group.bodies]
+            if len(on) != 1 or len(off) != 1:
+                raise OtherShape
+            point, other = (off[0], on[0]) if inward else (on[0], off[0])
+            met.setdefault(point, []).append((other, length))
+        found: list[LegChain | TwoBars] = []
+        for k, (point, bars) in enumerate(met.items(), start=number):
+            if len(bars) != 2:
+                raise OtherShape
+            names = [(f"end {k} {i}", f"length {k} {i}") for i in (0, 1)]
+            self.places[f"point {k}"] = point
+            for (end, length), (other, value) in zip(names, bars, strict=True):
+                self.places[end], self.numbers[length] = other, value
+            found.append(
+                TwoBars((names[0][0], names[1][0]), (names[0][1], names[1][1]), f"point {k}")
+            )
+        return found
+
+    # -- all poses -------------------------------------------------------------------------
+
+    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
+        """Return the group's coordinates in all poses, None where legs lead points nowhere.
+
+        Parameters
+        ----------
+        q
+            Coordinates of earlier groups.
+        u : (nd,) array
+            Driver values.
+        """
+        at = self.sides.at(q)
+        points = np.stack([at[leg.other].ravel() for leg in self.legs])
+        sizes = [float(np.linalg.norm(points[i] - points[j])) for i, j in PAIRS]
+        area = np.linalg.norm(np.cross(points[1] - points[0], points[2] - points[0]))
+        if not area > LEAST * max(sizes) ** 2:
+            return None
+        courses = [
+            self._led(at, leg, u, max(sizes)) if isinstance(leg, LegChain) else _circle(at, leg)
+            for leg in self.legs
+        ]
+        if any(course is None for course in courses):
+            return None
+        known = [course for course in courses if isinstance(course, PointCourse)]
+        if len(known) < len(courses):  # two spheres that do not meet
+            return GroupPoses([], True, NONE, generic=MOST[0], bounded=True)
+        if not all(own.straight or own.size > LEAST * max(sizes) for own in known):
+            return None
+        found = triangles(known, sizes)
+        if found is None:
+            return None
+        poses = [self._pose(at, known, values, points, u) for values in found.values]
+        return GroupPoses(
+            poses,
+            found.proven,
+            BASIS.format(found.most) if found.proven else "",
+            generic=found.most,
+            singular=found.most - found.regular,
+            bounded=True,
+            by="elimination",
+        )
+
+    def _value(self, joint: Joint, u: Floats, free: float) -> float:
+        if joint.rigid:
+            return 0.0
+        return float(u[self.driven[joint.name]]) if joint.name in self.driven else free
+
+    def _walk(
+        self, at: Mapping[str, Floats], leg: LegChain, u: Floats, free: float
+    ) -> dict[str, tuple[Floats, Floats]]:
+        """Return places and rotations of a leg's bodies, seen from where it begins."""
+        frames, here = dict[str, tuple[Any, Any]](), (np.zeros(3), np.eye(3))
+        for joint, forward in leg.joints:
+            near, far = ("first", "second") if forward else ("second", "first")
+            side, own = at[f"{near} {joint.name}"], at[f"{far} {joint.name}"]
+            r, R = here
+            place, A = r + R @ side[:, 0], R @ side[:, 1:]
+            value = self._value(joint, u, free) * (1 if forward else -1)
+            if joint.slides:
+                place = place + A[:, 2] * value
+            elif joint.turns:
+                c, s = np.cos(value), np.sin(value)
+                A = A @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+            turned = A @ own[:, 1:].T
+            here = (place - turned @ own[:, 0], turned)
+            frames[joint.second_body if forward else joint.first_body] = here
+        return frames
+
+    def _led(self, at: Mapping[str, Floats], leg: LegChain, u: Floats, size: float) -> PointCourse:
+        """Return the circle or line of a leg's end, its value in the sense of the free joint."""
+        joint, forward = leg.joints[leg.free]
+        tip = at[leg.tip].ravel()
+
+        def end(value: float) -> tuple[Floats, Floats, Floats]:
+            frames = self._walk(at, leg, u, value)
+            last, _ = leg.joints[-1]
+            body = last.second_body if leg.joints[-1][1] else last.first_body
+            r, R = frames[body]
+            near = at[f"{'first' if forward else 'second'} {joint.name}"]
+            start = leg.joints[leg.free - 1] if leg.free else None
+            s, S = (np.zeros(3), np.eye(3))
+            if start is not None:
+                s, S = frames[start[0].second_body if start[1] else start[0].first_body]
+            return r + R @ tip, s + S @ near[:, 0], S @ near[:, 3]
+
+        place, pivot, axis = end(0.0)
+        axis = axis if forward else -axis
+        if joint.slides:
+            across = np.linalg.svd(axis[None])[2][1:].T
+            return PointCourse(place, np.column_stack([axis, across]), size, True)
+        arm = place - pivot
+        out = arm - (arm @ axis) * axis
+        radius = float(np.linalg.norm(out))
+        along = out / radius if radius > 0 else np.linalg.svd(axis[None])[2][1]
+        frame = np.column_stack([along, np.cross(axis, along), axis])
+        return PointCourse(pivot + (arm @ axis) * axis, frame, radius)
+
+    def _pose(
+        self,
+        at: Mapping[str, Floats],
+        courses: list[PointCourse],
+        values: Floats,
+        points: Floats,
+        u: Floats,
+    ) -> dict[tuple[str, str], float]:
+        """Return a pose as coordinates, from the values of the three legs."""
+        ends = np.stack([own.at(value) for own, value in zip(courses, values, strict=True)])
+        base, moved = (ends, points) if not self.inward else (points, ends)
+        R = _triad(base) @ _triad(moved).T
+        r = base.mean(axis=0) - R @ moved.mean(axis=0)
+        frames = {self.hub: (r, R)}
+        for leg, value in zip(self.legs, values, strict=True):
+            if not isinstance(leg, LegChain):
+                continue
+            for body, (s, S) in self._walk(at, leg, u, float(value)).items():
+                frames[body] = (r + R @ s, R @ S) if self.inward else (s, S)
+        return self.tree.read(at, frames)
+
+
+def _triad(points: Floats) -> Floats:
+    """Return a frame (3, 3) of three points (3, 3)."""
+    x = points[1] - points[0]
+    x = x / np.linalg.norm(x)
+    y = points[2] - points[0]
+    y = y - (y @ x) * x
+    y = y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def _circle(at: Mapping[str, Floats], leg: TwoBars) -> PointCourse | bool | None:
+    """Return where two spheres meet: a circle, False where they do not, None where they touch."""
+    (a, b), (L, M) = (
+        (at[end].ravel() for end in leg.ends),
+        (float(at[n].item()) for n in leg.lengths),
+    )
+    gap = float(np.linalg.norm(b - a))
+    scale = (L + M + gap) ** 2
+    if not gap > LEAST * (L + M):
+        return None
+    axis = (b - a) / gap
+    height = (gap**2 + L**2 - M**2) / (2 * gap)
+    square = L**2 - height**2
+    if abs(square) <= LEAST * scale:
+        return None
+    if square < 0:
+        return False
+    along, across = np.linalg.svd(axis[None])[2][1:]
+    if np.cross(along, across) @ axis < 0:
+        across = -across
+    return PointCourse(
+        a + height * axis, np.column_stack([along, across, axis]), float(np.sqrt(square))
+    )

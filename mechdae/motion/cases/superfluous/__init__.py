@@ -1,0 +1,1 @@
+"""Groups with more equations than coordinates."""
