@@ -270,7 +270,7 @@ class BlockGraph:
         F, J, Fz = self._dense(*own, np.sin(turned), np.cos(turned))
         return F, J.reshape(self.rows, -1), Fz.reshape(self.rows, -1)
 
-    def step_at(self, x: Any, u: Any, p: Any) -> Any:
+    def step_at(self, x: Sym, u: Any, p: Any) -> Any:
         """Return Newton's step J^-1 F at one pose, that of least squares of a redundant block."""
         F, J, _ = self.value_at(x, u, p)
         return np.linalg.lstsq(J, F)[0] if self.redundant else np.linalg.solve(J, F)
@@ -311,7 +311,7 @@ class BlockGraph:
 
 
 def row_reaches(
-    scene: Scene, values: Any, reaches: Sequence[Any], moving: list[Any]
+    scene: Scene, values: Sym, reaches: Sequence[Any], moving: list[Any]
 ) -> RowReaches | None:
     """Return what bounds scalars by their reaches; None where their terms do, as in the plane."""
     if not any(reach is not None for reach in reaches):

@@ -6,9 +6,9 @@ count is proven; larger groups by Newton's method from many starts, and their co
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -103,7 +103,7 @@ class Assembler:
         values = self._local("q", lambda: ca.vertcat(*recover.values()))(x, u, self.p)
         return dict(zip(recover, values.ravel().tolist(), strict=True))
 
-    def _local(self, key: Any, make: Callable[[], Any]) -> Local:
+    def _local(self, key: Hashable, make: Callable[[], Sym]) -> Local:
         """Return the function of the expression over q that `make` gives; made once."""
         return local(self.scene, key, make)
 
@@ -162,8 +162,8 @@ class Assembler:
         return left, proven, failure if not left else None
 
     def _possible(
-        self, group: Group, b: int | None, poses: list[Any], u: Any
-    ) -> tuple[list[Any], NoPose | None]:
+        self, group: Group, b: int | None, poses: list[Floats], u: Floats
+    ) -> tuple[list[Floats], NoPose | None]:
         """Return the poses that may be some after block `b`, None before the first."""
         failure = None
         for chooser in self.choosers:
@@ -171,7 +171,9 @@ class Assembler:
             failure = missed or failure
         return poses, failure
 
-    def turned(self, b: int, solutions: Any, x: Unknowns, u: Any) -> list[Floats]:
+    def turned(
+        self, b: int, solutions: Floats | Sequence[Floats], x: Floats, u: Floats
+    ) -> list[Floats]:
         """Return the poses of solutions of block `b`, with their whole turns."""
         own = self.graphs.blocks[b].own
         every = [turned for one in solutions for turned in self.turns.turned(b, one, x, u)]

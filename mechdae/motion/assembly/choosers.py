@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from mechdae.describe.coordinates import NamedCoordinate
@@ -10,42 +11,42 @@ from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.turns.block_turns import BlockTurns
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats, Sym, Unknowns
 
 
 class Chooser:
     """One that chooses nothing; cases say otherwise."""
 
     def after_block(
-        self, group: Group, b: int | None, poses: list[Any], u: Any
-    ) -> tuple[list[Any], NoPose | None]:
+        self, group: Group, b: int | None, poses: list[Floats], u: Floats
+    ) -> tuple[list[Floats], NoPose | None]:
         """Return the poses (nx,) that may be some as far as block `b` tells, or why none is.
 
         Block None stands for what is told before the first one.
         """
         return poses, None
 
-    def of_group(self, group: Group, poses: list[Unknowns], u: Floats) -> list[Any]:
+    def of_group(self, group: Group, poses: list[Unknowns], u: Floats) -> list[Floats]:
         """Return the poses of a whole group that are some."""
         return poses
 
-    def positive(self, b: int) -> list[Any]:
+    def positive(self, b: int) -> list[Sym]:
         """Return expressions over q that are positive at a pose, of which block `b` tells last."""
         return []
 
-    def possible(self, b: int, poses: list[Any], u: Any) -> list[Any]:
+    def possible(self, b: int, poses: list[Floats], u: Floats) -> list[Floats]:
         """Return the poses at which that is so."""
         return poses
 
-    def towards(self, x: Any, other: Any) -> Any:
+    def towards(self, x: Floats, other: Floats) -> Floats:
         """Return the same pose with unknowns that are nearer to those of another one."""
         return x
 
-    def rank(self, group: Group, x: Any, u: Any) -> float | None:
+    def rank(self, group: Group, x: Floats, u: Floats) -> float | None:
         """Return by what poses of a group are put in order, None for the usual."""
         return None
 
-    def places(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+    def places(self, group: Group, x: Floats, u: Floats) -> dict[str, float]:
         """Return where contacts of a group lie on their curves, by joint."""
         return {}
 
@@ -63,7 +64,7 @@ class Assembling(Protocol):
     places: dict[NamedCoordinate, float]
     p: Floats
     size: float
-    natural: Any
+    natural: Floats
     turns: BlockTurns
     choosers: list[Chooser]
     solvers: list[Any]
@@ -71,10 +72,12 @@ class Assembling(Protocol):
 
     def blocks_of(self, group: Group) -> list[int]: ...
     def labelled(self, group: Group) -> bool: ...
-    def coordinates(self, x: Any, u: Any) -> dict[tuple[str, str], float]: ...
-    def group_jacobian(self, x: Unknowns, u: Floats, group: Group) -> Any: ...
+    def coordinates(self, x: Floats, u: Floats) -> dict[tuple[str, str], float]: ...
+    def group_jacobian(self, x: Unknowns, u: Floats, group: Group) -> Floats: ...
     def candidates(
         self, group: Group, x: Unknowns, u: Floats, nearby: bool = False, *, drawn: bool = False
-    ) -> tuple[list[Any], bool, NoPose | None]: ...
-    def turned(self, b: int, solutions: Any, x: Any, u: Any) -> list[Any]: ...
-    def polish(self, b: int, x: Any, u: Any) -> Any: ...
+    ) -> tuple[list[Floats], bool, NoPose | None]: ...
+    def turned(
+        self, b: int, solutions: Floats | Sequence[Floats], x: Floats, u: Floats
+    ) -> list[Floats]: ...
+    def polish(self, b: int, x: Floats, u: Floats) -> Floats: ...

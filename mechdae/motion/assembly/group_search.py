@@ -71,12 +71,19 @@ class GroupSearch:
         self.free: list[Group] = []
 
     def of_group(
-        self, group: Group, x: Any, u: Any, nearby: bool, search: bool, measured: bool, drawn: bool
+        self,
+        group: Group,
+        x: Floats,
+        u: Floats,
+        nearby: bool,
+        search: bool,
+        measured: bool,
+        drawn: bool,
     ) -> OtherPoses:
         """Return what finds the poses of a group; the rest as of `Assembler.candidates`."""
         return OtherPoses(self, group, x, u, nearby, search, measured, drawn)
 
-    def _with_senses(self, b: int, poses: list[Any], u: Any) -> list[Any]:
+    def _with_senses(self, b: int, poses: list[Floats], u: Floats) -> list[Floats]:
         """Return the poses that may be some as far as what is positive in a block tells."""
         for chooser in self.assembler.choosers:
             poses = chooser.possible(b, poses, u)
@@ -93,7 +100,7 @@ class GroupSearch:
 
         return drawn_pose(self.assembler.sketched, b, x, u)
 
-    def own_pose(self, b: int, x: Any, u: Any, alone: bool) -> Any:
+    def own_pose(self, b: int, x: Floats, u: Floats, alone: bool) -> Floats | None:
         """Return x with the solution of a block that the sketch is but for rounding, or None.
 
         `alone` tells that no other was found: all that is said of a block in space is fitted then.
@@ -195,7 +202,7 @@ class GroupSearch:
             self._ways[key] = tuple(shape for shape in shapes if shape is not None)
         return self._ways[key]
 
-    def _opened(self, group: Group, x: Unknowns, u: Any) -> Gap | None:
+    def _opened(self, group: Group, x: Unknowns, u: Floats) -> Gap | None:
         """Return which joint of a group of one block stays open and by how much."""
         own = self.blocks_of(group)
         return self.opening(own[0], x, u) if len(own) == 1 else None
@@ -240,7 +247,7 @@ class GroupSearch:
         own = self.blocks_of(group)
         return any(all(self.turns.same(b, x, y) for b in own) for y in poses)
 
-    def from_starts(self, b: int, x: Unknowns, u: Floats, most: int | None = None) -> Any:
+    def from_starts(self, b: int, x: Unknowns, u: Floats, most: int | None = None) -> Floats:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
         from mechdae.motion.assembly.multistart import CROWD, MOST, BlockSearch
 
@@ -270,9 +277,10 @@ class GroupSearch:
         self.searched.setdefault(graph.block.group, []).append(found)
         if free.any():
             self.free += [group for group in self.scene.groups if group.index == graph.block.group]
-        return found.x[~free]
+        solutions: Floats = found.x[~free]
+        return solutions
 
-    def no_others(self, group: Group, b: int, x: Any, u: Any) -> bool:
+    def no_others(self, group: Group, b: int, x: Floats, u: Floats) -> bool:
         """Return whether the last search of a block has missed no solution; only for all modes."""
         from mechdae.motion.assembly.no_others import no_others
 
@@ -330,17 +338,17 @@ class OtherPoses:
     """
 
     def __init__(
-        self, search: GroupSearch, group: Group, x: Any, u: Any, nearby: bool, searched: bool,
+        self, search: GroupSearch, group: Group, x: Floats, u: Floats, nearby: bool, searched: bool,
         measured: bool, drawn: bool,
     ) -> None:  # fmt: skip
         self.search, self.group, self.x, self.u = search, group, x, u
         self.nearby, self.searched, self.measured, self.drawn = nearby, searched, measured, drawn
-        self.answer: tuple[list[Any], bool, NoPose | None] | None = None
+        self.answer: tuple[list[Floats], bool, NoPose | None] | None = None
         self.failure: NoPose | None = None
         self.proven = True
-        self._of_whole: list[Any] | None = None
+        self._of_whole: list[Floats] | None = None
 
-    def poses(self, b: int, start: Any, result: Solutions | None, proven: bool) -> list[Any]:
+    def poses(self, b: int, start: Floats, result: Solutions | None, proven: bool) -> list[Floats]:
         """Return the poses after block `b`, from one of the blocks before it.
 
         `result` are solutions that are none, or not proven to be all; None: there is no closed
@@ -389,7 +397,7 @@ class OtherPoses:
                 self.answer = found[0], found[2], found[3]
         return self.answer is None
 
-    def _no_pose(self, b: int, start: Any, result: Solutions | None) -> NoPose:
+    def _no_pose(self, b: int, start: Floats, result: Solutions | None) -> NoPose:
         """Return what is known of a block without a solution, by search where `result` is None."""
         search, group = self.search, self.group
         if result is not None:
@@ -403,7 +411,7 @@ class OtherPoses:
             gap = at.size
         return NoPose(group, gap, infinite, starts, at, free)
 
-    def with_those_of_whole(self, poses: list[Any]) -> list[Any]:
+    def with_those_of_whole(self, poses: list[Floats]) -> list[Floats]:
         """Return the poses, and those of the group at once that are not among them."""
         more = self._of_whole or ()
         among = self.search.among

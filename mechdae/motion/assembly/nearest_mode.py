@@ -71,7 +71,7 @@ class Nearest:
     tells that the search was ended before all were compared.
     """
 
-    x: Any
+    x: Floats
     failure: NoPose | None = None
     doubtful: list[Group] = field(default_factory=list)
     tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ NUDGE = 1e-6
 
 
 def own_pose(
-    sketched: Sketched, b: int, x: Unknowns, u: Floats, begun: Any = None
+    sketched: Sketched, b: int, x: Unknowns, u: Floats, begun: Floats | None = None
 ) -> Unknowns | None:
     """Return the solution of block `b` that the sketch is but for rounding, None: it is none.
 

@@ -94,7 +94,9 @@ def _check_near(assembler: Assembler, x: Unknowns, u: Floats) -> None:
         )
 
 
-def _turned(assembler: Assembler, x: Any, u: Floats) -> dict[Group, dict[str, tuple[float, float]]]:
+def _turned(
+    assembler: Assembler, x: Floats, u: Floats
+) -> dict[Group, dict[str, tuple[float, float]]]:
     """Return by group and body the sketched angle, and by how much the pose is off it."""
     angles: dict[Group, dict[str, tuple[float, float]]] = {}
     for entry in assembler.sketched.entries:

@@ -13,7 +13,7 @@ from mechdae.kernels.run.functions import Batch
 from mechdae.motion.continuation.any_path import AnyPath, Arc, arc_of
 from mechdae.motion.continuation.path import SMALLEST, Path
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
-from mechdae.types import Booleans, Floats, Graph, Unknowns
+from mechdae.types import Booleans, Floats, Graph, Integers, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.continuation.limit_positions import Limit
@@ -47,9 +47,9 @@ class BeyondEnds:
     outputs: Outputs
     groups: list[int]
     place: dict[int, int]
-    column_group: Any
-    block_group: Any
-    angles: Any
+    column_group: Integers
+    block_group: Integers
+    angles: Booleans
     _converged: Any
 
     @cached_property

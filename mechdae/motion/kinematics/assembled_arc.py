@@ -55,7 +55,7 @@ def assembled(
     length: float,
     count: int,
     notes: list[str],
-) -> tuple[Any, list[float | None]]:
+) -> tuple[Floats, list[float | None]]:
     """Return driver values over the whole assembled arc and its ends (None: turns fully).
 
     The driver is moved up turn by turn (or, where it has no `turn`, by `length`) until a
@@ -114,7 +114,7 @@ def _before_end(
     return float(s[np.argmax(sure)]) if sure.any() else place
 
 
-def _closed(path: Path) -> Any:
+def _closed(path: Path) -> Floats | None:
     """Return the whole turns (nx,) after which unknowns are back at the last node, or None."""
     scene = path.graphs.scene
     moved = path.state[-1][: path.graphs.nx] - path.origin[1]

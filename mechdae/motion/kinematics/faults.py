@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -151,7 +150,7 @@ def fault(
     run: Run,
     status: Integers,
     failed: list[Json],
-    rollers: list[dict[str, Any]],
+    rollers: list[Json],
 ) -> str | None:
     """Return what is wrong with the answer in one sentence, None when nothing is."""
     parts = []
@@ -163,7 +162,7 @@ def fault(
     return "; ".join(parts) or None
 
 
-def _cutting(setting: Setting, joint: str, intervals: list[dict[str, Any]]) -> str:
+def _cutting(setting: Setting, joint: str, intervals: list[Json]) -> str:
     """Return where a roller cuts into its curve."""
     lead, timed = setting.plan.lead, "time" in intervals[0]
     c = setting.plan.coordinates[lead]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -139,7 +139,7 @@ def ambiguous(path: AnyPath, s: Floats, at_them: bool = True) -> Booleans:
     return result
 
 
-def undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def undercut(setting: Setting, run: Run) -> tuple[list[Json], list[Json]]:
     """Return events and intervals of the poses in which a roller cuts into its curve."""
     from mechdae.motion.kinematics.undercut import cuts, refined
 
@@ -155,7 +155,7 @@ def undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[dic
         x, values = np.vstack([x, X[between]])[order], np.vstack([values, U[between]])[order]
         s = s[order]
 
-    def at(places: Any) -> tuple[Any, Any]:
+    def at(places: Floats) -> tuple[Floats, Floats]:
         return run.evaluator.at(run.path, places).x, run.path.drivers(places)
 
     for cut in cuts(setting.scene, x, values):

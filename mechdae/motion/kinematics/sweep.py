@@ -56,7 +56,7 @@ def run(setting: Setting, task: Sweep) -> Run:
     return result
 
 
-def _led(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
+def _led(setting: Setting, task: Sweep, u: Floats, x: Floats) -> Run:
     """Return the run of several drivers, or of laws."""
     for run_along in of_cases("courses"):
         found: Run = run_along(setting, task, u, x, along)
@@ -64,7 +64,7 @@ def _led(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     raise NotImplementedError
 
 
-def along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = None) -> Run:
+def along(setting: Setting, task: Sweep, u: Floats, x: Floats, begin: float | None = None) -> Run:
     """Return the poses along one parameter: the value of the driver that moves, or time.
 
     The path starts from unknowns `x` at drivers' values `u`, at the time `begin` of laws where

@@ -214,7 +214,7 @@ class BlockTurns:
         """Return whether two poses are the same in block `b`, but for turns and rounding."""
         return bool(self.apart(b, x, y).max(initial=0.0) < SAME)
 
-    def apart(self, b: int, x: Unknowns, y: Floats) -> Any:
+    def apart(self, b: int, x: Floats, y: Floats) -> Any:
         """Return how far the unknowns of block `b` are apart, without turns [rad, sizes]."""
         own = self.graphs[b].own
         unit = np.where(self.solvers[b].angle, 2 * np.pi, 1.0)

@@ -239,7 +239,7 @@ class ContactSolver(BlockSolver):
 
 
 def contact_solver(
-    scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
+    scene: Scene, graph: BlockGraph, p: Floats, size: float, slopes: dict[int, list[float]]
 ) -> BlockSolver | None:
     """Return what solves a block that holds the place of a contact, None for others."""
     if graph.redundant or not any(scene.unknowns.places[graph.own]):
@@ -286,7 +286,7 @@ class Contacts(Chooser):
             ("tangent", contact.joint.name), lambda: ca.Function("t", inputs, [contact.tangent])
         )
 
-    def of_group(self, group: Group, poses: list[Any], u: Any) -> list[Any]:
+    def of_group(self, group: Group, poses: list[Floats], u: Floats) -> list[Any]:
         """Return the poses at which all contacts of a group touch."""
         return [x for x in poses if self._touch(group, x, u)]
 
@@ -309,12 +309,12 @@ class Contacts(Chooser):
         low, high = contact.range
         return low + float(np.remainder(s - low, high - low)) if contact.closed else s
 
-    def places(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+    def places(self, group: Group, x: Floats, u: Floats) -> dict[str, float]:
         """Return s of a group's contacts."""
         names = [contact.joint.name for contact in self.of(group)]
         return {name: self.place(name, x, u) for name in names}
 
-    def rank(self, group: Group, x: Any, u: Any) -> float | None:
+    def rank(self, group: Group, x: Floats, u: Floats) -> float | None:
         """Return s of a group's first contact."""
         contacts = self.of(group)
         return self.place(contacts[0].joint.name, x, u) if contacts else None

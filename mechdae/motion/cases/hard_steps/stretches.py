@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.motion.continuation.path import Front
 from mechdae.motion.continuation.series_steps import Stretch
+from mechdae.types import Floats
 
 LONGER = 4.0
 """Times a step that is not proved around its tangent, that one around the series must have."""
@@ -31,8 +30,8 @@ def stretched(front: Front, least: float, rest: float, goal: float | None) -> fl
         if node is None:
             return 0.0
         nodes.append((place, node))
-    for node in nodes:
-        front.append(*node)
+    for at, state in nodes:
+        front.append(at, state)
     front.path.counts.steps += 1
     return abs(found.step)
 
@@ -48,7 +47,7 @@ def _expanded(front: Front, step: float, least: float) -> Stretch | None:
     return path.finders.expansion.stretch(state, front.s, u, d, step, least, blocks)
 
 
-def _on(front: Front, found: Stretch, place: float) -> Any:
+def _on(front: Front, found: Stretch, place: float) -> Floats | None:
     """Return the node at a place of a stretch, None where it is not certified."""
     path, alive, n = front.path, front.alive, front.path.graphs.nx
     guess = found.at((place - found.s) / found.step)

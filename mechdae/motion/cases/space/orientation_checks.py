@@ -53,8 +53,8 @@ class OrientationChecks(Chooser):
         return self._positive(("senses", group.index), values, poses, u)
 
     def after_block(
-        self, group: Group, b: int | None, poses: list[Any], u: Any
-    ) -> tuple[list[Any], NoPose | None]:
+        self, group: Group, b: int | None, poses: list[Floats], u: Floats
+    ) -> tuple[list[Floats], NoPose | None]:
         """Return the poses whose axes have the right sense as far as block `b` tells of them.
 
         Legs of a platform double the poses each: those that will be dropped must not be doubled.
