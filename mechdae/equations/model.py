@@ -62,7 +62,7 @@ class Row:
         return f"{self.owner}.{self.part}"
 
 
-Quantity = tuple[str, Any, Sequence[Any]]
+Quantity = tuple[str, Sym, Sequence[object]]
 """A word, an expression, and the reaches of its entries where they are known."""
 
 

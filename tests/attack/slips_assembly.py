@@ -103,8 +103,8 @@ SLIPS = [
     ),
     Slip(
         "motion.assembly.closure",
-        "math.log10(2 * self.whole)",
-        "math.log10(self.whole / 20)",
+        "math.log10(2 * whole)",
+        "math.log10(whole / 20)",
         tolerance_told,
         SUITE + "test_the_value_that_is_named_does",
     ),

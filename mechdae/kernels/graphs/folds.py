@@ -29,7 +29,7 @@ SPATIAL_NEAR = 1 / 16
 class FoldGraphs(BoundGraphs):
     """The part of a scene's functions for limit positions, space and curves; see `Graphs`."""
 
-    advance: Any
+    advance: Graph
     _tube: Any
     _reach: Any
     _drivers: Any

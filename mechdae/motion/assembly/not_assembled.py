@@ -15,7 +15,7 @@ from mechdae.errors import AssemblyError, UnknownName
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.nearest_mode import Nearest
-from mechdae.motion.setup.drivers import DriverPlan
+from mechdae.motion.setup.drivers import DECIMALS, DECIMALS_OF_DRIVERS, DriverPlan
 from mechdae.motion.setup.likely_typos import long_length
 from mechdae.types import Floats, Json, Unknowns
 
@@ -173,9 +173,11 @@ def as_sketch(assembler: Assembler, mode: Mode, u: Floats) -> Json:
         from mechdae.motion.assembly.spatial.sketch_places import in_space
 
         return in_space(assembler, mode, u, q)
+    driven = {c.part for c in scene.drivers if c.kind == "body angle"}
     for own in scene.recovered:
         if own.kind is ANGLE and own.owner in scene.model.mechanism.bodies:
-            angles[f"{own.owner}_deg"] = round(math.degrees(q[own.key]), 3) + 0.0
+            digits = DECIMALS_OF_DRIVERS if own.owner in driven else DECIMALS
+            angles[f"{own.owner}_deg"] = round(math.degrees(q[own.key]), digits) + 0.0
     for group in scene.groups:
         places = [i for b in assembler.blocks_of(group) for i in assembler.graphs.blocks[b].own]
         if not scene.unknowns.turns[places].all() or any(

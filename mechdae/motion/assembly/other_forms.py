@@ -14,7 +14,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.high_precision import PI, NoDecimals
 from mechdae.motion.assembly.closure import Gap
 from mechdae.records import dataclass
-from mechdae.types import Floats, Points, Unknowns
+from mechdae.types import Floats, Graph, Points, Unknowns
 
 NEAR_FOLD = 1e-9
 """Distance of a cosine from 1, or of a discriminant from 0, that is looked at in 50 digits."""
@@ -57,12 +57,12 @@ class OtherForms:
     graph: BlockGraph
     n: int
     size: float
-    p: Any
+    p: Floats
     angle: list[bool]
     turns: list[tuple[int, int] | None]
     F: Callable[..., Any]
     period: Callable[[int], float]
-    _F: Any
+    _F: Graph
     _exact: bool
     _scale: float
     _roots: Callable[..., Solutions]

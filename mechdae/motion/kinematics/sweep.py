@@ -24,7 +24,7 @@ from mechdae.motion.measures.measure import along_path, at_poses
 from mechdae.motion.measures.measured import Measured
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Result, Summary
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats
 
 if TYPE_CHECKING:
     pass

@@ -34,8 +34,8 @@ class OrientationChecks(Chooser):
     def __init__(self, assembler: Any) -> None:
         self.scene: Scene = assembler.scene
         scene = self.scene
-        self._of: dict[int, list[Any]] = {}
-        self._told: dict[int, list[Any]] = {}
+        self._of: dict[int, list[Sym]] = {}
+        self._told: dict[int, list[Sym]] = {}
         self.quaternions = quaternions(scene.unknowns)
         """Places of those among the unknowns: a quaternion and its opposite are one orientation."""
         if isinstance(scene.model, TreeModel):
@@ -65,7 +65,7 @@ class OrientationChecks(Chooser):
             poses = self._once(poses)
         return self.possible(b, poses, u), None
 
-    def positive(self, b: int) -> list[Any]:
+    def positive(self, b: int) -> list[Sym]:
         """Return what must be positive of which block `b` is the last to tell."""
         if not self._told:
             self._told = self._tell()
