@@ -5,6 +5,7 @@ Notation and theorem are those of `mechdae.kernels.graphs.pose`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -30,9 +31,9 @@ class FoldGraphs(BoundGraphs):
     """The part of a scene's functions for limit positions, space and curves; see `Graphs`."""
 
     advance: Graph
-    _tube: Any
-    _reach: Any
-    _drivers: Any
+    _tube: Callable[..., tuple[Sym, Sym, Sym]]
+    _reach: Callable[..., Sym]
+    _drivers: Callable[..., tuple[Sym, Sym, Sym]]
 
     @structure_property
     def divisors(self) -> tuple[Graph, Graph]:
