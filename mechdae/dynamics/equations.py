@@ -26,9 +26,9 @@ from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.equations.forces.time_tables import Timed
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.equations.motion_equations import Law, Released
+from mechdae.equations.reduction import released_model
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.equations.tree.bars import check_in_space
-from mechdae.equations.reduction import released_model
 from mechdae.errors import InputError, UnavailableError, within
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.smooth_friction import Smooth

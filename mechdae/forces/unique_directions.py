@@ -13,7 +13,7 @@ import numpy as np
 
 from mechdae.equations.model import Model
 from mechdae.equations.structure_cache import StructureCache
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
 from mechdae.types import Floats, Integers
 

@@ -15,7 +15,7 @@ from mechdae.design.synthesis.robust.deviations import Deviations
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.design.synthesis.verification.claims import Claim, Stated
 from mechdae.equations.model import Model
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
 from mechdae.types import Floats, Sym
 
