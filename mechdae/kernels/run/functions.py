@@ -30,7 +30,7 @@ def without_repeats(name: str, inputs: Sequence[Sym], results: Sequence[Sym]) ->
     casadi's ``cse`` takes two symbols of one name for the same symbol, and then the numbers are
     wrong without a word (seen in casadi 3.7): inputs with such names get new ones.
     """
-    symbols: list[Any] = list(inputs)
+    symbols: list[Sym] = list(inputs)
     if isinstance(next(iter(symbols), None), ca.SX):
         names = [symbol.name() for part in symbols for symbol in part.nonzeros()]
         if len(set(names)) < len(names):
@@ -122,7 +122,7 @@ class Local:
         return value.reshape(self._shape)
 
 
-def local(scene: Scene, key: Hashable, make: Callable[[], Any]) -> Local:
+def local(scene: Scene, key: Hashable, make: Callable[[], Sym]) -> Local:
     """Return the function of the expression over q that `make` gives; made once for a scene."""
     made: Local = scene.cache(("local", key), lambda: Local(scene, scene.expression(make())))
     return made

@@ -14,7 +14,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.high_precision import PI, NoDecimals
 from mechdae.motion.assembly.closure import Gap
 from mechdae.records import dataclass
-from mechdae.types import Floats, Graph, Points, Unknowns
+from mechdae.types import Complexes, Floats, Graph, Points, Unknowns
 
 NEAR_FOLD = 1e-9
 """Distance of a cosine from 1, or of a discriminant from 0, that is looked at in 50 digits."""
@@ -41,12 +41,12 @@ class Solutions:
     gap_at: Gap | None = None
 
 
-def zero(a: Any) -> Any:
+def zero(a: Floats) -> Decimal | float:
     """Return 0 in the digits of an array."""
     return Decimal(0) if a.dtype == object else 0.0
 
 
-def half_turn(a: Floats) -> Any:
+def half_turn(a: Floats) -> Decimal | float:
     """Return pi in the digits of an array."""
     return PI if a.dtype == object else np.pi
 
@@ -190,7 +190,14 @@ class OtherForms:
 
         return self._roots(cross, alpha, complete, doubled=2)
 
-    def _higher(self, c: Any, g: Any, alpha: int, complete: Any, values: Any) -> Solutions:
+    def _higher(
+        self,
+        c: Complexes,
+        g: Callable[[Floats], Floats],
+        alpha: int,
+        complete: Callable[[Floats], Floats],
+        values: Floats,
+    ) -> Solutions:
         """Return the solutions at the roots of a polynomial of a degree above one."""
         turns = self.turns[alpha]
         assert turns is not None

@@ -21,7 +21,7 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.functions import local
-from mechdae.motion.assembly.choosers import Chooser
+from mechdae.motion.assembly.choosers import Assembling, Chooser
 from mechdae.motion.assembly.elimination import BlockSolver
 from mechdae.motion.assembly.other_forms import Solutions
 from mechdae.types import Floats, Graph, Integers, Points, Sym, Unknowns
@@ -251,7 +251,7 @@ def contact_solver(
 class Contacts(Chooser):
     """The contacts of a scene at solved poses: where they are, whether they touch."""
 
-    def __init__(self, assembler: Any) -> None:
+    def __init__(self, assembler: Assembling) -> None:
         self.scene: Scene = assembler.scene
         self.p = assembler.p
 

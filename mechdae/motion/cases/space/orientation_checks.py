@@ -17,7 +17,7 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.tree_model import TreeModel
 from mechdae.kernels.run.functions import local
-from mechdae.motion.assembly.choosers import Chooser
+from mechdae.motion.assembly.choosers import Assembling, Chooser
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.setup.drivers import Sketch
 from mechdae.types import Floats, Sym, Unknowns
@@ -31,7 +31,7 @@ SAME = 1e-7
 class OrientationChecks(Chooser):
     """What must be positive at the poses of a scene, by group."""
 
-    def __init__(self, assembler: Any) -> None:
+    def __init__(self, assembler: Assembling) -> None:
         self.scene: Scene = assembler.scene
         scene = self.scene
         self._of: dict[int, list[Sym]] = {}

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,7 +16,7 @@ from mechdae.equations.groups import Group
 from mechdae.kernels.graphs.pose import CLOSURE
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Batch
-from mechdae.motion.assembly.choosers import Chooser
+from mechdae.motion.assembly.choosers import Assembling, Chooser
 from mechdae.motion.assembly.closure import Gap, NoPose, bar_lengths, straight, worst
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
@@ -44,7 +43,7 @@ class Closing:
     # -- equations without unknowns ----------------------------------------------------------
 
     @cached_property
-    def _still(self) -> Any:
+    def _still(self) -> Booleans:
         """Angles that parameters alone decide: whole turns do not count."""
         moving = ca.vertcat(self.scene.x, self.scene.u)
         return np.array(
@@ -145,7 +144,7 @@ class Closing:
 class ClosedPoses(Chooser):
     """Poses at which superfluous equations hold."""
 
-    def __init__(self, assembler: Any) -> None:
+    def __init__(self, assembler: Assembling) -> None:
         self.closing = Closing(assembler.graphs)
 
     def after_block(
