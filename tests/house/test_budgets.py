@@ -14,7 +14,7 @@ BUDGETS = {
     "results": 3_200,
     "draw": 18_850,
     "kernels": 7_500,
-    "motion": 21_450,
+    "motion": 22_020,
     "forces": 3_740,
     "dynamics": 8_900,  # closure tolerance of motions
     "design": 17_360,
