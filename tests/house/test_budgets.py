@@ -23,9 +23,9 @@ BUDGETS = {
     "parts": 25_600,  # pictures of speed against error, which draw had
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 675
+ALONE = 715
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 134_300
+TOTAL = 134_500
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
