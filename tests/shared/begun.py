@@ -205,7 +205,8 @@ class First:
         (text,) = md.exported(self.problem, "dxf", task="sweep").files.values()
         lines = [line.strip() for line in text.splitlines()]
         first, pose = self.poses["sweep"], {}
-        assert isinstance(first, dict)
+        if isinstance(first, str):
+            raise Refused(first)
         values = self.mechanism.values()
         ground = [
             np.array([values[f"ground.{name}.{axis}"] for axis in "xy"])
