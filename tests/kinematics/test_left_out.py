@@ -10,6 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.equations import reduction
+from mechdae.equations.cases import left_out
 from mechdae.tasks.show import structure
 from tests.shared.paths import ROOT
 
@@ -208,6 +209,7 @@ def test_rollers_at_random_change_nothing(seed: int) -> None:
 
 
 def test_a_roller_that_is_not_known_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reduction, "rollers", lambda _: [])
+    for room in (reduction, left_out):
+        monkeypatch.setattr(room, "rollers", lambda _: [])
     with pytest.raises(md.MechdaeError, match="missing"):
         turned(drawn(0)[0])

@@ -167,9 +167,10 @@ class Panels:
         if y is not None:
             panel.set_ylabel(_plain(y), fontproperties=small, color=style.INK)
             corner = panel.get_window_extent().x0 * 72 / self.figure.dpi
-            left = self.k * LEFT
-            if abs(self.box[0] - left) + abs(corner - left) < 1e-6:
-                panel.yaxis.set_label_coords(-44.0 * self.k / self.box[2], 0.5)
+            share = self.box[0] / LEFT
+            ours = min(abs(share - 1.0), abs(share - self.k)) < 1e-8
+            if ours and abs(corner - self.box[0]) < 1e-6:
+                panel.yaxis.set_label_coords(-44.0 * share / self.box[2], 0.5)
 
     def _write(
         self,
