@@ -73,11 +73,19 @@ class Planting(pytest.MonkeyPatch):
     def _forget(self) -> None:
         """Let nothing that was built before be found until this is undone."""
         if not self.fresh:
+            from mechdae import additions
             from mechdae.motion.kinematics import prepared
 
             self.fresh = True
             empty = type(prepared.SHAPES)(prepared.SHAPES.size_of)
             super().setattr(prepared, "SHAPES", empty)
+            additions._answers.cache_clear()  # what cases answer with may be what is changed
+
+    def undo(self) -> None:
+        from mechdae import additions
+
+        super().undo()
+        additions._answers.cache_clear()
 
 
 @pytest.fixture

@@ -83,14 +83,14 @@ def wrong_first_rate_of_a_triad(monkeypatch):
 
 @mutant("in_time", "driver's acceleration left out", "acceleration", DYADS)
 def driver_acceleration_left_out(monkeypatch):
-    from mechdae.motion.cases.many import many_poses
+    from mechdae.motion.continuation import evaluate
 
-    right = many_poses.in_time
+    right = evaluate.in_time
 
     def wrong(values, speed, acceleration, *more):
         return right(values, speed, 0 * acceleration, *more)
 
-    monkeypatch.setattr(many_poses, "in_time", wrong)
+    monkeypatch.setattr(evaluate, "in_time", wrong)
 
 
 @mutant("Outputs._coriolis", "sign changed", "coriolis", (("dyads", 8), ("dyads", 17)))
@@ -378,9 +378,9 @@ def each_group_on_its_own_way(monkeypatch):
                 columns = np.flatnonzero(self.column_group == j)
                 guess[np.ix_(rows, columns)] = path.guess(there)[:, columns]
                 alive[rows, j] = self.returns(path, guess[rows], s[rows], there)[:, j]
-        self._carry(~alive, alive)
-        poses = self._solve(path, s, s, guess, alive, self._limits(path, s), rates)
-        poses.singular = self._stops(path, s) & ~poses.alive.all(axis=1)
+        self.carry(~alive, alive)
+        poses = self._solve(path, s, s, guess, alive, self.limits(path, s), rates)
+        poses.singular = self.stops(path, s) & ~poses.alive.all(axis=1)
         return poses
 
     def cover(path, evaluator, values, is_angle, corners=()):
@@ -451,7 +451,7 @@ def moved_limit_of_a_triad(monkeypatch):
 
 
 @mutant(
-    "Evaluator._put_limit",
+    "Evaluator.put_limit",
     "the pose at a limit moved by 1e-5",
     "at the limit",
     (("end", 6), ("end", 12)),
@@ -459,13 +459,13 @@ def moved_limit_of_a_triad(monkeypatch):
 def moved_pose_at_a_limit(monkeypatch):
     from mechdae.motion.continuation.evaluate import Evaluator
 
-    right = Evaluator._put_limit
+    right = Evaluator.put_limit
 
     def wrong(self, path, k, s, limits, alive, results):
         moved = [replace(limit, x=limit.x + 1e-5 * limit.v) for limit in limits]
         return right(self, path, k, s, moved, alive, results)
 
-    monkeypatch.setattr(Evaluator, "_put_limit", wrong)
+    monkeypatch.setattr(Evaluator, "put_limit", wrong)
 
 
 # -- joints --------------------------------------------------------------------------------

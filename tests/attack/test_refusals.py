@@ -166,7 +166,7 @@ def test_a_stretch_does_not_pass_a_limit(seed):
         ahead = case.follow(case.start, case.s0, case.s0 + way * FARTHEST)
         reach = abs(ahead[-1][0] - case.s0)
         for step in (0.01, 0.3, 3.0):
-            found = path.expansion.stretch(state, s, u, d, way * step, 0.0, blocks)
+            found = path.finders.expansion.stretch(state, s, u, d, way * step, 0.0, blocks)
             if found is None:
                 continue
             assert abs(found.step) <= min(step, reach) or reach == FARTHEST
@@ -196,7 +196,9 @@ def test_a_step_that_is_too_long_is_not_proved(monkeypatch):
     blocks = list(range(path.graphs.nb))
 
     def longest():
-        found = path.expansion.stretch(state, s, np.array([s]), np.ones(1), 3.0, 0.0, blocks)
+        found = path.finders.expansion.stretch(
+            state, s, np.array([s]), np.ones(1), 3.0, 0.0, blocks
+        )
         return found.step
 
     honest = longest()

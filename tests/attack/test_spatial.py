@@ -152,7 +152,7 @@ def test_a_sketch_with_axes_turned_round_is_not_followed(monkeypatch: pytest.Mon
     found = case(np.random.default_rng(1), "RCCC")
     asked = md.Modes(driver=md.Driver("J0.angle", at=[0.0]))
     with monkeypatch.context() as patch:
-        patch.setattr(OrientationChecks, "met", lambda self, group, poses, u: poses)
+        patch.setattr(OrientationChecks, "of_group", lambda self, group, poses, u: poses)
         every = md.solve(found.mechanism, asked)
     wrong = [k for k in range(len(every)) if not error_of(found, every, k) < 1e-9]
     assert wrong

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.kinematics import sweep
+from mechdae.motion.kinematics import assembled_arc
 
 
 def lift(stages: int, foot: float, share: float) -> md.Mechanism:
@@ -57,7 +57,7 @@ def test_a_lift_moves_from_flat_to_upright(stages: int, foot: float, share: floa
 
 
 def test_ends_taken_for_poses_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sweep, "FLAT", ())
+    monkeypatch.setattr(assembled_arc, "FLAT", ())
     result = md.solve(lift(3, 0.9, 0.7), ARC)
     assert "singular" in set(result.status)
     assert result.fault is not None
