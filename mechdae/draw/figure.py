@@ -70,7 +70,7 @@ USUAL_FORMAT = PrintFormat()
 _FORMAT: ContextVar[PrintFormat] = ContextVar("print format", default=USUAL_FORMAT)
 
 
-def asked_format() -> PrintFormat:
+def current_format() -> PrintFormat:
     """Return how figures are printed that are made now."""
     return _FORMAT.get()
 
@@ -179,7 +179,7 @@ def new_axes(
     ``larger`` is how much larger than usual it is in width and height. What is drawn spans
     ``spans`` in both directions: on paper of a given width the height is what that needs.
     """
-    sheet = asked_format()
+    sheet = current_format()
     width, height = (share * side for share, side in zip(larger, style.FIGURE, strict=True))
     if sheet.width is not None:
         width, k = sheet.width, min(max(sheet.share, style.SMALLEST), 1.0)

@@ -23,8 +23,8 @@ PICTURES = [
 
 def letters(figure):
     """Return the sizes [pt] of all texts that are there."""
-    texts = figure.findobj(lambda own: isinstance(own, Text) and own.get_text().strip())
-    return [own.get_fontsize() for own in texts if own.get_visible()]
+    texts = figure.findobj(lambda part: isinstance(part, Text) and part.get_text().strip())
+    return [text.get_fontsize() for text in texts if text.get_visible()]
 
 
 @pytest.mark.parametrize(("problem", "task", "kind"), PICTURES)
@@ -52,9 +52,9 @@ def test_a_mechanism_fills_the_width(problem: str, task: str, kind: str) -> None
 @pytest.mark.parametrize("kind", ["diagram", "curves"])
 def test_without_a_title(kind: str) -> None:
     result = md.solve("four-bar-crank-rocker", "turn", poses=25)
-    bare, whole = (md.plot(result, kind, title=own).get_figure() for own in (False, True))
+    bare, whole = (md.plot(result, kind, title=titled).get_figure() for titled in (False, True))
     heads = [
-        [str(own.get_gid()) for own in one.findobj(Text) if "title" in str(own.get_gid())]
+        [str(text.get_gid()) for text in one.findobj(Text) if "title" in str(text.get_gid())]
         for one in (bare, whole)
     ]
     assert heads[0] == []
@@ -67,7 +67,7 @@ def test_pixels_and_units_of_widths(tmp_path) -> None:
 
     result = md.solve("four-bar-crank-rocker", "turn", poses=25)
     for width, inches in (("9cm", 9 / 2.54), (90, 9 / 2.54), ("3.5in", 3.5), ("252pt", 3.5)):
-        file = tmp_path / "own.png"
+        file = tmp_path / "picture.png"
         figure = md.plot(result, width=width, dpi=200).get_figure()
         figure.savefig(file)
         with Image.open(file) as picture:
@@ -88,7 +88,7 @@ def test_pixels_that_are_none(dpi) -> None:
         md.plot(result, dpi=dpi)
 
 
-def test_axes_have_a_figure_of_their_own() -> None:
+def test_axes_that_are_given_keep_their_size() -> None:
     result = md.solve("four-bar-crank-rocker", "turn", poses=25)
     axes = md.plot(result)
     with pytest.raises(InputError, match="figure of their own"):
@@ -104,7 +104,7 @@ def test_a_page_of_plans_is_not_too_small() -> None:
 
 
 def test_the_command(tmp_path, capsys) -> None:
-    file = tmp_path / "own.svg"
+    file = tmp_path / "picture.svg"
     options = ["--width", "90mm", "--no-title", "--out", str(file)]
     assert main(["plot", "four-bar-crank-rocker", *options]) == 0
     text = file.read_text(encoding="utf-8")

@@ -215,7 +215,7 @@ class First:
         for i, line in enumerate(lines):
             if line == "CIRCLE" and lines[i + 2] == "JOINTS":
                 at = np.array([float(lines[i + 4]), float(lines[i + 6])]) / 1000
-                if any(np.abs(own - at).max() < CLOSE for own in ground):
+                if any(np.abs(pin - at).max() < CLOSE for pin in ground):
                     continue  # a wheel about a pin of the ground
                 near = min(self.points, key=lambda n: float(np.abs(first[n] - at).max()))
                 pose[near] = at

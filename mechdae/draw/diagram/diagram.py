@@ -30,7 +30,7 @@ from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, named_pose, read_scene
 from mechdae.draw.diagram.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
-from mechdae.draw.figure import asked_format, new_axes
+from mechdae.draw.figure import current_format, new_axes
 from mechdae.draw.labels.labels import Links, draw_labels
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.smooth import few_named, traced
@@ -577,7 +577,7 @@ def write_titles(
     subtitle: str = "",
 ) -> None:
     """Write the title and, below it, the driver's value and the pose, or what is given."""
-    if not asked_format().titled:
+    if not current_format().titled:
         return
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)

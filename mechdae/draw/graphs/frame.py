@@ -17,7 +17,7 @@ from matplotlib.transforms import Affine2D
 
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import fitted, in_lines
-from mechdae.draw.figure import Drawing, asked_format
+from mechdae.draw.figure import Drawing, current_format
 from mechdae.draw.sheet import font, ink
 from mechdae.records import dataclass
 
@@ -81,7 +81,7 @@ class Panels:
         height: float | None = None,
         rows: int = 1,
     ) -> None:
-        width, sheet = style.GRAPH, asked_format()
+        width, sheet = style.GRAPH, current_format()
         if ax is not None:
             given = ax.get_figure(root=True)
             assert isinstance(given, Figure)
@@ -185,7 +185,7 @@ class Panels:
             for offset, entry in row:
                 self._entry(start + offset, y, entry)
             y += ROW * k
-        if not asked_format().titled:
+        if not current_format().titled:
             return
         text, chosen = fitted(subtitle, style.SUBTITLE * k, room, style.NOTE_FONT)
         self.text(start, y + (2.0 if rows else 0.0) * k, text, chosen, style.FAINT, "subtitle")

@@ -14,7 +14,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
-from mechdae.draw.figure import Drawing, asked_format, new_axes
+from mechdae.draw.figure import Drawing, current_format, new_axes
 from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
@@ -231,7 +231,7 @@ def _titles(sheet: Sheet, result: SweepResult, scene: DrawnScene, pose: int) -> 
 
 def _paper() -> Axes:
     """Return empty axes below the title strip of a page."""
-    sheet = asked_format()
+    sheet = current_format()
     share = 1.0 if sheet.width is None else 72 * sheet.width / (PAPER[0] * MILLIMETRE)
     if share < NARROWEST:
         raise InputError(
