@@ -97,11 +97,9 @@ def _answers(question: str, traits: frozenset[str] | None) -> list[Any]:
 
 def of_cases(question: str, traits: Collection[str] | None = None) -> list[Any]:
     """Return what cases add under a question, of those with one of some traits, without: of all."""
-    return (
-        []
-        if traits is not None and not traits
-        else _answers(question, None if traits is None else frozenset(traits))
-    )
+    if traits is not None and not traits:
+        return []
+    return _answers(question, None if traits is None else frozenset(traits))
 
 
 @cache

@@ -143,8 +143,8 @@ class Assembler:
                     ahead += self.turned(b, result.x, start, u)
                 else:
                     if others is None:
-                        asked = (nearby, search, measured, drawn)
-                        others = self.search.of_group(group, x, u, *asked)
+                        how = (nearby, search, measured, drawn)
+                        others = self.search.of_group(group, x, u, *how)
                     ahead += others.poses(b, start, result, proven)
                     if others.answer is not None:
                         return others.answer

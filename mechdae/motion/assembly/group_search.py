@@ -260,8 +260,8 @@ class GroupSearch:
         z = x[graph.uses] if graph.uses else np.zeros(0)
         counts = [run.generic for run in self.counted.get(graph.block.group, ()) if run.bounded]
         crowd = min([*counts, CROWD])
-        asked = (b, z.tobytes(), np.asarray(u).tobytes(), repr(hint), most or MOST, crowd)
-        known = self._looked_for.get(asked)
+        query = (b, z.tobytes(), np.asarray(u).tobytes(), repr(hint), most or MOST, crowd)
+        known = self._looked_for.get(query)
         if known is None:  # a mode is labelled where it was looked for
             found = self._searches[b](z, u, np.array(hint), most or MOST, crowd)
             sizes = self.assembler.natural[graph.own]
@@ -269,10 +269,10 @@ class GroupSearch:
             if free.any():  # axes of the other sense are no pose of the group
                 every = [put(x, graph.own, own) for own in found.x]
                 fine = {id(pose) for pose in self._with_senses(b, every, u)}
-                kept = np.array([id(pose) in fine for pose in every])
-                found, free = found.only(kept), free[kept]
+                positive = np.array([id(pose) in fine for pose in every])
+                found, free = found.only(positive), free[positive]
             known = (found, free)
-            self._looked_for = {asked: known, **dict(list(self._looked_for.items())[:REMEMBERED])}
+            self._looked_for = {query: known, **dict(list(self._looked_for.items())[:REMEMBERED])}
         found, free = known
         self.searched.setdefault(graph.block.group, []).append(found)
         if free.any():
@@ -289,8 +289,8 @@ class GroupSearch:
             return False
         z = x[self.blocks[b].uses] if self.blocks[b].uses else np.zeros(0)
         senses = [chooser for chooser in self.assembler.choosers if chooser.positive(b)]
-        told = (senses[0], b) if senses else None
-        boxes = no_others(self._searches[b], found.x, z, u, told)
+        orientation = (senses[0], b) if senses else None
+        boxes = no_others(self._searches[b], found.x, z, u, orientation)
         self.looked_at.setdefault(group.index, []).append(boxes)
         return boxes > 0
 
