@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from mechdae import additions
+
 INNER = ("__func__", "fget", "func", "make")
 """Where methods and properties of several kinds have their function."""
 
@@ -57,6 +59,7 @@ def plant(slip: Slip, patch: pytest.MonkeyPatch) -> None:
     if hasattr(new, "__set_name__"):
         new.__set_name__(owner, name)
     patch.setattr(owner, name, new)
+    additions._answers.cache_clear()  # outside of the suite nothing else forgets it
     tables = [own for key, own in vars(home).items() if isinstance(own, dict) and key.isupper()]
     for table in tables if owner is home else ():  # functions by kind
         for key in [key for key, value in table.items() if value is old]:
