@@ -288,13 +288,7 @@ class Radau(ImplicitMethod):
         return k.batch("powers", build)
 
     def _along(self, state: Floats, end: float, signs: Floats, first: float, limit: float) -> Any:
-        """Yield the states behind each step up to a time.
-
-        Raises
-        ------
-        ArithmeticError
-            There is no further step.
-        """
+        """Yield the states behind each step up to a time."""
         lay, n, sizes = self.layout, self.layout.n, self.kernel.sizes
         t, x, v, w = (np.array(lay.of(state, name)) for name in ("t", "x", "v", "w"))
         omega = max(self._frequency(v, lay.of(state, "a")), SLOW * float(lay.of(state, "omega")))

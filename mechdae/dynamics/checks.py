@@ -31,13 +31,7 @@ OPEN = 1e-6
 
 
 def check_start(setup: MotionProblem, begin: Start) -> None:
-    """Raise for equations without a coordinate that do not hold, and laws that fight joints.
-
-    Raises
-    ------
-    InconsistentStartError
-        With what is left of each equation.
-    """
+    """Raise for equations without a coordinate that do not hold, and laws that fight joints."""
     r = setup.released
 
     def build() -> Call:
@@ -73,13 +67,7 @@ def check_start(setup: MotionProblem, begin: Start) -> None:
 
 
 def check_inertia(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
-    """Raise for freedoms without inertia.
-
-    Raises
-    ------
-    SingularMassError
-        With the bodies that move in such a freedom.
-    """
+    """Raise for freedoms without inertia."""
     k = setup.kernel
     signs = setup.loose
     M, f, J, _ = k.value("parts", 0.0, x, v, signs)
@@ -116,11 +104,6 @@ def check_friction(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
 
     Multipliers that balance without any load must not press where there is friction, at the
     start and at a pose beside it: a singular pose alone decides nothing.
-
-    Raises
-    ------
-    IndeterminateFrictionError
-        With the joints.
     """
     k, r = setup.kernel, setup.released
     if not k.rubs or not r.rows:
@@ -171,11 +154,6 @@ def check_rest(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
 
     J x'' = gamma is a question of the pose, the speeds and the laws alone: forces are not asked.
     What no acceleration meets is the part of gamma across the image of J.
-
-    Raises
-    ------
-    InconsistentStartError
-        With what is left by constraint.
     """
     k, r = setup.kernel, setup.released
     if not k.m:

@@ -24,11 +24,8 @@ RANK = 1e-9
 class Creep:
     """Measures the creep of the states of a motion with smoothed friction.
 
-    Attributes
-    ----------
-    found : dict
-        By joint or load: ``bound`` of the creeping speed, ``load``, ``limit``, ``unit``, ``time``
-        of the state at which they are the largest.
+    ``found``: by joint or load: ``bound`` of the creeping speed, ``load``, ``limit``, ``unit``,
+    ``time`` of the state at which they are the largest.
     """
 
     def __init__(self, setup: MotionProblem) -> None:

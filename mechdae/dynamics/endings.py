@@ -86,13 +86,7 @@ def feasible(setup: MotionProblem, t: Any, x: Unknowns, v: Floats, signs: Any) -
 
 
 def check_dead_start(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
-    """Raise where the laws of time ask for speeds that the joints do not have at the start.
-
-    Raises
-    ------
-    InfeasibleMotionError
-        With what is left of each equation's rate.
-    """
+    """Raise where the laws of time ask for speeds that the joints do not have at the start."""
     found = dead_point(setup, 0.0, x, v, DEAD)
     if found is None:
         return
@@ -116,10 +110,7 @@ def infeasible(t: float, found: tuple[float, str, dict[str, float]]) -> Infeasib
 class Growth:
     """Watches for speeds that grow without bound.
 
-    Attributes
-    ----------
-    found : dict or None
-        Coordinate, its speed, the load that put in most work.
+    ``found``: coordinate, its speed, the load that put in most work.
     """
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:

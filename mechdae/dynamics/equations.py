@@ -216,13 +216,7 @@ class MotionProblem:
 
     @cached_property
     def closure(self) -> float:
-        """Share of their natural sizes by which constraints may stay open because the file says so.
-
-        Raises
-        ------
-        InputError
-            It is so large that constraints with and without noise are hardly told apart.
-        """
+        """Share of natural sizes by which constraints may stay open because the file says so."""
         share = self.problem.mechanism.tolerance / self.length
         if share > MOST_OPEN:
             raise InputError(
@@ -250,13 +244,7 @@ class MotionProblem:
 
     @cached_property
     def widths(self) -> Floats:
-        """Slope speeds of smoothed friction by slip; of a pin without omega_s, v_s over its radius.
-
-        Raises
-        ------
-        InputError
-            The key that is missing, or a speed that is none.
-        """
+        """Slope speeds of smoothed friction; of a pin without omega_s v_s over its radius."""
         mechanism = self.problem.mechanism
         known, values = mechanism.parameter_values, mechanism.values()
         given: dict[str, float | None] = {}
@@ -316,13 +304,6 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> MotionProblem:
     """Return what a task of motion is computed with.
 
     An equilibrium (`moves` is False) has no friction.
-
-    Raises
-    ------
-    InputError
-        Times or a tolerance that mean nothing.
-    UnavailableError
-        Friction in an equilibrium, or smoothed.
     """
     mechanism = problem.mechanism
     known = mechanism.parameter_values
@@ -453,13 +434,7 @@ def _tabulated(
 
 
 def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[str]:
-    """Return what is assumed about friction.
-
-    Raises
-    ------
-    UnavailableError
-        A joint has friction and the task does not leave it out.
-    """
+    """Return what is assumed about friction."""
     values = mechanism.values()
     found = rubbing(mechanism)
     if not found:

@@ -40,13 +40,9 @@ def pressing(k: Any) -> Any:
 class Sizes:
     """Counts the sizes of friction that fit their laws at states of a motion.
 
-    Attributes
-    ----------
-    started : set of int
-        Slips that began to move from rest where one of several solutions fits that: it is followed
-        while they move on.
-    notes : dict
-        By the rules that ruled solutions out, what to say of the first time.
+    ``started``: slips that began to move from rest where one of several solutions fits that: it is
+    followed while they move on. ``notes``: by the rules that ruled solutions out, what to say of
+    the first time.
     """
 
     def __init__(self, setup: MotionProblem) -> None:
@@ -210,20 +206,12 @@ class Sizes:
     ) -> bool:
         """Raise where the laws of friction give no accelerations, or several.
 
-        Parameters
-        ----------
-        agrees
-            Sizes of friction -> whether slips that start move the way their friction says.
+        `agrees`: sizes of friction -> whether slips that start move the way their friction says.
 
         Returns
         -------
         bool
             Whether of several solutions all but one are ruled out.
-
-        Raises
-        ------
-        NoWay
-            With the accelerations of each solution, and the friction up to which there is one.
         """
         if not self.kernel.rubs:
             return False

@@ -72,14 +72,7 @@ class Watcher(Protocol):
 class Integrator(ABC):
     """Integrates a motion from states given, by a method: its steps, states inside them, one step.
 
-    Attributes
-    ----------
-    name : str
-        The method.
-    implicit : bool
-        Whether stiff forces do not hold the steps.
-    accepted, rejected, rhs : int
-        Counts of work.
+    ``implicit``: whether stiff forces do not hold the steps.
     """
 
     name: str

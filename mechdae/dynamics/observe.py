@@ -45,13 +45,7 @@ def alike(patterns: Any, rows: Integers | None = None) -> Iterator[tuple[Any, In
 
 
 class Observer:
-    """Functions of states.
-
-    Parameters
-    ----------
-    setup
-        Of the motion.
-    """
+    """Functions of states."""
 
     def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.r, self.kernel = setup, setup.loaded, setup.force_kernel

@@ -42,22 +42,8 @@ class Whole:
 class Reported:
     """Bodies, points, joints and named outputs at states.
 
-    Parameters
-    ----------
-    setup
-        Of a motion or an equilibrium.
-    asked
-        Outputs that the task lists, None for those of the mechanism.
-    moves
-        Whether there is a time, and outputs that use reactions.
-
-    Attributes
-    ----------
-    chosen : Selection
-    forced : list of str
-        Outputs that use reactions.
-    notes : list of str
-        What there is to say of the others.
+    `asked`: outputs that the task lists, None for those of the mechanism. ``forced``: outputs that
+    use reactions.
     """
 
     def __init__(self, setup: MotionProblem, asked: tuple[str, ...] | None, moves: bool) -> None:
@@ -84,13 +70,8 @@ class Reported:
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Return the tables and the series of the outputs without reactions.
 
-        Parameters
-        ----------
-        coordinates
-            Absolute ones with rates and accelerations, (n, nq) each.
-        t : (n,) array or None
-        there : (n,) array of bool
-            States that have coordinates at all.
+        `coordinates`: absolute ones with rates and accelerations, (n, nq) each. `there` (n,):
+        states that have coordinates at all.
         """
         y = self.setup.cache(("rates", *self._key), self._rates)(
             *coordinates, self.setup.model.p_values

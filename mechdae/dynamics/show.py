@@ -42,11 +42,5 @@ def motion_structure(
 
 
 def tried(problem: Problem, task: Motion | Equilibrium) -> None:
-    """Find the start of a motion, or where an equilibrium is looked for.
-
-    Raises
-    ------
-    MechdaeError
-        There is none.
-    """
+    """Find the start of a motion, or where an equilibrium is looked for."""
     motion_start(problem, task if isinstance(task, Motion) else as_motion(task))

@@ -81,11 +81,6 @@ class AssembledSketch:
         """Return the free coordinates of the assembled sketch, None where no sweep assembles it.
 
         `rough` is a pose next to the sketch.
-
-        Raises
-        ------
-        SketchError
-            It does not tell which assembly mode is meant.
         """
         drivers = self._drivers(rough)
         if not drivers:
@@ -153,13 +148,7 @@ class PlanarSketch:
         self.closing, self.r = closing, closing.r
 
     def pose(self) -> tuple[Unknowns, Unknowns]:
-        """Return the free coordinates of the assembled sketch, None and the nearest try else.
-
-        Raises
-        ------
-        MechanismError
-            The sketch does not tell which pose is meant.
-        """
+        """Return the free coordinates of the assembled sketch, None and the nearest try else."""
         guess, loose, lengths = self._guess()
         tries = self._closings(guess, loose)
         first = next(tries)

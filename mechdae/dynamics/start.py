@@ -139,15 +139,7 @@ class _Starter:
     # -- the sketch ----------------------------------------------------------------------------
 
     def sketch(self) -> Any:
-        """Return the assembled sketch.
-
-        Raises
-        ------
-        AssemblyError
-            The joints do not close.
-        MechanismError
-            Bodies without an angle in the sketch can be placed in several ways.
-        """
+        """Return the assembled sketch."""
         if self.setup.problem.mechanism.dimension == 3:
             from mechdae.dynamics.space.sketch import SpatialSketch
 
@@ -286,13 +278,7 @@ class _Starter:
         return error
 
     def velocities(self, x: Unknowns) -> Any:
-        """Return the rates of the free coordinates.
-
-        Raises
-        ------
-        InconsistentStartError
-            Speeds that no motion has together.
-        """
+        """Return the rates of the free coordinates."""
         _, J = self.rows(x)
         aims = {**self.speeds}
         for c, rate in self.law_speeds.items():
@@ -323,15 +309,7 @@ class _Starter:
 
 
 def start(setup: MotionProblem) -> Start:
-    """Return the start of a motion.
-
-    Raises
-    ------
-    AssemblyError, MechanismError
-        The sketch does not close, or does not tell how.
-    InconsistentStartError
-        Numbers of the start contradict each other or the constraints.
-    """
+    """Return the start of a motion."""
     starter = _Starter(setup)
     x, correction = starter.positions()
     v = starter.velocities(x)

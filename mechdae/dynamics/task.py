@@ -36,15 +36,7 @@ INTEGRATORS: dict[str, type[Integrator]] = {
 
 
 def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, Floats, Floats]:
-    """Return what a motion is computed with, its start, free coordinates and their rates.
-
-    Raises
-    ------
-    InputError, UnavailableError
-        What the task asks for is wrong, or friction in motion.
-    AssemblyError, InconsistentStartError, InfeasibleMotionError, SingularMassError
-        There is no start.
-    """
+    """Return what a motion is computed with, its start, free coordinates and their rates."""
     whole = setup(problem, task)
     begin = start(whole)
     whole.held = {key: float(begin.q[whole.model.places[key]]) for key in idle(whole)}
@@ -77,13 +69,7 @@ def _meshes(whole: MotionProblem, begin: Start) -> dict[str, Mesh | SpatialMesh]
 
 
 def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Floats, Floats]:
-    """Return a run that has not begun, and what it starts from.
-
-    Raises
-    ------
-    InputError, SolveError
-        As `motion_start`.
-    """
+    """Return a run that has not begun, and what it starts from."""
     whole, begin, x, v = motion_start(problem, task)
     method = task.method or ("bdf" if whole.smooth else "explicit")
     integrator = INTEGRATORS[method](whole)
@@ -93,13 +79,7 @@ def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Floats, Floats]
 
 
 def motion(problem: Problem, name: str, task: Motion) -> Result:
-    """Return the result of a task of motion.
-
-    Raises
-    ------
-    InputError, SolveError
-        As `motion_start`.
-    """
+    """Return the result of a task of motion."""
     run, x, v = prepared(problem, task)
     observer = _integrated(run, x, v)
     data = {} if task.linearise is None else {"linear": _linear(problem, task)}
@@ -107,15 +87,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
 
 
 def _linear(problem: Problem, task: Motion) -> Json:
-    """Return the linear system at the time asked for: the motion is computed up to there.
-
-    Raises
-    ------
-    InputError
-        A time that the motion does not reach.
-    UnavailableError
-        Dry friction, or a resistance.
-    """
+    """Return the linear system at the time asked for: the motion is computed up to there."""
     assert task.linearise is not None
     known = problem.mechanism.parameter_values
     t = evaluate(task.linearise, known)

@@ -66,15 +66,8 @@ class StepLimit:
 class Clock:
     """The stretches of a motion.
 
-    Parameters
-    ----------
-    setup
-        Of the motion.
-    x, v
-        Free coordinates at the start and their rates: they stand for the state where the time
-        and the state are in one function.
-    more
-        Further expressions over (t, q, velocity) that are looked at along the motion.
+    `x`, `v`: free coordinates at the start and their rates: they stand for the state where the time
+    and the state are in one function.
     """
 
     def __init__(

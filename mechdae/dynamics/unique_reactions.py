@@ -16,10 +16,7 @@ from mechdae.types import Floats, Reactions
 class Determined:
     """The reactions of a motion by joint, nan where they are not unique.
 
-    Parameters
-    ----------
-    q : (n, nq) array
-        Absolute coordinates at the states.
+    `q` (n, nq): absolute coordinates at the states.
     """
 
     def __init__(self, observer: Observer, states: States, q: Floats) -> None:
@@ -81,17 +78,7 @@ class Determined:
     def summary(
         self, forced: Mapping[str, float], superfluous: int, before: list[str], after: list[str]
     ) -> LazyPart:
-        """Return multipliers at the end, what is not unique, and the notes.
-
-        Parameters
-        ----------
-        forced
-            Values at the end of outputs that use reactions.
-        superfluous
-            Number of superfluous equations.
-        before, after
-            What else there is to note, before and after equations that depend on each other.
-        """
+        """Return multipliers at the end, what is not unique, and the notes."""
 
         def found() -> dict[str, Any]:
             sole, dependence = self.sole, list[str]()

@@ -9,15 +9,7 @@ import casadi as ca
 
 
 class DenseCallback(ca.Callback):
-    """A function of Python within casadi's graphs; keep it as long as what is built with it.
-
-    Parameters
-    ----------
-    sizes
-        Of the inputs, which are columns.
-    shape
-        Of the result.
-    """
+    """A function of Python within casadi's graphs; keep it as long as what is built with it."""
 
     def __init__(
         self, name: str, sizes: Sequence[int], shape: tuple[int, int], options: Any = None

@@ -40,33 +40,15 @@ FORCES = ("reaction", "reaction_uncoupled", "loss", "loss_uncoupled", "normal")
 class Composed:
     """Outputs of a setting over guesses, drivers and some parameters.
 
-    Parameters
-    ----------
-    setting
-        Scene and kernels; its outputs hold the coordinates when forces are asked for.
-    paths
-        What is computed: slash paths below the task.
-    names
-        Parameters (entries of p) that are inputs.
-    statics
-        Forces, for paths to reactions, losses and efforts.
-    apart
-        Whether the parameters may be apart from those the guess belongs to: more Newton steps
-        then, signs of sliding speeds and friction solved anew, and a last output `miss` that
-        tells how far a step still moved. Inputs have the parameters' own values (`origin`) last.
-    smooth
-        Take the guess as the solved pose, and signs of sliding speeds as smooth functions of
-        them over this share of the drivers' speed: for optimisation. Friction is solved anew.
-    solved
-        Take the guess as the solved pose, which depends on the parameters: for first derivatives.
-    numbers, dependent
-        Whether p is an input; whether the drivers' values and rates depend on the parameters: their
-        first and second derivatives are the last inputs then.
-
-    Attributes
-    ----------
-    spans : list of slice
-        The rows of the stacked outputs that belong to each path.
+    `apart`: whether the parameters may be apart from those the guess belongs to: more Newton steps
+    then, signs of sliding speeds and friction solved anew, and a last output `miss` that tells how
+    far a step still moved. Inputs have the parameters' own values (`origin`) last. `smooth`: take
+    the guess as the solved pose, and signs of sliding speeds as smooth functions of them over this
+    share of the drivers' speed: for optimisation. Friction is solved anew. `solved`: take the guess
+    as the solved pose, which depends on the parameters: for first derivatives. `numbers`,
+    `dependent`: whether p is an input; whether the drivers' values and rates depend on the
+    parameters: their first and second derivatives are the last inputs then. ``spans``: the rows of
+    the stacked outputs that belong to each path.
     """
 
     def __init__(

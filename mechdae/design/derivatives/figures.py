@@ -62,13 +62,7 @@ def bases(problem: Problem) -> dict[str, Sweep | Motion | Equilibrium]:
 def base_of(
     problem: Problem, name: str | None, what: str
 ) -> tuple[str, Sweep | Motion | Equilibrium]:
-    """Return the task of that name; without one the only one there is, sweeps first.
-
-    Raises
-    ------
-    InputError
-        There are several; `what` says what is to be done with the task.
-    """
+    """Return the task of that name; without one the only one there is, sweeps first."""
     known = bases(problem)
     if name is None:
         sweeps = {name: task for name, task in known.items() if isinstance(task, Sweep)}
@@ -98,24 +92,12 @@ def prepared(problem: Problem, name: str, paths: tuple[str, ...]) -> Problem:
 
 
 def value(result: Result, path: str) -> list[float] | float:
-    """Return what a path of a result says, plain data; of a figure the number alone.
-
-    Raises
-    ------
-    UnknownName, InputError
-        No such path; a figure of what is no series over the time.
-    """
+    """Return what a path of a result says, plain data; of a figure the number alone."""
     return figure(result, path)[0] if is_figure(path) else result.value(path)
 
 
 def figure(result: Result, path: str) -> tuple[float, float]:
-    """Return a figure and how far it may be off.
-
-    Raises
-    ------
-    UnknownName, InputError
-        As `value`.
-    """
+    """Return a figure and how far it may be off."""
     word, _, rest = path.partition("/")
     if result.time is None:
         raise InputError(
@@ -169,10 +151,7 @@ def _with_rates(result: Result, path: str, series: Floats) -> tuple[Floats, Any]
 class SeriesBetween:
     """A series between its states.
 
-    Parameters
-    ----------
-    t, y, rates
-        Times (n,), values (n, k), first and second derivatives (2, n, k) or None.
+    `t`, `y`, `rates`: times (n,), values (n, k), first and second derivatives (2, n, k) or None.
     """
 
     def __init__(self, t: Floats, y: Floats, rates: Any) -> None:

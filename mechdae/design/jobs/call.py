@@ -41,13 +41,7 @@ class JobCall:
     paths: PathProgress | None = None
 
     def pool(self) -> Workers:
-        """Return where the pieces are computed.
-
-        Raises
-        ------
-        InputError
-            Workers that are no number, or in two places.
-        """
+        """Return where the pieces are computed."""
         if isinstance(self.workers, bool) or not isinstance(self.workers, int) or self.workers < 1:
             raise InputError("a whole number above 0 is needed", where="workers")
         if self.executor is not None and self.workers != 1:
@@ -93,13 +87,7 @@ class JobCall:
 def task_named(
     problem: Problem, name: str | None, meant: Callable[[Task], bool], kind: str = "synthesis"
 ) -> str:
-    """Return the name of the task that is meant: the one named, or the first that may be.
-
-    Raises
-    ------
-    InputError
-        The task is of another kind, or there is none.
-    """
+    """Return the name of the task that is meant: the one named, or the first that may be."""
     if name is not None and not meant(problem.task(name)):
         raise InputError(
             f"is of kind '{problem.task(name).kind}', not {kind}", where=f"tasks.{name}",
@@ -126,12 +114,7 @@ def blamed(problem: Problem, name: str, keys: tuple[str, ...] | None = None) -> 
 class Workers:
     """Computes pieces: here, in processes of its own, or in an executor of the user.
 
-    Parameters
-    ----------
-    count
-        Processes of this machine; 1: this one.
-    executor
-        In place of own processes; it is not shut down.
+    `executor`: in place of own processes; it is not shut down.
     """
 
     def __init__(self, count: int = 1, executor: Executor | None = None) -> None:
@@ -159,14 +142,8 @@ class Workers:
     ) -> None:
         """Compute pieces and give each outcome to `take` as soon as it is there.
 
-        Parameters
-        ----------
-        works
-            By index.
-        call
-            Does a piece in any process, see `distribute`; `here` one of this process by its index.
-        word
-            What a piece is called in messages.
+        `call`: does a piece in any process, see `distribute`; `here` one of this process by its
+        index.
         """
         if self._supply is not None:
             if works:

@@ -53,25 +53,7 @@ def distribute(
     Those whose worker dies are done again: in a new pool if the old one broke, after all
     others and one by one, because one of them may be what killed it.
 
-    Parameters
-    ----------
-    works
-        By index.
-    supply
-        Of the pool.
-    take
-        Is called with each index, in the order in which they finish.
-    window
-        Most pieces that are handed over at a time; None: all.
-    call
-        Does a piece: a function of a module; a `Failure` that it returns ends the job.
-    word
-        What a piece is called in messages.
-
-    Raises
-    ------
-    SolveError
-        The computation of a piece failed, or its worker died too often.
+    `call`: does a piece: a function of a module; a `Failure` that it returns ends the job.
     """
     round_ = _Round(works, take, window or len(works), call, word)
     while round_.waiting:

@@ -79,13 +79,7 @@ class Borrowed:
 
 
 class Supply:
-    """The pool in use, opened when it is needed, another one when it broke.
-
-    Parameters
-    ----------
-    open_pool
-        Gives a new pool.
-    """
+    """The pool in use, opened when it is needed, another one when it broke."""
 
     def __init__(self, open_pool: Callable[[], Processes | Borrowed]) -> None:
         self._open = open_pool
@@ -139,15 +133,7 @@ def one_thread() -> Iterator[None]:
 
 @contextmanager
 def cluster(address: str) -> Iterator[Executor]:
-    """Connect to the scheduler of a Dask cluster (``tcp://host:8786``).
-
-    Raises
-    ------
-    UnavailableError
-        Dask distributed is not installed.
-    InputError
-        That is no address, nothing answers there, or there are no workers.
-    """
+    """Connect to the scheduler of a Dask cluster (``tcp://host:8786``)."""
     place = f"--cluster {address}"
     try:
         from distributed import Client

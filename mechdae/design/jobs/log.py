@@ -22,22 +22,7 @@ if TYPE_CHECKING:
 class JobLog:
     """A log in a folder, held by one process at a time.
 
-    Parameters
-    ----------
-    path
-        The file; its folder is made if it is not there.
-    head
-        What determines the job; ``problem`` is the text of a problem file.
-
-    Attributes
-    ----------
-    entries : list of dict
-        What is finished, in the order in which it was written.
-
-    Raises
-    ------
-    InputError
-        The log of another job is there, or a process that is running holds it.
+    `head`: what determines the job; ``problem`` is the text of a problem file.
     """
 
     def __init__(self, path: str | Path, head: Mapping[str, Any]) -> None:
@@ -78,13 +63,7 @@ class JobLog:
             self._begun = True
 
     def add(self, entry: Mapping[str, Any]) -> None:
-        """Write a finished piece.
-
-        Raises
-        ------
-        SolveError
-            The file cannot be written: the disk is full.
-        """
+        """Write a finished piece."""
         self.begin()
         self._append(entry)
 

@@ -37,20 +37,7 @@ Progress = Callable[[int, int], None]
 
 
 class StudyFolder(JobLog):
-    """What is finished of a study, in a folder.
-
-    Parameters
-    ----------
-    folder, name
-        The folder, the name of the study.
-    computer, sets, size
-        What is computed, for which sets, in portions of how many.
-
-    Raises
-    ------
-    InputError
-        The folder is of another study, or in use.
-    """
+    """What is finished of a study, in a folder."""
 
     def __init__(
         self, folder: str | Path, name: str, computer: Computer, sets: Floats, size: int
@@ -163,12 +150,7 @@ class StudyFolder(JobLog):
 class Collector:
     """Fills the table of a study, portion by portion.
 
-    Parameters
-    ----------
-    computer
-        Computes rows.
-    sets
-        The parameter sets (k, m).
+    `sets`: the parameter sets (k, m).
     """
 
     def __init__(self, computer: Computer, sets: Floats, progress: Progress | None) -> None:

@@ -51,11 +51,6 @@ def study(
     ``status`` is ok for sets in which all poses are, else the first other status; sets whose
     cycle jams or has several solutions between the poses are not ok either. Other faults
     of sets that are ok (a slack belt) are under ``faults`` in the summary.
-
-    Raises
-    ------
-    InputError
-        Unknown parameters, paths or tasks, too many sets.
     """
     base_name, _ = base_of(problem, task.of, "varied")
     names, sets = _sets(problem, task) if given is None else _given(problem, given)

@@ -126,21 +126,7 @@ def _computer(
 class Computer:
     """Computes rows of one study.
 
-    Parameters
-    ----------
-    problem, name
-        The problem and the name of the task that is repeated.
-    outputs, names
-        Paths, and the numbers that differ between sets.
-    certify
-        Whether poses are certified; else dyads are solved in closed form only.
-
-    Attributes
-    ----------
-    portion : int
-        Sets that are best computed at once.
-    note : str
-        Why sets are certified although it was not asked for.
+    `certify`: whether poses are certified; else dyads are solved in closed form only.
     """
 
     def __init__(
@@ -246,13 +232,7 @@ def in_series(task: Sweep, outputs: Sequence[str], certify: bool) -> bool:
 def row_of(
     problem: Problem, name: str, outputs: Sequence[str], values: Mapping[str, float]
 ) -> SetRow:
-    """Return the row of one set of parameters.
-
-    Raises
-    ------
-    InputError
-        A path that does not exist, or is no number.
-    """
+    """Return the row of one set of parameters."""
     from mechdae.tasks.dispatch.solve import solve
 
     try:

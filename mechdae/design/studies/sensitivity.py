@@ -71,11 +71,6 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
     """Return the result of a task of kind sensitivity.
 
     ``derivatives`` of the result's data holds path -> name -> array like the value.
-
-    Raises
-    ------
-    InputError
-        Unknown tasks, paths or parameters; nothing to differentiate.
     """
     base_name, base = base_of(problem, task.of, "differentiated")
     outputs = task.outputs or ()
@@ -168,19 +163,8 @@ def numbers(
 ) -> dict[str, tuple[float, dict[str, Floats]]]:
     """Return numbers of a motion or an equilibrium with their derivatives by name.
 
-    Parameters
-    ----------
-    problem
-        As `sharp` returns it.
-    paths
-        Figures, or whole paths.
-    sizes
-        Of the parameters by name: a difference takes a share of them.
-
-    Raises
-    ------
-    MechdaeError
-        The task cannot be solved here or near, or there is no derivative.
+    `problem`: as `sharp` returns it. `sizes`: of the parameters by name: a difference takes a share
+    of them.
     """
     task, found = problem.tasks[name], {}
     if isinstance(task, Equilibrium):

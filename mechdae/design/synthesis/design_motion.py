@@ -22,17 +22,7 @@ FINE = 721
 
 
 class DesignMotion:
-    """A design over its whole sweep, at its targets, and closely between them.
-
-    Parameters
-    ----------
-    problem
-        That of the design, with its task of that name.
-    at
-        Driver values of the targets.
-    full_turn
-        Whether the driver turns fully.
-    """
+    """A design over its whole sweep, at its targets, and closely between them."""
 
     def __init__(self, problem: Problem, at: Sequence[float], full_turn: bool) -> None:
         self.problem, self.at, self.full_turn = problem, tuple(map(float, at)), full_turn

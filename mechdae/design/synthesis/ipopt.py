@@ -95,16 +95,8 @@ class Optimum:
 class NlpSolver:
     """An NLP min f(z; p) with bounds on z and g, built once.
 
-    Parameters
-    ----------
-    z, p, f, g : SX
-        Variables, parameters, objective, constraints; MX where a function is called from outside.
-    polish
-        With the settings of a last solve from a point that is nearly optimal.
-    approximate
-        Second derivatives from the last gradients: where exact ones cost much or mislead.
-    bent
-        With kinks: the end is where the objective changes no more.
+    `approximate`: second derivatives from the last gradients: where exact ones cost much or
+    mislead. `bent`: with kinks: the end is where the objective changes no more.
     """
 
     def __init__(

@@ -34,12 +34,7 @@ def kinked(function: Graph) -> bool:
 def rounded(function: Graph, samples: Sequence[Floats], inputs: Sequence[Sym], soft: Sym) -> Sym:
     """Return the first output of an SX function with its kinks rounded.
 
-    Parameters
-    ----------
-    samples
-        An array (n, rows) for each input: where sizes are measured.
-    inputs, soft
-        Symbols.
+    `samples`: an array (n, rows) for each input: where sizes are measured.
     """
     sizes: list[float] = []
 

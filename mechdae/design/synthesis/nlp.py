@@ -39,20 +39,10 @@ class Nlp:
 
     Variables have a scale: the solver sees them divided by it, everybody else as they are.
 
-    Parameters
-    ----------
-    rough
-        Whether the objective or a limit bends sharply, as forces with friction do where a speed
-        changes its sign: second derivatives are approximate then.
-    exact
-        Rough or not, exact second derivatives are tried first.
-
-    Attributes
-    ----------
-    objective : SX
-        Dimensionless: terms are divided by the size of what they measure.
-    terms : list of SX
-        What the objective is made of, one for each goal.
+    `rough`: whether the objective or a limit bends sharply, as forces with friction do where a
+    speed changes its sign: second derivatives are approximate then. `exact`: rough or not, exact
+    second derivatives are tried first. ``objective``: dimensionless: terms are divided by the size
+    of what they measure.
     """
 
     def __init__(self, rough: bool = False, exact: bool = False) -> None:

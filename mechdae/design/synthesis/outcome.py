@@ -32,20 +32,7 @@ SAME = 1e-9
 class TaskRun:
     """A task with all numbers that are asked of it.
 
-    Parameters
-    ----------
-    problem
-        Its values are those at which the task is looked at first.
-    task, paths
-        Name of the task, paths below it.
-    names, box
-        Free parameters, then those that are chosen; bounds (k, 2) of the free ones.
-
-    Raises
-    ------
-    MechdaeError
-        The task cannot be solved with the values of the file, there is no such path, or it is
-        no single number.
+    `names`, `box`: free parameters, then those that are chosen; bounds (k, 2) of the free ones.
     """
 
     def __init__(
@@ -67,13 +54,7 @@ class TaskRun:
             self.here = {path: self.of(self.found, path) for path in paths}
 
     def of(self, found: Result, path: str) -> float:
-        """Return a number of the solved task.
-
-        Raises
-        ------
-        MechdaeError
-            There is no such path, or it is no single number.
-        """
+        """Return a number of the solved task."""
         given = value(found, self.whole[path])
         try:
             number = np.asarray(given, float)
@@ -134,13 +115,7 @@ class TaskRun:
 
 
 class Outcome:
-    """One number of a task.
-
-    Parameters
-    ----------
-    run, path
-        The task, and the path below it.
-    """
+    """One number of a task."""
 
     def __init__(self, run: TaskRun, path: str) -> None:
         self.run, self.path, self.names = run, path, run.names

@@ -67,15 +67,7 @@ TRIES = 3
 
 
 class FrontSearch:
-    """What is known of a front while it is sought.
-
-    Parameters
-    ----------
-    search, problems
-        The search and its NLPs by class.
-    run
-        Solves jobs, in their order.
-    """
+    """What is known of a front while it is sought."""
 
     def __init__(self, search: Search, problems: Sequence[Nlp], run: Run) -> None:
         self.search, self.problems, self._run = search, problems, run
@@ -187,13 +179,6 @@ class FrontSearch:
         The hypervolume that a front of points lacks is half the area of its gaps, and least
         where all of them are alike (Auger, Bader, Brockhoff and Zitzler 2009): a gap that is cut
         into k lacks a k-th of its own. Each level goes where it takes away most.
-
-        Parameters
-        ----------
-        most
-            Levels at most.
-        several
-            Whether a gap may take more than one.
         """
         parts = [1] * len(gaps)
         for _ in range(most if gaps else 0):
@@ -374,10 +359,7 @@ def synthesized(
     run: Run = here,
     follow: Follow = followed_here,
 ) -> SynthesisResult:
-    """Return the designs of a task of synthesis, of several objectives their front.
-
-    Arguments and errors are those of `synthesize`.
-    """
+    """Return the designs of a task of synthesis, of several objectives their front."""
     if task.objectives is None:
         return synthesize(problem, name, task, starts, seed, run, follow)
     return front_of(Search(problem, task), name, starts, seed, run)
@@ -388,12 +370,7 @@ def front_of(
 ) -> SynthesisResult:
     """Return the front of a task's objectives, each point swept and certified.
 
-    Parameters
-    ----------
-    starts, seed
-        In place of the task's own; the starts are shared among the objectives.
-    run
-        Solves jobs, in their order.
+    `starts`, `seed`: in place of the task's own; the starts are shared among the objectives.
     """
     began = time.process_time()
     asked, problem = search.asked, search.problem

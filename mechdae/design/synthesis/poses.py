@@ -36,20 +36,9 @@ def dimensions(free: Floats, given: Mapping[str, Any]) -> Floats:
 class FreePoses:
     """Poses of a mechanism over free parameters.
 
-    Parameters
-    ----------
-    mechanism
-        The description; its values are the middle of what is searched.
-    driver
-        NamedCoordinate of the driver.
-    free
-        Names of the free parameters.
-    bodies
-        Bodies whose motion is asked for; others are not solved.
-    asks
-        model -> expressions over its coordinates by name, to be evaluated at poses.
-    tolerated
-        Names of parameters that deviate, free or not: they are symbols even where they are zero.
+    `asks`: model -> expressions over its coordinates by name, to be evaluated at poses.
+    `tolerated`: names of parameters that deviate, free or not: they are symbols even where they are
+    zero.
     """
 
     def __init__(

@@ -40,22 +40,7 @@ TURN = 2 * np.pi
 
 
 class Quantity:
-    """A quantity of a task.
-
-    Parameters
-    ----------
-    problem
-        Its values are those at which the task is looked at first.
-    asked
-        Task and path.
-    driver, free
-        NamedCoordinate of the driver and names of the free parameters.
-
-    Raises
-    ------
-    InputError, UnknownName, UnavailableError
-        Another driver, a path that has no value at each pose, loads from tables.
-    """
+    """A quantity of a task."""
 
     def __init__(self, problem: Problem, asked: Extreme, driver: str, free: Sequence[str]) -> None:
         self.asked, self.free = asked, list(free)

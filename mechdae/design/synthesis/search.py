@@ -77,12 +77,8 @@ def _check_bars(mechanism: Mechanism, free: Mapping[str, tuple[float, float]]) -
 class Search:
     """Everything that is built once for a task: goals, limits, space, NLPs.
 
-    Attributes
-    ----------
-    goals, limits
-        Terms of the objective with `weights`; goals that only constrain.
-    kinds
-        Grashof classes that each have an NLP of their own, or one nameless class.
+    ``goals``, ``limits``: terms of the objective with `weights`; goals that only constrain.
+    ``kinds``: Grashof classes that each have an NLP of their own, or one nameless class.
     """
 
     def __init__(self, problem: Problem, task: Synthesis) -> None:

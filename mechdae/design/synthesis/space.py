@@ -229,13 +229,7 @@ class DesignSpace:
         return [self.dyad(asked.between) for asked in self.watched_limits]
 
     def dyad(self, bodies: tuple[str, ...], place: str = "") -> Dyad:
-        """Return the dyad whose transmission angle is that between two bodies.
-
-        Raises
-        ------
-        InputError
-            They do not meet where a transmission angle is measured.
-        """
+        """Return the dyad whose transmission angle is that between two bodies."""
         every = self.poses.dyads
         for dyad in every:
             if len(bodies) == 2 and set(bodies) == set(dyad.bodies):

@@ -52,22 +52,7 @@ def synthesize(
     run: Run = here,
     follow: Follow = followed_here,
 ) -> SynthesisResult:
-    """Return the designs of a task of synthesis, best first, each swept and certified.
-
-    Parameters
-    ----------
-    starts, seed
-        In place of the task's own.
-    run
-        Solves the starts, in their order.
-    follow
-        Follows the paths of exact goals, in their order.
-
-    Raises
-    ------
-    InputError, UnavailableError
-        What is asked for is wrong, or not computed by this version.
-    """
+    """Return the designs of a task of synthesis, best first, each swept and certified."""
     began = time.process_time()
     search = Search(problem, task)
     search.followed_by(follow)

@@ -21,14 +21,8 @@ PLACES = 240
 def ordered(costs: Floats, worst: bool, closed: bool) -> tuple[float, Integers]:
     """Return the least total of targets visited one after the other, and their places.
 
-    Parameters
-    ----------
-    costs : (n, k)
-        Of each target at each place of the curve, in the sense of the visits.
-    worst
-        Whether the largest cost counts, not the sum.
-    closed
-        Whether the last place is followed by the first one: any place may come first then.
+    `costs` (n, k): of each target at each place of the curve, in the sense of the visits. `closed`:
+    whether the last place is followed by the first one: any place may come first then.
 
     Returns
     -------

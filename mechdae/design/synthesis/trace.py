@@ -32,14 +32,8 @@ Curve = Callable[[Any], Any]
 class Trace:
     """Poses of one design along its driver.
 
-    Parameters
-    ----------
-    spread
-        Of the design's space.
-    d
-        Free and chosen parameters (nd,).
-    u, x
-        Driver values (k,) and unknowns (k, nx) of known poses on one branch.
+    `d`: free and chosen parameters (nd,). `u`, `x`: driver values (k,) and unknowns (k, nx) of
+    known poses on one branch.
     """
 
     def __init__(self, spread: Spread, d: Floats, u: Floats, x: Unknowns) -> None:

@@ -73,15 +73,9 @@ def sketched(
 class Design:
     """A point of the NLP as a mechanism of its own.
 
-    Attributes
-    ----------
-    values, given
-        Variables and parameters of the NLP by name.
-    at, x
-        The driver's values at the poses of the first goal, and the unknowns at its first pose,
-        where the mechanism is sketched.
-    around
-        Whether those poses may be reached in any order, either way round.
+    ``at``, ``x``: the driver's values at the poses of the first goal, and the unknowns at its first
+    pose, where the mechanism is sketched. ``around``: whether those poses may be reached in any
+    order, either way round.
     """
 
     problem: Problem

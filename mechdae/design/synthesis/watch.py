@@ -21,10 +21,7 @@ SEEN = 1e-9
 def watched(spread: Spread, d: Floats, u: Floats, x: Unknowns) -> tuple[Floats, Floats, Floats]:
     """Return where the watched transmission angles of a design are least.
 
-    Parameters
-    ----------
-    d, u, x
-        Parameters, driver values (k,) over a turn and unknowns (k, nx) there.
+    `d`, `u`, `x`: parameters, driver values (k,) over a turn and unknowns (k, nx) there.
 
     Returns
     -------

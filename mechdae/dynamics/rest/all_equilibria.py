@@ -62,21 +62,7 @@ class Rest:
 class Rests:
     """The search for equilibria of a mechanism from its sketch.
 
-    Parameters
-    ----------
-    balance
-        Equations of equilibrium.
-    chart
-        What tells the assembly mode.
-    x
-        The sketch, closed.
-
-    Attributes
-    ----------
-    found : list of Rest
-        All, the nearest first.
-    whole : bool
-        Whether all circuits of the modes at the sketch were followed to their ends.
+    ``whole``: whether all circuits of the modes at the sketch were followed to their ends.
     """
 
     def __init__(self, balance: EquilibriumEquations, chart: Chart, x: Unknowns) -> None:

@@ -33,10 +33,7 @@ CLOSINGS = 12
 class EquilibriumEquations:
     """Equations of equilibrium of a setup as arrays.
 
-    Attributes
-    ----------
-    signs
-        Inputs of dry friction: it neither rubs nor locks.
+    ``signs``: inputs of dry friction: it neither rubs nor locks.
     """
 
     def __init__(self, setup: MotionProblem) -> None:

@@ -33,23 +33,7 @@ GROUPS = 8
 class Chart:
     """Assembly modes of a mechanism at rest.
 
-    Parameters
-    ----------
-    setup
-        With its held coordinates.
-    x
-        Free coordinates of a pose.
-    basis
-        Of the freedoms at that pose, (n, k), over natural sizes.
-    names
-        Coordinates to prefer.
-
-    Attributes
-    ----------
-    coordinates : list of NamedCoordinate
-        As many as there are freedoms.
-    names : list of str
-        Their names.
+    `basis`: of the freedoms at that pose, (n, k), over natural sizes.
     """
 
     def __init__(self, setup: MotionProblem, x: Unknowns, basis: Matrix, names: list[str]) -> None:
@@ -195,15 +179,7 @@ class Chart:
         return [self._lifted(q, mode.x, u) for mode in self.setting.assembler.modes(u)]
 
     def on_mode(self, x: Unknowns, label: str) -> Any:
-        """Return the free coordinates of the mode with that label at the coordinates of a pose.
-
-        Raises
-        ------
-        UnknownName
-            No such mode; the message lists those there are.
-        InputError
-            The modes of this mechanism have no labels.
-        """
+        """Return the free coordinates of the mode with that label at the coordinates of a pose."""
         if not self.counted:
             raise InputError("the modes of this mechanism are not counted", where="mode")
         assert self.setting is not None

@@ -31,16 +31,7 @@ MOST = 20
 
 
 def equilibrium(problem: Problem, name: str, task: Equilibrium) -> EquilibriumResult:
-    """Return the result of a task of equilibrium.
-
-    Raises
-    ------
-    SolveError
-        No equilibrium is found from the sketch.
-    InputError
-        Loads that depend on the time, a number of free coordinates that is not that of the
-        freedoms.
-    """
+    """Return the result of a task of equilibrium."""
     found = at_rest(problem, task)
     summary: Json = {
         "poses": 1,
@@ -96,13 +87,7 @@ class AtRest:
 
 
 def at_rest(problem: Problem, task: Equilibrium) -> AtRest:
-    """Return the equilibrium that the sketch means.
-
-    Raises
-    ------
-    SolveError, InputError
-        As `equilibrium`.
-    """
+    """Return the equilibrium that the sketch means."""
     whole, x = _prepared(problem, task)
     balance = EquilibriumEquations(whole)
     rest, listed, notes = _chosen(balance, task, x)

@@ -40,15 +40,7 @@ MODES = ("eigenvalue", "frequency", "natural_frequency", "damping")
 
 
 class Implicit:
-    """An equilibrium that moves with parameters.
-
-    Parameters
-    ----------
-    problem, task
-        Solved once.
-    names
-        Parameters and automatic names.
-    """
+    """An equilibrium that moves with parameters."""
 
     def __init__(self, problem: Problem, task: Equilibrium, names: Sequence[str]) -> None:
         self.task, self.names = task, list(names)
@@ -80,13 +72,7 @@ class Implicit:
 
     @cached_property
     def slopes(self) -> Any:
-        """d(x, lambda)/d names, (n + m, names).
-
-        Raises
-        ------
-        SolveError
-            The equilibrium is neutral, or constraints that depend on each other would open.
-        """
+        """d(x, lambda)/d names, (n + m, names)."""
         r = self.r
         whole = ca.vertcat(self.force, r.phi)
         both = ca.vertcat(r.x, self.lam)
@@ -144,13 +130,7 @@ class Implicit:
 
     @cached_property
     def motions(self) -> list[tuple[complex, Complexes]]:
-        """Eigenvalues in the order of the summary, with their derivatives (names,).
-
-        Raises
-        ------
-        SolveError
-            Two eigenvalues coincide.
-        """
+        """Eigenvalues in the order of the summary, with their derivatives (names,)."""
         from mechdae.dynamics.rest.small_motions import small_motions
 
         found = self.found

@@ -63,23 +63,8 @@ class _Input:
 class LinearSystem:
     """The linear system at a state.
 
-    Parameters
-    ----------
-    setup, state
-        Of an equilibrium or a motion.
-    basis
-        Freedoms at the state, (n, k), over natural sizes.
-    names
-        Coordinates to prefer as states.
-    inputs, outputs
-        What is asked for; None: all drivers, forces and torques; the outputs of the task.
-
-    Raises
-    ------
-    UnknownName, InputError
-        Inputs that are none.
-    SolveError
-        The state is singular.
+    `basis`: freedoms at the state, (n, k), over natural sizes. `inputs`, `outputs`: what is asked
+    for; None: all drivers, forces and torques; the outputs of the task.
     """
 
     def __init__(

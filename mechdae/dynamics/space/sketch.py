@@ -32,13 +32,7 @@ LIGHT = 0.05
 
 
 class SpatialSketch:
-    """A sketch in space, to be assembled.
-
-    Parameters
-    ----------
-    closing
-        Equations of the joints and of the coordinates that are given.
-    """
+    """A sketch in space, to be assembled."""
 
     def __init__(self, closing: JointClosing) -> None:
         self.closing = closing
@@ -55,13 +49,7 @@ class SpatialSketch:
         self._look = r.cache("sketch", build)
 
     def pose(self) -> tuple[Any, Any]:
-        """Return the free coordinates of the assembled sketch, None and the nearest try else.
-
-        Raises
-        ------
-        MechanismError
-            The sketch does not tell which pose is meant.
-        """
+        """Return the free coordinates of the assembled sketch, None and the nearest try else."""
         guess, unknown, held = self._guess()
         found: list[tuple[float, Floats]] = []
         least, nearest = np.inf, guess

@@ -19,13 +19,7 @@ SX = ca.SX
 
 
 class Transfer:
-    """From the coordinates of a model to those of another one of the same mechanism.
-
-    Parameters
-    ----------
-    source, target
-        Tree models with the numbers of one mechanism.
-    """
+    """From the coordinates of a model to those of another one of the same mechanism."""
 
     def __init__(self, source: Any, target: Any) -> None:
         self.source, self.target = source, target

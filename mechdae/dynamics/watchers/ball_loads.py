@@ -41,12 +41,7 @@ class BallLoads:
     def left(self, k: int, held: Any, at: tuple[Any, Any, Any, Any]) -> Any:
         """Return what is left (n,) at states `at` until the law of a ball leaves its moment open.
 
-        Parameters
-        ----------
-        k
-            Place of its slip.
-        held
-            Moments (n, 3) that hold it while it sticks; None while it turns.
+        `held`: moments (n, 3) that hold it while it sticks; None while it turns.
         """
         sizes, forms = pressing(self.kernel)(*at)
         j = self.sizes[k]

@@ -106,13 +106,7 @@ class WaysFromRest(Slips):
     def settled(
         self, t: float, x: Unknowns, v: Floats, sides: Floats, turn: Turn | None
     ) -> tuple[Floats, Floats]:
-        """Return inputs of dry friction for the way to go on, and the rates of x with its locks.
-
-        Raises
-        ------
-        NoWay
-            No way fits.
-        """
+        """Return inputs of dry friction for the way to go on, and the rates of x with its locks."""
         if self.glides.groups:
             along = self._along(t, x, v)
             rank = np.linalg.matrix_rank

@@ -28,19 +28,9 @@ SAME = 1e-13
 class Glides:
     """The components that belong together, by their places among the slips.
 
-    Parameters
-    ----------
-    slips
-        All of a motion.
-    weights : array (k,)
-        Of the squares of the components of a force that holds.
-
-    Attributes
-    ----------
-    groups : list of list of int
-        Places of the components of each pair that glides.
-    first : dict
-        Place of a component -> place of the first one of its pair.
+    `weights`: of the squares of the components of a force that holds. ``groups``: places of the
+    components of each pair that glides. ``first``: place of a component -> place of the first one
+    of its pair.
     """
 
     def __init__(self, slips: list[Slip], weights: Floats) -> None:
@@ -96,14 +86,8 @@ class Glides:
         A pair starts the way it is pulled: rates (k,) of its speeds for these sides are along its
         heading. Friction changes them by as much as `free` ones, without any, are apart from them.
 
-        Parameters
-        ----------
-        sides
-            -1, 0, 1 or headings.
-        rates
-            Sides -> rates of all slips.
-        free, held
-            Rates without friction, and the forces that hold where all that is not known sticks.
+        `rates`: sides -> rates of all slips. `free`, `held`: rates without friction, and the forces
+        that hold where all that is not known sticks.
         """
         open_ = [group for group in self.groups if np.isnan(sides[group]).any()]
         if not open_:
@@ -127,13 +111,7 @@ class Glides:
 
 
 def weights_of(slips: list[Slip], p: Sym, values: Floats, kept: Callable[..., Any]) -> Floats:
-    """Return the weights (k,) of slips for values of the parameters.
-
-    Parameters
-    ----------
-    kept
-        Where a function of one structure is kept: name and what makes it.
-    """
+    """Return the weights (k,) of slips for values of the parameters."""
     if all(isinstance(slip.weight, (int, float)) for slip in slips):
         return np.array([slip.weight for slip in slips], float)
 

@@ -35,11 +35,8 @@ SURE = 1e-8
 class Passages:
     """Watches the rank of the constraints along a motion.
 
-    Attributes
-    ----------
-    found : list of (t, rank drop)
-    superfluous : int
-        Equations more than the rank, at the poses of the first steps.
+    ``found`` list of (t, rank drop). ``superfluous``: equations more than the rank, at the poses of
+    the first steps.
     """
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:

@@ -16,10 +16,7 @@ SLACK = 1e-9
 class Ranges:
     """Watches the abscissae of tables and the places on open curves along a motion.
 
-    Attributes
-    ----------
-    left : dict
-        Load or joint -> (time, abscissa) of the first state outside.
+    ``left``: load or joint -> (time, abscissa) of the first state outside.
     """
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:

@@ -57,11 +57,9 @@ class Turn:
 class Slips:
     """The slips of a motion: their sides, and the ways to go on where some are at rest.
 
-    Attributes
-    ----------
-    found : list of (t, signs by name, kind)
-        Events: kind "reversal", "stick" or "slip", and the sign of the speed behind it of all
-        joints and loads to which it happens in one instant, in the order of the mechanism.
+    ``found`` list of (t, signs by name, kind): events: kind "reversal", "stick" or "slip", and the
+    sign of the speed behind it of all joints and loads to which it happens in one instant, in the
+    order of the mechanism.
     """
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:

@@ -35,11 +35,6 @@ class Sticking(WaysFromRest):
         """Return what is left (n,) until locks that share their forces give way.
 
         The accelerations to both sides with friction at rest, over those without friction.
-
-        Parameters
-        ----------
-        k
-            The first of the slips.
         """
         t = np.ravel(t)
         sides = self.sides(signs).copy()
@@ -262,11 +257,6 @@ class Sticking(WaysFromRest):
         """Keep what an event changes: all that slip, stick or turn back in that instant.
 
         Not sides of a slot that nothing presses, nor pairs whose direction turns alone.
-
-        Parameters
-        ----------
-        before, signs
-            Inputs of dry friction before and behind it.
         """
         sides, was = self.sides(signs), self.sides(before)
         if turn.from_rest and (sides == was).all():

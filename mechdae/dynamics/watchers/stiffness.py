@@ -24,11 +24,7 @@ stable up to about 6."""
 class Stiffness:
     """Watches the steps of a motion.
 
-    Attributes
-    ----------
-    found : (t, load, rate, step) or None
-    turned : bool
-        Whether another method goes on from there.
+    ``found`` (t, load, rate, step).
     """
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:

@@ -97,14 +97,7 @@ def fitted(
 ) -> tuple[Any, Any, Any, Any]:
     """Return the parts of accepted steps over which fits of functions converge.
 
-    Parameters
-    ----------
-    lay
-        Layout of the states.
-    nodes
-        The steps.
-    values
-        (t (n, 1), x, v) -> (n, k).
+    `values`: (t (n, 1), x, v) -> (n, k).
 
     Returns
     -------
@@ -198,14 +191,7 @@ def _crossed(before: Matrices, after: Matrices) -> Any:
 class Looker:
     """Finds the states at which functions change their signs, by repeating steps.
 
-    Parameters
-    ----------
-    integrator
-        Of the motion.
-    nodes
-        Accepted steps.
-    values
-        (t (n, 1), x, v) -> (n, k), or some of them only, by `some`.
+    `values`: (t (n, 1), x, v) -> (n, k), or some of them only, by `some`.
     """
 
     def __init__(

@@ -40,14 +40,8 @@ Way = Callable[[], MotionEnd]
 class MotionWork:
     """A task of motion, its kernels and the truth at its end.
 
-    Attributes
-    ----------
-    name : str
-        Problem and task.
-    reference : str
-        What errors are differences to: "values of the problem" or "tightened run".
-    notes : list of str
-        What was found beforehand: expected values that are not those of the file.
+    ``reference``: what errors are differences to: "values of the problem" or "tightened run".
+    ``notes``: what was found beforehand: expected values that are not those of the file.
     """
 
     def __init__(self, problem: Problem, name: str, run: MotionRun, x: Unknowns, v: Floats) -> None:

@@ -28,11 +28,6 @@ class BenchRun:
     ``load``, when it was measured and the mean number of processes that wanted a processor then
     (of the last minute; None where the system does not tell); ``version`` of mechdae and
     ``back_end``.
-
-    Parameters
-    ----------
-    path
-        The file of the records; None: nothing is written.
     """
 
     def __init__(self, path: Path | None = None) -> None:

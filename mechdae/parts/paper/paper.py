@@ -12,13 +12,7 @@ from mechdae.records import dataclass
 
 @dataclass(frozen=True)
 class Paper:
-    """A document.
-
-    Parameters
-    ----------
-    document
-        Sections of formulas, tables, facts and pictures.
-    """
+    """A document."""
 
     document: Document
 

@@ -21,17 +21,7 @@ def phrases(paper: str) -> dict[str, dict[str, str]]:
 class Phrases:
     """The phrases of one language.
 
-    Parameters
-    ----------
-    lang
-        The language.
-    paper
-        Which file they are in: ``explanations``, ``reports`` or ``assignments``.
-
-    Raises
-    ------
-    UnknownName
-        There is no such language.
+    `paper`: which file they are in: ``explanations``, ``reports`` or ``assignments``.
     """
 
     def __init__(self, lang: str, paper: str = "explanations") -> None:

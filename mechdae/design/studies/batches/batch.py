@@ -88,17 +88,7 @@ class LaneRun:
 class SeriesBatch:
     """Computes series of a plain sweep for many sets.
 
-    Parameters
-    ----------
-    problem, task
-        The sweep, of one driver over given values.
-    names, outputs
-        The numbers that differ between sets; paths.
-
-    Attributes
-    ----------
-    wrong : dict
-        By set of the last rows: a status, and what is wrong.
+    ``wrong``: by set of the last rows: a status, and what is wrong.
     """
 
     forces = False

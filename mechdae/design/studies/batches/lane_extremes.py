@@ -29,16 +29,7 @@ STROKES = ("time_ratio", "return_angle")
 class Ways:
     """Computes numbers of the whole way.
 
-    Parameters
-    ----------
-    poses
-        Makes what evaluates columns of lanes.
-    readings
-        What is asked for.
-    is_angle
-        Whether the driver is an angle.
-    values : (n,) array
-        Its values at the poses.
+    `values` (n,): its values at the poses.
     """
 
     def __init__(

@@ -44,17 +44,10 @@ ROUNDS = 8
 class Followed:
     """What lanes have followed: nodes in the order in which they were put, and ends.
 
-    Attributes
-    ----------
-    nodes : list of (lanes, s, states)
-        (k,), (k,) and (3 nx, k) of each step.
-    low, high : (nb, k) arrays
-        The first and the last place at which a block follows the path; infinite where it goes on.
-    first, last : (k,) arrays
-        How far each lane was followed.
-    left : (k,) array of bool
-        Lanes that are not proved.
-    steps : int
+    ``nodes`` list of (lanes, s, states): (k,), (k,) and (3 nx, k) of each step. ``low``, ``high``
+    (nb, k): the first and the last place at which a block follows the path; infinite where it goes
+    on. ``first``, ``last`` (k,): how far each lane was followed. ``left`` (k,): lanes that are not
+    proved.
     """
 
     low: Any
@@ -85,14 +78,8 @@ class FrontStates:
 class LaneFollower:
     """Follows lanes of one scene with a single driver.
 
-    Parameters
-    ----------
-    graphs, form
-        Kernels and closed form of the scene.
-    consts, size_x, scale
-        Numbers of the lanes (k, .), bounds of |x| (k, nx) that they hold for, lengths (k,).
-    largest
-        Largest step of a single path of each lane (k,).
+    `consts`, `size_x`, `scale`: numbers of the lanes (k, .), bounds of |x| (k, nx) that they hold
+    for, lengths (k,). `largest`: largest step of a single path of each lane (k,).
     """
 
     def __init__(

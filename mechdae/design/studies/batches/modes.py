@@ -39,15 +39,7 @@ class Starts:
 
 
 class StartingModes:
-    """Chooses the modes that lanes start on.
-
-    Parameters
-    ----------
-    setting
-        The prepared task.
-    form
-        All poses in closed form.
-    """
+    """Chooses the modes that lanes start on."""
 
     def __init__(self, setting: Setting, form: ClosedForm) -> None:
         self.setting, self.form, self.graphs = setting, form, setting.graphs

@@ -47,17 +47,8 @@ _COLUMNS: dict[str, Callable[..., Any]] = {
 class Columns:
     """Values of numbers and expressions in some sets, each a float or a column (k,).
 
-    Parameters
-    ----------
-    mechanism
-        Gives the parameters.
-    names, sets
-        The numbers that differ, and their values (k, m).
-
-    Attributes
-    ----------
-    bad : (k,) array of bool
-        Sets in which an expression has no value.
+    `names`, `sets`: the numbers that differ, and their values (k, m). ``bad`` (k,): sets in which
+    an expression has no value.
     """
 
     def __init__(self, mechanism: Mechanism, names: Sequence[str], sets: Floats) -> None:
@@ -131,19 +122,10 @@ class Sketches:
 class Numbers:
     """What differs between lanes; rows are lanes.
 
-    Attributes
-    ----------
-    p : (k, np) array
-    start : (k,) array
-        The driver's value in the sketch, nan without.
-    speed, acceleration, jerk : (k,) arrays
-        Of the driver.
-    scale : (k,) array
-        Lengths of the mechanisms.
-    sketches : Sketches
-    left : (k,) array of bool
-        Sets that are to be computed alone: values that may make no mechanism, or that move the
-        poses.
+    ``p`` (k, np). ``start`` (k,): the driver's value in the sketch, nan without. ``speed``,
+    ``acceleration``, ``jerk`` (k,): of the driver. ``scale`` (k,): lengths of the mechanisms.
+    ``left`` (k,): sets that are to be computed alone: values that may make no mechanism, or that
+    move the poses.
     """
 
     p: Floats

@@ -56,15 +56,7 @@ class Lanes:
 
 
 class LaneNodes:
-    """The nodes of lanes, sorted: places and quintic pieces between them.
-
-    Parameters
-    ----------
-    trace
-        What the lanes followed.
-    count, nx
-        Numbers of lanes and unknowns.
-    """
+    """The nodes of lanes, sorted: places and quintic pieces between them."""
 
     def __init__(self, trace: Followed, count: int, nx: int) -> None:
         lanes, s = (np.concatenate([part[k] for part in trace.nodes]) for k in (0, 1))
@@ -138,17 +130,7 @@ class LaneNodes:
 
 
 class LanePoses:
-    """Evaluates the poses of lanes of one scene.
-
-    Parameters
-    ----------
-    graphs, outputs
-        Kernels and reported quantities of the scene.
-    form
-        Closed form.
-    asked
-        What is evaluated.
-    """
+    """Evaluates the poses of lanes of one scene."""
 
     def __init__(self, graphs: Graphs, outputs: Outputs, form: ClosedForm, asked: Asked) -> None:
         self.graphs, self.form, self.asked = graphs, form, asked

@@ -74,13 +74,7 @@ def is_of_the_way(path: str, task: Sweep) -> bool:
 
 
 def reading_of(path: str, outputs: Outputs, task: Sweep) -> Reading | None:
-    """Return what a path asks for, None where it is not computed for many sets at once.
-
-    Raises
-    ------
-    UnknownName
-        There is no such series.
-    """
+    """Return what a path asks for, None where it is not computed for many sets at once."""
     head, _, rest = path.partition("/")
     if head != "summary":
         return _measured_series(path, outputs) or SeriesReading(*outputs.column_of(path))

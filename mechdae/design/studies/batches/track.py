@@ -40,31 +40,12 @@ class Zeros:
 class LaneTrack:
     """Lanes that go through their whole way.
 
-    Parameters
-    ----------
-    poses
-        Evaluates columns with the derivatives that are wanted.
-    lanes, nodes
-        Numbers of the lanes, and what they followed.
-    first, last : (k,) arrays
-        Ends of the ways that are looked at.
-    scale : (k,) array
-        Lengths of the mechanisms [m].
-    step : (k,) array
-        Largest steps of a single path.
-    is_angle
-        Whether the driver is an angle.
-    sense
-        1 where the poses follow one another upwards, else -1.
-
-    Attributes
-    ----------
-    lane, s : (n,) arrays
-        The sample: places close enough to see every turn, lane by lane, ends included.
-    y : list of (columns, n) arrays
-        What is evaluated there, and its derivatives by the driver.
-    good : (k,) array of bool
-        Lanes that are certified wherever they were evaluated.
+    `first`, `last` (k,): ends of the ways that are looked at. `scale` (k,): lengths of the
+    mechanisms [m]. `step` (k,): largest steps of a single path. `sense`: 1 where the poses follow
+    one another upwards, else -1. ``lane``, ``s`` (n,): the sample: places close enough to see every
+    turn, lane by lane, ends included. ``y`` list of (columns, n) arrays: what is evaluated there,
+    and its derivatives by the driver. ``good`` (k,): lanes that are certified wherever they were
+    evaluated.
     """
 
     def __init__(

@@ -46,23 +46,13 @@ Follow = Callable[[Sequence[PathWork]], list[Any]]
 class AllSolutions:
     """Certified solutions at numbers of the user, and how the paths ended.
 
-    Attributes
-    ----------
-    z : (n, N)
-        Certified solutions, all different, one of each curve where nothing is given.
-    real : (n,)
-        Which are real.
-    count
-        Of the generic solutions: of all paths.
-    infinite, singular, lost
-        Paths that go to infinity; that end in a finite solution that is not simple; that ended
-        somewhere on the way, or are too many to be looked at.
-    basis
-        What says how many there are: "theorem", "trace test", or "none".
-    boxes
-        Certified complex solutions, with cognates and both ends of the ground line where nothing
-        is given. Cognates whose links are too long for double numbers are missing; curves that
-        both have such ones are told apart by their coefficients alone.
+    ``z`` (n, N): certified solutions, all different, one of each curve where nothing is given.
+    ``count``: of the generic solutions: of all paths. ``infinite``, ``singular``, ``lost``: paths
+    that go to infinity; that end in a finite solution that is not simple; that ended somewhere on
+    the way, or are too many to be looked at. ``basis``: what says how many there are: "theorem",
+    "trace test", or "none". ``boxes``: certified complex solutions, with cognates and both ends of
+    the ground line where nothing is given. Cognates whose links are too long for double numbers are
+    missing; curves that both have such ones are told apart by their coefficients alone.
     """
 
     z: Any
@@ -107,14 +97,8 @@ def here(works: Sequence[PathWork]) -> list[Any]:
 def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here) -> AllSolutions:
     """Return all solutions at given numbers.
 
-    Parameters
-    ----------
-    generic
-        Numbers of the same family with all their solutions.
-    target : (m,)
-        Numbers of the user, of the size of one.
-    follow
-        Follows parts of the paths, in any place.
+    `generic`: numbers of the same family with all their solutions. `target` (m,): numbers of the
+    user, of the size of one.
     """
     family = generic.family
     z = np.zeros((0, family.unknowns), complex)

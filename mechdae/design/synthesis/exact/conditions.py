@@ -44,15 +44,7 @@ class _Row:
 
 
 class PathConditions:
-    """Rows of k points with 9 - k given dimensions, a family of equations.
-
-    Parameters
-    ----------
-    count
-        Points.
-    given
-        Names of the dimensions of `exact_path` that are given.
-    """
+    """Rows of k points with 9 - k given dimensions, a family of equations."""
 
     def __init__(self, count: int, given: Iterable[str] = ()) -> None:
         self.count, self.given = count, tuple(name for name in NAMES if name in set(given))

@@ -42,15 +42,8 @@ def four_bars_through(
 ) -> CountedFourBars | None:
     """Return all four-bars whose coupler point goes exactly through all points.
 
-    Parameters
-    ----------
-    targets : (k, 2)
-        Three to nine points.
-    given
-        9 - k dimensions by name, as in `exact_path`. Where there are none, one four-bar of each
-        coupler curve is returned; its cognates are others.
-    follow
-        Follows parts of the paths, in any place.
+    `targets` (k, 2): three to nine points. `given`: 9 - k dimensions by name, as in `exact_path`.
+    Where there are none, one four-bar of each coupler curve is returned; its cognates are others.
 
     Returns
     -------

@@ -78,12 +78,7 @@ def generic(
 ) -> GenericSolutions:
     """Return generic numbers and their solutions, all of them where the trace is linear.
 
-    Parameters
-    ----------
-    known
-        What to go on with: the answer is that of a search in one piece.
-    tell
-        Is called with what is known after each round trip.
+    `known`: what to go on with: the answer is that of a search in one piece.
     """
     if known is None:
         p, first = family.drawn(np.random.default_rng(seed))

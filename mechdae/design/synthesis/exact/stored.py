@@ -40,13 +40,7 @@ def written(found: GenericSolutions) -> dict[str, Any]:
 
 @cache
 def paths(count: int, given: tuple[str, ...] = ()) -> GenericSolutions:
-    """Return generic solutions of points and given dimensions.
-
-    Raises
-    ------
-    InputError
-        What is stored does not solve its equations, or not all of it is there.
-    """
+    """Return generic solutions of points and given dimensions."""
     family = PathConditions(count, given)
     return read(family, STORE) or generic(family)
 

@@ -57,14 +57,8 @@ def invariants(pivot: Any, other: Any, crank: Any, coupler: Any, rocker: Any, po
     turns at a focus belongs to that focus: rocker to A0, crank to B0, coupler to C0. The numbers
     are symmetric functions of the three pairs of focus and length; they are complete.
 
-    Parameters
-    ----------
-    pivot, other : (n,) complex
-        Fixed pivots.
-    crank, coupler, rocker : (n,)
-        Lengths; a coupler may be negative, against its point.
-    point : (n,) complex
-        Coupler point, along and across the coupler.
+    `pivot`, `other` (n,): fixed pivots. `crank`, `coupler`, `rocker` (n,): lengths; a coupler may
+    be negative, against its point. `point` (n,): coupler point, along and across the coupler.
     """
     ground = other - pivot
     corners = np.stack([pivot, other, pivot + ground * point / coupler], axis=1)

@@ -97,15 +97,8 @@ def dyads(
 ) -> tuple[GuidingLink, ...]:
     """Return all real dyads RR that the search finds, the shortest first.
 
-    Parameters
-    ----------
-    poses
-        Two to five.
-    given
-        5 - k of ``pivot_x``, ``pivot_y`` (fixed point), ``pin_x``, ``pin_y`` (in the moving
-        plane) by name.
-    starts, seed, iterations
-        Of the search, see `levenberg.solve_all`.
+    `poses`: two to five. `given`: 5 - k of ``pivot_x``, ``pivot_y`` (fixed point), ``pin_x``,
+    ``pin_y`` (in the moving plane) by name.
     """
     given = dict(given or {})
     _check(poses, given)

@@ -66,12 +66,7 @@ class Exact:
 class PathRows:
     """Rows of k points, scaled to their size, with some dimensions given.
 
-    Parameters
-    ----------
-    targets : (k,) complex
-        With the middle at zero and size one.
-    given
-        Values of some dimensions, by name, in the same units.
+    `targets` (k,): with the middle at zero and size one.
     """
 
     def __init__(self, targets: Complexes, given: Mapping[str, float]) -> None:
@@ -248,17 +243,10 @@ def exact_path(
 ) -> Exact:
     """Return the four-bars whose coupler point goes exactly through all points.
 
-    Parameters
-    ----------
-    targets : (k, 2)
-        Three to nine points.
-    given
-        9 - k dimensions by name: ``pivot_x``, ``pivot_y`` (of the crank), ``other_x``,
-        ``other_y`` (of the rocker) or ``ground`` and ``turn`` (of the line between them),
-        ``crank``, ``coupler``, ``rocker``, ``along``, ``across`` (the coupler point from the
-        crank pin).
-    starts, seed, enough
-        Of the search, see `levenberg.solve_all`.
+    `targets` (k, 2): three to nine points. `given`: 9 - k dimensions by name: ``pivot_x``,
+    ``pivot_y`` (of the crank), ``other_x``, ``other_y`` (of the rocker) or ``ground`` and ``turn``
+    (of the line between them), ``crank``, ``coupler``, ``rocker``, ``along``, ``across`` (the
+    coupler point from the crank pin).
     """
     points = np.asarray(targets, float)
     given = dict(given or {})

@@ -68,24 +68,10 @@ def function_starts(
 ) -> list[FunctionStart]:
     """Return mutually distant starts, the best first.
 
-    Parameters
-    ----------
-    inputs, outputs : (k,)
-        Both scales at nodes, each from its start [rad].
-    keep
-        How many to return, at most.
-    seed
-        Of the samples, or their generator.
-    samples
-        How many are drawn for each sense.
-    lengths
-        Bounds of crank, coupler and rocker, in grounds.
-    least
-        Least |sin| of the transmission angle at the nodes.
-    senses
-        Of the output that are allowed.
-    input_start, output_start
-        Where a scale starts, None: free.
+    `inputs`, `outputs` (k,): both scales at nodes, each from its start [rad]. `samples`: how many
+    are drawn for each sense. `lengths`: bounds of crank, coupler and rocker, in grounds. `least`:
+    least |sin| of the transmission angle at the nodes. `input_start`, `output_start`: where a scale
+    starts, None: free.
     """
     inputs, outputs = np.asarray(inputs, float), np.asarray(outputs, float)
     if len(inputs) < 3 or not (np.isfinite(inputs).all() and np.isfinite(outputs).all()):
@@ -115,10 +101,7 @@ def three_pairs(phi: Floats, psi: Floats) -> Any:
     The solution is the only one but for the sign of the coupler; crank and rocker may be
     negative: such a link points from its pin the other way. None where no link is that long.
 
-    Parameters
-    ----------
-    phi, psi : (3,)
-        Angles of crank and rocker from the ground line [rad].
+    `phi`, `psi` (3,): angles of crank and rocker from the ground line [rad].
     """
     A = np.stack([np.cos(psi), -np.cos(phi), np.ones(3)], axis=1)
     with np.errstate(all="ignore"):
@@ -136,16 +119,7 @@ class FunctionRows:
 
     Unknowns are the logarithms of crank, coupler and rocker, and where the scales start.
 
-    Parameters
-    ----------
-    inputs, outputs : (k,)
-        Scales from their starts, the output with its sense.
-    branch
-        Sign of sin(theta4 - theta3).
-    given
-        Starts of the scales that are not free.
-    lengths
-        Bounds.
+    `inputs`, `outputs` (k,): scales from their starts, the output with its sense.
     """
 
     def __init__(

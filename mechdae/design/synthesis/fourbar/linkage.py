@@ -58,14 +58,7 @@ def linkage(
 ) -> Linkage:
     """Return the four-bar with crank pins `A` (k,), rocker pins `B` and coupler points `P`.
 
-    Parameters
-    ----------
-    pivot, other
-        Fixed pivots of crank and rocker, complex.
-    A, B, P
-        Complex, one for each pose.
-    frame
-        Direction of B - A in the moving plane.
+    `frame`: direction of B - A in the moving plane.
     """
     ground = other - pivot
     along = ground / abs(ground)

@@ -27,17 +27,9 @@ SX = ca.SX
 class FourBar:
     """A four-bar loop.
 
-    Attributes
-    ----------
-    lengths : SX (4,)
-        Ground, crank, coupler, rocker.
-    pivot, turn : SX (2,), SX
-        The crank's fixed pin and the direction of the ground line.
-    crank, coupler, rocker
-        Bodies.
-    offsets : dict
-        Body -> direction of its link line in its own frame [rad], from the pin nearer to the
-        crank's pivot (for the rocker: from its fixed pin).
+    ``lengths`` (4,): ground, crank, coupler, rocker. ``offsets``: body -> direction of its link
+    line in its own frame [rad], from the pin nearer to the crank's pivot (for the rocker: from its
+    fixed pin).
     """
 
     lengths: Sym

@@ -82,19 +82,10 @@ def screened(
 ) -> list[StartingFourBar]:
     """Return the best mutually distant starts.
 
-    Parameters
-    ----------
-    targets : (k, 2) array
-    kind
-        Grashof class.
-    programme : (k,) array or None
-        Angles of the crank, or increments from a free start; None: free, in order.
-    mode
-        "absolute", "steps", "free" (in order) or "any".
-    frame
-        Fixed pivot and ground direction, None where they are free.
-    limits : (4, 2) array
-        Bounds of the lengths: samples beyond are ranked lower.
+    `targets` (k, 2). `programme` (k,): angles of the crank, or increments from a free start; None:
+    free, in order. `mode`: "absolute", "steps", "free" (in order) or "any". `frame`: fixed pivot
+    and ground direction, None where they are free. `limits` (4, 2): bounds of the lengths: samples
+    beyond are ranked lower.
     """
     k = len(targets)
     P = targets[:, 0] + 1j * targets[:, 1]

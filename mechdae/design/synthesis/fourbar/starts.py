@@ -24,12 +24,7 @@ CORNERS = 1024
 class FourBarStarts:
     """Draws four-bars whose coupler point comes near to targets.
 
-    Parameters
-    ----------
-    space
-        With a four-bar next to the driver.
-    point
-        ``body.point`` that visits the targets, or the body that takes poses.
+    `point`: ``body.point`` that visits the targets, or the body that takes poses.
     """
 
     def __init__(self, space: DesignSpace, point: str) -> None:

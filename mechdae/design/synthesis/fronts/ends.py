@@ -28,12 +28,8 @@ def census(
 ) -> Json:
     """Return how the starts of an objective alone ended.
 
-    Parameters
-    ----------
-    runs, terms
-        All runs, and the objectives (m,) at the end of each, None where constraints are missed.
-    best, span
-        The least of it that is known from any run, and its range over the front.
+    `runs`, `terms`: all runs, and the objectives (m,) at the end of each, None where constraints
+    are missed.
     """
     alone = [
         (run, values) for run, values in zip(runs, terms, strict=True) if run["part"] == part_of(k)

@@ -20,16 +20,8 @@ HOLE = 3.0
 class FrontHole:
     """Two neighbours on a front that are far apart: no other point is in the ball between them.
 
-    Attributes
-    ----------
-    first, last : (m,) arrays
-        Less in the first objective, and more.
-    width
-        Share of the front's range, of the objective in which they are further apart.
-    primary
-        The objective in which they are nearest to each other.
-    middle : (m,) array
-        Values of the objectives halfway.
+    ``width``: share of the front's range, of the objective in which they are further apart.
+    ``primary``: the objective in which they are nearest to each other.
     """
 
     first: Floats

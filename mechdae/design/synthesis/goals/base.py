@@ -55,22 +55,10 @@ class Drawn:
 class Goal:
     """One goal of a task.
 
-    Attributes
-    ----------
-    name
-        Prefix of its variables.
-    unit
-        What the goal's term in the objective is multiplied with to be its value.
-    sense
-        1 where less is better.
-    asked, bounds
-        As it is described; bounds of a limit, None for a goal.
-    exact
-        Whether it only constrains.
-    between_nodes
-        Whether a sweep finds more than the nodes of the NLP see.
-    deviations
-        Of the poses by tolerances, where the goal is robust.
+    ``unit``: what the goal's term in the objective is multiplied with to be its value. ``sense``: 1
+    where less is better. ``asked``, ``bounds``: as it is described; bounds of a limit, None for a
+    goal. ``between_nodes``: whether a sweep finds more than the nodes of the NLP see.
+    ``deviations``: of the poses by tolerances, where the goal is robust.
     """
 
     name = "goal"

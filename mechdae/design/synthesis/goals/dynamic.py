@@ -29,19 +29,7 @@ TRIES = 8
 
 
 class Dynamic(Goal):
-    """A number of a task that is smallest or largest, or (as a limit) stays between bounds.
-
-    Parameters
-    ----------
-    asked
-        Task and path.
-    name
-        Prefix of the variables.
-    outcome
-        The number over the free parameters.
-    bounds
-        Of a limit, None for a goal.
-    """
+    """A number of a task that is smallest or largest, or (as a limit) stays between bounds."""
 
     between_nodes = False
     """There are no nodes: the task is solved as it is."""

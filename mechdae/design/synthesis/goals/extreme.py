@@ -40,21 +40,7 @@ COARSE = 12
 
 
 class ExtremeGoal(Goal):
-    """A quantity that is smallest or largest, or (as a limit) stays between bounds.
-
-    Parameters
-    ----------
-    asked
-        Task, path, reduction.
-    name
-        Prefix of the variables.
-    quantity
-        Of that task.
-    typical
-        Size of the quantity.
-    bounds
-        Of a limit, None for a goal.
-    """
+    """A quantity that is smallest or largest, or (as a limit) stays between bounds."""
 
     def __init__(
         self,

@@ -41,19 +41,6 @@ class RockerGoal(Goal):
 
     With a ``sense`` of 1 or -1 one of them, ``word``, is as small or as large as it can be
     instead; with ``bounds`` it lies between them.
-
-    Parameters
-    ----------
-    asked
-        NamedCoordinate, way, ratio; what is None is free.
-    name
-        Prefix of the variables.
-    word
-        "reach" or "time_ratio": what is an objective or a limit.
-    sense, bounds
-        Of the objective, or of the limit.
-    typical
-        Size of the way in the file [rad or m].
     """
 
     def __init__(

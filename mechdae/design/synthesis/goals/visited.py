@@ -23,14 +23,8 @@ from mechdae.types import Floats, Sym
 class Visited:
     """Places (k, w) of a point.
 
-    Attributes
-    ----------
-    wanted
-        Rows of what is compared at each target, places first.
-    width
-        Coordinates of a place.
-    size
-        Root of the mean square distance of the places from their middle [m].
+    ``wanted``: rows of what is compared at each target, places first. ``size``: root of the mean
+    square distance of the places from their middle [m].
     """
 
     def __init__(self, asked: Visits) -> None:

@@ -31,27 +31,8 @@ NAME = "starts.jsonl"
 class Log(JobLog):
     """The log in a folder, held by one process at a time.
 
-    Parameters
-    ----------
-    folder
-        Is made if it is not there.
-    text, task
-        What determines the starts: a problem file, the name of its task.
-    total
-        Number of starts that the job has now. A job with more or fewer of them goes on with what
-        is there: a start is known by its numbers, not by its place.
-
-    Attributes
-    ----------
-    finished : dict of Optimum
-        By the fingerprint of the start.
-    paths : dict of arrays
-        Ends of paths, by the fingerprint of where they start and lead to.
-
-    Raises
-    ------
-    InputError
-        The log of another job is there, or a process that is running holds it.
+    `total`: number of starts that the job has now. A job with more or fewer of them goes on with
+    what is there: a start is known by its numbers, not by its place.
     """
 
     def __init__(self, folder: str | Path, text: str, task: str, total: int = 0) -> None:
@@ -68,13 +49,7 @@ class Log(JobLog):
             self._enter(entry)
 
     def known(self, starts: Mapping[int, tuple[int, Seed]]) -> dict[int, Optimum]:
-        """Return what is finished of some starts; writes the first line if there is none.
-
-        Raises
-        ------
-        InputError
-            A start of the log is another one than that of the same place among as many.
-        """
+        """Return what is finished of some starts; writes the first line if there is none."""
         self.begin()
         drawn = {index: digest(*start) for index, start in starts.items()}
         for index, start in drawn.items():

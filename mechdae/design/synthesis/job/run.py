@@ -52,17 +52,7 @@ def _draws(problem: Problem, task: Synthesis) -> tuple[int, int]:
 
 
 class Job:
-    """Solves the starts of a task that the log does not have, in one round or several.
-
-    Parameters
-    ----------
-    text, name
-        The problem as text, the name of the task.
-    total
-        Number of all starts.
-    workers
-        Solve them.
-    """
+    """Solves the starts of a task that the log does not have, in one round or several."""
 
     def __init__(
         self,

@@ -17,11 +17,6 @@ def robust_goals(asked: Demand, poses: FreePoses, goals: Sequence[Goal]) -> Devi
 
     Goals that are met exactly, and beside others those whose deviations are not computed, stay as
     they are.
-
-    Raises
-    ------
-    InputError, UnavailableError
-        A tolerance that nothing depends on, or a goal whose deviations are not computed.
     """
     if asked.robust is None:
         return None

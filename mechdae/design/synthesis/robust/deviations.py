@@ -29,22 +29,9 @@ PROBES = 9
 class Deviations:
     """Deviations by independent parameters, in steps of one standard deviation of each.
 
-    Parameters
-    ----------
-    poses
-        Of all designs; its model has the tolerated parameters as symbols.
-    tolerances
-        Half widths by name: a parameter lies evenly in its value -+ its half width, so that its
-        standard deviation is the half width by the root of three.
-    factor
-        Standard deviations that are added to what is least.
-
-    Attributes
-    ----------
-    names, sigmas
-        Parameters that deviate, and their standard deviations (nt,).
-    others
-        Those of them that are not free.
+    `tolerances`: half widths by name: a parameter lies evenly in its value -+ its half width, so
+    that its standard deviation is the half width by the root of three. ``others``: those of them
+    that are not free.
     """
 
     def __init__(self, poses: FreePoses, tolerances: Mapping[str, float], factor: float) -> None:
@@ -59,15 +46,7 @@ class Deviations:
         return len(self.names)
 
     def deviated(self, d: Sym, steps: Sym) -> Sym:
-        """Return free parameters and `others` that have deviated by so many standard deviations.
-
-        Parameters
-        ----------
-        d
-            Free and chosen parameters.
-        steps
-            (nt,) of each that deviates.
-        """
+        """Return free parameters and `others` that have deviated by so many standard deviations."""
         poses = self.poses
         p = parameters_of(poses.model, poses.free, d)
         rest = [p[poses.model.p_names.index(name)] for name in self.others]
@@ -111,10 +90,7 @@ class Deviations:
     def typical(self, function: Any, space: DesignSpace) -> float:
         """Return what products of deviations are about, from poses at random.
 
-        Parameters
-        ----------
-        function
-            (x, u, d) -> deviations (m, nt), which need no closed pose.
+        `function`: (x, u, d) -> deviations (m, nt), which need no closed pose.
         """
         generator = np.random.default_rng(0)
         low, high = space.box.T

@@ -52,12 +52,8 @@ def lifted(nlp: Nlp, name: str, sums: Any) -> Any:
 def mean_slopes(asked: Extreme, rows: Sequence[Any], weights: Any, unit: float, size: Any) -> Any:
     """Return sums over poses (nt,), or (2 nt,) of an efficiency, whose length is sigma.
 
-    Parameters
-    ----------
-    rows
-        Pairs of values (m,) and deviations (m, nt) at poses.
-    size
-        Values (m,) -> the (dimensionless) number that a mean is of.
+    `rows`: pairs of values (m,) and deviations (m, nt) at poses. `size`: values (m,) -> the
+    (dimensionless) number that a mean is of.
     """
     total: Any = 0.0
     for weight, (row, A) in zip(weights, rows, strict=True):
@@ -78,12 +74,8 @@ def mean_slopes(asked: Extreme, rows: Sequence[Any], weights: Any, unit: float, 
 def sigma_of_mean(asked: Extreme, sums: Any, mean: Any, powers: Any) -> Any:
     """Return sigma of a (dimensionless) mean from its sums.
 
-    Parameters
-    ----------
-    mean
-        The root mean square itself, of which the sums are those of its square by two.
-    powers
-        Mean loss and mean power in the unit of the sums, for an efficiency.
+    `mean`: the root mean square itself, of which the sums are those of its square by two. `powers`:
+    mean loss and mean power in the unit of the sums, for an efficiency.
     """
     if asked.path == "summary/efficiency":
         count = sums.numel() // 2

@@ -64,11 +64,6 @@ def summed(nlp: Nlp, name: str, rows: Sequence[Row], factor: float, size: float)
     """Add the moments of a sum of squares as variables; return its robust value.
 
     As variables they keep second derivatives sparse: each pose acts on itself and the parameters.
-
-    Parameters
-    ----------
-    size
-        What B is about.
     """
     count = rows[0][2].shape[1]
     scale = np.full(count + count * (count + 1) // 2, size)
@@ -90,10 +85,7 @@ def of_squares(
 ) -> tuple[float, dict[str, float]]:
     """Return the robust value of a sum of squares, and what it is made of.
 
-    Parameters
-    ----------
-    errors, slopes, weights
-        Residuals (k, m), their deviations (k, m, nt), weights (k,).
+    `errors`, `slopes`, `weights`: residuals (k, m), their deviations (k, m, nt), weights (k,).
     """
     stacked = moments([(float(w), e, A) for w, e, A in zip(weights, errors, slopes, strict=True)])
     trace, sigma = mean_and_sigma(stacked, slopes.shape[2], np.sqrt)
@@ -109,12 +101,7 @@ def of_largest(
 ) -> tuple[float, dict[str, float]]:
     """Return the robust value of a largest error, and what it is made of.
 
-    Parameters
-    ----------
-    sizes, slopes
-        Magnitudes (k,) of residuals and their deviations (k, m, nt).
-    unit
-        What all are divided by.
+    `sizes`, `slopes`: magnitudes (k,) of residuals and their deviations (k, m, nt).
     """
     sigmas = np.sqrt(np.sum(slopes**2, axis=(1, 2)))
     most = int(np.argmax(sizes + factor * sigmas))

@@ -29,12 +29,8 @@ RIDGE = 1e-8
 class Linear:
     """The parameters of a space in which an asked value is linear at given poses.
 
-    Attributes
-    ----------
-    places
-        Their places among the free parameters.
-    wide
-        How many of the asked values are coordinates of a place: these are fitted.
+    ``places``: their places among the free parameters. ``wide``: how many of the asked values are
+    coordinates of a place: these are fitted.
     """
 
     def __init__(self, space: DesignSpace, what: str, wide: int = 2) -> None:

@@ -32,13 +32,10 @@ RIDGE = 1e-10
 class Similar:
     """What moves a mechanism as a whole.
 
-    Attributes
-    ----------
-    lengths
-        Which free parameters (nd,) are all of its lengths; none where some are fixed.
-    shift, turn, offsets
-        Places of the parameters that shift it along x and y, that turn it, and that place the
-        point along and across a direction of its body; None where there are none.
+    ``lengths``: which free parameters (nd,) are all of its lengths; none where some are fixed.
+    ``shift``, ``turn``, ``offsets``: places of the parameters that shift it along x and y, that
+    turn it, and that place the point along and across a direction of its body; None where there are
+    none.
     """
 
     def __init__(self, space: DesignSpace, what: str) -> None:
@@ -179,12 +176,8 @@ class Similar:
     ) -> tuple[Any, Any, Any, Any]:
         """Return designs, unknowns, places, and by how much bounds are exceeded.
 
-        Parameters
-        ----------
-        d, u, x
-            Neutral designs (n, nd) with their poses (n, k), (n, k, nx).
-        targets : (k, 2) array
-        weights : (k,) array
+        `d`, `u`, `x`: neutral designs (n, nd) with their poses (n, k), (n, k, nx). `targets` (k,
+        2). `weights` (k,).
 
         Returns
         -------

@@ -22,18 +22,9 @@ reported."""
 class Stated:
     """A goal or a limit as it is measured.
 
-    Attributes
-    ----------
-    asked
-        As the task describes it.
-    bounds
-        Of a limit, None for a goal.
-    unit
-        Size of what is measured, for what a limit may give way.
-    word, path
-        Of a way to and fro: "reach" or "time_ratio" as an objective or a limit, and its name.
-    robust
-        Whose standard deviations are added.
+    ``unit``: size of what is measured, for what a limit may give way. ``word``, ``path``: of a way
+    to and fro: "reach" or "time_ratio" as an objective or a limit, and its name. ``robust``: whose
+    standard deviations are added.
     """
 
     asked: Asked
@@ -48,20 +39,11 @@ class Stated:
 class Claim:
     """Where a design is said to do what is asked: what the asking leaves free, nothing else.
 
-    Attributes
-    ----------
-    at
-        Driver values (k,) of the poses.
-    sense
-        In which the output of a function turns, by that of its values.
-    input_start, output_start
-        Where the scales of a function start.
-    direction, offset
-        Of a straight line: its angle, and its distance from the origin.
-    between
-        Shares (m,) of the interval at which errors are said to be largest.
-    value
-        Of a motion or an equilibrium, from the sketch of the problem that was asked.
+    ``at``: driver values (k,) of the poses. ``sense``: in which the output of a function turns, by
+    that of its values. ``direction``, ``offset``: of a straight line: its angle, and its distance
+    from the origin. ``between``: shares (m,) of the interval at which errors are said to be
+    largest. ``value``: of a motion or an equilibrium, from the sketch of the problem that was
+    asked.
     """
 
     at: Any = ()
@@ -89,15 +71,7 @@ class Worth:
 
 
 def disagreement(measured: float, claimed: float, unit: float, between_nodes: bool) -> str:
-    """Return that a measured objective is not the one that is claimed; empty where it is.
-
-    Parameters
-    ----------
-    unit
-        Of the objective.
-    between_nodes
-        Whether the measurement finds more than the nodes of the search see.
-    """
+    """Return that a measured objective is not the one that is claimed; empty where it is."""
     share, least = (FINER, 1e-5) if between_nodes else (AGREES, 1e-9)
     if abs(measured - claimed) <= share * abs(claimed) + least * unit:
         return ""

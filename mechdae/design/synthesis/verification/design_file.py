@@ -51,24 +51,9 @@ def driven(coordinate: str, low: float, high: float) -> Driver:
 class DesignFile:
     """A design to be measured.
 
-    Attributes
-    ----------
-    problem
-        As it is read from the design's file: it is sketched at the first pose of its first goal.
-    driver
-        Its coordinate.
-    at
-        The driver's values at the poses of the first goal.
-    full_turn
-        Whether the driver has to turn fully.
-    around
-        Whether those poses may be reached in any order, either way round.
-    dyads
-        Whether transmission angles are measured.
-    boxed
-        Points that are asked about over the whole range.
-    tasks
-        The other tasks of the problem that was asked, by name.
+    ``at``: the driver's values at the poses of the first goal. ``full_turn``: whether the driver
+    has to turn fully. ``around``: whether those poses may be reached in any order, either way
+    round.
     """
 
     problem: Problem
@@ -178,13 +163,7 @@ class DesignFile:
     # -- tasks ---------------------------------------------------------------------------------
 
     def solved(self, task: str, figures: tuple[str, ...] = ()) -> Result:
-        """Return the result of one of the problem's own tasks, sharp enough for its `figures`.
-
-        Raises
-        ------
-        MechdaeError
-            It cannot be solved with these dimensions.
-        """
+        """Return the result of one of the problem's own tasks, sharp enough for its `figures`."""
         problem = self.with_tasks(self.tasks)
         found = solve(sharp(problem, task, figures) if figures else problem, task)
         assert isinstance(found, Result)
@@ -204,11 +183,6 @@ class DesignFile:
         They are those of a task of sensitivity of the file of this design; with the name of a body
         in `origin` its file has the point `ORIGIN` at the origin of that body's frame, in space
         the points `AXES` one metre along its axes too.
-
-        Raises
-        ------
-        MechdaeError
-            It cannot be solved with these dimensions.
         """
         added = {} if isinstance(task, str) else {"own": task}
         asked = Sensitivity(of=task if isinstance(task, str) else "own", outputs=paths,

@@ -152,13 +152,7 @@ def values_of(found: Result, path: str) -> Any:
 
 
 def largest(design: DesignFile, found: Result, asked: Asked, curve: Callable[[Any], Any]) -> float:
-    """Return the largest value of `curve` (of the quantity's values) over a task's range.
-
-    Parameters
-    ----------
-    found
-        The task, solved with the design.
-    """
+    """Return the largest value of `curve` (of the quantity's values) over a task's range."""
     values = np.asarray(curve(values_of(found, asked.path)), float)
     best = float(np.nanmax(values))
     task = design.tasks[asked.task]

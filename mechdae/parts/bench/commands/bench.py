@@ -31,12 +31,7 @@ def _design_task(problem: Problem | None) -> str | None:
 class Beside:
     """Measurements that are not part of the package, see the folder ``benchmarks``.
 
-    Parameters
-    ----------
-    poses, motions
-        Other methods of sweeps and of motions.
-    more
-        (quick, say) -> records of further works, part by part; each is printed.
+    `more`: (quick, say) -> records of further works, part by part; each is printed.
     """
 
     poses: Any

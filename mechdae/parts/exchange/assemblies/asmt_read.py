@@ -107,13 +107,7 @@ class AsmtAssembly:
 
 
 def read_assembly(path: str | Path) -> AsmtAssembly:
-    """Return the assembly in a file.
-
-    Raises
-    ------
-    ProblemFileError
-        No such file, another kind of file, parts that are missing, numbers that are none.
-    """
+    """Return the assembly in a file."""
     root = _tree(Path(path))
     try:
         return _assembly(root)

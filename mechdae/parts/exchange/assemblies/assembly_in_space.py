@@ -41,13 +41,7 @@ DIGITS = 15
 def mechanism_of_space(
     made: JoinedAssembly, remarks: list[str]
 ) -> tuple[Mechanism, dict[str, tuple[str, float, float, float]]]:
-    """Return the mechanism, and how coordinates of joints follow from those of the file.
-
-    Raises
-    ------
-    UnavailableError
-        A joint without a counterpart, by name.
-    """
+    """Return the mechanism, and how coordinates of joints follow from those of the file."""
     starts: dict[str, tuple[str, float, float, float]] = {}
     joints = [_joint(made, joint, starts) for joint in made.joints]
     gravity = _rounded(made.assembly.gravity * made.unit)

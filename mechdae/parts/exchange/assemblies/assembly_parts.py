@@ -25,16 +25,9 @@ Side = tuple[str, str]
 class JoinedAssembly:
     """Bodies that move, their markers in the fixed frame, joints between them.
 
-    Attributes
-    ----------
-    bodies
-        Names of bodies by those of parts; parts that are fixed are the ground.
-    names
-        Names of joints by those of the file.
-    frames, markers
-        Frames of parts, and of markers by (part, marker), in the pose of the file.
-    points
-        Names of points by (part, marker): one for each place of a body.
+    ``bodies``: names of bodies by those of parts; parts that are fixed are the ground. ``frames``,
+    ``markers``: frames of parts, and of markers by (part, marker), in the pose of the file.
+    ``points``: names of points by (part, marker): one for each place of a body.
     """
 
     assembly: AsmtAssembly
@@ -99,13 +92,7 @@ class JoinedAssembly:
 
 
 def joined(assembly: AsmtAssembly, unit: float, path: str) -> JoinedAssembly:
-    """Return an assembly in metres, with names that mechdae knows.
-
-    Raises
-    ------
-    InputError
-        No part that moves.
-    """
+    """Return an assembly in metres, with names that mechdae knows."""
     made = JoinedAssembly(assembly, path, unit)
     fixed, more = {""}, True
     while more:

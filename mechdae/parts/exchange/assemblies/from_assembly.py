@@ -40,18 +40,8 @@ SPACE = {
 def problem_of_assembly(path: str | Path, unit: str | None = None) -> tuple[Problem, list[str]]:
     """Return the problem in an assembly file, and remarks on what was made of it.
 
-    Parameters
-    ----------
-    unit
-        Unit of its lengths: "mm", "cm", "m", "in" or "ft". Without one metres, and millimetres in
-        files of FreeCAD.
-
-    Raises
-    ------
-    ProblemFileError
-        The file cannot be read.
-    UnavailableError
-        A joint or a motion that has no counterpart, by name.
+    `unit`: unit of its lengths: "mm", "cm", "m", "in" or "ft". Without one metres, and millimetres
+    in files of FreeCAD.
     """
     if unit is not None and unit not in NAMED:
         raise InputError(f"unknown unit '{unit}'", where="--unit", hint=", ".join(NAMED))

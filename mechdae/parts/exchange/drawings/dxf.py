@@ -35,17 +35,7 @@ Rims = dict[str, list[float]]
 def dxf(motion: ExportedMotion, pose: int | None = None) -> dict[str, str]:
     """Return the files of a motion's mechanism by their endings: one drawing.
 
-    Parameters
-    ----------
-    pose
-        Number of the pose drawn, from 0; by default one in which links do not cover each other.
-
-    Raises
-    ------
-    UnavailableError
-        A mechanism in space.
-    InputError
-        No such pose.
+    `pose`: number of the pose drawn, from 0; by default one in which links do not cover each other.
     """
     if motion.mechanism.dimension != 2:
         raise UnavailableError(

@@ -60,15 +60,8 @@ class DrawnSketch:
 def read_drawing(path: str | Path, unit: str | None = None) -> DrawnSketch:
     """Return the sketch in a DXF file.
 
-    Parameters
-    ----------
-    unit
-        "mm", "cm", "m", "in" or "ft", in place of the file's own; millimetres where it names none.
-
-    Raises
-    ------
-    InputError
-        No such file, no DXF in ASCII, numbers that are none, an unknown unit.
+    `unit`: "mm", "cm", "m", "in" or "ft", in place of the file's own; millimetres where it names
+    none.
     """
     target = Path(path)
     if unit is not None and unit not in NAMED:

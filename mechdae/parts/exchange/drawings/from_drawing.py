@@ -84,17 +84,8 @@ def problem_of_drawing(
 ) -> tuple[Problem, list[str]]:
     """Return the problem in a DXF sketch, and remarks on what was made of it.
 
-    Parameters
-    ----------
-    unit
-        Unit of the drawing, in place of its own.
-    ground
-        Places of fixed pins, in units of the drawing.
-
-    Raises
-    ------
-    InputError
-        No lines, no pins, no fixed pin, links that hang on nothing.
+    `unit`: unit of the drawing, in place of its own. `ground`: places of fixed pins, in units of
+    the drawing.
     """
     drawing = read_drawing(path, unit)
     places = tuple((x * drawing.unit, y * drawing.unit) for x, y in ground)

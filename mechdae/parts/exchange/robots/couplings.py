@@ -26,13 +26,7 @@ def couplings_of(
     frames: Mapping[str, BodyFrame],
     edges: Mapping[str, TreeEdge],
 ) -> list[Coupling]:
-    """Return the couplings of a tree, each compared with all poses of the motion.
-
-    Raises
-    ------
-    UnavailableError
-        Wheels whose angles are no sums of coordinates of the tree.
-    """
+    """Return the couplings of a tree, each compared with all poses of the motion."""
     wheels = _Wheels(motion, described, frames, edges)
     found = []
     for name, joint in motion.mechanism.joints.items():

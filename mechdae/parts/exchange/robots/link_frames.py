@@ -150,13 +150,7 @@ class Described:
 
 
 def frames_of(motion: ExportedMotion, described: Described, row: int) -> Mapping[str, BodyFrame]:
-    """Return the frames of all bodies in one pose, the ground's among them.
-
-    Raises
-    ------
-    UnavailableError
-        A body whose place is not in the result.
-    """
+    """Return the frames of all bodies in one pose, the ground's among them."""
     found = {GROUND: HOME}
     for name, body in motion.mechanism.bodies.items():
         places = [

@@ -122,14 +122,7 @@ class LinkTree:
 
 
 def link_tree(motion: ExportedMotion) -> LinkTree:
-    """Return the tree of a motion's mechanism in its first assembled pose.
-
-    Raises
-    ------
-    UnavailableError
-        A joint that is no joint of links (a curve, a vector of a loop), a body that hangs on
-        nothing.
-    """
+    """Return the tree of a motion's mechanism in its first assembled pose."""
     builder = _Builder(motion)
     for name, joint in motion.mechanism.joints.items():
         if joint.on_curve or joint.pointer:

@@ -72,21 +72,7 @@ class Mimics:
 def mimics(motion: ExportedMotion, coordinates: list[str], tolerance: float, size: float) -> Mimics:
     """Return polynomials of joints' coordinates, each with a proved bound of its error.
 
-    Parameters
-    ----------
-    motion
-        A sweep of one driver.
-    coordinates
-        Names like ``O.angle``.
-    tolerance
-        Error aimed at: radians, or shares of the mechanism's `size` [m].
-
-    Raises
-    ------
-    InputError
-        A task without one driver that moves.
-    NotProved
-        Nothing can be proved over the whole range.
+    `tolerance`: error aimed at: radians, or shares of the mechanism's `size` [m].
     """
     setting, run = motion.single("a mimic polynomial")
     path = run.path
@@ -186,13 +172,7 @@ def _errors(
 
 
 def _stretches(path: Path, low: float, high: float) -> list[Stretch]:
-    """Return proved steps that cover the range.
-
-    Raises
-    ------
-    NotProved
-        At a place where none is found.
-    """
+    """Return proved steps that cover the range."""
     graphs = path.graphs
     blocks = list(range(len(graphs.blocks)))
     found: list[Stretch] = []

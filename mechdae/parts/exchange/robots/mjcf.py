@@ -20,13 +20,7 @@ from mechdae.types import Floats
 
 
 def mjcf(motion: ExportedMotion) -> dict[str, str]:
-    """Return the files of a motion's mechanism by their endings.
-
-    Raises
-    ------
-    UnavailableError
-        A joint that MuJoCo has no equation for.
-    """
+    """Return the files of a motion's mechanism by their endings."""
     return {"": _Model(link_tree(motion)).text()}
 
 

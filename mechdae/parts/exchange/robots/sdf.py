@@ -29,13 +29,7 @@ TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
 
 
 def sdf(motion: ExportedMotion) -> dict[str, str]:
-    """Return the files of a motion's mechanism by their endings.
-
-    Raises
-    ------
-    UnavailableError
-        A joint that the format has no equation for: racks and screws.
-    """
+    """Return the files of a motion's mechanism by their endings."""
     return {"": _World(link_tree(motion)).text()}
 
 

@@ -35,17 +35,8 @@ PROOF = (
 def urdf(motion: ExportedMotion, tolerance: float = TOLERANCE) -> dict[str, str]:
     """Return the files of a motion's mechanism by their endings: URDF and its loops.
 
-    Parameters
-    ----------
-    tolerance
-        Error aimed at by the polynomials: radians, shares of the mechanism's size for slides.
-
-    Raises
-    ------
-    InputError
-        A tolerance that is not above 0.
-    UnavailableError
-        A ball joint in the tree, a body that floats: URDF has none that simulators share.
+    `tolerance`: error aimed at by the polynomials: radians, shares of the mechanism's size for
+    slides.
     """
     if not 0 < tolerance < math.inf:
         raise InputError(f"a number above 0 is needed, not {tolerance:g}", where="tolerance")

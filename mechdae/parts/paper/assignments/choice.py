@@ -75,24 +75,6 @@ def choose(
     """Return as many sets of numbers as are wanted, and how many were tried for them.
 
     Where there are not so many, those that do, `least` of them; all without it.
-
-    Parameters
-    ----------
-    solver
-        Of a task with the measure ``transmission``.
-    ranges
-        What is varied.
-    count, seed
-        How many sets; all are different and in the order in which they are drawn.
-    bound
-        Least transmission angle of every dyad [rad]; 0: no bound.
-
-    Raises
-    ------
-    InputError
-        Fewer different sets in the ranges than are wanted.
-    SolveError
-        Too few of the sets do; the message says why and how often.
     """
     total = prod(number.count for number in ranges)
     least = count if least is None else least

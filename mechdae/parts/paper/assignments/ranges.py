@@ -18,17 +18,7 @@ FINEST = 20
 
 @dataclass(frozen=True)
 class RoundRange:
-    """The multiples of a step between two numbers, in the unit of the name's suffix.
-
-    Parameters
-    ----------
-    name
-        As it was typed: ``a``, ``a_mm``, ``phi1_deg``.
-    first, step
-        The least multiple, and the step.
-    count
-        How many multiples there are.
-    """
+    """The multiples of a step between two numbers, in the unit of the name's suffix."""
 
     name: str
     first: Decimal
@@ -60,19 +50,9 @@ class RoundRange:
 def ranges(problem: Problem, vary: Mapping[str, Sequence[int | str]]) -> tuple[RoundRange, ...]:
     """Return the ranges of the numbers that are varied.
 
-    Parameters
-    ----------
-    vary
-        name -> (low, high) or (low, high, step), numbers or their decimal digits; a suffix of
-        the name is a unit. Without a step it is 1, 2 or 5 times a power of ten and at most a
-        twentieth of the range; whole where both ends are whole and five or more apart.
-
-    Raises
-    ------
-    InputError
-        No range, ends or steps that make none, a size, a unit that does not fit.
-    UnknownName
-        A name that is no number of the mechanism.
+    `vary`: name -> (low, high) or (low, high, step), numbers or their decimal digits; a suffix of
+    the name is a unit. Without a step it is 1, 2 or 5 times a power of ten and at most a twentieth
+    of the range; whole where both ends are whole and five or more apart.
     """
     if not isinstance(vary, Mapping) or not vary:
         raise InputError("name a number and its range", where="vary", hint="a = 0.1:0.2")

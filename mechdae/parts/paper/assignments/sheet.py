@@ -41,21 +41,7 @@ def sheet_sections(
     diagram: str,
     say: tuple[Phrases, Phrases, Phrases],
 ) -> tuple[Section, ...]:
-    """Return the sections of a sheet.
-
-    Parameters
-    ----------
-    problem
-        That of the variant.
-    chosen, drawn
-        Its numbers, and the ranges they were drawn from.
-    subject, rows
-        Its poses, and those of the tables.
-    diagram
-        The picture of the structure as SVG text, the same for all variants.
-    say
-        Words of assignments, of reports, of explanations.
-    """
+    """Return the sections of a sheet."""
     words, report, explained = say
     task = problem.tasks[subject.result.task]
     assert isinstance(task, Driven)

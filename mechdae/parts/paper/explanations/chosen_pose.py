@@ -11,13 +11,7 @@ from mechdae.parts.paper.phrases import Phrases
 
 
 def subject_of(result: Any, pose: int | None, say: Phrases) -> Subject:
-    """Return the pose to be explained.
-
-    Raises
-    ------
-    InputError
-        A result without poses, a pose that does not assemble, an index there is not.
-    """
+    """Return the pose to be explained."""
     if result.kind not in KINDS:
         raise InputError(
             f"a task of kind {result.kind} is not explained",

@@ -20,17 +20,7 @@ ORDERS = ("velocity", "acceleration")
 
 @dataclass(frozen=True)
 class Subject:
-    """One pose of a result.
-
-    Parameters
-    ----------
-    result, scene
-        The result and the placements read from it.
-    pose
-        Index of the pose.
-    say
-        Words of the language.
-    """
+    """One pose of a result."""
 
     result: Any
     scene: DrawnScene
@@ -62,13 +52,7 @@ class Subject:
         }
 
     def group(self, wanted: str | None) -> list[tuple[str, tuple[str, ...]]]:
-        """Return all groups, or the one of that name or beginning of a name.
-
-        Raises
-        ------
-        UnknownName
-            No group or several are named like that.
-        """
+        """Return all groups, or the one of that name or beginning of a name."""
         if wanted is None:
             return self.groups
         exact = [group for group in self.groups if group[0] == wanted]

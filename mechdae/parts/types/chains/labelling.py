@@ -18,12 +18,7 @@ Permutation = tuple[int, ...]
 def canonical(colours: Sequence[int], matrix: Matrix) -> tuple[tuple[int, ...], list[int]]:
     """Return a form that isomorphic graphs share, and the vertices in its order.
 
-    Parameters
-    ----------
-    colours
-        A number for each vertex; only vertices of one colour can take each other's places.
-    matrix
-        Labels of the edges.
+    `colours`: a number for each vertex; only vertices of one colour can take each other's places.
     """
     best: tuple[tuple[int, ...], list[int]] | None = None
     for order in _leaves(matrix, _ranked(list(colours)), twins=True):

@@ -23,16 +23,7 @@ Laid = tuple[tuple[int, ...], ...]
 class Contracted:
     """A chain by its polygonal links.
 
-    Attributes
-    ----------
-    count
-        Polygonal links.
-    pairs
-        Those that are joined, each by one edge or several.
-    laid
-        Binary links on the edges of each pair.
-    symmetries
-        Permutations of the polygonal links under which all this stays.
+    ``symmetries``: permutations of the polygonal links under which all this stays.
     """
 
     count: int
@@ -44,12 +35,8 @@ class Contracted:
 def contracted(links: int, freedoms: int, rigid: bool = False) -> Iterator[Contracted]:
     """Yield the biconnected chains with polygonal links, each once.
 
-    Parameters
-    ----------
-    links, freedoms
-        Of the chain: it has (3 (links - 1) - freedoms)/2 joints.
-    rigid
-        Also chains in which a part of the links has no freedom left.
+    `links`, `freedoms`: of the chain: it has (3 (links - 1) - freedoms)/2 joints. `rigid`: also
+    chains in which a part of the links has no freedom left.
     """
     for degrees in _degrees(links - 3 - freedoms):
         binaries = links - len(degrees)

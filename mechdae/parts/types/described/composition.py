@@ -79,22 +79,10 @@ PAIRS = ("R", "P")
 class CompositionDemand:
     """Everything a task of composition asks for, in plain numbers [SI, rad].
 
-    Attributes
-    ----------
-    corners
-        Of the wanted closed curve (k, 2) [m]; none where something else is wanted.
-    visits, function
-        Targets of the tracing point, or places of a function; None where it is another goal.
-    objectives, reference
-        Names, and the worst value of each that the front is measured from.
-    links, chains
-        Numbers of links, or names of chains in their place.
-    slides
-        Whether a dyad may have a sliding pair.
-    within
-        Limits on objectives by name.
-    rubbing
-        Coefficient of friction, radius of pins [m], load [N or N m]; None: no loss is asked for.
+    ``corners``: of the wanted closed curve (k, 2) [m]; none where something else is wanted.
+    ``objectives``, ``reference``: names, and the worst value of each that the front is measured
+    from. ``rubbing``: coefficient of friction, radius of pins [m], load [N or N m]; None: no loss
+    is asked for.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -127,13 +115,7 @@ class CompositionDemand:
 
 
 def asked_of(task: Any, parameters: Mapping[str, float]) -> CompositionDemand:
-    """Return what a task asks for.
-
-    Raises
-    ------
-    InputError, UnknownName, UnavailableError
-        With the key path: what is missing, contradictory, or asked of no chain there is.
-    """
+    """Return what a task asks for."""
     if task.goal is None:
         raise InputError('goal = { kind = "curve", ... } is needed', where="goal")
     slides = _slides(task)

@@ -22,14 +22,9 @@ FEWEST = 3
 class FunctionNodes:
     """A function by places: input and output (k,) from their starts [rad, rad or m].
 
-    Attributes
-    ----------
-    slides
-        The output is the slide of a block on the frame, not the angle of a link.
-    input_start, output_start
-        Values of the coordinates at the first place; None: free.
-    minimax
-        The largest error counts, not the root of the mean square.
+    ``slides``: the output is the slide of a block on the frame, not the angle of a link.
+    ``input_start``, ``output_start``: values of the coordinates at the first place; None: free.
+    ``minimax``: the largest error counts, not the root of the mean square.
     """
 
     inputs: tuple[float, ...]
@@ -41,13 +36,7 @@ class FunctionNodes:
 
 
 def asked_path(goal: PathGoal) -> Visits:
-    """Return the targets of a path, of a goal with plain numbers.
-
-    Raises
-    ------
-    InputError
-        With the key: what no composition can search for.
-    """
+    """Return the targets of a path, of a goal with plain numbers."""
     _no_weight(goal)
     if goal.point is not None:
         raise InputError(
@@ -69,13 +58,7 @@ def asked_path(goal: PathGoal) -> Visits:
 
 
 def asked_function(goal: FunctionTargets) -> FunctionNodes:
-    """Return the places of a function, of a goal with plain numbers.
-
-    Raises
-    ------
-    InputError, UnknownName
-        With the key: what no composition can search for.
-    """
+    """Return the places of a function, of a goal with plain numbers."""
     _no_weight(goal)
     if goal.input not in (None, INPUT):
         raise InputError(

@@ -23,13 +23,7 @@ UNITS = {"rad/s2": "rad/s²", "m/s2": "m/s²", "N m": "N·m", "1": ""}
 
 
 def parallel(ranking: Any) -> Figure:
-    """Return parallel axes: one for each criterion in which variants differ, the best on top.
-
-    Raises
-    ------
-    InputError
-        Nothing is ranked, or all are alike.
-    """
+    """Return parallel axes: one for each criterion in which variants differ, the best on top."""
     names, rows = _varied(ranking)
     with mpl.rc_context(SETTINGS):
         figure, ax = _figure(max(4.5, 1.25 * len(names) + 1.2), 4.2, _title(ranking))
@@ -59,10 +53,7 @@ def parallel(ranking: Any) -> Figure:
 def fronts(ranking: Any, x: str | None = None, y: str | None = None) -> Figure:
     """Return the variants over two criteria, with those that no other one beats in both.
 
-    Parameters
-    ----------
-    x, y
-        Criteria; absent: the two of the largest weights in which variants differ.
+    `x`, `y`: criteria; absent: the two of the largest weights in which variants differ.
     """
     names, rows = _varied(ranking)
     by_weight = sorted(names, key=lambda name: -ranking.weights[name])
@@ -106,10 +97,7 @@ def fronts(ranking: Any, x: str | None = None, y: str | None = None) -> Figure:
 def sheet(ranking: Any, results: Mapping[str, Any]) -> Figure:
     """Return the best variants side by side: diagrams, or their stacks of layers.
 
-    Parameters
-    ----------
-    results
-        Name -> a solved sweep, in the order of the sheet; variants with layers need none.
+    `results`: name -> a solved sweep, in the order of the sheet; variants with layers need none.
     """
     from mechdae.draw import plot
 

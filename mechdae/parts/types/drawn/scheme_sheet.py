@@ -27,13 +27,7 @@ SETTINGS: Any = {"font.family": style.FONT, "svg.hashsalt": "mechdae"}
 
 
 def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
-    """Draw the designs of a front side by side, numbered as they are; at most 24, evenly taken.
-
-    Raises
-    ------
-    InputError
-        There is no design.
-    """
+    """Draw the designs of a front side by side, numbered as they are; at most 24, evenly taken."""
     designs = result.data.get("designs", [])
     if not designs:
         raise InputError("there is no design to draw", hint=str(result.fault or ""))

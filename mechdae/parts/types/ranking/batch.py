@@ -46,17 +46,7 @@ def valued(
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Values]:
-    """Return the numbers of each variant by its name.
-
-    Parameters
-    ----------
-    variants
-        Those without a fault are solved.
-    task
-        Name of the sweep or reactions, which all have.
-    output, workers, progress
-        As of `rank`.
-    """
+    """Return the numbers of each variant by its name."""
     found: dict[str, Values] = {
         variant.name: Values({}, {}, variant.fault) for variant in variants if variant.fault
     }

@@ -50,15 +50,8 @@ def measured(mechanism: Mechanism, task: Any) -> Any:
 class Criteria:
     """The criteria that a task of a mechanism gives.
 
-    Parameters
-    ----------
-    problem
-        With the variant's mechanism.
-    name
-        Of its sweep or reactions.
-    output
-        Coordinate whose acceleration counts; absent: that of the first resistance, or else of
-        the last link on the ground that is not driven.
+    `output`: coordinate whose acceleration counts; absent: that of the first resistance, or else of
+    the last link on the ground that is not driven.
     """
 
     def __init__(self, problem: Problem, name: str, output: str | None = None) -> None:

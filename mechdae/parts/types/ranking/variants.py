@@ -142,15 +142,7 @@ def positions(problem: Problem, name: str) -> Problem:
 
 @dataclass
 class MotionOfVaried:
-    """The poses of the mechanism that is varied, over its first sweep.
-
-    Raises
-    ------
-    InputError
-        No task has a driver.
-    AssemblyError
-        No pose assembles.
-    """
+    """The poses of the mechanism that is varied, over its first sweep."""
 
     problem: Problem
 

@@ -17,15 +17,7 @@ DIGITS, TIE = 12, 1e-12
 
 
 def checked(weights: Mapping[str, float] | None, names: Sequence[str]) -> dict[str, float]:
-    """Return a weight for each criterion; without any they are equal.
-
-    Raises
-    ------
-    UnknownName
-        A criterion that there is not.
-    InputError
-        A negative weight, or a sum other than 1.
-    """
+    """Return a weight for each criterion; without any they are equal."""
     if weights is None or not weights:
         return dict.fromkeys(names, 1 / max(len(names), 1))
     for name, weight in weights.items():

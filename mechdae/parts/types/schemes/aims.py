@@ -34,8 +34,6 @@ class Aim:
         (k,) of the targets, 1 together.
     span
         Angles of the crank, from the first target, over which all has to assemble.
-    minimax
-        The largest error counts, not the root of the mean square.
     radius
         Unit of lengths [m].
     unit

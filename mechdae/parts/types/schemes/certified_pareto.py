@@ -48,16 +48,8 @@ SAME = 1e-6
 class SchemeFront:
     """Certified designs that no other one dominates, and what was thrown away.
 
-    Attributes
-    ----------
-    designs
-        As they are reported, with a problem file each.
-    rejected
-        Objective and reasons of those that failed their certificate.
-    dominated
-        Number of certified designs that another one dominates.
-    nearest
-        Of what is outside the limits: the values that came nearest, by objective.
+    ``dominated``: number of certified designs that another one dominates. ``nearest``: of what is
+    outside the limits: the values that came nearest, by objective.
     """
 
     designs: list[dict[str, Any]]

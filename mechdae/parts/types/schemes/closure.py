@@ -20,21 +20,12 @@ from mechdae.types import Complexes, Floats
 class SchemeTurn:
     """What a batch does over a turn of the crank.
 
-    Attributes
-    ----------
-    x
-        (n, b, t) places of the points.
-    sines
-        Of each dyad (b, t): sine of the angle between its bars, of the transmission angle where it
-        has a slide; nan where it does not assemble.
-    derivatives
-        (b, t, p) of the tracing point by x and y of all points but the first one; if asked for.
-    every
-        The same of each point.
-    reaches
-        Of each way of a guide: the longest (b,), and its derivatives (b, p).
-    slopes
-        Of each dyad: place (b,) of its least sine, and the derivatives (b, p) of it there.
+    ``x`` (n, b, t): places of the points. ``sines``: of each dyad (b, t): sine of the angle between
+    its bars, of the transmission angle where it has a slide; nan where it does not assemble.
+    ``derivatives`` (b, t, p): of the tracing point by x and y of all points but the first one; if
+    asked for. ``every``: the same of each point. ``reaches``: of each way of a guide: the longest
+    (b,), and its derivatives (b, p). ``slopes``: of each dyad: place (b,) of its least sine, and
+    the derivatives (b, p) of it there.
     """
 
     x: Any
@@ -61,16 +52,7 @@ def turned(
 ) -> SchemeTurn:
     """Return a batch at crank angles, counted from the pose that the places are those of.
 
-    Parameters
-    ----------
-    places
-        (b, n) complex.
-    angles
-        (t,), or (b, t) where each set has its own [rad].
-    by_angle
-        Derivatives by the crank's angle are the last ones.
-    dimensions
-        Derivatives by places are there.
+    `places` (b, n) complex. `angles` (t,), or (b, t) where each set has its own [rad].
     """
     start = np.ascontiguousarray(np.asarray(places, complex).T)[:, :, None]
     n, count = scheme.size, start.shape[1]
@@ -205,10 +187,7 @@ def material(
 ) -> Any:
     """Return twice the sum of the lengths of bars (b,), and its derivatives (b, p) if asked for.
 
-    Parameters
-    ----------
-    turn
-        Where guides of moving links reach furthest; needed where there are some.
+    `turn`: where guides of moving links reach furthest; needed where there are some.
     """
     places = np.asarray(places, complex)
     one, other = np.array(scheme.bars).T

@@ -34,14 +34,8 @@ EVERY = 6
 class Descent(ABC):
     """A batch of sets of one scheme.
 
-    Parameters
-    ----------
-    places
-        (b, n) complex, in radii of what is wanted.
-    limits
-        (b,) most material of each; inf: any.
-    least
-        (b,) sine of its dyads that each set keeps at all angles.
+    `places` (b, n) complex: in radii of what is wanted. `limits` (b,): most material of each; inf:
+    any. `least` (b,): sine of its dyads that each set keeps at all angles.
     """
 
     def __init__(self, scheme: Scheme, places: Complexes, limits: Floats, least: Floats) -> None:

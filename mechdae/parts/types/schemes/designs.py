@@ -184,14 +184,9 @@ def problem_of_scheme(
 class Certificate:
     """What the certified kinematics find over a whole turn, or over the span that is asked for.
 
-    Attributes
-    ----------
-    reasons
-        Why it is no design; empty where it is one.
-    curve
-        (t,) complex, the path of the tracing point; of a whole turn without its last pose.
-    transmission
-        Least transmission angle of all dyads [rad].
+    ``reasons``: why it is no design; empty where it is one. ``curve`` (t,) complex: the path of the
+    tracing point; of a whole turn without its last pose. ``transmission``: least transmission angle
+    of all dyads [rad].
     """
 
     reasons: list[str]

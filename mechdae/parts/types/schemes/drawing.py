@@ -53,10 +53,7 @@ def drawn(scheme: Scheme, count: int, angles: Floats, generator: Generator) -> C
 def middle(scheme: Scheme, x: Complexes, k: int, generator: Generator) -> Any:
     """Return a place (b,) at the first angle of the middle of a dyad with a slide.
 
-    Parameters
-    ----------
-    x
-        (n, b, t) places of the points before it.
+    `x` (n, b, t): places of the points before it.
     """
     kind, i, j = scheme.points[k]
     count = x.shape[1]

@@ -47,10 +47,7 @@ TURN = 2 * np.pi
 class Change:
     """A scheme and the places of its points from those of another one.
 
-    Parameters
-    ----------
-    origin
-        For each point the one of the other scheme whose place it has, or -1: it is drawn.
+    `origin`: for each point the one of the other scheme whose place it has, or -1: it is drawn.
     """
 
     scheme: Scheme
@@ -62,10 +59,7 @@ class Change:
     ) -> Any:  # fmt: skip
         """Return so many sets (count, n) from one of the parent (n,).
 
-        Parameters
-        ----------
-        span
-            Angles of the crank at which all assembles; absent: a turn.
+        `span`: angles of the crank at which all assembles; absent: a turn.
         """
         found = np.repeat(np.asarray(places, complex)[None], count, axis=0)
         found = np.stack(
@@ -104,15 +98,7 @@ class Change:
 
 
 def grown(scheme: Scheme, slides: bool = False, function: bool = False) -> Iterator[Change]:
-    """Yield the schemes with a point or a dyad more that move as this one does at first.
-
-    Parameters
-    ----------
-    slides
-        Whether new dyads may have a sliding pair.
-    function
-        Whether the tracing point stands for an output, which stays the one it is.
-    """
+    """Yield the schemes with a point or a dyad more that move as this one does at first."""
     seen = set()
     kinds = (DYAD, SWING) if slides else (DYAD,)
     arms = () if function else _arms(scheme)

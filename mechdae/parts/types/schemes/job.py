@@ -55,13 +55,7 @@ def _draws(problem: Problem, task: Composition) -> tuple[int | None, int | None]
 def composed(
     problem: Problem, name: str, task: Composition, run: Run | None = None
 ) -> SynthesisResult:
-    """Return the result of a task of composition.
-
-    Parameters
-    ----------
-    run
-        Computes pieces, in their order; None: here, one after the other.
-    """
+    """Return the result of a task of composition."""
     began = time.process_time()
     asked = asked_of(task, problem.mechanism.parameter_values)
     search = SchemeSearch(asked, run or PieceJob())
@@ -116,13 +110,7 @@ def _fault(asked: CompositionDemand, front: SchemeFront) -> str | None:
 
 
 class PieceJob:
-    """Computes the pieces that the log does not have, round by round.
-
-    Parameters
-    ----------
-    workers
-        Compute them.
-    """
+    """Computes the pieces that the log does not have, round by round."""
 
     def __init__(
         self, workers: Workers | None = None, log: PieceLog | None = None,

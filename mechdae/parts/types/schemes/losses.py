@@ -28,14 +28,8 @@ STEP = 1e-6
 class LossAsked:
     """Friction and load of a task.
 
-    Attributes
-    ----------
-    friction
-        Coefficient f of all joints.
-    pin_radius
-        Of all pins [m].
-    load
-        Force (x, y) on the tracing point [N]; or the size of what resists the output [N m or N].
+    ``pin_radius``: of all pins [m]. ``load``: force (x, y) on the tracing point [N]; or the size of
+    what resists the output [N m or N].
     """
 
     friction: float
@@ -61,10 +55,7 @@ def cross(a: Any, b: Any) -> Any:
 class _Statics:
     """Forces on the links of a batch, and what is lost by them.
 
-    Parameters
-    ----------
-    x, v
-        (n, b, t) places and velocities of the points.
+    `x`, `v` (n, b, t): places and velocities of the points.
     """
 
     def __init__(self, scheme: Scheme, x: Any, v: Any, aim: Aim, rubbing: LossAsked) -> None:

@@ -27,20 +27,11 @@ TURN = 2 * np.pi
 class PlacedDesign:
     """Places of a scheme in one pose, and what its coordinates are called there.
 
-    Attributes
-    ----------
-    places
-        (n,) complex [m].
-    angles
-        Of links in that pose, where they are not along their first two points.
-    zeros
-        Point of a guide -> place that slides are counted from.
-    at
-        (k,) angles of the crank at the targets, from that pose; None without targets.
-    wanted
-        (k, 2) places [m], or (k,) values of the output, at these angles.
-    span
-        Angles of the crank, from that pose, over which the design is certified.
+    ``places`` (n,) complex [m]. ``angles``: of links in that pose, where they are not along their
+    first two points. ``zeros``: point of a guide -> place that slides are counted from. ``at``
+    (k,): angles of the crank at the targets, from that pose; None without targets. ``wanted`` (k,
+    2): places [m], or (k,) values of the output, at these angles. ``span``: angles of the crank,
+    from that pose, over which the design is certified.
     """
 
     places: Any
@@ -71,10 +62,7 @@ def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:
 
     A guide of a moving link begins at the link's point on it.
 
-    Parameters
-    ----------
-    x
-        (n, t) places of the points at all angles, those of the pose first.
+    `x` (n, t): places of the points at all angles, those of the pose first.
     """
     found = []
     moved = Moved(x[:, None, :1], x[:, None, :])

@@ -41,16 +41,9 @@ class _State:
 class Refinement(Descent):
     """A batch of sets of one scheme, towards a closed curve.
 
-    Parameters
-    ----------
-    places
-        (b, n) complex, in radii of the wanted curve.
-    wanted
-        (`POINTS`,) the wanted curve, centred.
-    limits
-        (b,) most material of each; inf: any.
-    least
-        (b,) sine of its dyads that each set keeps at all angles.
+    `places` (b, n) complex: in radii of the wanted curve. `wanted` (`POINTS`,): the wanted curve,
+    centred. `limits` (b,): most material of each; inf: any. `least` (b,): sine of its dyads that
+    each set keeps at all angles.
     """
 
     def __init__(

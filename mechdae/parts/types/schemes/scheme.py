@@ -29,12 +29,7 @@ Point = tuple[str, int, int]
 class Scheme:
     """Points in the order in which they are placed.
 
-    Parameters
-    ----------
-    points
-        Kind and two earlier points of each; those of a rigid one are on one link.
-    trace
-        The point that traces the curve.
+    `points`: kind and two earlier points of each; those of a rigid one are on one link.
     """
 
     points: tuple[Point, ...]

@@ -24,14 +24,7 @@ def screened(
 ) -> tuple[Complexes, Floats]:
     """Return the places (k, n) of the best sets, and their mean square distances (k,).
 
-    Parameters
-    ----------
-    wanted
-        (`POINTS`,) the wanted curve, centred.
-    count
-        Sets that are drawn.
-    keep
-        Sets returned for each limit of material.
+    `wanted` (`POINTS`,): the wanted curve, centred.
     """
     generator = np.random.default_rng(seed)
     angles = TURN * np.arange(ANGLES) / ANGLES

@@ -47,15 +47,7 @@ CAP = 60.0
 
 
 class SchemeSearch:
-    """Everything that a task of composition searches with.
-
-    Parameters
-    ----------
-    asked
-        The task in numbers.
-    run
-        Computes pieces, in their order.
-    """
+    """Everything that a task of composition searches with."""
 
     def __init__(self, demand: CompositionDemand, run: Run) -> None:
         self.demand, self.run = demand, run

@@ -23,14 +23,8 @@ TURN = 2 * np.pi
 class Resampled:
     """Closed polylines at equal arc length.
 
-    Attributes
-    ----------
-    points
-        (b, m) complex.
-    segment, share
-        (b, m): in which segment each point lies, and where in it.
-    steps, lengths
-        (b, t) of the segments.
+    ``points`` (b, m) complex. ``segment``, ``share`` (b, m): in which segment each point lies, and
+    where in it. ``steps``, ``lengths`` (b, t): of the segments.
     """
 
     points: Complexes
@@ -89,10 +83,7 @@ def centred(points: Complexes) -> Any:
 class Wanted:
     """The curve that is wanted, in its own place and size.
 
-    Parameters
-    ----------
-    corners
-        (k,) complex, the closed polyline.
+    `corners` (k,) complex: the closed polyline.
     """
 
     corners: Complexes
@@ -112,14 +103,9 @@ class Wanted:
 class Fit:
     """The best shift, sense, rotation and size of curves by least squares.
 
-    Attributes
-    ----------
-    shift, backward
-        (b,): point k of a curve meets point k + shift of the wanted one, which may run backward.
-    factor
-        (b,) complex: what the centred curve is multiplied with; of size 1 where size is given.
-    residual
-        (b,) mean square of the distances.
+    ``shift``, ``backward`` (b,): point k of a curve meets point k + shift of the wanted one, which
+    may run backward. ``factor`` (b,) complex: what the centred curve is multiplied with; of size 1
+    where size is given. ``residual`` (b,): mean square of the distances.
     """
 
     shift: Integers

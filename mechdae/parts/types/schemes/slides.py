@@ -19,12 +19,8 @@ from mechdae.types import Complexes, Floats, Matrices
 class Moved:
     """A batch of arrays by point: places in the first pose and at angles, and derivatives.
 
-    Attributes
-    ----------
-    start, x
-        (n, b, 1) and (n, b, t) complex.
-    own, found
-        Derivatives of places in the first pose (n, p), and of those at angles (b, t, p) each.
+    ``start``, ``x`` (n, b, 1) and (n, b, t) complex. ``own``, ``found``: derivatives of places in
+    the first pose (n, p), and of those at angles (b, t, p) each.
     """
 
     start: Complexes
@@ -42,13 +38,7 @@ class Moved:
 
 
 def turning(scheme: Scheme, moved: Moved, g: int) -> Any:
-    """Return by what a link with a guide has turned (b, t), complex of size one.
-
-    Parameters
-    ----------
-    g
-        The point of the guide, fixed or on a link of two other points.
-    """
+    """Return by what a link with a guide has turned (b, t), complex of size one."""
     kind, i, j = scheme.points[g]
     if kind == FIXED:
         return np.ones((1, 1), complex)
@@ -134,13 +124,7 @@ def _rod(moved: Moved, i: int, j: int, k: int) -> tuple[Complexes, Matrices]:
 
 
 def sine_rate(scheme: Scheme, moved: Moved, k: int, rate: Complexes) -> Any:
-    """Return the derivatives (b, t, p) of the sine of a dyad with a sliding pair.
-
-    Parameters
-    ----------
-    rate
-        (b, t, p) derivatives of its middle.
-    """
+    """Return the derivatives (b, t, p) of the sine of a dyad with a sliding pair."""
     kind, i, j = scheme.points[k]
     start, x, rates, found = moved.start, moved.x, moved.rates, moved.found
     if kind == SLIDER:

@@ -31,13 +31,7 @@ def chain_names(links: int) -> list[str]:
 
 
 def named(name: str, most: int, where: str = "") -> tuple[int, int]:
-    """Return links and place of a chain by its name.
-
-    Raises
-    ------
-    UnknownName
-        There is no such chain up to `most` links.
-    """
+    """Return links and place of a chain by its name."""
     if name in NAMES and NAMES[name][0] <= most:
         return NAMES[name]
     links, _, place = name.partition("-")
@@ -52,13 +46,9 @@ def named(name: str, most: int, where: str = "") -> tuple[int, int]:
 def schemes_of(links: int, place: int, what: str = CURVE, slides: bool = False) -> list[Scheme]:
     """Return the schemes of one chain: each fixed link, crank and tracing link that differ.
 
-    Parameters
-    ----------
-    what
-        The aim: a point traces (`CURVE`, `PATH`), or a link or a block on the frame is the output
-        (`ANGLE`, `SLIDE`).
-    slides
-        Whether one of the joints of each dyad may be a sliding pair; its block has no third joint.
+    `what`: the aim: a point traces (`CURVE`, `PATH`), or a link or a block on the frame is the
+    output (`ANGLE`, `SLIDE`). `slides`: whether one of the joints of each dyad may be a sliding
+    pair; its block has no third joint.
     """
     found: dict[str, Scheme] = {}
     for number, chain in enumerate(chains(links), start=1):
@@ -106,17 +96,7 @@ def _outputs(points: list[Point], fixed: set[int], what: str) -> Iterator[Scheme
 
 @dataclass
 class _Standing:
-    """Points that are placed so far.
-
-    Attributes
-    ----------
-    frames
-        Of each link that is placed its points.
-    at
-        Place of each joint.
-    blocks
-        Links that are blocks: they have no further joint.
-    """
+    """Points that are placed so far."""
 
     points: list[Point]
     frames: Frames
@@ -129,13 +109,7 @@ class _Standing:
         return _Standing(list(self.points), frames, dict(self.at), set(self.blocks))
 
     def put(self, joint: int, link: int, frame: int) -> int:
-        """Return the point of a joint on a link that is placed.
-
-        Raises
-        ------
-        _NoPoint
-            The link is a block.
-        """
+        """Return the point of a joint on a link that is placed."""
         in_frame = self.frames[link]
         if link in self.blocks:
             raise _NoPoint

@@ -23,16 +23,7 @@ def verified(
 ) -> list[str]:
     """Return what is wrong with an error that is claimed of a design.
 
-    Parameters
-    ----------
-    text
-        Its problem file.
-    coordinate
-        The tracing point, or the output of a function.
-    at
-        (k,) angles of the crank at the targets; of a curve the one that its turn begins with.
-    unit
-        Of the error.
+    `at` (k,): angles of the crank at the targets; of a curve the one that its turn begins with.
     """
     design = DesignFile(from_dict(tomllib.loads(text)), INPUT, at)
     if demand.visits is None and demand.function is None:

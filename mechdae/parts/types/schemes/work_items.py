@@ -34,15 +34,8 @@ SCREEN, REFINE = "screen", "refine"
 class SchemePiece:
     """Work on one scheme.
 
-    Parameters
-    ----------
-    do
-        "screen": draw `count` sets and keep some for each of `limits`; "refine": go on from
-        `places` for `count` iterations, each set within its limit of material and least sine.
-    scheme
-        Its text.
-    aim
-        What is wanted.
+    `do`: "screen": draw `count` sets and keep some for each of `limits`; "refine": go on from
+    `places` for `count` iterations, each set within its limit of material and least sine.
     """
 
     version: str
@@ -81,16 +74,10 @@ class SchemePiece:
 class FoundSets:
     """Sets of dimensions of one scheme.
 
-    Attributes
-    ----------
-    places
-        (k, n) complex, in radii of the wanted curve; the crank's pivot is at zero.
-    error
-        (k,) the measure of `shape`; of what was screened the root mean square distance.
-    material, least
-        (k,) in radii; the least sine of the dyads.
-    loss
-        (k,) [W]; zero where none is asked for.
+    ``places`` (k, n) complex: in radii of the wanted curve; the crank's pivot is at zero. ``error``
+    (k,): the measure of `shape`; of what was screened the root mean square distance. ``material``,
+    ``least`` (k,): in radii; the least sine of the dyads. ``loss`` (k,) [W]; zero where none is
+    asked for.
     """
 
     places: Any

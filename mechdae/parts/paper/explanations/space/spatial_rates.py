@@ -37,15 +37,7 @@ from mechdae.parts.paper.explanations.space.spatial_group import (
 
 
 class SpatialRates:
-    """The equations of one group.
-
-    Parameters
-    ----------
-    group
-        Its arms and axes.
-    word
-        ``"velocity"`` or ``"acceleration"``.
-    """
+    """The equations of one group."""
 
     def __init__(self, group: SpatialGroup, word: str) -> None:
         self.group, self.subject, self.word = group, group.subject, word

@@ -36,13 +36,7 @@ THIN = 1 / 20
 
 
 def pins_of(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
-    """Return the pins with the two links that turn in each.
-
-    Raises
-    ------
-    InputError
-        There are none.
-    """
+    """Return the pins with the two links that turn in each."""
     pins = {
         name: (joint.first_body, joint.second_body)
         for name, joint in mechanism.joints.items()
@@ -77,15 +71,7 @@ def thickness(mechanism: Mechanism) -> float:
 
 @dataclass(frozen=True)
 class Constructions:
-    """All constructions of the pins of a mechanism.
-
-    Parameters
-    ----------
-    problem
-        With bodies and joints.
-    crossings
-        Which links pass each other in its motion.
-    """
+    """All constructions of the pins of a mechanism."""
 
     problem: Problem
     crossings: LinksCrossing

@@ -56,14 +56,7 @@ Forks = Mapping[str, str]
 def laid(pins: Pins, forks: Forks, crossings: LinksCrossing) -> Layers | str:
     """Return the fewest layers, with the shortest reach of pins; or why there are none.
 
-    Parameters
-    ----------
-    pins
-        Name -> the two links that turn in it.
-    forks
-        The link that has the fork, by pin; pins that are not there are overhung.
-    crossings
-        Of the links in the motion.
+    `forks`: the link that has the fork, by pin; pins that are not there are overhung.
     """
     if len(crossings.links) > MOST:
         raise InputError(

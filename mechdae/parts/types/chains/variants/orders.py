@@ -160,13 +160,7 @@ class Orders:
 
 
 def loop_of(mechanism: Mechanism) -> list[LoopLink]:
-    """Return the one loop of a mechanism from the ground on, links joined by slides as one.
-
-    Raises
-    ------
-    InputError
-        Several loops, other joints than revolute and prismatic ones.
-    """
+    """Return the one loop of a mechanism from the ground on, links joined by slides as one."""
     for name, joint in mechanism.joints.items():
         if not (joint.hinge or joint.guide):
             raise InputError(
@@ -232,13 +226,7 @@ def _end(mechanism: Mechanism, joint: str, body: str) -> str:
 
 
 def _absolute(mechanism: Mechanism, joints: dict[str, Joint], text: str) -> tuple[str, bool]:
-    """Return a coordinate without angles of joints whose links changed, and if its sign did.
-
-    Raises
-    ------
-    InputError
-        The links that the angle is between are apart, and neither is the ground.
-    """
+    """Return a coordinate without angles of joints whose links changed, and if its sign did."""
     name, _, word = text.rpartition(".")
     joint = mechanism.joints.get(name)
     if joint is None or word != "angle" or joints[name] == joint:

@@ -18,13 +18,7 @@ Parts = dict[str, Body | Ground]
 
 
 def varied(mechanism: Mechanism) -> list[str]:
-    """Return the joints that may be revolute or prismatic.
-
-    Raises
-    ------
-    InputError
-        There are none.
-    """
+    """Return the joints that may be revolute or prismatic."""
     found = [name for name, joint in mechanism.joints.items() if joint.hinge or joint.guide]
     if not found:
         raise InputError("no joint is revolute or prismatic", where="joints")

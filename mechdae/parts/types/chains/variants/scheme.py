@@ -65,18 +65,7 @@ class Variant:
 
 
 def planar(problem: Problem, loops: bool = True) -> Problem:
-    """Return the problem with its tables of loads in it, without repetition and expected values.
-
-    Parameters
-    ----------
-    loops
-        False: vector loops become bodies and joints.
-
-    Raises
-    ------
-    InputError
-        A mechanism in space.
-    """
+    """Return the problem with its tables of loads in it, without repetition and expected values."""
     mechanism = problem.mechanism
     if mechanism.dimension != 2:
         raise InputError("variants are those of plane mechanisms", where="dimension")
@@ -110,20 +99,7 @@ def made(
     driver: Callable[[Driver], Driver] = lambda driver: driver,
     left_out: tuple[str, ...] = (),
 ) -> Variant:
-    """Return the variant with the tasks that it can have.
-
-    Parameters
-    ----------
-    problem
-        The one that is varied.
-    mechanism
-        The variant's, without the loads and named outputs of the problem's, which are added here
-        if they have a meaning.
-    title
-        Added to the problem's.
-    driver
-        What becomes of drivers.
-    """
+    """Return the variant with the tasks that it can have."""
     base = problem.mechanism
     out = list(left_out)
     for word in ("loads", "outputs"):

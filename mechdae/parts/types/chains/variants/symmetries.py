@@ -16,13 +16,7 @@ NEAR = 1e-9
 
 
 def of_structure(mechanism: Mechanism, kinds: bool) -> list[tuple[dict[str, str], dict[str, str]]]:
-    """Return where links and joints go under each symmetry of both that keeps the frame.
-
-    Parameters
-    ----------
-    kinds
-        Whether joints keep their kinds.
-    """
+    """Return where links and joints go under each symmetry of both that keeps the frame."""
     found = []
     for links in _moves(mechanism, fixed=True, kinds=kinds):
         joints = _joints(mechanism, links)

@@ -31,14 +31,8 @@ ROUNDING = 1e-12
 class ErrorsAt:
     """Errors of a batch and their derivatives.
 
-    Attributes
-    ----------
-    errors
-        (b, k) complex or real.
-    slopes
-        (b, k, p + e) by the dimensions and by what is not a dimension.
-    turn
-        Where sines are least, with slopes.
+    ``errors`` (b, k) complex or real. ``slopes`` (b, k, p + e): by the dimensions and by what is
+    not a dimension. ``turn``: where sines are least, with slopes.
     """
 
     errors: Complexes
@@ -62,10 +56,7 @@ class _Fit:
 class Fitting(Descent):
     """A batch of sets of one scheme, towards targets.
 
-    Attributes
-    ----------
-    extra
-        (b, e) unknowns that are no dimensions.
+    ``extra`` (b, e): unknowns that are no dimensions.
     """
 
     def __init__(

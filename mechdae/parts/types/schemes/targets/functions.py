@@ -23,10 +23,7 @@ FINE = 181
 def outputs(scheme: Scheme, turn: SchemeTurn, places: Complexes, aim: Aim, angles: Any) -> Any:
     """Return the output (b, t) at angles (t,), the first one zero; an angle without jumps.
 
-    Parameters
-    ----------
-    places
-        (b, n) at angle zero.
+    `places` (b, n): at angle zero.
     """
     start = np.asarray(places, complex)
     if aim.what != ANGLE:

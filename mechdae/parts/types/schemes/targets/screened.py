@@ -32,15 +32,7 @@ TURN = 2 * np.pi
 def screened_sets(
     scheme: Scheme, aim: Aim, count: int, seed: list[int], keep: int, limits: list[float]
 ) -> tuple[Complexes, Floats]:
-    """Return the places (k, n) of the best sets, and their measures (k,).
-
-    Parameters
-    ----------
-    count
-        Sets that are drawn.
-    keep
-        Sets returned for each limit of material.
-    """
+    """Return the places (k, n) of the best sets, and their measures (k,)."""
     generator = np.random.default_rng(seed)
     angles = aim.nodes(BETWEEN)
     x = drawn(scheme, count, angles, generator)

@@ -31,10 +31,7 @@ TURN = 2 * np.pi
 def assigned(curves: Complexes, aim: Aim) -> tuple[Integers, Floats]:
     """Return at which of the crank angles each target is met best.
 
-    Parameters
-    ----------
-    curves
-        (b, n) places of the tracing point at equal angles of a turn, where the targets are.
+    `curves` (b, n): places of the tracing point at equal angles of a turn, where the targets are.
 
     Returns
     -------
@@ -143,14 +140,9 @@ def in_order(angles: Floats) -> Booleans:
 class TargetsMet:
     """How sets meet their targets.
 
-    Attributes
-    ----------
-    angles
-        (b, k) of the crank at each target, from the pose of the places.
-    factor, shift
-        (b,) complex: with points times factor plus shift on the targets best.
-    error
-        (b,) the measure: root of the weighted mean square distance, or the largest one.
+    ``angles`` (b, k): of the crank at each target, from the pose of the places. ``factor``,
+    ``shift`` (b,) complex: with points times factor plus shift on the targets best. ``error`` (b,):
+    the measure: root of the weighted mean square distance, or the largest one.
     """
 
     angles: Floats
