@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.describe.table import Table
+from tests.attack.first_poses_space import SETS, Modes
+from tests.attack.spatial_poses import driver_of
+from tests.attack.spatial_structures import draw, structure
 
 ARM, BAR, PITCH, SLIDE = 0.3, 0.4, 0.1, 0.5
+FAR_OFF = {"J0.angle": 0.0, "J1.angle": 0.2, "J2.angle": 0.234, "J3.angle": 0.12,
+           "J3.angle2": 0.0, "J4.angle": 0.112}  # fmt: skip
+"""A sketch's angles less those of a mode."""
 REACH = 25.0
 """Beyond it the nut is further away than the bar is long [rad]."""
 
@@ -71,3 +79,20 @@ def test_the_sketch_tells_the_turn_of_a_screw(sketched: float) -> None:
     nearest = min(roots(), key=lambda t: abs(t - sketched))
     assert list(result.status) == ["ok"]
     assert result.joints["J"].angle[0] == pytest.approx(nearest, abs=1e-12)
+
+
+def test_a_sketch_among_hundreds_of_modes_is_on_the_nearest() -> None:
+    """A loop of two screws, a cross and two slides: more modes than are sought to the end.
+
+    Newton's method from the sketch itself leads to a mode 1.48 away, from around it to one at 0.39.
+    """
+    rng = np.random.default_rng((140, 7))
+    drawn = draw(structure(rng, wheels=False), rng, SETS, near=0.0)
+    modes, driver = Modes(drawn, 8, np.random.default_rng(1)), driver_of(drawn)
+    sketch = {name: value + FAR_OFF.get(name, 0.0) for name, value in modes.values(0).items()
+              if name in FAR_OFF}  # fmt: skip
+    mechanism = replace(drawn.mechanisms[8], sketch=Table(sketch))
+    held = md.Driver(driver, at=[sketch[driver]])
+    result = md.solve(mechanism, md.Sweep(drivers=[held], derivatives=0))
+    pose = {name: series.position[0] / modes.unit for name, series in result.points.items()}
+    assert modes.same(pose, modes.places(0))

@@ -23,6 +23,8 @@ from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Matrices, Unknowns
 
 FIRST = 256
+NEAR, NEARBY = 32, 0.2
+"""Starts around the sketch, and how far they spread, as a share of a turn."""
 MOST = 16_384
 HITS = 4
 """Starts that must lead to each solution before the search is ended."""
@@ -115,7 +117,7 @@ class BlockSearch:
         while True:
             starts = self._starts(done, goal)
             if done == 0:
-                starts[0] = np.where(np.isfinite(hint), hint, starts[0])
+                starts[:NEAR] = self._near(hint, starts[:NEAR])
             reached = self._newton(self._with_lengths(starts))
             known = len(kept)
             kept, hits = self._merge(kept, hits, reached)
@@ -124,21 +126,31 @@ class BlockSearch:
             if settled or goal > most or len(kept) > crowd:
                 return BlockSolutions(kept, hits, done)
 
-    def _starts(self, first: int, last: int) -> Floats:
-        """Return points `first` to `last` of the sequence, one row each."""
+    def _cube(self, first: int, last: int) -> Floats:
+        """Return points `first` to `last` of the sequence in a cube of edge 1 around 0."""
         base = 2.0
         for _ in range(60):  # the root of base^(n + 1) = base + 1
             base = (1 + base) ** (1 / (self.n + 1))
         steps = base ** -np.arange(1.0, self.n + 1)
-        cube = np.mod(0.5 + np.arange(first, last)[:, None] * steps, 1.0) - 0.5
+        return np.mod(0.5 + np.arange(first, last)[:, None] * steps, 1.0) - 0.5
+
+    def _starts(self, first: int, last: int) -> Floats:
+        """Return points `first` to `last` of the sequence, one row each."""
         whole = np.where(self.period > 0, self.period, 2 * np.pi)
         whole *= self._turns() if self.solver.unwinds else 1
         whole[self.lengths] = SPREAD * self.scale[self.lengths]
-        starts = cube * whole
+        starts = self._cube(first, last) * whole
         for own in self.quaternions:  # from others Newton's method seldom gets anywhere
             size = np.linalg.norm(starts[:, own], axis=1, keepdims=True)
             starts[:, own] = np.where(size > 0, starts[:, own], 1.0) / np.where(size > 0, size, 2.0)
         return starts
+
+    def _near(self, hint: Floats, starts: Floats) -> Floats:
+        """Return starts moved to where there is a hint: it itself, and others around it."""
+        offsets = (
+            NEARBY * 2 * np.pi * (np.arange(len(starts))[:, None] > 0) * self._cube(0, len(starts))
+        )
+        return np.where(np.isfinite(hint), hint + offsets, starts)
 
     def _turns(self) -> float:
         """Return over how many whole turns the angles are spread."""
