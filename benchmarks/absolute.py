@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.parts.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
+from mechdae.parts.bench.runs import COUPLER, CRANK, GROUND, ROCKER, yardstick
 
 MASSES = (0.2, 0.3, 0.25)
 INERTIAS = (1e-4, 3e-4, 2e-4)

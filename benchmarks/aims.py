@@ -25,7 +25,7 @@ import mechdae as md
 from benchmarks import forces, integrators, startup, studies
 from mechdae.kernels.machine.library import backend
 from mechdae.parts.bench import chain, kinematics, motions
-from mechdae.parts.bench.yardstick import yardstick
+from mechdae.parts.bench.runs import yardstick
 
 MANY = 100_000
 MOST, LEAST = "at most", "at least"

@@ -28,7 +28,7 @@ from mechdae.forces.poses import Moving, loaded_run
 from mechdae.kernels.run.high_precision import LONG
 from mechdae.motion.kinematics.sweep import run
 from mechdae.parts.bench.kinematics import interleaved
-from mechdae.parts.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
+from mechdae.parts.bench.runs import COUPLER, CRANK, GROUND, ROCKER, yardstick
 from mechdae.tasks.solve import solve
 
 SAMPLES = 400

@@ -20,7 +20,7 @@ import numpy as np
 
 from mechdae.kernels.run.high_precision import LONG
 from mechdae.parts.bench.kinematics import COMPARED, Other
-from mechdae.parts.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
+from mechdae.parts.bench.runs import COUPLER, CRANK, GROUND, ROCKER, yardstick
 
 LENGTHS = (CRANK, COUPLER, ROCKER, GROUND)
 SOURCE = Path(__file__).with_name("fourbar.c")

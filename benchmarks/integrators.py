@@ -19,7 +19,7 @@ import numpy as np
 
 from mechdae.kernels.run.casadi_warnings import quiet
 from mechdae.kernels.run.functions import Call
-from mechdae.parts.bench.motion_cases import MotionEnd, MotionWork, RubbingWork, Way
+from mechdae.parts.bench.motions import MotionEnd, MotionWork, RubbingWork, Way
 
 SX = ca.SX
 IMPLICIT = 1e-8

@@ -21,7 +21,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.design.studies.rows import Computer
-from mechdae.parts.bench.yardstick import yardstick
+from mechdae.parts.bench.runs import yardstick
 
 POSES, CHECKED = 200, 40
 CASES = (

@@ -37,7 +37,7 @@ measures other methods beside them in the same run, as far as they can be had: a
 (where a compiler is), pylinkage, scipy, casadi's rootfinder, SUNDIALS. Times are ratios to a
 yardstick that runs interleaved with each: the closed-form four-bar in NumPy, two angles with two
 derivatives each, for the same number of poses
-([yardstick.py](../mechdae/parts/bench/yardstick.py)). Ratios carry from machine to machine,
+([yardstick.py](../mechdae/parts/bench/runs.py)). Ratios carry from machine to machine,
 seconds do not. Medians of processor time are shown. Of `rssr`, a spatial
 four-bar, rocker angle and ball are asked for.
 

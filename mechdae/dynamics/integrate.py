@@ -11,7 +11,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
@@ -28,6 +27,17 @@ STAGES = 12
 """Right-hand sides of a trial step."""
 CLOSE = 4e-16
 """How near an event is met, as a share of the time and of the step."""
+
+
+class NoWay(Exception):
+    """No way to go on fits the laws of friction, or several do: the verdict.
+
+    ``status`` is that of the state, "jammed" or "ambiguous"; ``code`` and ``facts`` tell more.
+    """
+
+    def __init__(self, text: str, status: str = "jammed", code: str = "F5", **facts: Any) -> None:
+        super().__init__(text)
+        self.status, self.code, self.facts = status, code, facts
 
 
 @dataclass

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import Growth, crawling, stalled
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.integrate import Cut, Integrator, Nodes, Watcher
+from mechdae.dynamics.friction_sizes import Creep
+from mechdae.dynamics.integrate import Cut, Integrator, Nodes, NoWay, Watcher
 from mechdae.dynamics.observe import States
 from mechdae.dynamics.start import Start
 from mechdae.dynamics.time_rates import Clock, StepLimit
-from mechdae.dynamics.undetermined_messages import NoWay
 from mechdae.dynamics.watchers.events import Crossings
 from mechdae.dynamics.watchers.lift_off import Lifting
 from mechdae.dynamics.watchers.passages import Passages

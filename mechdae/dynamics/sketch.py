@@ -7,7 +7,9 @@ values, and the mechanism is assembled group by group on the mode nearest to the
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from copy import copy
+from functools import cached_property
 from typing import Any, Protocol
 
 import casadi as ca
@@ -16,16 +18,18 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.space.transfer import Transfer, wound
+from mechdae.equations.coordinates import QUATERNION, Coordinates
 from mechdae.equations.motion_equations import Released
 from mechdae.errors import MechanismError, MechdaeError, SketchError
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.kinematics.driverless import assembled, independent, likely_drivers
 from mechdae.motion.kinematics.prepared import Setting
+from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.motion.setup.drivers import Sketch
 from mechdae.numerics.null_space import freedoms
 from mechdae.types import Floats, Unknowns
 
+SX = ca.SX
 CLOSED = 1e-12
 """Left-over of a constraint, over its natural size, that counts as closed."""
 RANK = 1e-7
@@ -36,6 +40,49 @@ GUESSES = 256
 SAME = 1e-6
 EXACT = 1e-9
 """Distance from a sketch [rad, sizes] at which it is the pose but for rounding."""
+
+
+class Transfer:
+    """From the coordinates of a model to those of another one of the same mechanism."""
+
+    def __init__(self, source: Any, target: Any) -> None:
+        self.source, self.target = source, target
+
+    @cached_property
+    def _function(self) -> Call:
+        from mechdae.equations.tree.reading import placements, reading
+
+        source, target = self.source, self.target
+        bodies = [edge.child for edge in source.edges]
+        values, turns = reading(target, bodies, placements(source))
+        inputs, results = [source.q, source.p, target.p], [values, turns]
+        return Call(ca.Function("transfer", inputs, [ca.densify(part) for part in results]))
+
+    def at(self, source: Any, target: Any) -> Transfer:
+        """Return the same for copies of the models with other numbers."""
+        other, self._function = copy(self), self._function
+        other.source, other.target = source, target
+        return other
+
+    def __call__(self, q: Unknowns) -> Floats:
+        """Return the coordinates (nq,) of the target at a pose (nq,) of the source."""
+        found, turns = self._function(q, self.source.p_values, self.target.p_values)
+        found = found.copy()
+        balls = [key[0] for key in self.target.q_names if key[1] == QUATERNION[0]]
+        for k, owner in enumerate(balls):
+            matrix = turns[9 * k : 9 * (k + 1)].reshape(3, 3, order="F")
+            places = [self.target.places[owner, name] for name in QUATERNION]
+            found[places] = quaternions(matrix[None])[0]
+        return found
+
+
+def wound(coordinates: Coordinates, x: Unknowns, near: Mapping[tuple[str, str], float]) -> Floats:
+    """Return x with angles moved by whole turns to the values they are said to be near to."""
+    x = x.copy()
+    for i, c in enumerate(coordinates):
+        if c.period and c.key in near:
+            x[i] += c.period * np.round((near[c.key] - x[i]) / c.period)
+    return x
 
 
 class JointClosing(Protocol):

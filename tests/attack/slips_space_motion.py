@@ -243,7 +243,7 @@ SLIPS = [
          bearing, BEARING),
     Slip("dynamics.watchers.glides", "self.weights[group] * held[..., group] ** 2",
          "held[..., group] ** 2", starts, STARTS),
-    Slip("dynamics.watchers.ball_loads", "- SHARPEST * (sizes", "- 0.5 * (sizes", spinning,
+    Slip("dynamics.watchers.sticking", "- SHARPEST * (sizes", "- 0.5 * (sizes", spinning,
          LEFT),
     Slip("equations.tree.solid", "at, turning = model.point(near), SX.zeros(3)",
          "turning = SX.zeros(3)", carried_vectors, NEWTON),

@@ -14,8 +14,7 @@ from mechdae.design.synthesis.fourbar.linkage import faults, linkage, transmissi
 from mechdae.design.synthesis.goals.path_generation import wound
 from mechdae.design.synthesis.goals.straight import lines_of
 from mechdae.design.synthesis.synthesize import synthesize
-from mechdae.design.synthesis.timing import ordered
-from mechdae.design.synthesis.trace import maxima
+from mechdae.design.synthesis.trace import maxima, ordered
 from tests.attack.planted_designs import wrong
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared import begun_cases
@@ -286,7 +285,7 @@ SLIPS = [
         "synthesis/test_synthesis_repairs.py::test_the_largest_errors_of_a_minimax_are_alike",
     ),
     Slip(
-        "design.synthesis.timing",
+        "design.synthesis.trace",
         "least[:, :-1]",
         "least[:, 1:]",
         visits,

@@ -65,7 +65,7 @@ def test_the_package_and_other_means_agree_on_the_four_bar(n: int) -> None:
 
 
 def test_an_error_of_another_method_is_seen() -> None:
-    from mechdae.parts.bench.yardstick import yardstick
+    from mechdae.parts.bench.runs import yardstick
 
     angles = np.array(yardstick(CRANK)[:2])
     assert four_bar.off(angles + 2 * np.pi, CRANK) < 1e-14, "whole turns are no error"

@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.dynamics import checks
+from mechdae.dynamics.task import OPEN
 from mechdae.errors import InconsistentStartError
 from tests.attack import equilibria
 
@@ -72,7 +72,7 @@ def test_the_old_scale_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         _, _, J, gamma = k.value("parts", 0.0, x, v, setup.loose)
         a = k.value("rhs", 0.0, x, v, setup.loose)[0].ravel()
         left = np.max(np.abs(J @ a - gamma.ravel()))
-        if left > checks.OPEN * max(np.max(np.abs(gamma)), np.max(np.abs(a)), 1e-300):
+        if left > OPEN * max(np.max(np.abs(gamma)), np.max(np.abs(a)), 1e-300):
             raise InconsistentStartError("the pose is singular")
 
     monkeypatch.setattr("mechdae.dynamics.task.check_rest", wrong)

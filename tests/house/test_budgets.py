@@ -16,16 +16,16 @@ BUDGETS = {
     "kernels": 7_500,
     "motion": 22_020,
     "forces": 3_740,
-    "dynamics": 8_410,
-    "design": 16_570,
+    "dynamics": 8_330,
+    "design": 16_420,
     "tasks": 2_150,
     "cli": 1_500,
-    "parts": 24_940,
+    "parts": 24_790,
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 715
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_700
+TOTAL = 132_320
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

@@ -26,7 +26,7 @@ from mechdae.design.jobs.distribute import ATTEMPTS, Failure, distribute
 from mechdae.design.jobs.executors import Borrowed, Processes, Supply
 from mechdae.design.synthesis.goals.base import Seed
 from mechdae.design.synthesis.ipopt import Optimum
-from mechdae.design.synthesis.job.log import NAME, Log
+from mechdae.design.synthesis.job.run import NAME, Log
 from mechdae.design.synthesis.job.worker import Work, solved, text_of
 from tests.shared.command import run
 from tests.shared.job_cases import FOUR_BAR

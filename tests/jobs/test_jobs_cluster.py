@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import mechdae as md
-from mechdae.design.synthesis.job.log import NAME
+from mechdae.design.synthesis.job.run import NAME
 from tests.shared.job_cases import FOUR_BAR
 from tests.shared.scheme_cases import BEAN
 

@@ -40,7 +40,7 @@ def test_enclosures_hold_values_slopes_and_rounding(k: int) -> None:
     measured = ca.Function("d", [X, P], [ca.fabs(divisors)])
     function = ca.Function("b", [low, high, P, floor], list(bounds))
     exact = ca.Function("e", [X, P], [both])
-    from mechdae.parts.bench.extended import evaluate
+    from mechdae.parts.bench.kinematics import evaluate
 
     p = np.array([-0.7, 1.9])
     for width in (3.0, 0.1):

@@ -13,7 +13,7 @@ from mechdae.describe.table import Table
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
-from mechdae.parts.bench.extended import true_error
+from mechdae.parts.bench.kinematics import true_error
 from tests.shared.cams import PI, turn
 from tests.shared.mechanisms import SPEED, cam
 

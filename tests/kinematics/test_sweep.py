@@ -12,7 +12,7 @@ import mechdae as md
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.sweep import run
 from mechdae.motion.setup.drivers import plan
-from mechdae.parts.bench.extended import true_error
+from mechdae.parts.bench.kinematics import true_error
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import motion
 from tests.shared.mechanisms import five_bar, four_bar

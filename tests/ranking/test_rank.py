@@ -13,7 +13,7 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.numerics.dominance import undominated
 from mechdae.parts.types.drawn import ranking_pictures as pictures
-from mechdae.parts.types.ranking.weights import checked, intervals, ordered, shares
+from mechdae.parts.types.ranking.rank import checked, intervals, ordered, shares
 from tests.scripts.ranking_by_hand import CASES, compared
 from tests.shared.paths import ROOT
 

@@ -15,7 +15,7 @@ from mechdae.results import LazyPart, Series, Summary
 OPEN = {
     "mechdae.motion.kinematics.extremes.Spans._found": ("four-bar-crank-rocker", "turn", "swing"),
     "mechdae.forces.task.critical_factor": ("slider-crank-friction", "cycle", "critical_factor"),
-    "mechdae.dynamics.unique_reactions.unique": ("four-bar-motor", "motion", "multipliers"),
+    "mechdae.dynamics.unique.unique": ("four-bar-motor", "motion", "multipliers"),
 }
 """What is computed later, a task that has it, and the entry of the summary that asks for it."""
 

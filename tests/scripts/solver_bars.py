@@ -29,7 +29,7 @@ import mechdae as md
 from benchmarks.forces import problem as four_bar
 from mechdae.describe.tasks.studies import Sensitivity
 from mechdae.motion.kinematics.prepared import SHAPES
-from mechdae.parts.bench.yardstick import COUPLER, yardstick
+from mechdae.parts.bench.runs import COUPLER, yardstick
 
 BEGIN, END = "<!-- measured -->", "<!-- end of measured -->"
 MANY = 100_000

@@ -13,8 +13,7 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import Minimise
 from mechdae.design.synthesis import kinks
 from mechdae.design.synthesis import pareto as front
-from mechdae.design.synthesis.fronts.ends import census, missing
-from mechdae.design.synthesis.fronts.holes import holes
+from mechdae.design.synthesis.fronts.levels import census, holes, missing
 from mechdae.design.synthesis.synthesize import solved_in_rounds
 from tests.shared.paths import DATA
 

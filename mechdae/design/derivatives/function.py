@@ -25,7 +25,6 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.values import names
-from mechdae.design.derivatives.callbacks import DenseCallback
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.errors import InputError, MechdaeError, UnknownName, within
 from mechdae.forces.inverse_dynamics import InverseDynamics
@@ -42,7 +41,6 @@ from mechdae.types import Floats, Graph, Sym, Unknowns
 if TYPE_CHECKING:
     from mechdae.kernels.graphs.steps import Graphs
 
-
 MX = ca.MX
 RATES = (".speed", ".acceleration")
 CERTIFIED = 0.2
@@ -50,6 +48,29 @@ CERTIFIED = 0.2
 NEAR = 1e-2
 """Longest last step of Newton's method: sine and cosine after it are of second order."""
 HALVINGS = 40
+
+
+class DenseCallback(ca.Callback):
+    """A function of Python within casadi's graphs; keep it as long as what is built with it."""
+
+    def __init__(
+        self, name: str, sizes: Sequence[int], shape: tuple[int, int], options: Any = None
+    ) -> None:
+        ca.Callback.__init__(self)
+        self._sizes, self._shape = tuple(sizes), shape
+        self.construct(name, options or {})
+
+    def get_n_in(self) -> int:
+        return len(self._sizes)
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_sparsity_in(self, i: int) -> Any:
+        return ca.Sparsity.dense(self._sizes[i], 1)
+
+    def get_sparsity_out(self, i: int) -> Any:
+        return ca.Sparsity.dense(*self._shape)
 
 
 def function(
@@ -379,8 +400,12 @@ class _Built:
 
 
 _MADE: dict[Hashable, tuple[Any, Any]] = {}
+
+
 """Functions with their callbacks, by what they compute. casadi graphs hold bare pointers to these,
 so they live as long as the process; the same function is made once."""
+
+
 _MAKING = threading.RLock()
 
 

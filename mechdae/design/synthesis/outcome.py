@@ -15,8 +15,8 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.motion import Equilibrium
-from mechdae.design.derivatives.callbacks import DenseCallback
 from mechdae.design.derivatives.figures import is_figure, value
+from mechdae.design.derivatives.function import DenseCallback
 from mechdae.design.studies.sensitivity import numbers, sharp
 from mechdae.errors import InputError, MechdaeError, within
 from mechdae.results import Result

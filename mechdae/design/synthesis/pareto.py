@@ -23,9 +23,18 @@ from mechdae.design.synthesis.designs import FEASIBLE, Candidate, judged_design,
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.exact.complete import here as followed_here
 from mechdae.design.synthesis.exchange import exchanged
-from mechdae.design.synthesis.fronts.ends import SAME, census, gap_words, missing, part_of
-from mechdae.design.synthesis.fronts.holes import holes
-from mechdae.design.synthesis.fronts.levels import FrontGap, Level, Point, spread
+from mechdae.design.synthesis.fronts.levels import (
+    SAME,
+    FrontGap,
+    Level,
+    Point,
+    census,
+    gap_words,
+    holes,
+    missing,
+    part_of,
+    spread,
+)
 from mechdae.design.synthesis.fronts.objectives import objective_name, objective_unit
 from mechdae.design.synthesis.goals.base import Seed
 from mechdae.design.synthesis.ipopt import Optimum

@@ -18,7 +18,7 @@ from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.coordinates import BALL, NamedCoordinate
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.space.transfer import Transfer, wound
+from mechdae.dynamics.sketch import Transfer, wound
 from mechdae.equations.coordinates import QUATERNION
 from mechdae.errors import InputError, MechdaeError, within
 from mechdae.motion.assembly.not_assembled import mode_by_label

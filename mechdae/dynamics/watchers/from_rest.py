@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.dynamics.friction_sizes import Sizes
-from mechdae.dynamics.undetermined_messages import NoWay
+from mechdae.dynamics.integrate import NoWay
 from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.dynamics.watchers.onset import Onset
 from mechdae.dynamics.watchers.sliding import IDLE, RANK, RESTS, SLACK, STRAIGHT, Slips, Turn

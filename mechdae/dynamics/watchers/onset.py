@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.dynamics.friction_sizes import Sizes
-from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.dynamics.undetermined_messages import NoWay
+from mechdae.dynamics.integrate import Integrator, Nodes, NoWay
 from mechdae.dynamics.watchers.zeros import inside
 from mechdae.types import Floats
 

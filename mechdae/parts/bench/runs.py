@@ -1,4 +1,4 @@
-"""The run that measured rows belong to: when, with what, beside how much other work."""
+"""What every measured row shares: the run it belongs to, and the yardstick, a four-bar in NumPy."""
 
 from __future__ import annotations
 
@@ -9,16 +9,35 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mechdae import __version__
 from mechdae.describe import whole_file
 from mechdae.kernels.machine.library import backend
+from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.types import Json
 
-
+CRANK, COUPLER, ROCKER, GROUND = 0.048, 0.09, 0.08, 0.1
 STAMP = ("run", "date", "version", "back_end", "load")
 """What is added to each row, see `BenchRun`."""
+
+
+def yardstick(t2: Floats) -> tuple[Floats, ...]:
+    """Return coupler and rocker angle, their first and second derivatives, each (n,)."""
+    a, b, c, d = CRANK, COUPLER, ROCKER, GROUND
+    ax, ay = a * np.cos(t2), a * np.sin(t2)
+    dx, dy = d - ax, -ay
+    e2 = dx * dx + dy * dy
+    e = np.sqrt(e2)
+    t3 = np.arctan2(dy, dx) + np.arccos((e2 + b * b - c * c) / (2 * b * e))
+    t4 = np.arctan2(ay + b * np.sin(t3), ax + b * np.cos(t3) - d)
+    s, k = np.sin(t4 - t3), np.cos(t4 - t3)
+    v3, v4 = a * np.sin(t2 - t4) / (b * np.sin(t4 - t3)), a * np.sin(t2 - t3) / (c * s)
+    a3 = (a * np.cos(t2 - t4) + b * v3 * v3 * k - c * v4 * v4) / (b * s)
+    a4 = (a * np.cos(t2 - t3) + b * v3 * v3 - c * v4 * v4 * k) / (c * s)
+    return t3, t4, v3, v4, a3, a4
 
 
 class BenchRun:

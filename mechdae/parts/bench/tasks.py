@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.describe import Problem, load
 from mechdae.parts.bench.kinematics import AGAIN, FIRST, WARM, calls, interleaved, sets_of, timing
-from mechdae.parts.bench.yardstick import yardstick
+from mechdae.parts.bench.runs import yardstick
 from mechdae.records import dataclass
 from mechdae.tasks import Solver
 from mechdae.tasks.check import check

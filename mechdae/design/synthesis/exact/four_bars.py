@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mechdae.design.synthesis.exact import coupler_curve as curve
-from mechdae.design.synthesis.exact import stored
 from mechdae.design.synthesis.exact.complete import AllSolutions, Follow, all_solutions, here
-from mechdae.design.synthesis.exact.conditions import LENGTH
+from mechdae.design.synthesis.exact.conditions import LENGTH, PathConditions
 from mechdae.design.synthesis.exact.coupler_curve import A, B, X, Y
-from mechdae.design.synthesis.exact.dyad_conditions import G, W
+from mechdae.design.synthesis.exact.dyad_conditions import DyadConditions, G, W
+from mechdae.design.synthesis.exact.generic import GenericSolutions, generic, generic_dyads
 from mechdae.design.synthesis.fourbar.cognates import variants
 from mechdae.design.synthesis.fourbar.dyads import (
     LEAST,
@@ -23,10 +25,58 @@ from mechdae.design.synthesis.fourbar.dyads import (
 )
 from mechdae.design.synthesis.fourbar.exact import check_path
 from mechdae.design.synthesis.fourbar.linkage import Linkage, linkage
+from mechdae.errors import InputError
+from mechdae.numerics.homotopy.boxes import apart, enclosed
+from mechdae.numerics.homotopy.trace_check import LINEAR
 from mechdae.records import dataclass
 
+STORE = Path(__file__).resolve().parent / "four_bars.npz"
+TRIPLES = 1442
+"""Curves of four-bars through nine points (Wampler, Morgan & Sommese 1992)."""
 UNIMODULAR = 1e-6
 """By how much the size of a turn may differ from one."""
+
+
+def name_of(count: int, given: tuple[str, ...]) -> str:
+    """Return the name under which conditions are stored."""
+    return "-".join([str(count), *given])
+
+
+def written(found: GenericSolutions) -> dict[str, Any]:
+    """Return the arrays that are stored of generic solutions, by name."""
+    name = name_of(found.family.count, found.family.given)
+    return {
+        f"{name}/p": found.p.astype(np.complex64), f"{name}/z": found.z.astype(np.complex64),
+        f"{name}/bent": np.array(found.bent),
+    }  # fmt: skip
+
+
+@cache
+def paths(count: int, given: tuple[str, ...] = ()) -> GenericSolutions:
+    """Return generic solutions of points and given dimensions."""
+    family = PathConditions(count, given)
+    return read(family, STORE) or generic(family)
+
+
+def read(family: PathConditions, store: Path) -> GenericSolutions | None:
+    """Return what is stored of conditions, refined and certified; None where nothing is."""
+    name = name_of(family.count, family.given)
+    with np.load(store, allow_pickle=False) as data:
+        if f"{name}/p" not in data:
+            return None
+        p, z = (data[f"{name}/{word}"].astype(complex) for word in "pz")
+        bent = float(data[f"{name}/bent"])
+    found = enclosed(family, p, z)
+    whole = bool(found.certain.all()) and apart(found) and bent <= LINEAR
+    if not whole or (family.cognate and len(z) != TRIPLES):
+        raise InputError("the stored solutions do not solve their conditions", where=str(store))
+    return GenericSolutions(family, p, found.z, "trace test", bent)
+
+
+@cache
+def dyads() -> GenericSolutions:
+    """Return generic poses with their four dyads."""
+    return generic_dyads(DyadConditions())
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +105,7 @@ def four_bars_through(
     given = _cartesian(given)
     places = points[:, 0] + 1j * points[:, 1]
     middle, size = scale_of(places)
-    generic = stored.paths(len(places), tuple(sorted(given)))
+    generic = paths(len(places), tuple(sorted(given)))
     if generic.basis == "none":
         return None
     family = generic.family
@@ -103,7 +153,7 @@ def guiding_links(
 ) -> tuple[tuple[GuidingLink, ...], AllSolutions]:
     """Return all real dyads RR of five poses, the shortest first, and all complex ones."""
     middle, size = scale_of(poses.places)
-    generic = stored.dyads()
+    generic = dyads()
     p = generic.family.of((poses.places - middle) / size, poses.rotations)
     every = all_solutions(generic, p, follow)
     found = []

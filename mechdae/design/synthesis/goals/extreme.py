@@ -19,8 +19,14 @@ from mechdae.design.synthesis.kinks import FINEST, SOFT, kinked, rounded
 from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
 from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.quantity import MEANS, Quantity
-from mechdae.design.synthesis.robust.quantity import lifted, mean_slopes, row_of, sigma_of_mean
-from mechdae.design.synthesis.robust.values import deviation, variables
+from mechdae.design.synthesis.robust.values import (
+    deviation,
+    lifted,
+    mean_slopes,
+    row_of,
+    sigma_of_mean,
+    variables,
+)
 from mechdae.design.synthesis.space import TURN
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved

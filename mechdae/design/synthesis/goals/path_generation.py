@@ -26,8 +26,7 @@ from mechdae.design.synthesis.space import TURN, WIDE
 from mechdae.design.synthesis.starts.linear import Linear
 from mechdae.design.synthesis.starts.similar import Similar
 from mechdae.design.synthesis.starts.spread import Spread
-from mechdae.design.synthesis.timing import PLACES, closed_in, ordered
-from mechdae.design.synthesis.trace import around
+from mechdae.design.synthesis.trace import PLACES, around, closed_in, ordered
 from mechdae.equations.model import Model
 from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Floats, Graph, Integers, Matrices, Points, Sym, Unknowns

@@ -23,9 +23,8 @@ from mechdae.errors import InputError, UnknownName
 from mechdae.parts.paper.assignments.choice import Chosen, choose, transmission
 from mechdae.parts.paper.assignments.ranges import RoundRange, ranges
 from mechdae.parts.paper.assignments.sheet import sheet_sections
-from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.explain import moving_task
-from mechdae.parts.paper.explanations.localised import localised
+from mechdae.parts.paper.explanations.localised import localised, subject_of
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections

@@ -12,18 +12,16 @@ from mechdae.draw.formulas import Document, Facts, Section
 from mechdae.draw.formulas.writers import as_data, as_text
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
-from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.forces import (
     BalanceOfLinks,
+    PlaneBalance,
     driver_section,
     forces_section,
     power_section,
 )
-from mechdae.parts.paper.explanations.localised import localised
+from mechdae.parts.paper.explanations.localised import Paper, localised, subject_of
 from mechdae.parts.paper.explanations.motion import group_section
-from mechdae.parts.paper.explanations.plane_forces import PlaneBalance
 from mechdae.parts.paper.explanations.subject import KINDS, Subject
-from mechdae.parts.paper.paper import Paper
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.results import Result
 from mechdae.tasks.solve import solve

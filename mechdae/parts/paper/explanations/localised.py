@@ -1,16 +1,75 @@
-"""Units and numbers of a document in its language: 1.5 m/s is 1,5 м/с in Russian."""
+"""What all papers share: the pose they are about, their language, how they are written to files."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
 from typing import Any
 
+from mechdae.describe import whole_file
+from mechdae.draw.diagram.scene import choose_pose, read_scene
 from mechdae.draw.formulas import Column, Document, Number, Wording
+from mechdae.draw.formulas.writers import as_html, as_typst
 from mechdae.draw.words import unit_in_russian
+from mechdae.errors import InputError
+from mechdae.parts.paper.explanations.subject import KINDS, Subject
+from mechdae.parts.paper.phrases import Phrases
+from mechdae.records import dataclass
 
 NUMBER = re.compile(r"(?<![\w.])(\d+)\.(\d+)(?=(e[-+]?\d+)?(?![\w.]))")
 """A number with decimals that stands by itself."""
+
+
+def subject_of(result: Any, pose: int | None, say: Phrases) -> Subject:
+    """Return the pose to be explained."""
+    if result.kind not in KINDS:
+        raise InputError(
+            f"a task of kind {result.kind} is not explained",
+            hint="a sweep, or a task of kind reactions",
+        )
+    if result.mechanism.dimension == 3:
+        from mechdae.parts.paper.explanations.space.spatial_subject import seen_in_space
+
+        make, scene, index = seen_in_space(result, pose)
+    else:
+        make, scene = Subject, read_scene(result)
+        index = choose_pose(scene, result.kind, pose)
+    good = [k for k in scene.assembled() if scene.status[k] != "jammed"]
+    if index not in good:
+        near = min(good, key=lambda k: abs(k - index), default=None)
+        if near is not None and pose is None:
+            return make(result, scene, near, say)
+        raise InputError(
+            f"pose {index} is {scene.status[index]}: there is nothing to explain",
+            hint=f"pose {near} is {scene.status[near]}" if near is not None else "",
+        )
+    return make(result, scene, index, say)
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A document."""
+
+    document: Document
+
+    def html(self) -> str:
+        """Return it as one HTML file with its pictures in it, without scripts or requests."""
+        return as_html(self.document)
+
+    def typ(self) -> str:
+        """Return it in the markup of Typst, with its pictures in it."""
+        return as_typst(self.document)
+
+    def _written(self, target: Path, form: str) -> Path:
+        """Write it in one of its forms, whole or not at all, and return where it is."""
+        content: str | bytes = getattr(self, form)()
+        with whole_file(target) as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+        return target
+
+    def _repr_html_(self) -> str:
+        return as_html(self.document, alone=False)
 
 
 def localised(document: Document) -> Document:

@@ -13,11 +13,9 @@ from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
 from mechdae.draw.formulas import Document, Image, Passage, Section
 from mechdae.errors import InputError, UnavailableError
-from mechdae.parts.paper.explanations.chosen_pose import subject_of
 from mechdae.parts.paper.explanations.explain import moving_task
-from mechdae.parts.paper.explanations.localised import localised
+from mechdae.parts.paper.explanations.localised import Paper, localised, subject_of
 from mechdae.parts.paper.explanations.subject import Subject
-from mechdae.parts.paper.paper import Paper
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
 from mechdae.results import Result

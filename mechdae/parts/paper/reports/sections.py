@@ -2,19 +2,262 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from mechdae.describe import Problem
-from mechdae.draw.formulas import Facts, Grid, Note, Part, Passage, Section, number
+from mechdae.describe import GROUND, Problem, coordinate
+from mechdae.describe.dimensions import parameter_units
+from mechdae.draw.formulas import (
+    Facts,
+    Grid,
+    Letter,
+    Listed,
+    Note,
+    Number,
+    Part,
+    Passage,
+    Section,
+    Wording,
+    decimals,
+    number,
+    rounded,
+)
 from mechdae.draw.words import Words
 from mechdae.parts.paper.explanations.explain import explain
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
-from mechdae.parts.paper.reports import tables
+from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.show import structure
+from mechdae.types import Floats, Points
+
+DOTS = ("\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")
+WIDEST = 8
+"""Columns of numbers side by side; more go into further """
+
+
+@dataclass(frozen=True)
+class TableColumn:
+    """A column of a table: its symbol, unit, and values at the positions (n,)."""
+
+    letter: Letter
+    unit: str
+    values: Any
+
+
+def parameters(problem: Problem, say: Phrases) -> Grid:
+    """Return the numbers that the file gives names to."""
+    mechanism = problem.mechanism
+    values = mechanism.values()
+    units = parameter_units(mechanism, problem.tasks.values())
+    rows: list[tuple[str | Part, ...]] = []
+    for name in mechanism.parameters:
+        unit = units.get(name, "")
+        value, unit = (np.rad2deg(values[name]), "°") if unit == "rad" else (values[name], unit)
+        rows.append((name, number(float(value), "", 6), say.unit("" if unit == "1" else unit)))
+    return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
+
+
+def grids(first: Sequence[str], head: str, columns: Sequence[TableColumn]) -> Iterator[Grid]:
+    """Yield tables of quantities, at most `WIDEST` side by side, all numbers of a column alike."""
+    for k in range(0, len(columns), WIDEST):
+        chosen = columns[k : k + WIDEST]
+        heads: list[str | Part] = [head]
+        cells: list[list[str | Part]] = []
+        for shown in chosen:
+            heads.append(_head(shown))
+            values = [float(value) for value in shown.values]
+            style = decimals(*[value for value in values if np.isfinite(value)])
+            cells.append([_cell(value, style) for value in values])
+        rows = tuple((first[i], *(column[i] for column in cells)) for i in range(len(first)))
+        yield Grid(tuple(heads), rows)
+
+
+def _head(column: TableColumn) -> Part:
+    return Listed((column.letter, Wording(column.unit))) if column.unit else column.letter
+
+
+def _cell(value: float, style: tuple[int, int]) -> str | Part:
+    return Number(rounded(value, *style), style[1]) if np.isfinite(value) else "–"
+
+
+# -- what is in them ---------------------------------------------------------------------------
+
+
+def driver_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
+    """Return the drivers' values, angles in degrees."""
+    found = []
+    for text, driver in subject.result.drivers.items():
+        values = np.asarray(driver.position, dtype=float)[list(rows)]
+        angle = subject.result.unit("drivers", text, "position") == "rad"
+        name, _, rest = text.partition(".")
+        symbol, index = _symbol(subject, angle, rest), _index(subject, name, rest)
+        values, unit = (np.rad2deg(values), "°") if angle else (values, "m")
+        found.append(TableColumn(Letter(symbol, (index,)), unit, values))
+    return found
+
+
+def _index(subject: Subject, name: str, rest: str) -> str:
+    if name in subject.scene.mechanism.bodies and rest == "angle":
+        return str(subject.numbers[name])
+    return name
+
+
+def position_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
+    """Return angles of the links that turn and slides, the drivers left out."""
+    found = []
+    for letter, angle, series in _moving(subject):
+        values = np.asarray(series[0], dtype=float)[list(rows)]
+        values, unit = (np.rad2deg(values), "°") if angle else (values, "m")
+        found.append(TableColumn(letter, unit, values))
+    return found
+
+
+def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
+    """Return angular and sliding rates of order 1 or 2."""
+    units = {True: ("rad/s", "rad/s²"), False: ("m/s", "m/s²")}
+    return [
+        TableColumn(
+            _rate_of(letter, order),
+            units[angle][order - 1],
+            np.asarray(series[order], dtype=float)[list(rows)],
+        )
+        for letter, angle, series in _moving(subject, order)
+    ]
+
+
+def point_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
+    """Return the components of velocities (order 1) or accelerations of the points that move.
+
+    Points on one pin are one.
+    """
+    word, mark, unit = (("velocity", "v", "m/s"), ("acceleration", "a", "m/s²"))[order - 1]
+    found: dict[str, Points] = {}
+    for reference, letter in subject.letters.items():
+        series = subject.result.points.get(reference, {}).get(word)
+        fixed = reference.split(".")[0] == GROUND or letter in found
+        if series is not None and not fixed and np.nanmax(np.abs(series), initial=0.0) > 0.0:
+            found[letter] = np.asarray(series, dtype=float)[list(rows)]
+    return [
+        TableColumn(Letter(mark, (letter, axis)), unit, values)
+        for letter, series in found.items()
+        for axis, values in zip(subject.scene.mechanism.axes, series.T, strict=True)
+    ]
+
+
+def analogue_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
+    """Return derivatives by the one driver: q' = v/w and q'' = (a - q' e)/w^2.
+
+    Nothing where there are several drivers or one stands still in a position.
+    """
+    drivers = list(subject.result.drivers.values())
+    if len(drivers) != 1 or "velocity" not in drivers[0]:
+        return []
+    speed = np.asarray(drivers[0].velocity, dtype=float)[list(rows)]
+    gain = np.asarray(drivers[0].acceleration, dtype=float)[list(rows)] if order == 2 else 0.0
+    if not np.all(np.abs(speed) > 0):
+        return []
+    lead = subject.result.unit("drivers", next(iter(subject.result.drivers)), "position")
+    found = []
+    for letter, angle, series in _moving(subject, order):
+        first = np.asarray(series[1], dtype=float)[list(rows)] / speed
+        values = first
+        if order == 2:
+            values = (np.asarray(series[2], dtype=float)[list(rows)] - first * gain) / speed**2
+        mark = "′" * order
+        unit = _analogue_unit(angle, lead, order)
+        found.append(TableColumn(replace(letter, mark=mark), unit, values))
+    return found
+
+
+def _analogue_unit(angle: bool, lead: str, order: int) -> str:
+    if lead == "rad":
+        return "" if angle else "m"
+    if angle:
+        return "1/m" if order == 1 else "1/m²"
+    return "" if order == 1 else "1/m"
+
+
+def force_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
+    """Return the efforts of the drivers and the sizes of the reactions."""
+    result = subject.result
+    found = []
+    for text, effort in getattr(result, "efforts", {}).items():
+        unit = result.path_unit(f"efforts/{text}")
+        name, _, rest = text.partition(".")
+        letter = Letter("M" if unit == "N m" else "F", (_index(subject, name, rest),))
+        found.append(TableColumn(letter, unit, np.asarray(effort, dtype=float)[list(rows)]))
+    for name, series in result.joints.items():
+        if "reaction" in series:
+            wrench = np.asarray(series["reaction"], dtype=float)[list(rows)]
+            axes = result.mechanism.dimension
+            size = np.linalg.norm(wrench[:, :axes], axis=1)
+            if np.isfinite(size).any():
+                found.append(TableColumn(Letter("R", (name,)), "N", size))
+            if axes == 3 and np.isfinite(wrench).all(axis=1).any():
+                moment = np.linalg.norm(wrench[:, axes:], axis=1)
+                found.append(TableColumn(Letter("M", (name,)), "N m", moment))
+    return found
+
+
+def _symbol(subject: Subject, angle: bool, word: str) -> str:
+    """Return the symbol of a coordinate: of links in the plane, of joints in space."""
+    if subject.result.mechanism.dimension == 3:
+        from mechdae.parts.paper.explanations.space.spatial_group import SYMBOL
+
+        return SYMBOL[word][0] if word in SYMBOL else word
+    return "φ" if angle else "s"
+
+
+def _rate_of(letter: Letter, order: int) -> Letter:
+    """Return the symbol of the rate of a coordinate: ω and ε of a link's angle, else dots."""
+    if letter.text == "φ":
+        return replace(letter, text=("ω", "ε")[order - 1])
+    return replace(letter, text=letter.text + DOTS[order - 1])
+
+
+def _moving(subject: Subject, order: int = 0) -> Iterator[tuple[Letter, bool, list[Floats]]]:
+    """Yield symbol, whether it is an angle, and series up to an order of what moves."""
+    result, mechanism = subject.result, subject.scene.mechanism
+    if mechanism.dimension == 3:
+        yield from _coordinates(subject, order)
+        return
+    for body, series in result.bodies.items():
+        names = ("angle", "angular_velocity", "angular_acceleration")[: order + 1]
+        if f"{body}.angle" in result.drivers or any(name not in series for name in names):
+            continue
+        turn = np.asarray(series["angle"], dtype=float)
+        if np.nanmax(turn) - np.nanmin(turn) > 1e-12:
+            letter = Letter("φ", (str(subject.numbers[body]),))
+            yield letter, True, [series[name] for name in names]
+    for name, series in result.joints.items():
+        names = ("slide", "slide_velocity", "slide_acceleration")[: order + 1]
+        if f"{name}.slide" in result.drivers or any(name not in series for name in names):
+            continue
+        travel = np.asarray(series["slide"], dtype=float)
+        if np.nanmax(travel) - np.nanmin(travel) > 1e-12 * mechanism.scale:
+            yield Letter("s", (name,)), False, [series[name] for name in names]
+
+
+def _coordinates(subject: Subject, order: int) -> Iterator[tuple[Letter, bool, list[Any]]]:
+    """Yield the same of the coordinates of spatial joints, which the links move by."""
+    from mechdae.parts.paper.explanations.space.spatial_group import coordinate_letter
+
+    mechanism = subject.scene.mechanism
+    for name, series in subject.result.joints.items():
+        joint = mechanism.joints[name]
+        for word in joint.coordinates:
+            names = (word, f"{word}_velocity", f"{word}_acceleration")[: order + 1]
+            if f"{name}.{word}" in subject.result.drivers or any(n not in series for n in names):
+                continue
+            angle = coordinate(mechanism, f"{name}.{word}").is_angle
+            values = np.asarray(series[word], dtype=float)
+            span = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
+            if span > 1e-12 * (1.0 if angle else mechanism.scale):
+                yield coordinate_letter(name, word), angle, [series[name] for name in names]
 
 
 def assignment(problem: Problem, result: Result, say: Phrases) -> Section:
@@ -24,7 +267,7 @@ def assignment(problem: Problem, result: Result, say: Phrases) -> Section:
         rows.append((say("source"), (problem.source,)))
     rows.append((say("task"), (f"{problem.name}, {result.task}",)))
     blocks: list[Passage] = [Facts(tuple(rows))]
-    table = tables.parameters(problem, say)
+    table = parameters(problem, say)
     return Section(say("assignment"), (*blocks, table) if table.rows else tuple(blocks))
 
 
@@ -73,32 +316,32 @@ def in_full(result: Result, subject: Subject, chosen: int, say: Phrases, lang: s
 
 def position_tables(subject: Subject, rows: list[int], say: Phrases) -> Section:
     first, head = [str(k) for k in range(len(rows))], say("position")
-    lead = tables.driver_columns(subject, rows)
-    columns = [*lead, *tables.position_columns(subject, rows)]
-    parts = [Section(say("positions"), tuple(tables.grids(first, head, columns)))]
+    lead = driver_columns(subject, rows)
+    columns = [*lead, *position_columns(subject, rows)]
+    parts = [Section(say("positions"), tuple(grids(first, head, columns)))]
     for order, word in ((1, "velocities"), (2, "accelerations")):
-        columns = tables.rate_columns(subject, rows, order)
-        points = tables.point_columns(subject, rows, order)
+        columns = rate_columns(subject, rows, order)
+        points = point_columns(subject, rows, order)
         if columns or points:
-            listed = (*tables.grids(first, head, columns), *tables.grids(first, head, points))
+            listed = (*grids(first, head, columns), *grids(first, head, points))
             parts.append(Section(say(word), listed))
     note = Note((say("about analogues", ", ".join(subject.result.drivers)),))
     for order, word in ((1, "analogues"), (2, "second analogues")):
-        columns = tables.analogue_columns(subject, rows, order)
+        columns = analogue_columns(subject, rows, order)
         if columns:
-            blocks = (note, *tables.grids(first, head, columns))
+            blocks = (note, *grids(first, head, columns))
             parts.append(Section(say(word), blocks if order == 1 else blocks[1:]))
     return Section(say("positions"), (), tuple(parts))
 
 
 def force_tables(subject: Subject, rows: list[int], say: Phrases) -> Iterator[Section]:
-    columns = tables.force_columns(subject, rows)
+    columns = force_columns(subject, rows)
     if not columns:
         return
     first, head = [str(k) for k in range(len(rows))], say("position")
-    lead = tables.driver_columns(subject, rows)
+    lead = driver_columns(subject, rows)
     blocks: list[Passage] = [Note((say("about forces"),))]
-    blocks += tables.grids(first, head, [*lead, *columns])
+    blocks += grids(first, head, [*lead, *columns])
     summary = subject.result.summary
     found = [
         (say(word), (number(float(summary[word])),))

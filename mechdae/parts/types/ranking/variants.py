@@ -13,7 +13,7 @@ import numpy as np
 from mechdae.describe import GROUND, Joint, Problem, Sweep, Table, load
 from mechdae.describe.tasks.kinds import Driven, Modes
 from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
-from mechdae.parts.types.chains.variants import constructions, inversions, pair_kinds
+from mechdae.parts.types.chains.variants import constructions, pair_kinds
 from mechdae.parts.types.chains.variants.layers import LinksCrossing
 from mechdae.parts.types.chains.variants.orders import Orders
 from mechdae.parts.types.chains.variants.scheme import Pose, Variant, moves, planar
@@ -85,7 +85,7 @@ class _Varied:
         if self.by == "order":
             found = Orders(self.problem, Pose({}, {}, {})).count
         elif self.by == "inversion":
-            found = len(inversions.choices(mechanism))
+            found = len(pair_kinds.fixed_links(mechanism))
         else:
             way = pair_kinds if self.by == "pairs" else constructions
             counted: tuple[int, int] = way.count(mechanism)
@@ -102,7 +102,7 @@ class _Varied:
         if self.by == "order":
             made = Orders(self.problem, motion.pose)
         else:
-            way = inversions.inversions if self.by == "inversion" else pair_kinds.pair_kinds
+            way = pair_kinds.inversions if self.by == "inversion" else pair_kinds.pair_kinds
             made = way(self.problem, motion.pose)
         for variant in made:
             yield variant if variant.fault else replace(variant, fault=fault_of(variant))

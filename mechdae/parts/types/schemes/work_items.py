@@ -17,9 +17,9 @@ from mechdae.parts.types.schemes.closure import SchemeTurn, material, shortest, 
 from mechdae.parts.types.schemes.descent import SHORT, Descent
 from mechdae.parts.types.schemes.losses import LossAsked, losses
 from mechdae.parts.types.schemes.scheme import Scheme, read
+from mechdae.parts.types.schemes.screening import screened_sets
 from mechdae.parts.types.schemes.shape import Wanted, distances
 from mechdae.parts.types.schemes.targets.functions import FunctionFitting, based, function_errors
-from mechdae.parts.types.schemes.targets.screened import screened_sets
 from mechdae.parts.types.schemes.targets.visits import VisitFitting, visited
 from mechdae.records import dataclass
 from mechdae.types import Complexes, Floats
