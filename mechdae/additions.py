@@ -69,6 +69,11 @@ class Added:
         return getattr(loaded, attribute) if attribute else loaded
 
 
+def added_of(home: str, places: Mapping[str, str]) -> dict[str, Added]:
+    """Return what a package adds by name, of name -> ``module:attribute`` inside of it."""
+    return {name: Added(f"{home}.{place}") for name, place in places.items()}
+
+
 Adds = Mapping[str, Mapping[str, Added]]
 
 

@@ -20,6 +20,8 @@ from mechdae.describe.values import Value
 
 Use = tuple[Any, Powers | None, str]
 """A number, its unit, and where it stands."""
+Typed = tuple[Any, str | None, str]
+"""The same with the unit as it is written."""
 RATES = ("speed", "acceleration", "jerk")
 TASK_NUMBERS = {
     "until": "s", "max_step": "s", "linearise": "s", "v_s": "m/s", "omega_s": "rad/s"
@@ -87,19 +89,19 @@ def _inferred(
 
 def _uses(mechanism: Mechanism, tasks: Iterable[Task], names: Iterable[str] = ()) -> list[Use]:
     """Return the numbers of a problem with their units and their places."""
-    automatic = {name: powers_of(unit) for name, unit in _automatic(mechanism)}
-    found: list[Use] = [
+    automatic = dict(_automatic(mechanism))
+    found: list[Typed] = [
         (number, automatic[name], name) for name, number in mechanism.numbers() if name in automatic
     ]
     for name, load in mechanism.loads.items():
         numbers = load.with_units(lambda text: unit_of(mechanism, text) == "rad")
-        found += [(n, powers_of(unit), f"loads.{name}.{word}") for n, unit, word in numbers]
+        found += [(n, unit, f"loads.{name}.{word}") for n, unit, word in numbers]
     for name, number in mechanism.sketch.items():
-        unit = unit_of(mechanism, str(name))
-        found.append((number, None if unit is None else powers_of(unit), f"sketch.{name}"))
+        found.append((number, unit_of(mechanism, str(name)), f"sketch.{name}"))
     for task, name in zip(tasks, chain(names, repeat("")), strict=False):
-        found += [(n, p, f"tasks.{name}.{word}") for n, p, word in _of_task(mechanism, task)]
-    return found + [(text, None, f"outputs.{name}") for name, text in mechanism.outputs.items()]
+        found += [(n, unit, f"tasks.{name}.{word}") for n, unit, word in _of_task(mechanism, task)]
+    found += [(text, None, f"outputs.{name}") for name, text in mechanism.outputs.items()]
+    return [(number, powers_of(unit) if unit else None, place) for number, unit, place in found]
 
 
 def _automatic(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
@@ -120,20 +122,19 @@ def _automatic(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
             yield name, {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
 
 
-def _of_task(mechanism: Mechanism, task: Task) -> Iterator[Use]:
+def _of_task(mechanism: Mechanism, task: Task) -> Iterator[Typed]:
     """Yield the numbers of a task with their places inside of it."""
     for word, unit in TASK_NUMBERS.items():
-        yield getattr(task, word, None), powers_of(unit), word
+        yield getattr(task, word, None), unit, word
     for word, rate in (("start", ""), ("start_speed", "/s")):
         for name, number in (getattr(task, word, None) or {}).items():
             base = unit_of(mechanism, str(name).removesuffix(".speed"))
-            powers = None if base is None else powers_of(f"{base}{rate}")
-            yield number, powers, f"{word}.{name}"
+            yield number, base and f"{base}{rate}", f"{word}.{name}"
     for watched in getattr(task, "events", None) or ():
         name, order = split_rate(watched.coordinate)
         base = unit_of(mechanism, name)
         if base is not None:
-            yield watched.crosses, powers_of(f"{base}/s" if order else base), "events"
+            yield watched.crosses, f"{base}/s" if order else base, "events"
     several = getattr(task, "drivers", None) or ()
     for driver in (*several, getattr(task, "driver", None)):
         if isinstance(driver, Driver):
@@ -141,29 +142,27 @@ def _of_task(mechanism: Mechanism, task: Task) -> Iterator[Use]:
     yield from _nested(task)
 
 
-def _of_driver(mechanism: Mechanism, driver: Driver) -> Iterator[Use]:
+def _of_driver(mechanism: Mechanism, driver: Driver) -> Iterator[Typed]:
     unit = unit_of(mechanism, driver.coordinate)
     if unit is None:
         return
-    time, base = powers_of("s"), powers_of(unit)
-    ends = base if driver.law is None else time
-    yield driver.law, base, "driver.law"
+    ends = unit if driver.law is None else "s"
+    yield driver.law, unit, "driver.law"
     yield driver.from_, ends, "driver.from"
     yield driver.to, ends, "driver.to"
-    yield from ((number, base, "driver.at") for number in driver.at or ())
-    yield from ((number, time, "driver.times") for number in driver.times or ())
+    yield from ((number, unit, "driver.at") for number in driver.at or ())
+    yield from ((number, "s", "driver.times") for number in driver.times or ())
     for order, word in enumerate(RATES, start=1):
-        rate = powers_of(f"{unit}/s{order if order > 1 else ''}")
-        yield getattr(driver, word), rate, f"driver.{word}"
+        yield getattr(driver, word), f"{unit}/s{order if order > 1 else ''}", f"driver.{word}"
 
 
-def _nested(value: Any, place: str = "") -> Iterator[Use]:
+def _nested(value: Any, place: str = "") -> Iterator[Typed]:
     """Yield the numbers of goals and constraints whose keys have a unit."""
     for entry in fields(value):
         own, where = getattr(value, entry.name), f"{place}{entry.name}"
         if entry.metadata.get("unit"):
             numbers = own if isinstance(own, tuple) else (own,)
-            yield from ((n, powers_of(entry.metadata["unit"]), where) for n in numbers)
+            yield from ((n, entry.metadata["unit"], where) for n in numbers)
             continue
         for part in own if isinstance(own, tuple) else (own,):
             if isinstance(part, Value) and not isinstance(part, Driver):

@@ -42,8 +42,6 @@ BY_NAMES = ("_numbers", "_pins")
 """What mechanisms share that differ in values of parameters alone."""
 MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Moments and products of inertia, in the order they are given in."""
-
-
 SETTINGS = "mechdae.describe.file.settings"
 SCREEN = "mechdae.describe.file.screen"
 """These know mechanisms: what sets their numbers, what writes screens."""
@@ -331,7 +329,8 @@ def evaluate_all(parameters: Mapping[str, Number]) -> dict[str, float]:
                 if other not in parameters:
                     raise UnknownName("parameter", other, parameters)
                 visit(other)
-        values[name] = evaluate(number, values)
+            number = evaluate(number, values)
+        values[name] = number
         pending.pop()
 
     for name in parameters:
@@ -407,6 +406,7 @@ def _check(mechanism: Mechanism) -> None:
             if point not in body.points:
                 raise UnknownName("point", point, body.points, where=f"bodies.{name}.outline")
     _check_size(mechanism, mechanism.gravity, "gravity")
+    _check_kinds(mechanism)
     seen: dict[tuple[str, ...], str] = {}
     for joint in mechanism.joints.values():
         _check_joint(mechanism, joint)
@@ -436,11 +436,14 @@ def _all_points(mechanism: Mechanism) -> Iterable[tuple[str, Table[tuple[Number,
         yield f"bodies.{name}", body.points
 
 
-def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
-    place = f"joints.{joint.name}"
+def _check_kinds(mechanism: Mechanism) -> None:
+    """Raise for a joint of another dimension."""
     kinds = KINDS_OF_JOINTS[mechanism.dimension]
-    known = kinds.get(joint.kind)
-    if known is not type(joint) and not joint.pointer:
+    known_of = {kind: kinds.get(kind) for kind in {j.kind for j in mechanism.joints.values()}}
+    for joint in mechanism.joints.values():
+        known, place = known_of[joint.kind], f"joints.{joint.name}"
+        if known is type(joint) or joint.pointer:
+            continue
         here, other = ("the plane", "space") if mechanism.dimension == 2 else ("space", "the plane")
         if known is not None:
             raise MechanismError(
@@ -457,6 +460,10 @@ def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
         raise MechanismError(
             f"a {joint.kind} joint is one of space", where=place, hint="dimension = 3"
         )
+
+
+def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
+    place = f"joints.{joint.name}"
     for side in (joint.first, joint.second):
         body, point = side.split(".")
         if body != GROUND and body not in mechanism.bodies:

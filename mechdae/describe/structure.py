@@ -7,7 +7,7 @@ expressions, tables, and the range of a curve.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import fields
 from typing import Any
 
@@ -60,7 +60,8 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
         for name, number in mechanism.parameters.items()
     )
     bodies = tuple((name, body.number, body.outline) for name, body in mechanism.bodies.items())
-    joints = tuple(_joint(joint, mechanism, free) for joint in mechanism.joints.values())
+    values = mechanism.values()
+    joints = tuple(_joint(joint, values, free) for joint in mechanism.joints.values())
     loads = tuple(load.settled() for load in mechanism.loads.values())
     outputs = tuple(mechanism.outputs.items())
     aliases = tuple(mechanism.aliases.items())
@@ -74,14 +75,14 @@ def _in_space(mechanism: Mechanism) -> Hashable:
     return mechanism.order, on_lines(mechanism)
 
 
-def _joint(joint: Joint, mechanism: Mechanism, free: frozenset[str]) -> Hashable:
+def _joint(joint: Joint, values: Mapping[str, float], free: frozenset[str]) -> Hashable:
     """Return what a joint is but for its numbers; directions are numbers where all are free."""
-    own = [name for name, _ in joint.numbers()]
     numbers = {
-        name.partition(".")[0] for name in own if "." not in name or f"{joint.name}.{name}" in free
+        name.partition(".")[0]
+        for name, _ in joint.numbers()
+        if "." not in name or f"{joint.name}.{name}" in free
     }
     rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in {*numbers, "range"})
-    values = mechanism.values()
     return (joint.kind, rest, *joint.settled(values))
 
 

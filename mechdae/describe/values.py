@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, Field, field, fields, replace
+from dataclasses import MISSING, field, fields, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Self
 
@@ -40,7 +40,8 @@ def key(
 
     ``unit`` is that of its numbers ("1": a plain number), None where it depends on other keys.
     """
-    metadata = {"kind": kind, "doc": doc, "choices": tuple(choices), "unit": unit}
+    metadata = {"kind": kind, "doc": doc, "choices": tuple(choices), "unit": unit,
+                "required": default is MISSING}  # fmt: skip
     return field(default=default, metadata=metadata)
 
 
@@ -51,14 +52,13 @@ WITH_UNIT = (
 """Kinds of values whose keys may end in a unit."""
 
 
-def required(entry: Field[Any]) -> bool:
-    """Return whether the field must be given."""
-    return entry.default is MISSING and entry.default_factory is MISSING
-
-
 @dataclass(frozen=True)
 class Value:
-    """Base of the descriptions: coerces and checks its fields when made."""
+    """Base of the descriptions: coerces and checks its fields when made.
+
+    One whose tables in files have other keys has ``from_table``, which returns such a table under
+    the keys of the description, units still on them.
+    """
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -75,11 +75,6 @@ class Value:
             except MechdaeError as problem:
                 raise problem.inside(entry.name.rstrip("_")) from None
             object.__setattr__(self, entry.name, value)
-
-    @classmethod
-    def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the table of a file under the keys of the description, units still on them."""
-        return table
 
     def evaluated(self, known: Mapping[str, float]) -> Self:
         """Return the description with its numbers evaluated over the parameters' values."""

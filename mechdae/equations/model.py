@@ -19,7 +19,7 @@ from mechdae.additions import of_cases
 from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.expression import build
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.equations.coordinates import Coordinate, Coordinates, Frame, fixed_frame, planar_frame
+from mechdae.equations.coordinates import Coordinates, Frame, fixed_frame, planar_frame
 from mechdae.equations.gradients import gradients
 from mechdae.equations.joints import Ends, rows_of
 from mechdae.equations.space import PLANE
@@ -64,6 +64,8 @@ class Row:
 
 Quantity = tuple[str, Sym, Sequence[object]]
 """A word, an expression, and the reaches of its entries where they are known."""
+Reported = tuple[str, str, Quantity, tuple[str, ...]]
+"""What is reported: kind, part, quantity and the bodies that it depends on."""
 
 
 class Model:
@@ -204,9 +206,10 @@ class Model:
         """Return the frame of a body or of the ground; its origin is `anchor`."""
         return self._frames[body]
 
-    def of_symbol(self, symbol: Sym) -> Coordinate | None:
-        """Return the coordinate that a symbol is, None for any other symbol."""
-        return self._of_symbol.get(symbol.element_hash())
+    def coordinates_among(self, symbols: Iterable[Sym]) -> Coordinates:
+        """Return the coordinates that are among some symbols, in the order of these."""
+        known = (self._of_symbol.get(symbol.element_hash()) for symbol in symbols)
+        return Coordinates(coordinate for coordinate in known if coordinate)
 
     def twist(self, body: str) -> list[int]:
         """Return the positions in q of a body's coordinates, in the order of a twist."""
@@ -298,6 +301,18 @@ class Model:
             found.append(("s", self.contacts[name].s, ()))
         if joint.turns:
             found.append(("angle", ends.second.angle - ends.first.angle, ()))
+        return found
+
+    def quantities(self, chosen: Selection) -> list[Reported]:
+        """Return what is reported of a selection: of bodies, then points, then joints."""
+        found: list[Reported] = []
+        found += [("bodies", name, self.turned(name), (name,)) for name in chosen.bodies]
+        for reference in chosen.points:
+            body = reference.split(".")[0]
+            found.append(("points", reference, self.placed(reference), (body,)))
+        for name in chosen.joints:
+            bodies = tuple(b for b in self.mechanism.joints[name].bodies if b != GROUND)
+            found += [("joints", name, each, bodies) for each in self.joint_quantities(name)]
         return found
 
     def columns_of(self, rows: Sequence[Row]) -> list[dict[Any, Any]]:

@@ -22,7 +22,6 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.loads import Spring
-from mechdae.equations.coordinates import Coordinates
 from mechdae.equations.forces.dry_friction import Rubbing
 from mechdae.equations.forces.feedback import Feedback
 from mechdae.equations.forces.generalised import Wrench, add, of_coordinates, power
@@ -121,7 +120,7 @@ class Released:
         self.gone = [i for i in range(len(self.rows)) if i not in left_over]
         self.x = ca.vertcat(*left) if left else SX(0, 1)
         self.v = SX.sym("rate", len(left))
-        self.coordinates = Coordinates(c for c in map(model.of_symbol, left) if c)
+        self.coordinates = model.coordinates_among(left)
         places = {symbol.element_hash(): j for j, symbol in enumerate(symbols)}
         self.free = [places[symbol.element_hash()] for symbol in left]
         self.solved = [places[symbol.element_hash()] for symbol, _, _ in solved]

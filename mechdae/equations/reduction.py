@@ -221,8 +221,8 @@ class Scene:
 
     def expression(self, absolute: Sym) -> Sym:
         """Return an expression over q as one over (x, u, p)."""
-        held = [self.model.of_symbol(s) for s in ca.symvar(SX(absolute))]
-        used = [(c.symbol, self.recover[c.key]) for c in held if c and c.key in self.recover]
+        held = self.model.coordinates_among(ca.symvar(SX(absolute)))
+        used = [(c.symbol, self.recover[c.key]) for c in held if c.key in self.recover]
         if not used:
             return absolute
         symbols, values = zip(*used, strict=True)
@@ -342,7 +342,7 @@ def reduce(scene: Scene) -> None:
             pending.append((group.index, unknowns, own))
             result += unknowns
     scene.x = ca.vertcat(*result) if result else SX(0, 1)
-    scene.unknowns = Coordinates(c for c in map(model.of_symbol, result) if c)
+    scene.unknowns = model.coordinates_among(result)
     place = {symbol.element_hash(): i for i, symbol in enumerate(result)}
     start = 0
     for index, unknowns, own in pending:

@@ -32,6 +32,14 @@ class StructureCache:
         with self._lock:
             return list(self._made.values())
 
+    def contents(self) -> list[Any]:
+        """Return all that has been made, also what is in the caches of it."""
+        found = self.values()
+        for made in [*found]:
+            inner = made if isinstance(made, StructureCache) else getattr(made, "cache", None)
+            found += inner.contents() if isinstance(inner, StructureCache) else ()
+        return found
+
 
 class structure_property:  # noqa: N801  (used like `property`)
     """A property that is made once for an object and all copies of it with other numbers.

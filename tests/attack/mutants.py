@@ -365,7 +365,7 @@ def each_group_on_its_own_way(monkeypatch):
         s, count = np.asarray(s, float), len(self.graphs.driven)
         nothing = np.zeros((len(s), self.graphs.nu))
         rates = tuple([*(rates or path.rates(s, count)), *[nothing] * count][:count])
-        alive = np.stack([path.follows(group, s) for group in self.groups], axis=1)
+        alive = path.follows(s)
         guess = path.guess(s)
         for j, group in enumerate(self.groups) if path.graphs.turns else ():
             reach, rows = path.reach[group], np.flatnonzero(~alive[:, j])

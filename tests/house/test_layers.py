@@ -37,7 +37,7 @@ ROOMS = {
     "motion.kinematics": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.measures motion.setup results",
     "motion.cases": "describe equations errors kernels motion.assembly motion.continuation "
-    "motion.kinematics motion.setup numerics numerics.homotopy results",
+    "motion.kinematics motion.measures motion.setup numerics numerics.homotopy results",
     "forces": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.measures motion.setup numerics results types",
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "

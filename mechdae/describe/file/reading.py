@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import fields
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -14,7 +14,6 @@ from mechdae.describe.values import (
     Value,
     describe,
     each,
-    required,
     sequence,
 )
 from mechdae.errors import InputError, MechdaeError
@@ -110,6 +109,11 @@ def split_known(key: str, known: Container[str]) -> tuple[str, str]:
     return base, suffix
 
 
+def split_keys(table: Iterable[str], known: Container[str]) -> dict[str, tuple[str, str]]:
+    """Return the name and the unit suffix of each key of a table, as `split_known` does."""
+    return {key: split_known(key, known) for key in table}
+
+
 def suffixes(unit: str | None, among: Mapping[str, Unit] = UNITS) -> list[str]:
     """Return the suffixes that fit a unit; all of them where it is not known."""
     return [suffix for suffix in among if unit is None or unit in among[suffix].si]
@@ -130,6 +134,14 @@ def check_suffix(key: str, unit: str | None, base: str = "") -> None:
         where=key,
         hint=f"{' or '.join([base, *fitting])}; values without a suffix are {meaning}",
     )
+
+
+def check_suffixes(table: Iterable[str], units: Mapping[str, str | None]) -> None:
+    """Raise for a key whose suffix is no unit of what it names; None is one that is not known."""
+    for key, (base, suffix) in split_keys(table, units).items():
+        unit = units.get(base)
+        if suffix and unit is not None:
+            check_suffix(key, unit, base)
 
 
 def to_si(value: Any, suffix: str) -> Any:
@@ -212,12 +224,13 @@ def read(kind: type[T], table: Any, place: str, **given: str) -> T:
     """
     try:
         known = {key: entry for key, entry in keys_of(kind).items() if entry.name not in given}
-        if isinstance(table, Mapping):
-            table = kind.from_table(table)
+        from_table = getattr(kind, "from_table", None)
+        if from_table is not None and isinstance(table, Mapping):
+            table = from_table(table)
         values = plain(table, known)
         arguments = {known[key].name: value for key, value in values.items()}
         for key, entry in known.items():
-            if key not in values and required(entry):
+            if key not in values and entry.metadata["required"]:
                 raise InputError(f"the key '{key}' is missing", where="" if place else key)
         return kind(**given, **arguments)
     except MechdaeError as problem:

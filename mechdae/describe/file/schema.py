@@ -14,7 +14,7 @@ from mechdae.describe.mechanism import TOLERANCE, Body, Ground
 from mechdae.describe.tasks.constraints import Choices, Region
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.describe.units import EVERY
-from mechdae.describe.values import WITH_UNIT, Value, required
+from mechdae.describe.values import WITH_UNIT, Value
 from mechdae.describe.vectors.values import Node, Vector
 
 if TYPE_CHECKING:
@@ -236,9 +236,9 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
         if word in WITH_UNIT:
             forms += [f"{name}{suffix}" for suffix in suffixes(entry.metadata["unit"], EVERY)]
         properties |= dict.fromkeys(forms, value)
-        if required(entry) and len(forms) == 1:
+        if entry.metadata["required"] and len(forms) == 1:
             needed.append(name)
-        elif required(entry):
+        elif entry.metadata["required"]:
             either.append({"oneOf": [{"required": [form]} for form in forms]})
     result = {
         "type": "object",

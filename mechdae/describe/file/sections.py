@@ -74,7 +74,7 @@ def read_problem(
     problem = Problem(
         mechanism,
         Table(tasks),
-        tuple(read(Expected, t, f"expected[{i}]") for i, t in enumerate(expected)),
+        tuple([read(Expected, t, f"expected[{i}]") for i, t in enumerate(expected)]),
         name,
         data.get("title", ""),
         data.get("source", ""),
@@ -191,11 +191,11 @@ def _read_joint(name: str, table: Any, dimension: int) -> Joint:
     place = f"joints.{name}"
     kinds = KINDS_OF_JOINTS[dimension]
     word = str(table.get("kind")) if isinstance(table, Mapping) else ""
-    if dimension == 2 and word in SPATIAL_JOINTS.keys() - JOINTS.keys():
+    if dimension == 2 and word not in JOINTS and word in SPATIAL_JOINTS:
         raise InputError(
             f"a {word} joint is one of space", where=place, hint="dimension = 3 above the tables"
         )
-    if dimension == 3 and word in JOINTS.keys() - SPATIAL_JOINTS.keys():
+    if dimension == 3 and word not in SPATIAL_JOINTS and word in JOINTS:
         raise UnavailableError(
             f"joints of kind '{word}' are not computed in space by this version",
             where=place,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.coordinates import unit_of
 from mechdae.describe.dimensions import misfit, parameter_units
-from mechdae.describe.file.reading import check_suffix, split_known, split_unit
+from mechdae.describe.file.reading import check_suffix, check_suffixes, split_keys, split_known
 from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import MechdaeError
@@ -93,40 +93,37 @@ def _unit_of_path(mechanism: Mechanism, path: str) -> str | None:
     return QUANTITIES.get(path.rpartition("/")[2])
 
 
-def _check_expected(
-    mechanism: Mechanism, tasks: Mapping[str, Task], table: Mapping[str, Any]
-) -> None:
-    """Raise for an expected value, or the driver's value it is at, in a unit that it has not."""
-    task = tasks.get(table.get("task", ""))
-    drivers = task.moving_drivers if isinstance(task, Driven) else ()
-    value = _unit_of_path(mechanism, str(table.get("what", "")))
-    units = {"value": value, "abs": value, "time": "s"}
-    units["at"] = unit_of(mechanism, drivers[0].coordinate) if len(drivers) == 1 else None
-    for word in table:
-        key = split_known(word, units)[0]
-        if key != word and units.get(key) is not None:
-            check_suffix(word, units[key], key)
+def _units_along(mechanism: Mechanism, tasks: Mapping[str, Task]) -> dict[str, str | None]:
+    """Return the units of the coordinates that the tasks move, of those that move one."""
+    moving = {n: task.moving_drivers for n, task in tasks.items() if isinstance(task, Driven)}
+    single = {name: drivers[0].coordinate for name, drivers in moving.items() if len(drivers) == 1}
+    units = {coordinate: unit_of(mechanism, coordinate) for coordinate in {*single.values()}}
+    return {name: units[coordinate] for name, coordinate in single.items()}
 
 
 def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[str, Any]) -> None:
     """Raise for suffixes of sketched and driven values that are not units of their coordinates."""
-    given = (split_known(key, mechanism.parameters) for key in data.get("parameters", {}))
-    typed = {base: end for base, end in given if end}
+    given = split_keys(data.get("parameters", {}), mechanism.parameters)
+    typed = {base: suffix for base, suffix in given.values() if suffix}
     if typed:
         try:
             check_parameters(mechanism, tasks, typed)
         except MechdaeError as error:
             raise error.inside("parameters") from None
+    along = _units_along(mechanism, tasks)
     for k, table in enumerate(data.get("expected", [])):
+        value = _unit_of_path(mechanism, str(table.get("what", "")))
+        at = along.get(table.get("task", ""))
         try:
-            _check_expected(mechanism, tasks, table)
+            check_suffixes(table, {"value": value, "abs": value, "time": "s", "at": at})
         except MechdaeError as error:
             raise error.inside(f"expected[{k}]") from None
-    for name in data.get("sketch", {}):
-        try:
-            check_suffix(name, unit_of(mechanism, split_unit(name)[0]))
-        except MechdaeError as error:
-            raise error.inside("sketch") from None
+    sketch = data.get("sketch", {})
+    names = [base for base, _ in split_keys(sketch, ()).values()]
+    try:
+        check_suffixes(sketch, {name: unit_of(mechanism, name) for name in names})
+    except MechdaeError as error:
+        raise error.inside("sketch") from None
     for name, task in data.get("tasks", {}).items():
         for word in VARIED if tasks[name].kind == "study" else ():
             for entry in task.get(word, ()):
@@ -142,14 +139,12 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
         tables = [("driver", task["driver"])] if "driver" in task else []
         tables += [(f"drivers[{k}]", item) for k, item in enumerate(task.get("drivers", ()))]
         for place, table in tables:
-            for word in table:
-                unit = unit_of(mechanism, table["coordinate"])
-                key = split_known(word, RATES)[0]
-                try:
-                    if unit is not None and key in RATES:
-                        check_suffix(word, f"{unit}{RATES[key]}", key)
-                except MechdaeError as error:
-                    raise error.inside(f"tasks.{name}.{place}") from None
+            unit = unit_of(mechanism, table["coordinate"])
+            units = {key: f"{unit}{rate}" if unit else None for key, rate in RATES.items()}
+            try:
+                check_suffixes(table, units)
+            except MechdaeError as error:
+                raise error.inside(f"tasks.{name}.{place}") from None
 
 
 def degrees_beside(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import fields, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.values import Number, Value, key
@@ -84,6 +84,30 @@ class Joint(Value):
     ball: ClassVar[bool] = False
     """Two bodies have a point in common and nothing else."""
 
+    hinge: ClassVar[bool]
+    """A turning pair."""
+    rigid: ClassVar[bool]
+    """Two bodies that are one."""
+    guide: ClassVar[bool]
+    """A sliding pair."""
+    slot: ClassVar[bool]
+    """A pin in a slot."""
+    pinned: ClassVar[bool]
+    """There are pins at its points."""
+    meshes: ClassVar[bool]
+    """Wheels that drive each other or something else."""
+    normal_force: ClassVar[bool]
+    """Something slides along it, and a force presses across."""
+
+    def __init_subclass__(cls) -> None:
+        """Set the traits that follow from others."""
+        cls.hinge = cls.coincide and not cls.keeps_angle
+        cls.rigid = cls.coincide and cls.keeps_angle
+        cls.guide = cls.straight and cls.keeps_angle
+        cls.slot = cls.straight and not cls.keeps_angle
+        cls.pinned, cls.meshes = cls.hinge or cls.slot or cls.bar, cls.wheels > 0
+        cls.normal_force = cls.straight or cls.on_curve
+
     @property
     def usual(self) -> str:
         """The coordinate that the joint's name stands for."""
@@ -101,36 +125,6 @@ class Joint(Value):
     def winds(self) -> bool:
         """Its turn slides it along: after a whole turn it is elsewhere."""
         return self.spatial and self.freedoms == 1 and self.turns and self.slides
-
-    @property
-    def hinge(self) -> bool:
-        """A turning pair."""
-        return self.coincide and not self.keeps_angle
-
-    @property
-    def rigid(self) -> bool:
-        """Two bodies that are one."""
-        return self.coincide and self.keeps_angle
-
-    @property
-    def guide(self) -> bool:
-        """A sliding pair."""
-        return self.straight and self.keeps_angle
-
-    @property
-    def slot(self) -> bool:
-        """A pin in a slot."""
-        return self.straight and not self.keeps_angle
-
-    @property
-    def pinned(self) -> bool:
-        """There are pins at its points."""
-        return self.hinge or self.slot or self.bar
-
-    @property
-    def meshes(self) -> bool:
-        """Wheels that drive each other or something else."""
-        return self.wheels > 0
 
     @property
     def sense(self) -> int:
@@ -158,11 +152,6 @@ class Joint(Value):
         raise NotImplementedError
 
     @property
-    def normal_force(self) -> bool:
-        """Something slides along it, and a force presses across."""
-        return self.straight or self.on_curve
-
-    @property
     def rubs(self) -> bool:
         """It may have friction."""
         return any(hasattr(self, entry) for entry in ("friction", "mesh_loss"))
@@ -175,15 +164,15 @@ class Joint(Value):
         """Return the law of its friction in symbols; `article`: pins with their full radius."""
         return "mesh_loss of the power"
 
-    @property
+    @cached_property
     def first_body(self) -> str:
         return self.first.split(".")[0]
 
-    @property
+    @cached_property
     def second_body(self) -> str:
         return self.second.split(".")[0]
 
-    @property
+    @cached_property
     def bodies(self) -> tuple[str, ...]:
         """The bodies whose position the joint's equations use."""
         carrier = getattr(self, "carrier", None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.additions import Added, Kinds, Registry
+from mechdae.additions import Added, Kinds, Registry, added_of
 from mechdae.describe.coordinates import coordinate, selection
 from mechdae.describe.expression import unknown_name
 from mechdae.describe.file.reading import Nested, nest, split_unit
@@ -284,11 +284,10 @@ class Modes(Driven):
 TASKS: Registry[type[Task]] = Registry("tasks", {
     "sweep": Sweep,
     "modes": Modes,
-    "reactions": Added("mechdae.describe.tasks.reactions:Reactions"),
-    "motion": Added("mechdae.describe.tasks.motion:Motion"),
-    "equilibrium": Added("mechdae.describe.tasks.motion:Equilibrium"),
-    "synthesis": Added("mechdae.describe.tasks.synthesis:Synthesis"),
-    "study": Added("mechdae.describe.tasks.studies:Study"),
-    "sensitivity": Added("mechdae.describe.tasks.studies:Sensitivity"),
+    **added_of("mechdae.describe.tasks", {
+        "reactions": "reactions:Reactions", "motion": "motion:Motion",
+        "equilibrium": "motion:Equilibrium", "synthesis": "synthesis:Synthesis",
+        "study": "studies:Study", "sensitivity": "studies:Sensitivity",
+    }),
 })  # fmt: skip
 """Kind of task -> its class, those of parts too."""

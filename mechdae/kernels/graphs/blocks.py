@@ -24,19 +24,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
+from mechdae.additions import of_cases
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.equations.reduction import Block, Scene
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.bounds.walk import instructions, number_rounding, symbolic, with_trig
-from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.functions import Call
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.row_reaches import RowReaches
 
 SX = ca.SX
 
@@ -316,7 +319,8 @@ def row_reaches(
     """Return what bounds scalars by their reaches; None where their terms do, as in the plane."""
     if not any(reach is not None for reach in reaches):
         return None
-    found = RowReaches(scene, values, reaches, moving)
+    (make,) = of_cases("reaches")
+    found: RowReaches = make(scene, values, reaches, moving)
     return found if found.any else None
 
 

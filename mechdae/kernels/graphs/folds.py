@@ -10,12 +10,12 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.additions import of_cases
 from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.bounds.intervals import lower_bounds
 from mechdae.kernels.bounds.walk import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.bounds import BoundGraphs
-from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Graph, Sym
 
@@ -185,7 +185,8 @@ class FoldGraphs(BoundGraphs):
         F = ca.vertcat(*[self.blocks[k].F for k in blocks])
         reaches = [reach for k in blocks for reach in self.blocks[k].block.reaches]
         w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
-        known, rates = RowReaches(self.scene, F, reaches, [x, u]), ca.fabs(ca.vertcat(v, du))
+        (bounds_by_reaches,) = of_cases("reaches")
+        known, rates = bounds_by_reaches(self.scene, F, reaches, [x, u]), ca.fabs(ca.vertcat(v, du))
         near = [ca.fabs(self.x) + ds * ca.fabs(v), ca.fabs(self.u) + ds * ca.fabs(du)]
         here, wide = known.bounds(near, whole=False), known.bounds([size_x, size_u], whole=True)
         select = SX(self.nx + self.nu, len(chain) + 1)

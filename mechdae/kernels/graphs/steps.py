@@ -9,12 +9,16 @@ from functools import partial
 
 import casadi as ca
 
+from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.folds import PATH_STEP_LIMIT, FoldGraphs, Pair
+from mechdae.kernels.run.functions import StepChain
 from mechdae.kernels.stored.functions import stored_property
 from mechdae.types import Graph, Sym
 
 SX = ca.SX
+STRIDE = 64
+"""Steps in one call of the sequential kernel."""
 NEAR = 0.5
 """Share of a step by which its bounds hold around it where they are not for all poses."""
 LEAST = 1e-4
@@ -32,6 +36,11 @@ class Graphs(FoldGraphs):
         made = (self.scene, self.outputs, self.derivatives)
         other: Graphs = self.cache("straight", lambda: Graphs(*made, lines=True))
         return other.at(self.scene)
+
+    @structure_property
+    def strides(self) -> StepChain:
+        """`STRIDE` steps in one call."""
+        return StepChain(self.advance, STRIDE)
 
     # -- one certified step ----------------------------------------------------------------
 

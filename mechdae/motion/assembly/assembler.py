@@ -226,7 +226,7 @@ class Assembler:
 
     def _coordinate(self, c: NamedCoordinate, x: Unknowns, u: Floats) -> float:
         """Return the value of a coordinate at a pose."""
-        function = self._local(c, lambda: self.scene.model.coordinate(c))
+        function = self._local(c.text, lambda: self.scene.model.coordinate(c))
         return float(function(x, u, self.p).item())
 
     def slides(self, group: Group, x: Unknowns, u: Floats) -> dict[str, float]:

@@ -92,11 +92,9 @@ class Sketched:
         self.assembler, self.scene = assembler, assembler.scene
         self.groups = self.scene.groups
         self.stage = {body: k for k, group in enumerate(self.groups) for body in group.bodies}
-        told = {
-            coordinate(self.scene.model.mechanism, f"{body}.angle"): angle
-            for body, angle in assembler.sketch.items()
-        }
-        entries = [self.entry(c, value) for c, value in (told | assembler.places).items()]
+        mechanism = self.scene.model.mechanism
+        angles = [(coordinate(mechanism, f"{b}.angle"), v) for b, v in assembler.sketch.items()]
+        entries = [self.entry(c, value) for c, value in (*angles, *assembler.places.items())]
         self.entries = [entry for entry in entries if entry is not None]
         self._at_stage: dict[int, list[SketchNumber]] = {}
         for entry in self.entries:
@@ -117,7 +115,7 @@ class Sketched:
         joint = model.mechanism.joints.get(c.part)
         winds = joint is not None and joint.winds
         turns = (c.is_angle and not winds) or (c.on_curve and model.contacts[c.part].closed)
-        value = local(self.scene, c, lambda: model.coordinate(c))
+        value = local(self.scene, c.text, lambda: model.coordinate(c))
         size = driver_size(model, c, self.assembler.size)
         return SketchNumber(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
 

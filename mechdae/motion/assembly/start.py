@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.describe.structure import cylinders
-from mechdae.equations.groups import Group
 from mechdae.errors import MechanismError, SketchError
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.nearest_mode import MOST_BEGUN
@@ -72,7 +71,8 @@ def _check_near(assembler: Assembler, x: Unknowns, u: Floats) -> None:
 
     Other sketches so far off have a note: they may be those of another value of the driver.
     """
-    for group, own in _turned(assembler, x, u).items():
+    for stage, own in _turned(assembler, x, u).items():
+        group = assembler.scene.groups[stage]
         plain = [body for body, (wanted, _) in own.items() if abs(wanted) > MANY]
         body = max(own, key=lambda name: abs(own[name][1]))
         off = math.hypot(*[gap for _, gap in own.values()])
@@ -96,14 +96,13 @@ def _check_near(assembler: Assembler, x: Unknowns, u: Floats) -> None:
 
 def _turned(
     assembler: Assembler, x: Floats, u: Floats
-) -> dict[Group, dict[str, tuple[float, float]]]:
-    """Return by group and body the sketched angle, and by how much the pose is off it."""
-    angles: dict[Group, dict[str, tuple[float, float]]] = {}
+) -> dict[int, dict[str, tuple[float, float]]]:
+    """Return by place of the group and body the sketched angle, how far the pose is off it."""
+    angles: dict[int, dict[str, tuple[float, float]]] = {}
     for entry in assembler.sketched.entries:
         if entry.coordinate.kind == "body angle":
-            group = assembler.scene.groups[entry.stage]
             gap = entry.gap(x, u, assembler.p)
-            angles.setdefault(group, {})[entry.coordinate.part] = (entry.wanted, gap)
+            angles.setdefault(entry.stage, {})[entry.coordinate.part] = (entry.wanted, gap)
     return angles
 
 
@@ -165,11 +164,11 @@ def doubts(
             f"the sketch does not tell how links at {', '.join(assembler.sketched.turned)} are "
             f"turned about themselves, and no point does: the pose of the least angles is taken"
         )
-    for group in assembler.scene.groups:
+    for stage, group in enumerate(assembler.scene.groups):
         off = assembler.sketched.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
             away = f"is {math.degrees(off):.0f} degrees away from it"
-            if len(own := _turned(assembler, x, u).get(group, {})) > 1:
+            if len(own := _turned(assembler, x, u).get(stage, {})) > 1:
                 body, (wanted, gap) = max(own.items(), key=lambda each: abs(each[1][1]))
                 angle = math.degrees(math.remainder(wanted + gap, 2 * math.pi))
                 away += f", {body} most of all, at {angle:.0f} deg"

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.functions import StepChain
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from mechdae.motion.continuation.curve_ends import CurveEnds
     from mechdae.motion.continuation.limit_positions import Limit
 
-STRIDE = 64
-"""Steps in one call of the sequential kernel."""
 FAR = 100.0
 """Lengths of the mechanism at which a slide is said to run away (parallel guides)."""
 
@@ -29,12 +26,6 @@ TURNING = ("limit", "pole")
 """Ends at which the mechanism can only turn back."""
 SAME = 8 * np.finfo(float).eps
 """Share of a place, or of the largest step, within which it is a limit position."""
-
-
-def strides(graphs: Graphs) -> StepChain:
-    """Return `STRIDE` steps of a scene in one call."""
-    made: StepChain = graphs.cache("strides", lambda: StepChain(graphs.advance, STRIDE))
-    return made
 
 
 @dataclass
@@ -162,8 +153,8 @@ class AnyPath(ABC):
     # -- poses -------------------------------------------------------------------------------
 
     @abstractmethod
-    def follows(self, group: int, s: Floats) -> Booleans:
-        """Return at which places a group follows the path: followed, and before its ends."""
+    def follows(self, s: Floats) -> Booleans:
+        """Return which groups follow the path at `s`: followed, and before their ends, (n, ng)."""
 
     @abstractmethod
     def sign_at(self, s: Floats) -> Floats:

@@ -118,7 +118,7 @@ class BeyondEnds:
         for _ in range(int(min((arc.last - arc.first) / TURN, MOST_TURNS)) + 1):
             there = arc.snapped(s[rows] + TURN * turns)
             limit = arc.met(there) != 0
-            inside = limit | np.all([path.follows(group, there) for group in self.groups], axis=0)
+            inside = limit | path.follows(there).all(axis=1)
             mine, there, limit = rows[inside], there[inside], limit[inside]
             if mine.size:
                 back = self._back(path, arc, s[mine], there)

@@ -114,7 +114,7 @@ class Evaluator(BeyondEnds):
         """
         s = np.asarray(s, float)
         rates = self.all_rates(path, s, rates)
-        alive = np.stack([path.follows(g, s) for g in self.groups], axis=1)
+        alive = path.follows(s)
         places, limits = s, self.limits(path, s) if path.ends else {}
         if not alive.all() and path.graphs.turns:
             places, limits = self.turn_round(path, s, alive, limits)

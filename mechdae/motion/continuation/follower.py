@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.additions import of_cases
 from mechdae.errors import InputError, SolveError
-from mechdae.motion.continuation.any_path import STRIDE, strides
+from mechdae.kernels.graphs.steps import STRIDE
 from mechdae.motion.continuation.path import APPROACH, SHRUNK, Front, Path, Tries
 
 NEARLY = 1 + 1e-9
@@ -82,7 +82,7 @@ def _until_first(front: Front, ended: set[int]) -> float:
 def _stride(front: Front, ds: float, count: int) -> int:
     """Take up to `count` equal steps in one call; return how many were proved."""
     path, alive, sign = front.path, front.alive, front.sign
-    places, chain, held = front.s + ds * np.arange(count + 1), strides(path.graphs), 0
+    places, chain, held = front.s + ds * np.arange(count + 1), path.graphs.strides, 0
     ahead = min(count, FEW) if abs(ds) < path.largest else count  # the next may fail as well
     while True:
         some = places[held : held + ahead]

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.kernels.graphs.steps import Graphs
-from mechdae.motion.continuation.any_path import STRIDE, AnyPath, Counts, Reach, strides
+from mechdae.kernels.graphs.steps import STRIDE, Graphs
+from mechdae.motion.continuation.any_path import AnyPath, Counts, Reach
 from mechdae.motion.continuation.crossings.across_change_point import Zone
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
@@ -88,7 +88,7 @@ class Legs(AnyPath):
         lines[:count] = np.hstack([self.corners, self._padded])[k : k + count, None]
         lines[count:] = np.concatenate([self.corners[k + count], 0 * self.corners[0]])
         along = np.tile([0.0, 1.0], STRIDE // 2)
-        states, test, det, miss = strides(self.graphs)(self._state, 0.0, along, whole)
+        states, test, det, miss = self.graphs.strides(self._state, 0.0, along, whole)
         alive = self.alive(self.ended)
         good = self.good(states, test, det, miss, alive, self._signs[k])
         good = good.reshape(-1, 2).all(axis=1)[:count]
@@ -164,8 +164,8 @@ class Legs(AnyPath):
     def rates(self, s: Floats, order: int) -> tuple[Floats, ...]:
         return tuple(np.zeros((len(s), self.corners.shape[1])) for _ in range(order))
 
-    def follows(self, group: int, s: Floats) -> Booleans:
-        return self.reach[group].contains(s)
+    def follows(self, s: Floats) -> Booleans:
+        return np.stack([reach.contains(s) for reach in self.reach.values()], axis=1)
 
     def sign_at(self, s: Floats) -> Floats:
         signs: Floats = self._signs[np.asarray(s, int)]

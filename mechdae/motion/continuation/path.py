@@ -213,16 +213,15 @@ class Path(AnyPath):
         self._arrays = None
         return self.s.pop(-1 if up else 0), self.state.pop(-1 if up else 0)
 
-    def follows(self, group: int, s: Floats) -> Booleans:
-        """Return at which places a group follows the path: followed, and before its ends."""
-        reach = self.reach[group]
-        inside = reach.contains(s)
-        if group in self.followed:
-            slack = 2 * APPROACH * self.largest  # the last node before a limit stops short of it
-            if reach.low is None:
-                inside &= s >= self.s[0] - slack
-            if reach.high is None:
-                inside &= s <= self.s[-1] + slack
+    def follows(self, s: Floats) -> Booleans:
+        """Return which groups follow the path at `s`: followed, and before their ends, (n, ng)."""
+        inside = np.stack([reach.contains(s) for reach in self.reach.values()], axis=1)
+        slack = 2 * APPROACH * self.largest  # the last node before a limit stops short of it
+        for j, (group, reach) in enumerate(self.reach.items()):
+            if group in self.followed and reach.low is None:
+                inside[:, j] &= s >= self.s[0] - slack
+            if group in self.followed and reach.high is None:
+                inside[:, j] &= s <= self.s[-1] + slack
         return inside
 
     @property

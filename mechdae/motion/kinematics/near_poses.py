@@ -16,9 +16,9 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.values import Number
 from mechdae.kernels.bounds.walk import ROUNDOFF
+from mechdae.kernels.graphs.steps import STRIDE
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.assembly.closed_start import ClosedStart, closed_start
-from mechdae.motion.continuation.any_path import STRIDE, strides
 from mechdae.motion.continuation.beyond_ends import HALF_TURN
 from mechdae.motion.continuation.evaluate import CARRIED, H_LIMIT, ROUNDS, TINY, Evaluator, in_time
 from mechdae.motion.continuation.interpolate import quintic
@@ -189,7 +189,7 @@ class NearPoses:
             some = s + ds * np.arange(count + 1)
             if count == left:
                 some[-1] = to
-            states, *tests = strides(self.graphs)(
+            states, *tests = self.graphs.strides(
                 state, some[:-1], np.diff(some), begun.whole, count
             )
             good = count

@@ -27,7 +27,7 @@ from mechdae.motion.measures.measured import Measured
 from mechdae.motion.setup.drivers import DriverPlan, plan, sketched
 from mechdae.motion.setup.likely_typos import driver_slips
 from mechdae.motion.setup.outputs import Outputs, Request
-from mechdae.motion.setup.scales import Constants, divisors
+from mechdae.motion.setup.scales import Constants, divisors, driver_size
 from mechdae.records import dataclass
 from mechdae.results import Summary
 from mechdae.types import Floats, Json, Unknowns
@@ -85,6 +85,12 @@ class Setting:
     on_change_point: str
     shape: Shape
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def driver_sizes(self) -> Floats:
+        """The size of each driver (nd,), see `driver_size`."""
+        model, length = self.scene.model, self.scene.model.mechanism.scale
+        return np.array([driver_size(model, c, length) for c in self.plan.coordinates])
 
 
 SHAPES: Shapes[Sized] = Shapes(lambda shape: shape.size)

@@ -142,22 +142,12 @@ def free_numbers() -> frozenset[str]:
 
 def size_of(*caches: StructureCache) -> int:
     """Return the estimated bytes of kernels."""
-    every = [inner for cache in caches for inner in _within(cache)]
     known = caches[0]("size", lambda: [0, 0])  # how many things were counted, and their size
-    count = sum(map(len, every))
-    if known[0] != count:
-        functions = [getattr(made, "function", made) for cache in every for made in cache.values()]
+    contents = [made for cache in caches for made in cache.contents()]
+    if known[0] != len(contents):
+        functions = [getattr(made, "function", made) for made in contents]
         sizes: list[int] = [f.n_instructions() for f in functions if hasattr(f, "n_instructions")]
-        lines = sum(isinstance(f, NumpyFunction) for cache in every for f in cache.values())
-        lines += sum(bool(getattr(f, "lines", ())) for cache in every for f in cache.values())
-        known[:] = count, PER_INSTRUCTION * sum(sizes) + CACHE_BYTES * lines
+        lines = sum(isinstance(made, NumpyFunction) for made in contents)
+        lines += sum(bool(getattr(made, "lines", ())) for made in contents)
+        known[:] = len(contents), PER_INSTRUCTION * sum(sizes) + CACHE_BYTES * lines
     return int(known[1])
-
-
-def _within(cache: StructureCache) -> Iterator[StructureCache]:
-    """Yield a cache, and those of what it holds."""
-    yield cache
-    for made in cache.values():
-        inner = made if isinstance(made, StructureCache) else getattr(made, "cache", None)
-        if isinstance(inner, StructureCache):
-            yield from _within(inner)

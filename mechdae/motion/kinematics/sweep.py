@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,15 +19,20 @@ from mechdae.motion.kinematics.extremes import Spans
 from mechdae.motion.kinematics.path_events import begins_singular, limit_events
 from mechdae.motion.kinematics.prepared import Run, Setting, covered, first_pose, prepare
 from mechdae.motion.kinematics.report import report
-from mechdae.motion.kinematics.several_drivers import largest_in_time, scales
 from mechdae.motion.measures.measure import along_path, at_poses
 from mechdae.motion.measures.measured import Measured
 from mechdae.motion.setup.scales import Constants, driver_size
 from mechdae.results import Result, Summary
 from mechdae.types import Floats
 
-if TYPE_CHECKING:
-    pass
+
+class PathRange(NamedTuple):
+    """How a path is followed: the values of the drivers on it (n, nd), how far beside (nd,)."""
+
+    begin: float
+    largest: float  # step of its parameter
+    span: Floats
+    margin: Any
 
 
 def sweep(problem: Problem, name: str, task: Sweep) -> Result:
@@ -64,11 +69,12 @@ def _led(setting: Setting, task: Sweep, u: Floats, x: Floats) -> Run:
     raise NotImplementedError
 
 
-def along(setting: Setting, task: Sweep, u: Floats, x: Floats, begin: float | None = None) -> Run:
+def along(
+    setting: Setting, task: Sweep, u: Floats, x: Floats, path_range: PathRange | None = None
+) -> Run:
     """Return the poses along one parameter: the value of the driver that moves, or time.
 
-    The path starts from unknowns `x` at drivers' values `u`, at the time `begin` of laws where
-    that is not their first.
+    The path starts from unknowns `x` at drivers' values `u`; laws of time give their `path_range`.
     """
     plan, graphs, laws = setting.plan, setting.graphs, setting.plan.timing
     moving, is_angle = plan.lead, graphs.turns
@@ -77,23 +83,18 @@ def along(setting: Setting, task: Sweep, u: Floats, x: Floats, begin: float | No
     closed = contact is not None and contact.closed
     scale = model.mechanism.scale
     size = driver_size(model, c, scale)
-    if begin is None:
-        begin = float(laws.times[0] if laws else u[moving])
-    if laws:
-        largest = largest_in_time(laws, scales(setting))
-        span, margin = laws.course.sampled(laws.dense)[0], 0.1 * scales(setting)
-    else:
-        largest = 2 * np.pi / NODES_PER_TURN * size
-        span = u[None, :] if plan.values is None else np.vstack([plan.values, u])
-        margin = np.zeros(len(u))
-        margin[moving] = 4 * (scale if c.unit == "m" else np.pi * size)
+    span = u[None, :] if plan.values is None else np.vstack([plan.values, u])
+    margin = np.zeros(len(u))
+    margin[moving] = 4 * (scale if c.unit == "m" else np.pi * size)
+    largest = 2 * np.pi / NODES_PER_TURN * size
+    path_range = path_range or PathRange(float(u[moving]), largest, span, margin)
     evaluator = Evaluator(graphs, setting.outputs)
     summary = Summary()
 
     def follow(numbers: Constants) -> tuple[Path, Any]:
-        path = Path(graphs, numbers, np.zeros(graphs.nu), np.ones(graphs.nu), largest)
+        path = Path(graphs, numbers, np.zeros(graphs.nu), np.ones(graphs.nu), path_range.largest)
         path.on_change_point = setting.on_change_point
-        path.begin(x, begin)
+        path.begin(x, path_range.begin)
         if plan.values is None:
             turn = 2 * np.pi * size if is_angle or closed else None
             places, summary["limits"] = assembled(
@@ -104,7 +105,7 @@ def along(setting: Setting, task: Sweep, u: Floats, x: Floats, begin: float | No
         cover(path, evaluator, places, is_angle, laws.corners if laws else ())
         return path, places
 
-    path, places = covered(follow, setting, span, margin, (x, u))
+    path, places = covered(follow, setting, path_range.span, path_range.margin, (x, u))
     rates = (plan.speed, plan.acceleration, plan.jerk)
     own = [rate[:, [moving]] for rate in rates]
     driver = None if laws else (own[0], own[1], own[2])

@@ -11,7 +11,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, CoordinateKind
-from mechdae.describe.mechanism import GROUND
 from mechdae.equations.model import Quantity
 from mechdae.equations.reduction import Scene
 from mechdae.errors import UnknownName
@@ -85,16 +84,9 @@ class Outputs:
         self.entries: list[ReportedQuantity] = []
         self._scalars: list[Sym] = []
         self._reaches: list[Any] = []
-        model, chosen = scene.model, scene.selection
         self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
-        for name in chosen.bodies:
-            self._add("bodies", name, model.turned(name), (name,))
-        for reference in chosen.points:
-            self._add("points", reference, model.placed(reference), (reference.split(".")[0],))
-        for name in chosen.joints:
-            bodies = tuple(b for b in model.mechanism.joints[name].bodies if b != GROUND)
-            for quantity in model.joint_quantities(name):
-                self._add("joints", name, quantity, bodies)
+        for reported in scene.model.quantities(scene.selection):
+            self._add(*reported)
         for key, expression, bodies in hidden:
             self._add("hidden", key, ("value", expression, ()), bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)

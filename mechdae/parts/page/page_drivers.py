@@ -18,7 +18,6 @@ from mechdae.motion.continuation.legs import Legs, largest_step
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Run, Setting
-from mechdae.motion.kinematics.several_drivers import scales
 from mechdae.results import Result
 from mechdae.types import Floats, Graph, Json
 
@@ -80,7 +79,7 @@ def drivers_of(setting: Setting, result: Result) -> list[Json] | None:
             "usual": is_law(setting) or not rates[0][k],
         }
         for k, (name, c, size) in enumerate(
-            zip(result.drivers, plan.coordinates, scales(setting), strict=True)
+            zip(result.drivers, plan.coordinates, setting.driver_sizes, strict=True)
         )
     ]
 
@@ -107,7 +106,7 @@ def way_of(setting: Setting, run: Run) -> Json:
     else:
         assert isinstance(path, Path)
         corners, name = np.array([path.u0, path.u0 + path.d]), "way"
-    longest = [largest_step(leg, scales(setting)) for leg in np.diff(corners, axis=0)]
+    longest = [largest_step(leg, setting.driver_sizes) for leg in np.diff(corners, axis=0)]
     return way | whole | {"name": name, "corners": corners.tolist(), "largest": longest}
 
 
@@ -117,7 +116,7 @@ def pace_of(setting: Setting, run: Run) -> float:
     if setting.graphs.single:
         size = 1.0 if setting.graphs.turns else run.path.constants.scale
         return abs(float(np.atleast_2d(plan.speed)[0, 0])) / size
-    return float(np.nanmax(np.abs(np.atleast_2d(plan.speed)) / scales(setting)))
+    return float(np.nanmax(np.abs(np.atleast_2d(plan.speed)) / setting.driver_sizes))
 
 
 def largest_alone(drivers: Sequence[dict[str, Any]]) -> list[float]:

@@ -19,6 +19,12 @@ RELATIVE = (*TURNS, "slide", "x", "y", "length")
 """Coordinates of joints in space, angles first."""
 SLIDE = ("slide", "slide_velocity", "slide_acceleration")
 ANGLE = ("angle", "angular_velocity", "angular_acceleration")
+SIZED = {
+    "bodies": ANGLE[1:],
+    "joints": SLIDE[1:],
+    "points": ("position", "velocity", "acceleration"),
+}
+"""Series whose largest sizes tell what of them is rounding."""
 
 
 class Quantities:
@@ -30,17 +36,16 @@ class Quantities:
 
     def __init__(self, result: Result) -> None:
         self.result = result
-        self.length = rest(result, "length", self._most("points", "position"))
+        largest: dict[str, float] = {}
+        for kind, words in SIZED.items():
+            parts = getattr(result, kind).values()
+            arrays = [(word, own[word]) for own in parts for word in words if word in own]
+            largest |= dict.fromkeys(words, 0.0)
+            for word, values in arrays:
+                largest[word] = max(largest[word], np.nanmax(np.abs(values), initial=0.0))
+        self.length = rest(result, "length", largest.pop("position"))
         self.angle = rest(result, "angle", 1.0)
-        self._rates = {
-            word: 1e-14 * self._most(kind, word)
-            for kind, words in (
-                ("bodies", ANGLE[1:]),
-                ("joints", SLIDE[1:]),
-                ("points", ("velocity", "acceleration")),
-            )
-            for word in words
-        }
+        self._rates = {word: 1e-14 * float(size) for word, size in largest.items()}
 
     def columns(self) -> list[Column]:
         """Return all columns that move: the output, points, then other joints and bodies.
@@ -91,15 +96,15 @@ class Quantities:
 
     def distinct_points(self) -> list[str]:
         """Return the points that move, each place once."""
-        kept: list[str] = []
-        points = self.result.points
-        for name, series in points.items():
-            if self._moves(series, "position", "velocity", self.length) and not any(
-                np.array_equal(series.position, points[other].position, equal_nan=True)
-                for other in kept
+        places = {name: series.position for name, series in self.result.points.items()}
+        distinct: list[str] = []
+        for name, place in places.items():
+            series = self.result.points[name]
+            if _changes(place, series, "velocity", self.length) and not any(
+                np.array_equal(place, places[other], equal_nan=True) for other in distinct
             ):
-                kept.append(name)
-        return kept
+                distinct.append(name)
+        return distinct
 
     def noise(self, kind: str, part: str, name: str) -> float:
         """Return up to which size a number of a part's series is 0."""
@@ -202,20 +207,15 @@ class Quantities:
 
     def _moves(self, series: Series, word: str, rate: str, noise: float) -> bool:
         """Return whether something changes by more than noise, or does so somewhere in between."""
-        values = np.asarray(series[word], float)
-        if len(values) > 1:
-            columns = values.reshape(len(values), -1).T
-            return max(_span(column) for column in columns) > noise
-        return rate not in series or bool(np.nanmax(np.abs(series[rate]), initial=0.0) > 0)
+        return _changes(series[word], series, rate, noise)
 
-    def _most(self, kind: str, word: str) -> float:
-        """Return the largest size of a series over all parts."""
-        sizes = [
-            float(np.nanmax(np.abs(own[word]), initial=0.0))
-            for own in getattr(self.result, kind).values()
-            if word in own
-        ]
-        return max(sizes, default=0.0)
+
+def _changes(values: Floats, series: Series, rate: str, noise: float) -> bool:
+    """Return whether values change by more than noise, a single one of them by its rate."""
+    values = np.asarray(values, float)
+    if len(values) > 1:
+        return max(_span(column) for column in values.reshape(len(values), -1).T) > noise
+    return rate not in series or bool(np.nanmax(np.abs(series[rate]), initial=0.0) > 0)
 
 
 def _span(values: Floats) -> float:

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.kernels.graphs.closed_form import ClosedForm
-from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.graphs.steps import STRIDE, Graphs
 from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.closed_start import MARGIN
-from mechdae.motion.continuation.any_path import FAR, STRIDE, strides
+from mechdae.motion.continuation.any_path import FAR
 from mechdae.motion.continuation.follower import NEARLY
 from mechdae.motion.continuation.path import SHRUNK, SMALLEST
 from mechdae.records import dataclass
@@ -199,7 +199,7 @@ class _OneWay:
         count = int(min(STRIDE, rest / step - 0.5))
         ds = self.sense * step
         places = self.s[row] + ds * np.arange(STRIDE + 1)
-        chain = strides(g)
+        chain = g.strides
         states, test, det, miss = chain(self.state[:, row], places[:-1], ds, self.numbers[:, row])
         proved = self._proved(states.T, test.T, det.T, miss.T, np.full(STRIDE, row))
         good = (proved | ~self.alive[:, row, None]).all(axis=0)[:count]

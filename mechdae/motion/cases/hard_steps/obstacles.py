@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from mechdae.kernels.graphs.steps import STRIDE
 from mechdae.motion.cases.hard_steps import stretches
 from mechdae.motion.cases.hard_steps.cusps import CuspFinder, Touch
-from mechdae.motion.continuation.any_path import STRIDE, strides
 from mechdae.motion.continuation.crossings.across_change_point import Bridge
 from mechdae.motion.continuation.crossings.change_points import Crossing
 from mechdae.motion.continuation.limit_positions import Limit
@@ -218,7 +218,7 @@ def _in_shares(front: Front, limit: Limit, share: float) -> float:
             return share
         ahead = sense * distance * (1 - share) ** np.arange(1, count + 1)
         places = np.concatenate([[front.s], limit.s - ahead])
-        states, test, det, miss = strides(path.graphs)(
+        states, test, det, miss = path.graphs.strides(
             front.state, places[:-1], np.diff(places), path.whole, count
         )
         good = path.good(states, test, det, miss, front.alive, front.sign)

@@ -17,9 +17,10 @@ from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.extremes import Spans
 from mechdae.motion.kinematics.path_events import limit_events
 from mechdae.motion.kinematics.prepared import Run, Setting, covered
+from mechdae.motion.kinematics.sweep import PathRange
 from mechdae.motion.measures.measure import at_poses
 from mechdae.motion.setup.drivers import Timing
-from mechdae.motion.setup.scales import Constants, driver_size
+from mechdae.motion.setup.scales import Constants
 from mechdae.results import Summary
 from mechdae.types import Floats, Unknowns
 
@@ -39,19 +40,12 @@ ALIKE = 1e-5
 the last bits of the driver."""
 
 
-def scales(setting: Setting) -> Floats:
-    """Return the size of each driver, (nd,), see `driver_size`."""
-    model = setting.scene.model
-    length = model.mechanism.scale
-    return np.array([driver_size(model, c, length) for c in setting.plan.coordinates])
-
-
 def walked(setting: Setting, x: Unknowns, corners: Floats) -> Legs:
     """Return the proved straight legs through the drivers' values `corners` (m, nd)."""
     graphs = setting.graphs.straight
 
     def follow(numbers: Constants) -> tuple[Legs, Any]:
-        legs = Legs(graphs, numbers, corners, scales(setting))
+        legs = Legs(graphs, numbers, corners, setting.driver_sizes)
         legs.leg.on_change_point = setting.on_change_point
         legs.walk(x)
         return legs, legs
@@ -143,7 +137,7 @@ def along_a_line(setting: Setting, task: Sweep, u: Floats, x: Unknowns) -> Run:
         if way is None:
             return from_pose_to_pose(setting, task, u, x)
         begin, start = way
-    largest = largest_step(d, scales(setting))
+    largest = largest_step(d, setting.driver_sizes)
 
     def follow(numbers: Constants) -> tuple[Path, Any]:
         path = Path(setting.graphs, numbers, values[0], d, largest)
@@ -195,19 +189,29 @@ def on_course(setting: Setting, task: Sweep, u: Any, x: Any, along: Callable[...
         to[plan.moving] = u[plan.moving]
     start = approach(setting, u, x, to)
     if start is not None:
-        return along(setting, task, to, start)
+        return along(setting, task, to, start, _range(setting, plan.timing))
     if plan.timing is not None:
         course = plan.timing.course
         found = leaving(setting, u, x, lambda t: course.sampled(t, 0)[0], plan.timing.times)
         if found is not None:
             begin, start = found
-            return along(setting, task, course.sampled([begin], 0)[0][0], start, begin)
+            path_range = _range(setting, plan.timing, begin)
+            return along(setting, task, course.sampled([begin], 0)[0][0], start, path_range)
     if plan.values is None:
         raise SolveError(
             "a limit position lies between the sketch and the values of the held drivers",
             hint="sketch a pose with the held drivers at their values",
         )
     return from_pose_to_pose(setting, task, u, x)
+
+
+def _range(setting: Setting, laws: Timing | None, begin: float | None = None) -> PathRange | None:
+    """Return how laws are followed, from their first time where no other is given."""
+    if laws is None:
+        return None
+    first = float(laws.times[0]) if begin is None else begin
+    largest = largest_in_time(laws, setting.driver_sizes)
+    return PathRange(first, largest, laws.course.sampled(laws.dense)[0], 0.1 * setting.driver_sizes)
 
 
 def largest_in_time(laws: Timing, scales: Floats) -> float:
