@@ -108,10 +108,7 @@ def infeasible(t: float, found: tuple[float, str, dict[str, float]]) -> Infeasib
 
 
 class Growth:
-    """Watches for speeds that grow without bound.
-
-    ``found``: coordinate, its speed, the load that put in most work.
-    """
+    """Watches for speeds that grow without bound."""
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
@@ -148,10 +145,7 @@ class Growth:
         return grown > 0
 
     def _hopeless(self, state: Floats) -> bool:
-        """Return whether speeds grow like exp(t) and would run through too much until the end.
-
-        The last doublings took as long each as those before.
-        """
+        """Return whether speeds grow like exp(t) and would run through too much until the end."""
         if len(self._reached) <= 2 * DOUBLINGS:
             return False
         lay, sizes = self.integrator.layout, self.setup.kernel.sizes

@@ -110,7 +110,6 @@ class MotionProblem:
 
     @cached_property
     def released(self) -> Released:
-        """The equations of motion."""
         if not self.held and not self.rubbing.feedbacks:
             plain: Released = self.plain
             return plain
@@ -126,10 +125,7 @@ class MotionProblem:
 
     @cached_property
     def rubbing(self) -> Rubbing:
-        """Dry friction of resistances, and of joints unless the task leaves it out.
-
-        Forces of teeth load bearings: they count in the motion if anything rubs.
-        """
+        """Dry friction of resistances, and of joints unless the task leaves it out."""
         if self.task.friction != "none":
             found = self._rubbing(True)
             if found.frictional:
@@ -239,7 +235,6 @@ class MotionProblem:
 
     @property
     def smooth(self) -> bool:
-        """Whether friction is smoothed."""
         return self.task.friction == "smooth" and self.rubbing.count > 0
 
     @cached_property
@@ -301,10 +296,7 @@ class MotionProblem:
 
 
 def setup(problem: Problem, task: Motion, moves: bool = True) -> MotionProblem:
-    """Return what a task of motion is computed with.
-
-    An equilibrium (`moves` is False) has no friction.
-    """
+    """Return what a task of motion is computed with."""
     mechanism = problem.mechanism
     known = mechanism.parameter_values
     if mechanism.dimension == 3:

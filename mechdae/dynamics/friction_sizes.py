@@ -202,10 +202,7 @@ class Sizes:
         return (np.einsum("nij,nj->ni", K, weights) / weights).max(axis=1, initial=0.0)
 
     def _share(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> float:
-        """Return the share of the coefficients with which one solution is sure, 0 for none.
-
-        Forces of teeth on bearings stay as they are.
-        """
+        """Return the share of the coefficients with which one solution is sure, 0 for none."""
         K, weights = (part[0] for part in self._growths(t, x, v, signs))
         rubs = [feedback.friction for feedback in self.setup.released.rubbing.feedbacks]
         given = weights - (K * ~np.array(rubs)) @ weights
@@ -243,10 +240,7 @@ class Sizes:
         return list(dict.fromkeys(feedback.joint for feedback in feedbacks if feedback.friction))
 
     def pulls(self, t: float, x: Unknowns, v: Floats, signs: Floats, m: Any = None) -> bool:
-        """Return whether a contact that is declared one-sided would have to pull.
-
-        With the sizes of friction that Newton's method finds, or others.
-        """
+        """Return whether a contact that is declared one-sided would have to pull."""
         if not self._contacts.names:
             return False
         at = (np.array([[t]]), np.atleast_2d(x), np.atleast_2d(v))

@@ -30,10 +30,7 @@ CLOSE = 4e-16
 
 
 class NoWay(Exception):
-    """No way to go on fits the laws of friction, or several do: the verdict.
-
-    ``status`` is that of the state, "jammed" or "ambiguous"; ``code`` and ``facts`` tell more.
-    """
+    """No way to go on fits the laws of friction, or several do: the verdict."""
 
     def __init__(self, text: str, status: str = "jammed", code: str = "F5", **facts: Any) -> None:
         super().__init__(text)
@@ -80,10 +77,7 @@ class Watcher(Protocol):
 
 
 class Integrator(ABC):
-    """Integrates a motion from states given, by a method: its steps, states inside them, one step.
-
-    ``implicit``: whether stiff forces do not hold the steps.
-    """
+    """Integrates a motion by a method: its steps, states inside them, one step."""
 
     name: str
     implicit = False
@@ -125,7 +119,6 @@ class Integrator(ABC):
         return self.kernel.batch("rhs", lambda: self.kernel.rhs)
 
     def acceleration(self, t: float, x: Unknowns, v: Floats, signs: Floats) -> Any:
-        """Return x'' at one state."""
         self.rhs += 1
         return self._rhs(t, x, v, signs)[0]
 
@@ -205,10 +198,7 @@ class Integrator(ABC):
         signs: Floats,
         value: Callable[[Any], float],
     ) -> Floats:
-        """Return the state between two others where a value over states vanishes.
-
-        They are states behind the first one with the times from there.
-        """
+        """Return the state between two others where a value over states vanishes."""
         h, first = high[0], value(low[1])
         if first == 0:
             return low[1]

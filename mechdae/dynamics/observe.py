@@ -53,10 +53,7 @@ class Observer:
         self.cache, self.p = self.kernel.cache, self.model.p_values
 
     def many(self, name: str, made: Callable[[], tuple[list[Any], list[Any]]]) -> Any:
-        """Return a function of (t, x, v, signs, ...); signs have one row for each state.
-
-        `made` gives its results and further inputs.
-        """
+        """Return a function of (t, x, v, signs, ...); signs have one row for each state."""
 
         def function() -> Graph:
             results, more = made()
@@ -93,10 +90,7 @@ class Observer:
         return Batch(function, [4], straight=lambda: None)
 
     def gaps(self, s: States, q: Unknowns, v: Floats) -> tuple[Floats, Floats]:
-        """Return the largest gap of all equations at each state, and that of their rates.
-
-        Over a length of the mechanism, angles as they are.
-        """
+        """Return the largest gap of all equations at each state, and that of their rates."""
         if not self.r.rows:
             return np.zeros(len(s.t)), np.zeros(len(s.t))
         length = self.setup.length

@@ -40,11 +40,7 @@ class Whole:
 
 
 class Reported:
-    """Bodies, points, joints and named outputs at states.
-
-    `asked`: outputs that the task lists, None for those of the mechanism. ``forced``: outputs that
-    use reactions.
-    """
+    """Bodies, points, joints and named outputs at states."""
 
     def __init__(self, setup: MotionProblem, asked: tuple[str, ...] | None, moves: bool) -> None:
         self.setup, self.moves, self._key = setup, moves, (asked, moves)
@@ -99,7 +95,6 @@ class Reported:
         return {name: {"value": values[:, k]} for k, name in enumerate(self.forced)}
 
     def with_reactions(self, joints: Named, reactions: Mapping[str, Floats | LazyPart]) -> Named:
-        """Return the series of joints with their reactions."""
         found = {}
         for joint in self.chosen.joints:
             series: dict[str, Any] = dict(joints.get(joint, {}))

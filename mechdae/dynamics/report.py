@@ -85,7 +85,6 @@ def report(
     observer: Observer,
     data: dict[str, Any],
 ) -> MotionResult:
-    """Return the result of a motion."""
     setup, states = run.setup, run.states
     q, v, a = observer.absolute(states)
     forces = Determined(observer, states, q)
@@ -170,11 +169,7 @@ def _watch_unique(run: MotionRun, forces: Determined) -> None:
 
 
 class _Shown:
-    """Bodies, points, joints and named outputs of a motion at its states.
-
-    ``tables`` has them by name, ``there`` (n,) tells which states have coordinates at all,
-    ``notes`` is what there is to say of the named outputs.
-    """
+    """Bodies, points, joints and named outputs of a motion at its states."""
 
     def __init__(
         self, task: Motion, run: MotionRun, coordinates: tuple[Any, Any, Any], forces: Determined

@@ -117,7 +117,6 @@ class OutputStates:
         self.rows.append((t, *(np.atleast_2d(part) for part in (x, v, w)), signs))
 
     def stacked(self) -> tuple[Floats, ...]:
-        """Return all of them."""
         return tuple(np.concatenate(parts) for parts in zip(*self.rows, strict=True))
 
 

@@ -125,10 +125,7 @@ class AssembledSketch:
         self.known = drawn | closing.places
 
     def pose(self, rough: Floats) -> Any:
-        """Return the free coordinates of the assembled sketch, None where no sweep assembles it.
-
-        `rough` is a pose next to the sketch.
-        """
+        """Return the free coordinates of the assembled sketch, None where no sweep assembles it."""
         drivers = self._drivers(rough)
         if not drivers:
             return None
@@ -223,10 +220,7 @@ class PlanarSketch:
         return closed[0], closed[0]
 
     def _guess(self) -> tuple[Unknowns, list[int], list[int]]:
-        """Return what the sketch says of coordinates, and constrained ones that it leaves out.
-
-        The last result are lengths that joints hold.
-        """
+        """Return what the sketch says of coordinates, and constrained ones that it leaves out."""
         closing = self.closing
         guess, unknown = np.zeros(closing.n), []
         known, angles = closing.places, closing.drawn.angles

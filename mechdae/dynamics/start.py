@@ -139,7 +139,6 @@ class _Starter:
     # -- the sketch ----------------------------------------------------------------------------
 
     def sketch(self) -> Any:
-        """Return the assembled sketch."""
         if self.setup.problem.mechanism.dimension == 3:
             from mechdae.dynamics.space.sketch import SpatialSketch
 
@@ -309,7 +308,6 @@ class _Starter:
 
 
 def start(setup: MotionProblem) -> Start:
-    """Return the start of a motion."""
     starter = _Starter(setup)
     x, correction = starter.positions()
     v = starter.velocities(x)

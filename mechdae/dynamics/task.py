@@ -230,10 +230,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, 
 
 
 def _meshes(whole: MotionProblem, begin: Start) -> dict[str, Mesh | SpatialMesh]:
-    """Return gears, racks and belts with the forces of their teeth.
-
-    Without friction the teeth of those in space may have no place: a note says so.
-    """
+    """Return gears, racks and belts with the forces of their teeth."""
     try:
         return meshes_beside(whole.plain, whole.model, begin.q, whole.length)
     except (MechanismError, UnavailableError) as error:
@@ -255,7 +252,6 @@ def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Floats, Floats]
 
 
 def motion(problem: Problem, name: str, task: Motion) -> Result:
-    """Return the result of a task of motion."""
     run, x, v = prepared(problem, task)
     observer = _integrated(run, x, v)
     data = {} if task.linearise is None else {"linear": _linear(problem, task)}
@@ -309,7 +305,6 @@ def _integrated(run: MotionRun, x: Unknowns, v: Floats) -> Observer:
 
 
 def _energy(observer: Observer, x: Unknowns, v: Floats) -> float:
-    """Return the energy of the start."""
     setup = observer.setup
     rest, signs = np.zeros((1, len(x))), setup.loose[None, :]
     none = np.zeros((1, 0))
@@ -352,10 +347,7 @@ def _cut(kept: OutputStates, run: MotionRun) -> None:
 def _states(
     setup: MotionProblem, integrator: Integrator, kept: OutputStates, undecided: float
 ) -> States:
-    """Return the states of output with accelerations and multipliers computed again.
-
-    Those at the time ``undecided`` have none.
-    """
+    """Return the states of output with accelerations and multipliers computed again."""
     if not kept.rows:
         raise InputError("no time of output was reached", where="at")
     t, x, v, w, signs = kept.stacked()

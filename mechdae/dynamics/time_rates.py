@@ -52,10 +52,7 @@ GRAIN = 1e-3
 
 @dataclass(frozen=True)
 class StepLimit:
-    """Times up to ``end`` over which steps have one limit; what follows begins at ``resume``.
-
-    ``bends`` tells that forces or laws have another form from there on.
-    """
+    """Times up to ``end`` over which steps have one limit; what follows begins at ``resume``."""
 
     end: float
     resume: float
@@ -287,10 +284,7 @@ class Clock:
         return np.where(np.isfinite(found), found, 0.0).max(axis=0)
 
     def impact(self, stretch: StepLimit) -> str | None:
-        """Return what is wrong with the laws of time where they bend, None where they are smooth.
-
-        Their speeds are the same on both sides: else there is an impact.
-        """
+        """Return what is wrong with the laws of time where they bend, None where smooth."""
         if not self.setup.laws:
             return None
         before = self._laws(stretch.end, self.setup.pieces)

@@ -52,10 +52,7 @@ class Unique:
 
 
 class _Holding:
-    """What holds the mechanism together: rows, slips (forces of locks), what pushes wheels apart.
-
-    Joints are told by name, what is no joint's by "".
-    """
+    """What holds it together: rows, slips (forces of locks), what pushes wheels apart."""
 
     def __init__(self, observer: Observer) -> None:
         self.r, self.model, self.share = observer.r, observer.model, observer.setup.rank
@@ -117,7 +114,6 @@ class _Holding:
 
 
 def unique(observer: Observer, s: States, q: Unknowns, reactions: dict[str, Floats]) -> Unique:
-    """Return what is unique of the reactions of a motion."""
     shape: _Holding = observer.cache("holding", lambda: _Holding(observer))
     holding = shape.of(observer)
     n, slips = len(s.t), holding.slips
@@ -204,7 +200,6 @@ class Determined:
 
     @property
     def sole(self) -> Unique:
-        """What is unique."""
         found: Unique = self._later.parts()["sole"]
         return found
 

@@ -16,16 +16,16 @@ BUDGETS = {
     "kernels": 7_500,
     "motion": 22_000,
     "forces": 3_740,
-    "dynamics": 8_330,
-    "design": 16_420,
+    "dynamics": 8_210,
+    "design": 16_190,
     "tasks": 2_150,
     "cli": 1_500,
-    "parts": 24_790,
+    "parts": 24_630,
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 715
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_320
+TOTAL = 131_820
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

@@ -155,7 +155,6 @@ class Composed:
         return speeds / ca.sqrt(speeds**2 + (self.smooth * fast * ca.DM(sizes)) ** 2)
 
     def _output(self, path: str) -> Sym:
-        """Return the expression of a path."""
         head, _, tail = path.partition("/")
         if path == INPUT:
             assert self.statics is not None

@@ -179,11 +179,7 @@ def _base(
     inputs: Sequence[str],
     outputs: Sequence[str],
 ) -> Sweep:
-    """Return a task of one pose with the drivers asked for.
-
-    A point's coordinate on its body has the name of the point's coordinate in the plane; it is
-    the driver where a task drives it, or where nothing else could be one.
-    """
+    """Return a task of one pose with the drivers asked for."""
     sure = [name for name in coordinates if name not in values]
     chosen: Sweep | None = None
     if task is not None:

@@ -55,10 +55,7 @@ class JobCall:
         kind: type[Chosen],
         draws: Callable[[Problem, Chosen], tuple[int | None, int | None]],
     ) -> tuple[Problem, str, Chosen]:
-        """Return a problem, the name of its task, and the task with its number of starts and seed.
-
-        `draws` checks the task and gives these where the call does not.
-        """
+        """Return a problem, its task's name, and the task with its number of starts and seed."""
         if isinstance(problem, Mechanism):
             problem = Problem(problem)
         whole = problem if isinstance(problem, Problem) else load(problem)
@@ -112,10 +109,7 @@ def blamed(problem: Problem, name: str, keys: tuple[str, ...] | None = None) -> 
 
 
 class Workers:
-    """Computes pieces: here, in processes of its own, or in an executor of the user.
-
-    `executor`: in place of own processes; it is not shut down.
-    """
+    """Computes pieces: here, in processes of its own, or in an executor of the user."""
 
     def __init__(self, count: int = 1, executor: Executor | None = None) -> None:
         self._supply: Supply | None = None
@@ -140,11 +134,7 @@ class Workers:
         word: str = "start",
         here: Callable[[int], Any] | None = None,
     ) -> None:
-        """Compute pieces and give each outcome to `take` as soon as it is there.
-
-        `call`: does a piece in any process, see `distribute`; `here` one of this process by its
-        index.
-        """
+        """Compute pieces and give each outcome to `take` as soon as it is there."""
         if self._supply is not None:
             if works:
                 distribute(works, self._supply, take, self._window, call, word)

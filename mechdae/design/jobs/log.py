@@ -20,10 +20,7 @@ if TYPE_CHECKING:
 
 
 class JobLog:
-    """A log in a folder, held by one process at a time.
-
-    `head`: what determines the job; ``problem`` is the text of a problem file.
-    """
+    """A log in a folder, held by one process at a time."""
 
     def __init__(self, path: str | Path, head: Mapping[str, Any]) -> None:
         self._head = dict(head)
@@ -99,7 +96,6 @@ class JobLog:
         self._begun = True
 
     def other(self, what: str) -> InputError:
-        """Return the error for a log of another job."""
         return InputError(
             f"holds another job: {what}", where=str(self.path), hint="give another folder"
         )

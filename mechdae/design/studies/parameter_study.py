@@ -157,10 +157,7 @@ class StudyFolder(JobLog):
 
 
 class Collector:
-    """Fills the table of a study, portion by portion.
-
-    `sets`: the parameter sets (k, m).
-    """
+    """Fills the table of a study, portion by portion."""
 
     def __init__(self, computer: Computer, sets: Floats, progress: Progress | None) -> None:
         self.computer, self.sets, self.progress = computer, sets, progress
@@ -226,7 +223,6 @@ class Collector:
             self.progress(self.done, len(self.sets))
 
     def _take(self, portion: range, rows: PortionRows) -> None:
-        """Enter the rows of a portion."""
         first = portion.start
         self.status[first : portion.stop] = rows.status
         self.together += rows.together
@@ -253,7 +249,6 @@ class Collector:
         return np.full((len(self.sets), *shape), np.nan)
 
     def tables(self) -> dict[str, Any]:
-        """Return the table of each path."""
         none = np.full(len(self.sets), np.nan)
         pairs = zip(self.computer.outputs, self.table, strict=True)
         return {path: none if table is None else table for path, table in pairs}

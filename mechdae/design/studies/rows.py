@@ -1,7 +1,4 @@
-"""Rows of a study: some sets of parameters, computed together where that is certified.
-
-The others are computed one by one, here or in another process.
-"""
+"""Rows of a study: some sets of parameters, computed together where that is certified."""
 
 from __future__ import annotations
 
@@ -232,7 +229,6 @@ def in_series(task: Sweep, outputs: Sequence[str], certify: bool) -> bool:
 def row_of(
     problem: Problem, name: str, outputs: Sequence[str], values: Mapping[str, float]
 ) -> SetRow:
-    """Return the row of one set of parameters."""
     from mechdae.tasks.dispatch.solve import solve
 
     try:
@@ -257,7 +253,6 @@ def row_of(
 
 
 def _numbers(value: Any, path: str) -> Floats | None:
-    """Return an array, None for a value that is not there."""
     try:
         array = None if value is None else np.array(value, float)
     except (TypeError, ValueError):

@@ -56,10 +56,7 @@ SETTLED = 1e-9
 
 @dataclass
 class PathDerivatives:
-    """Values and derivatives of one path: (n, ...), by name, by pair of names.
-
-    ``error`` holds estimates for differenced derivatives, by name.
-    """
+    """Values and derivatives of one path: (n, ...), by name, by pair of names."""
 
     value: Any
     first: dict[str, Any]
@@ -161,11 +158,7 @@ def sharp(problem: Problem, name: str, paths: tuple[str, ...]) -> Problem:
 def numbers(
     problem: Problem, name: str, paths: list[str], names: list[str], sizes: Mapping[str, float]
 ) -> dict[str, tuple[float, dict[str, Floats]]]:
-    """Return numbers of a motion or an equilibrium with their derivatives by name.
-
-    `problem`: as `sharp` returns it. `sizes`: of the parameters by name: a difference takes a share
-    of them.
-    """
+    """Return numbers of a motion or an equilibrium with their derivatives by name."""
     task, found = problem.tasks[name], {}
     if isinstance(task, Equilibrium):
         found = _at_rest(problem, task, names, paths)
@@ -233,10 +226,7 @@ class _Poses:
         self._last = _driver_slopes(problem, base, names, n)
 
     def _kept(self, order: int) -> tuple[list[slice], Batch]:
-        """Return the rows of each path and the function of derivatives, of samples for order 0.
-
-        They are kept for other numbers of the same structure.
-        """
+        """Return the rows of each path and the function of derivatives, of samples for order 0."""
         dependent = bool(self._last)
         forces = self.statics and self.statics.key
 
@@ -255,7 +245,6 @@ class _Poses:
         return made
 
     def found(self, order: int) -> dict[str, PathDerivatives]:
-        """Return values and derivatives."""
         spans, batch = self._kept(order)
         values, first, *second = batch(*self.inputs, self.free, self.p, *self._last)
         rows, k, names = values.shape[1], len(self.names), self.names
@@ -337,10 +326,7 @@ def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) 
 
 
 def _driver_columns(driver: Driver, n: int, symbolic: Any) -> list[tuple[Floats | None, Sym]]:
-    """Return value, speed and acceleration (n,) of a driver as shares (n, k) of k expressions.
-
-    None in place of shares where there is one expression for each.
-    """
+    """Return value, speed and acceleration (n,) of a driver as shares (n, k) of k expressions."""
     ones = np.ones((n, 1))
     if driver.at is not None:
         shares = ones if len(driver.at) == 1 else None

@@ -38,10 +38,7 @@ class DesignMotion:
 
     @cached_property
     def smooth(self) -> tuple[Result, ...]:
-        """The positions over the same in small steps; parts run from the first target.
-
-        Without a full turn they reach all targets, in whatever order they are visited.
-        """
+        """The positions over the same in small steps; parts run from the first target."""
         if self._task.all_drivers[0].at is not None:
             return (self.whole,)
         fine = replace(self._task, poses=SMOOTH, derivatives=0)
@@ -54,7 +51,6 @@ class DesignMotion:
 
     @cached_property
     def at_targets(self) -> Result:
-        """The poses at the targets."""
         return self._placed(self.at)
 
     @cached_property

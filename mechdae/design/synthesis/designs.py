@@ -207,10 +207,7 @@ def _zero(search: Search) -> bool:
 
 
 def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
-    """Return what designs are ranked by: exact ones by their least transmission angle.
-
-    Their objectives are roundings, another on each machine.
-    """
+    """Return what designs are ranked by: exact ones by their least transmission angle."""
     value = design["objective"] * search.sense
     lead = search.lead
     exact = isinstance(lead, VisitsGoal | Function) and lead.exact
@@ -223,10 +220,7 @@ def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
 def cognates_among(
     search: Search, problems: Sequence[Nlp], group: EqualOptima
 ) -> list[dict[str, float]]:
-    """Return the dimensions of Roberts' cognates of a group's best four-bar, as they were found.
-
-    They trace the same coupler curve, and so have the same objective.
-    """
+    """Return the dimensions of Roberts' cognates of a group's best four-bar, as they were found."""
     lead = search.lead
     if not isinstance(lead, VisitsGoal) or lead.asked.is_motion or not search.space.single_loop:
         return []
@@ -248,10 +242,7 @@ def cognates_among(
 
 
 def defective(search: Search) -> list[dict[str, Any]]:
-    """Return the solutions of an exact goal that do not move through their targets, and why.
-
-    None of them where there are many: their faults are counted.
-    """
+    """Return the solutions of an exact goal that do not move through their targets, and why."""
     lead = search.lead
     found: list[dict[str, Any]] = []
     every = (lead.defective or []) if isinstance(lead, VisitsGoal) else []

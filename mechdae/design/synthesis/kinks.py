@@ -26,16 +26,12 @@ KINKS = (ca.OP_SQRT, ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX)
 
 
 def kinked(function: Graph) -> bool:
-    """Return whether an SX function has kinks."""
     codes = range(function.n_instructions())
     return any(function.instruction_id(k) in KINKS for k in codes)
 
 
 def rounded(function: Graph, samples: Sequence[Floats], inputs: Sequence[Sym], soft: Sym) -> Sym:
-    """Return the first output of an SX function with its kinks rounded.
-
-    `samples`: an array (n, rows) for each input: where sizes are measured.
-    """
+    """Return the first output of an SX function with its kinks rounded."""
     sizes: list[float] = []
 
     def measured(code: int, values: list[Floats]) -> Any:

@@ -103,10 +103,7 @@ class Nlp:
         self._constraints.append((word, ca.densify(SX(expression)), low, high))
 
     def outside(self, name: str, function: Called, of: Sym) -> Sym:
-        """Return a number that a function, called by casadi, gives for an expression.
-
-        It has first derivatives alone: second ones of the whole are approximate then.
-        """
+        """Return a number that a function, called by casadi, gives for an expression."""
         symbol = SX.sym(name)
         self._outside.append((symbol, function, of))
         return symbol
@@ -257,10 +254,7 @@ class Nlp:
         return found
 
     def polished(self, found: Optimum, given: Values) -> Optimum:
-        """Return an optimum with the tolerances drawn tight; the old one if that is no better.
-
-        The objective is divided by its value: what normal tolerances leave is taken away.
-        """
+        """Return an optimum with the tolerances drawn tight; the old one if that is no better."""
         scale = max(abs(found.objective), 1e-16) * 1e-4
         new = self._polisher.solve(found.z, self.settings(given, scale), *self.bounds)
         objective = new.objective * scale

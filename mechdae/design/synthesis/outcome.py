@@ -163,7 +163,6 @@ class Called(DenseCallback):
         super().__init__(name, (len(outcome.names),), (1, 1))
 
     def eval(self, arg: Any) -> Sequence[float]:
-        """Return the value."""
         return [self._outcome.value(np.array(arg[0]))]
 
     def has_jacobian(self) -> bool:
@@ -182,5 +181,4 @@ class _Slopes(DenseCallback):
         super().__init__(name, (k, 1), (1, k), options)
 
     def eval(self, arg: Any) -> Sequence[Sym]:
-        """Return the derivatives."""
         return [ca.DM(self._outcome.gradient(np.array(arg[0]))).T]

@@ -145,7 +145,6 @@ class FrontSearch:
     # -- the levels ----------------------------------------------------------------------------
 
     def levels(self, keep: int) -> list[Level]:
-        """Return the levels between the ends."""
         ends = [self.end(k) for k in range(self.count)]
         low = np.array([ends[k].terms[k] for k in range(self.count)])
         high = np.max([end.terms for end in ends], axis=0)
@@ -233,10 +232,7 @@ class FrontSearch:
         self.solve(jobs, "level")
 
     def fill(self, levels: list[Level], keep: int) -> None:
-        """Add levels in gaps of two objectives until there are so many points.
-
-        Some at a time in the widest gaps, and the last half at once, when the front is known.
-        """
+        """Add levels in gaps of two objectives until there are so many points."""
         while len(levels) < MORE * keep:
             every = [{"objectives": terms} for terms in self.reported(levels)]
             left = keep - len(best_of(every, np.ones(self.count), SAME))
@@ -288,10 +284,7 @@ class FrontSearch:
         return found
 
     def reported(self, levels: Sequence[Level]) -> Floats:
-        """Return the objectives (n, m) of the best points of the ends and levels.
-
-        Along an end one objective is the same to rounding, and the others mean nothing.
-        """
+        """Return the objectives (n, m) of the best points of the ends and levels."""
         terms = np.array([best[0].terms for best in self.candidates(levels) if best])
         kept: Floats = terms[undominated(terms, 10 * SLACK)]
         return kept

@@ -121,10 +121,7 @@ class FreePoses:
 
     @cached_property
     def rates(self) -> Any:
-        """(x, u, free, v) -> what is left of the rate of closure, rates of the asked values.
-
-        Rates by the driver; v are those of x.
-        """
+        """(x, u, free, v) -> what is left of the rate of closure, rates of the asked values."""
         x, u, d = SX.sym("x", self.nx), SX.sym("u"), SX.sym("d", len(self.free))
         v = SX.sym("v", self.nx)
         F, _, asked = self.function(x, u, d)

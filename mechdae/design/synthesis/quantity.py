@@ -1,8 +1,4 @@
-"""A quantity of one of the problem's tasks as a function of a pose and the free parameters.
-
-The poses are those of the NLP; rates, reactions and friction follow from them in the same
-graphs as in the task itself, with signs of sliding speeds smoothed.
-"""
+"""A quantity of one of the problem's tasks as a function of a pose and the free parameters."""
 
 from __future__ import annotations
 

@@ -15,10 +15,7 @@ from mechdae.design.synthesis.search import Search
 
 
 def lengths(mechanism: Mechanism) -> dict[str, str]:
-    """Return the parameters that alone say where a pin is on the x axis of a link, and the link.
-
-    A link with a negative one points the other way.
-    """
+    """Return the parameters that alone say where a pin is on the x axis of a link, and the link."""
     pins = {end for joint in mechanism.joints.values() for end in (joint.first, joint.second)}
     return {
         place[0]: name

@@ -75,11 +75,7 @@ def _check_bars(mechanism: Mechanism, free: Mapping[str, tuple[float, float]]) -
 
 
 class Search:
-    """Everything that is built once for a task: goals, limits, space, NLPs.
-
-    ``goals``, ``limits``: terms of the objective with `weights`; goals that only constrain.
-    ``kinds``: Grashof classes that each have an NLP of their own, or one nameless class.
-    """
+    """Everything that is built once for a task: goals, limits, space, NLPs."""
 
     def __init__(self, problem: Problem, task: Synthesis) -> None:
         self.asked: Demand = demand(problem, task)
@@ -275,7 +271,6 @@ class Search:
     # -- the problem -------------------------------------------------------------------------
 
     def build(self, kind: str) -> Nlp:
-        """Return the NLP of a class."""
         import casadi as ca
 
         every = [*self.goals, *self.limits]
@@ -330,10 +325,7 @@ class Search:
         return first * self.weights[terms[0]] if len(terms) > 1 else first
 
     def objective(self, values: list[float]) -> float:
-        """Return what is reported: the goal's value, of several their weighted sum.
-
-        Where all goals are exact it is the largest miss.
-        """
+        """Return what is reported: the goal's value, of several their weighted sum."""
         terms = self._counted
         if not terms:
             return max(values)
@@ -442,10 +434,7 @@ class Search:
 
     @property
     def exact_facts(self) -> dict[str, Any]:
-        """How many solutions an exact goal has, and how certain that is; {} where none count.
-
-        Of a goal that leaves numbers free: how many, and that its solutions are a family.
-        """
+        """How many solutions an exact goal has, and how certain that is; {} where none count."""
         lead = self.lead
         if not isinstance(lead, VisitsGoal):
             return {}

@@ -105,10 +105,7 @@ class DesignSpace:
 
     @cached_property
     def scale(self) -> Floats:
-        """Sizes of the free parameters, (nd,): one for angles, the mechanism's for lengths.
-
-        What is neither has that of its bounds. This is for the solver's ease alone.
-        """
+        """Sizes of the free parameters, (nd,): one for angles, the mechanism's for lengths."""
         most = np.maximum(np.abs(self.box).max(axis=1), 1e-300)
         near = (most > 1e-3 * self.size) & (most < 1e4 * self.size)
         return np.where(self.periodic, 1.0, np.where(near, self.size, most))
@@ -225,7 +222,6 @@ class DesignSpace:
 
     @cached_property
     def watched_dyads(self) -> list[Dyad]:
-        """The dyads of those limits."""
         return [self.dyad(asked.between) for asked in self.watched_limits]
 
     def dyad(self, bodies: tuple[str, ...], place: str = "") -> Dyad:

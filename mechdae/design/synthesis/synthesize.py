@@ -132,10 +132,7 @@ def _verdict(search: Search) -> dict[str, Any]:
 
 
 def _none_is_faultless(search: Search) -> str:
-    """Return that all solutions of an exact goal are known to have faults; empty if they have not.
-
-    Paths that go to infinity are no proof, so all must be certified.
-    """
+    """Return that all solutions of an exact goal have faults; empty where that is not certain."""
     facts = search.exact_facts
     if not facts or facts["verdict"] == "found" or facts["faultless"] or facts["infinite"]:
         return ""

@@ -70,10 +70,7 @@ class Trace:
 
 
 def around(spread: Spread, d: Floats, u: float, x: Any, count: int) -> tuple[Trace, bool]:
-    """Return a design followed both ways from a pose, and whether it turns fully.
-
-    What a full turn passes is there once; else all that is reached before the closure opens.
-    """
+    """Return a design followed both ways from a pose, and whether it turns fully."""
     ahead, whole = spread.reached(d, x, u + TURN * np.arange(1, count + 1) / count, u)
     if whole:
         ahead = ahead[:-1]
@@ -86,10 +83,7 @@ def around(spread: Spread, d: Floats, u: float, x: Any, count: int) -> tuple[Tra
 
 
 def maxima(curve: Curve, grid: Floats) -> tuple[Any, Any]:
-    """Return places and values of the local maxima of a curve over a grid, its ends among them.
-
-    Each is closed in from the neighbours of a point of the grid that none of them exceeds.
-    """
+    """Return places and values of the local maxima of a curve over a grid, its ends among them."""
     grid = np.asarray(grid, float)
     values = np.nan_to_num(curve(grid), nan=-np.inf)
     before, after = np.append(-np.inf, values[:-1]), np.append(values[1:], -np.inf)
@@ -113,17 +107,13 @@ def maxima(curve: Curve, grid: Floats) -> tuple[Any, Any]:
 
 
 def grid_of(nodes: Floats) -> Floats:
-    """Return places between nodes, and the nodes."""
     nodes = np.sort(np.asarray(nodes, float))
     parts = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(FINE) / FINE
     return np.append(parts.ravel(), nodes[-1])
 
 
 def moved(nodes: Floats, places: Any, values: Any, held: Any) -> Any:
-    """Return nodes of which the nearest stand on given places, the largest values first.
-
-    Nodes that are `held` stay; a node moves once, by less than to its neighbours.
-    """
+    """Return nodes of which the nearest stand on given places, the largest values first."""
     nodes = np.array(nodes, float)
     free = ~np.asarray(held, bool)
     for i in np.argsort(-np.asarray(values), kind="stable"):

@@ -60,10 +60,7 @@ class Rest:
 
 
 class Rests:
-    """The search for equilibria of a mechanism from its sketch.
-
-    ``whole``: whether all circuits of the modes at the sketch were followed to their ends.
-    """
+    """The search for equilibria of a mechanism from its sketch."""
 
     def __init__(self, balance: EquilibriumEquations, chart: Chart, x: Unknowns) -> None:
         self.balance, self.chart, self.x = balance, chart, x

@@ -31,10 +31,7 @@ CLOSINGS = 12
 
 
 class EquilibriumEquations:
-    """Equations of equilibrium of a setup as arrays.
-
-    ``signs``: inputs of dry friction: it neither rubs nor locks.
-    """
+    """Equations of equilibrium of a setup as arrays."""
 
     def __init__(self, setup: MotionProblem) -> None:
         self.setup, k = setup, setup.kernel
@@ -172,10 +169,7 @@ class EquilibriumEquations:
         return None
 
     def settled(self, x: Unknowns, kept: Callable[[Any], bool]) -> Any:
-        """Return the pose in which the mechanism comes to rest from here, or None.
-
-        It follows the forces, in steps of |K|^-1, as far as the assembly mode goes.
-        """
+        """Return the pose in which the mechanism comes to rest from here, or None."""
         short, before = SHORT, None
         for _ in range(4 * STEPS):
             force, (K, basis) = self.stiffness(x)

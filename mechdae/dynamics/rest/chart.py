@@ -31,10 +31,7 @@ GROUPS = 8
 
 
 class Chart:
-    """Assembly modes of a mechanism at rest.
-
-    `basis`: of the freedoms at that pose, (n, k), over natural sizes.
-    """
+    """Assembly modes of a mechanism at rest."""
 
     def __init__(self, setup: MotionProblem, x: Unknowns, basis: Matrix, names: list[str]) -> None:
         self.setup = setup
@@ -105,7 +102,6 @@ class Chart:
         return self._at(x)[2]
 
     def values(self, x: Unknowns) -> dict[str, float]:
-        """Return the values of the coordinates."""
         numbers = self._at(x)[1][len(self.drivers) - len(self.coordinates) :]
         return dict(zip(self.names, numbers.tolist(), strict=True))
 

@@ -1,7 +1,4 @@
-"""Static equilibrium of a released mechanism on the assembly mode of its sketch.
-
-Which equilibrium is meant is told by `Rests`; small motions around it are those of `small`.
-"""
+"""Static equilibrium of a released mechanism on the assembly mode of its sketch."""
 
 from __future__ import annotations
 
@@ -31,7 +28,6 @@ MOST = 20
 
 
 def equilibrium(problem: Problem, name: str, task: Equilibrium) -> EquilibriumResult:
-    """Return the result of a task of equilibrium."""
     found = at_rest(problem, task)
     summary: Json = {
         "poses": 1,

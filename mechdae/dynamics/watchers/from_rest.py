@@ -56,10 +56,7 @@ FREE = (True, np.inf)
 
 @dataclass(frozen=True)
 class _Unit:
-    """Slips at rest that are looked at together, and the sides they may have, (slips,) each.
-
-    They are `shared` if the forces that hold them are not unique.
-    """
+    """Slips at rest that are looked at together, and the sides they may have, (slips,) each."""
 
     slips: list[int]
     shared: bool
@@ -318,10 +315,7 @@ class WaysFromRest(Slips):
         return bool(self.glides.still(sides)[unit.slips].any() or (sides[unit.slips] == IDLE).any())
 
     def _relaxed(self, tries: _Tries) -> list[Way]:
-        """Return the way that many units come to, each looked at with the others as they are.
-
-        None is found where they do not settle.
-        """
+        """Return the way that many units come to, each looked at with the others as they are."""
         settled = tries.sides.copy()
         for unit in tries.units:
             settled[unit.slips] = unit.choices[0]
@@ -394,10 +388,7 @@ class WaysFromRest(Slips):
         return found
 
     def _fits(self, tries: _Tries, sides: Floats, asked: list[int]) -> tuple[bool, float]:
-        """Return whether sides agree with what they lead to, for some of the slips at rest.
-
-        And by which share of limits and rates they do, below 0 where they miss.
-        """
+        """Return whether sides agree with what they lead to, for some of the slips at rest."""
         fits, worst = False, -np.inf
         for found in self._answers(*tries.at, self.signs(sides, tries.rest)):
             margins = self._margins(sides, asked, found, tries.free)

@@ -1,8 +1,4 @@
-"""One-sided contacts along a motion: when they would have to pull.
-
-The forces are looked at inside all accepted steps, as events are; the motion goes on as if the
-contact held.
-"""
+"""One-sided contacts along a motion: when they would have to pull."""
 
 from __future__ import annotations
 

@@ -14,10 +14,7 @@ SLACK = 1e-9
 
 
 class Ranges:
-    """Watches the abscissae of tables and the places on open curves along a motion.
-
-    ``left``: load or joint -> (time, abscissa) of the first state outside.
-    """
+    """Watches the abscissae of tables and the places on open curves along a motion."""
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator

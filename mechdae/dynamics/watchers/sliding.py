@@ -103,7 +103,6 @@ class Slips:
         return (C * k.sizes) @ self.setup.freedoms(J) / self._sizes()[:, None]
 
     def _sizes(self) -> Any:
-        """Return natural sizes of the slips."""
         return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
 
     # -- signs ---------------------------------------------------------------------------------

@@ -76,7 +76,6 @@ class BallLoads:
         return float(values[f"{name}.ball_radius"] * f / np.sqrt(1 + f * f))
 
     def verdict(self, name: str) -> NoWay:
-        """Return the verdict on a ball."""
         return NoWay(
             f"{name} turns about the line of its load (F6): its friction keeps it there by a "
             f"moment that its law leaves open",
@@ -90,10 +89,7 @@ class Sticking(WaysFromRest):
     """Watches the slips of a motion for events, see `Slips`."""
 
     def _starts(self, k: int, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> Any:
-        """Return what is left (n,) until locks that share their forces give way.
-
-        The accelerations to both sides with friction at rest, over those without friction.
-        """
+        """Return what is left (n,) until locks that share their forces give way."""
         t = np.ravel(t)
         sides = self.sides(signs).copy()
         every = np.flatnonzero(self.glides.still(sides)).tolist()
@@ -246,7 +242,6 @@ class Sticking(WaysFromRest):
 
     @cached_property
     def balls(self) -> BallLoads:
-        """The loads of balls."""
         return BallLoads(self.setup)
 
     def _functions(self, watched: list[tuple[int, str]], signs: Floats) -> Any:
@@ -312,10 +307,7 @@ class Sticking(WaysFromRest):
         self._fastest = max(self._fastest, float(np.max(speeds, initial=0.0)))
 
     def note(self, t: float, turn: Turn, before: Floats, signs: Floats) -> None:
-        """Keep what an event changes: all that slip, stick or turn back in that instant.
-
-        Not sides of a slot that nothing presses, nor pairs whose direction turns alone.
-        """
+        """Keep what an event changes: all that slip, stick or turn back in that instant."""
         sides, was = self.sides(signs), self.sides(before)
         if turn.from_rest and (sides == was).all():
             return

@@ -22,10 +22,7 @@ stable up to about 6."""
 
 
 class Stiffness:
-    """Watches the steps of a motion.
-
-    ``found`` (t, load, rate, step).
-    """
+    """Watches the steps of a motion."""
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
@@ -77,7 +74,6 @@ class Stiffness:
             self.turned = self.integrator.turn_stiff()
 
     def events(self) -> list[Event]:
-        """Return the event of it."""
         if self.found is None:
             return []
         t, load, rate, h = self.found

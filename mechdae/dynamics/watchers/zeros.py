@@ -206,7 +206,6 @@ class Looker:
         self._known: dict[tuple[int, float], Any] = {}
 
     def value(self, state: Floats, which: int) -> float:
-        """Return a function at a state."""
         t, x, v = (self.lay.of(state, name) for name in ("t", "x", "v"))
         at = (np.reshape(t, (1, 1)), x[None, :], v[None, :])
         if self.some is not None:

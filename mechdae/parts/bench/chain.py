@@ -46,7 +46,6 @@ def scaling(
 
 
 def table(records: list[dict[str, Any]]) -> str:
-    """Return the records as text."""
     lines = [
         f"{'loops':>6} {'unknowns':>9} {'poses':>7} {'build ms/loop':>14} {'ns/loop/pose':>13} "
         f"{'x yardstick':>12} {'error':>9} {'bound':>9}"

@@ -50,7 +50,6 @@ def measure(
 
 
 def table(records: list[dict[str, Any]]) -> str:
-    """Return the records as text."""
     lines = [
         f"{'starts':>6} {'workers':>8} {'s':>8} {'x one process':>14} {'whole s':>8} {'error':>9}"
     ]

@@ -265,7 +265,6 @@ def unknowns_error(setting: Setting, x: Unknowns, s: Floats) -> tuple[float, flo
 
 
 def table(records: list[Json]) -> str:
-    """Return the records as text."""
     lines = [
         f"{'work':44} {'poses':>8} {'ms':>9} {'ns/pose':>9} {'x yardstick':>12} {'error':>9} "
         f"{'bound':>9}"

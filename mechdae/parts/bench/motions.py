@@ -82,7 +82,6 @@ class MotionWork:
 
     @property
     def end(self) -> float:
-        """The time at the end."""
         return self.setup.end
 
     def error(self, x: Unknowns) -> float:
@@ -123,7 +122,6 @@ class RubbingWork(MotionWork):
         return self.run
 
     def ours(self, tolerance: float) -> MotionEnd:
-        """Integrate with the package."""
         self.setup.tolerance = tolerance
         before, run = self.integrator.rhs, self.fresh()
         integrate(run, OutputStates(), self.x, self.v)
@@ -261,7 +259,6 @@ def _timed(function: Callable[[], Any]) -> float:
 
 
 def table(records: list[dict[str, Any]], notes: list[str]) -> str:
-    """Return the records as text."""
     lines = [
         f"{records[0]['work']:24} {'tolerance':>9} {'rhs':>7} {'ms':>8} {'x yardstick':>12} "
         f"{'error':>9} {'drift':>9}"

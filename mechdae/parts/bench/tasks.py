@@ -69,7 +69,6 @@ def measure(works: tuple[TaskWork, ...] = WORKS, repeats: int = 7, sets: int = S
 
 
 def _of_task(item: TaskWork, problem: Problem, repeats: int) -> Iterator[Json]:
-    """Yield the records of one task."""
     result = solve(problem, item.task)
     if item.problem in BEST:
         error = abs(result.data["designs"][0]["objective"] / BEST[item.problem] - 1)
@@ -122,7 +121,6 @@ def _of_study(count: int, repeats: int) -> Json:
 
 
 def table(records: list[Json]) -> str:
-    """Return the records as text."""
     lines = [
         f"{'whole task':32} {'n':>6} {'first ms':>10} {'again ms':>9} {'md.Solver ms':>13} "
         f"{'x yardstick':>12} {'error':>9}"

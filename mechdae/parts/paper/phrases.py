@@ -19,10 +19,7 @@ def phrases(paper: str) -> dict[str, dict[str, str]]:
 
 
 class Phrases:
-    """The phrases of one language.
-
-    `paper`: which file they are in: ``explanations``, ``reports`` or ``assignments``.
-    """
+    """The phrases of one language."""
 
     def __init__(self, lang: str, paper: str = "explanations") -> None:
         table = phrases(paper)
@@ -31,7 +28,6 @@ class Phrases:
         self.lang, self._table = lang, table[lang]
 
     def __call__(self, key: str, *values: object) -> str:
-        """Return a phrase with values in it."""
         return self._table[key].format(*values)
 
     def unit(self, text: str) -> str:

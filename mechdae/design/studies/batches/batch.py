@@ -43,10 +43,7 @@ Follow = Callable[..., tuple[Any, Any, int]]
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of some sets: values (k, ...) by path, statuses; ``left`` (k,) are computed alone.
-
-    ``faults`` say what is wrong with a set, by its place.
-    """
+    """Rows of some sets: values (k, ...) by path, statuses; ``left`` (k,) are computed alone."""
 
     values: list[Any]
     status: list[str]
@@ -86,10 +83,7 @@ class LaneRun:
 
 
 class SeriesBatch:
-    """Computes series of a plain sweep for many sets.
-
-    ``wrong``: by set of the last rows: a status, and what is wrong.
-    """
+    """Computes series of a plain sweep for many sets."""
 
     forces = False
     """Whether forces are asked for."""
@@ -151,7 +145,6 @@ class SeriesBatch:
 
     @property
     def portion(self) -> int:
-        """Sets of one portion."""
         g, values = self.setting.graphs, len(self.setting.plan.values)
         series = 2 * len(self.asked.columns) * (self.asked.order + 1)
         ways = self.ways

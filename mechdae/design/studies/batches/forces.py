@@ -126,7 +126,6 @@ class ForcesBatch(SeriesBatch):
     def _forces(
         self, table: list[Matrices], run: LaneRun, rows: Integers, y: list[Matrices]
     ) -> None:
-        """Write the forces of some lanes into the table."""
         motion, there = self._motion(run, rows, y)
         k, n = len(rows), run.complete.shape[1]
         statics = self.statics
@@ -147,7 +146,6 @@ class ForcesBatch(SeriesBatch):
                 )
 
     def _motion(self, run: LaneRun, rows: Any, y: list[Matrices]) -> tuple[LoadedPoses, Booleans]:
-        """Return the motion at the poses of some lanes, and at which of them all is there."""
         k, n, nx = len(rows), run.complete.shape[1], len(self.unknowns)
         place = {column: i for i, column in enumerate(self.asked.columns)}
         there = run.complete[rows].ravel()

@@ -125,10 +125,7 @@ def _integrals(
 
 
 class Ways:
-    """Computes numbers of the whole way.
-
-    `values` (n,): its values at the poses.
-    """
+    """Computes numbers of the whole way."""
 
     def __init__(
         self, poses: Callable[[Asked], LanePoses], readings: Sequence[WayReading], is_angle: bool,
@@ -181,7 +178,6 @@ class Ways:
     def _over(
         self, track: LaneTrack, readings: Sequence[WayReading]
     ) -> Iterator[tuple[WayReading, Floats]]:
-        """Yield readings with their values."""
         columns = sorted({
             c for reading in readings if reading.kind in ("span", "extremes", "envelope")
             for c in reading.columns

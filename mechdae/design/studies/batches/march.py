@@ -280,10 +280,7 @@ class _OneWay:
                 self.trace.left[self.lanes[row]] = True
 
     def _ahead(self, rows: Integers) -> tuple[Any, Any]:
-        """Return places ahead of lanes (k, n), nearest first, and which of them are poses.
-
-        Those beyond the end of a lane's way are nan, at the end.
-        """
+        """Return places ahead of lanes (k, n), nearest first, and which of them are poses."""
         s, sense, count = self.s[rows, None], self.sense, len(self.grid)
         shares = np.linspace(0, WINDOW, SAMPLES)[1:]
         near = s + sense * self.largest[rows, None] * shares

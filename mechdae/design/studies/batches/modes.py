@@ -1,8 +1,4 @@
-"""The pose that each set starts from: the assembly mode nearest to its own sketch.
-
-All modes of all sets are written down in closed form; the sketch chooses among those that
-assemble, as it does for a single set.
-"""
+"""The pose that each set starts from: the assembly mode nearest to its own sketch."""
 
 from __future__ import annotations
 

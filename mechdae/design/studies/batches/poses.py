@@ -35,7 +35,6 @@ class Asked:
 
     @property
     def columns(self) -> list[int]:
-        """All columns that are asked for."""
         return sorted({i for _, columns in self.paths for i in columns})
 
 
@@ -50,7 +49,6 @@ class Lanes:
     size: Any
 
     def take(self, rows: Integers) -> Lanes:
-        """Return some lanes."""
         parts = (self.consts, self.kappa, self.rho, self.sign, self.size)
         return Lanes(*(part[:, rows] for part in parts))
 
@@ -90,10 +88,7 @@ class LaneNodes:
         return other
 
     def before(self, grid: Floats, right: bool) -> Integers:
-        """Return by lane and place of a rising grid the nodes that come before it (k, m).
-
-        With `right` those at the place itself count too.
-        """
+        """Return by lane and place of a rising grid the nodes that come before it (k, m)."""
         k, m = len(self.count), len(grid)
         at = np.searchsorted(grid, self.s, side="left" if right else "right")
         hits = np.bincount(self.lanes * (m + 1) + at, minlength=k * (m + 1))
@@ -283,10 +278,7 @@ def _only(graphs: Graphs, asked: Asked) -> Graph:
 
 
 def _alive(trace: Followed, values: Floats, turns: bool) -> tuple[Booleans | None, Floats]:
-    """Return which blocks have a pose (nb, k, n), None: all, and where on the path poses lie.
-
-    Places are (n,), or (k, n) where lanes get to some of the poses the other way round.
-    """
+    """Return which blocks have a pose (nb, k, n), None: all, and where on the path poses lie."""
     low, high = trace.low[:, :, None], trace.high[:, :, None]
     if np.isinf(low).all() and np.isinf(high).all():
         return None, values

@@ -28,10 +28,7 @@ ENDS = ("min", "max")
 
 @dataclass(frozen=True)
 class SeriesReading:
-    """A series of poses: `columns` of the derivative of an `order`.
-
-    ``made`` computes it from the columns (k, n) where it is no column itself.
-    """
+    """A series of poses: `columns` of the derivative of an `order`."""
 
     order: int
     columns: tuple[int, ...]

@@ -31,7 +31,6 @@ class Screening(SeriesBatch):
     """Computes series of a plain sweep for many sets in closed form; parameters as there."""
 
     def rows(self, sets: Floats) -> Rows:
-        """Return the rows of some sets (k, m)."""
         return self.started(sets, self._screened)
 
     def _screened(

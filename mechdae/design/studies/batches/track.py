@@ -63,10 +63,7 @@ class LaneTrack:
         self.next = self.lane[:-1] == self.lane[1:]
 
     def _places(self) -> tuple[Integers, Floats, Integers]:
-        """Return lanes and places of the sample: nodes, ends, and more where a body turns fast.
-
-        The last part is the node that a place is, -1 where it is none.
-        """
+        """Return lanes and places of the sample: nodes, ends, and more where a body turns fast."""
         nodes, angles = self.nodes, self.poses.graphs.scene.unknowns.turns
         s, lane = nodes.s, nodes.lanes
         same = lane[:-1] == lane[1:]
@@ -161,11 +158,7 @@ class LaneTrack:
         return top - np.minimum.reduceat(values, start, axis=1)
 
     def moves(self, columns: list[int], size: Floats) -> Booleans:
-        """Return which columns move in which lanes (m, k), measured by `size` (m, k).
-
-        Lanes in which one that moves rests in between are no longer `good`: where a rest ends takes
-        a closer look.
-        """
+        """Return which columns move in which lanes (m, k), measured by `size` (m, k)."""
         moving = self.travel(columns) > AT_REST * size
         values = self.column(self.y, 0, columns)
         still = np.abs(np.diff(values, axis=1)) <= AT_REST * size[:, self.lane[1:]]

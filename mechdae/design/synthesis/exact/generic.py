@@ -76,10 +76,7 @@ def generic(
     known: Known | None = None,
     tell: Callable[[Known], None] | None = None,
 ) -> GenericSolutions:
-    """Return generic numbers and their solutions, all of them where the trace is linear.
-
-    `known`: what to go on with: the answer is that of a search in one piece.
-    """
+    """Return generic numbers and their solutions, all of them where the trace is linear."""
     if known is None:
         p, first = family.drawn(np.random.default_rng(seed))
         known = Known(p, first[None])

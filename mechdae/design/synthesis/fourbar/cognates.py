@@ -76,10 +76,7 @@ def invariants(pivot: Any, other: Any, crank: Any, coupler: Any, rocker: Any, po
 
 
 def are_cognates(one: StartingFourBar, other: StartingFourBar, tolerance: float = SAME) -> bool:
-    """Whether two four-bars trace the same coupler curve as cognates of each other.
-
-    A four-bar is a cognate of itself, and of itself driven at its other pivot.
-    """
+    """Whether two four-bars trace the same coupler curve as cognates of each other."""
     return len(grouped([one, other], tolerance)) == 1
 
 

@@ -56,10 +56,7 @@ class Linkage(StartingFourBar):
 def linkage(
     pivot: complex, other: complex, A: Complexes, B: Complexes, P: Complexes, frame: float = 0.0
 ) -> Linkage:
-    """Return the four-bar with crank pins `A` (k,), rocker pins `B` and coupler points `P`.
-
-    `frame`: direction of B - A in the moving plane.
-    """
+    """Return the four-bar with crank pins `A` (k,), rocker pins `B` and coupler points `P`."""
     ground = other - pivot
     along = ground / abs(ground)
     crank, rocker, coupler = (A - pivot) / along, (B - other) / along, (B - A) / along
@@ -110,10 +107,7 @@ def joints(design: Linkage) -> tuple[Complexes, Complexes, Complexes]:
 
 
 def kind(lengths: Any) -> str:
-    """Return Grashof's class: crank-rocker, drag-link, double-rocker, rocker-crank, triple-rocker.
-
-    A rocker-crank turns fully at its rocker; change points are of no class of their own.
-    """
+    """Return Grashof's class: crank-rocker, drag-link, double-, triple-rocker or rocker-crank."""
     s = np.sort(lengths)
     if s[0] + s[3] > s[1] + s[2]:
         return "triple-rocker"

@@ -38,10 +38,7 @@ BOTH, ORDER = (
 
 @dataclass(frozen=True, eq=False)
 class WithinBounds:
-    """Four-bars of an exact goal within the bounds, with parameters and faults.
-
-    ``facts`` say how many solutions there are without bounds, and how certain that is.
-    """
+    """Four-bars of an exact goal within the bounds, with parameters and faults."""
 
     each: list[tuple[Linkage, Any, tuple[str, ...]]]
     facts: dict[str, Any]
@@ -50,10 +47,7 @@ class WithinBounds:
 def solutions(
     starts: FourBarStarts, asked: Visits, seed: int, follow: Follow
 ) -> WithinBounds | None:
-    """Return all four-bars of an exact goal.
-
-    None where there are not as many equations as unknowns, or too many solutions to be searched.
-    """
+    """Return all four-bars of an exact goal."""
     if asked.measure != "exact" or asked.timing not in ("free", "any"):
         return None
     try:
@@ -63,10 +57,7 @@ def solutions(
 
 
 def freedoms_left(starts: FourBarStarts, asked: Visits) -> int:
-    """Return how many numbers an exact goal leaves free: its four-bars are as large a family.
-
-    Zero where there are as many equations as unknowns, or more, or where angles are given.
-    """
+    """Return how many numbers an exact goal leaves free: its four-bars are as large a family."""
     if asked.measure != "exact" or asked.timing not in ("free", "any"):
         return 0
     count, given = len(asked.targets), len(starts.given())

@@ -22,10 +22,7 @@ CORNERS = 1024
 
 
 class FourBarStarts:
-    """Draws four-bars whose coupler point comes near to targets.
-
-    `point`: ``body.point`` that visits the targets, or the body that takes poses.
-    """
+    """Draws four-bars whose coupler point comes near to targets."""
 
     def __init__(self, space: DesignSpace, point: str) -> None:
         assert space.loop is not None
@@ -160,11 +157,7 @@ class FourBarStarts:
         return complex(x, y), float(np.arctan2(s, c))
 
     def limits(self) -> Points:
-        """Return bounds (4, 2) of ground, crank, coupler, rocker over the box.
-
-        A length that is a number of its own has them at its ends; one between points that are both
-        free is greatest at other corners, and least inside.
-        """
+        """Return bounds (4, 2) of ground, crank, coupler, rocker over the box."""
         low, high = self.space.box.T
         shares = np.random.default_rng(0).random((CORNERS, len(low)))
         inner = low + shares * (high - low)

@@ -16,7 +16,6 @@ from mechdae.results.units import path_unit
 
 
 def objective_name(goal: Asked) -> str:
-    """Return what an objective is about."""
     if isinstance(goal, Extreme):
         single = goal.path.startswith("summary/")
         return goal.of if single else f"{goal.reduce} of {goal.of}"

@@ -78,7 +78,6 @@ class Goal:
 
     @property
     def words(self) -> str:
-        """What the goal is about."""
         return "this goal"
 
     def bodies(self) -> tuple[str, ...]:
@@ -169,7 +168,6 @@ class Goal:
         return f"{self.name}.{word}"
 
     def of_free(self, name: str, d: Any) -> Any:
-        """Return a free parameter."""
         return d[..., self.space.names.index(name)]
 
     def poses_of(self, values: Values, count: int) -> Floats:

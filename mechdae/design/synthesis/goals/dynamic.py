@@ -60,7 +60,6 @@ class Dynamic(Goal):
         return self.sense * value
 
     def value(self, term: float) -> float:
-        """Return the number for the goal's term in the objective."""
         return self.sense * term * self.unit
 
     @property

@@ -255,7 +255,6 @@ class ExtremeGoal(Goal):
         return self._size(row)
 
     def value(self, term: float) -> float:
-        """Return the quantity for the goal's term in the objective."""
         quantity = self.sense * term
         if self.quantity.transmission:
             return quantity

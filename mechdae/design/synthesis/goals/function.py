@@ -157,7 +157,6 @@ class Function(Goal):
     # -- starts ------------------------------------------------------------------------------
 
     def drawn(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
-        """Yield designs that come nearest to the function."""
         starts = self._by_equation(kind, generator, count) or []
         yield from starts
         if len(starts) < count:

@@ -319,10 +319,7 @@ class VisitsGoal(Goal):
     def _best_times(
         self, spread: Spread, d: Floats, u: float, x: Unknowns
     ) -> tuple[dict[str, Floats | list[float]], dict[str, float], float] | None:
-        """Return variables and parameters of the best times of a design, and its costs there.
-
-        Along all that is reached from a pose; None where times are not free.
-        """
+        """Return variables and parameters of the best times of a design, and its costs there."""
         if self.asked.timing not in ("free", "any") or not self.space.turned:
             return None
         trace, closed = around(spread, d, u, np.asarray(x, float), PLACES)

@@ -39,11 +39,7 @@ LEAST = 0.05
 
 
 class StraightGoal(Goal):
-    """A point on a straight line.
-
-    The variables are where the driver starts, the direction of the line, its distance from
-    the origin, and the deviation per stroke.
-    """
+    """A point on a straight line."""
 
     deviates = True
 

@@ -44,10 +44,7 @@ class Work:
 
 
 def text_of(problem: Problem, name: str, task: Synthesis) -> str:
-    """Return a problem file with all that determines the starts of a task, but how many there are.
-
-    Tables of loads stand in it with their numbers, and of the other tasks those that it names.
-    """
+    """Return a problem file with all that determines the starts of a task but their number."""
     asked = repr((task.goal, task.goals, task.objectives, task.constraints))
     tasks: dict[str, Task] = {
         key: other

@@ -13,11 +13,7 @@ from mechdae.errors import InputError, UnavailableError
 
 
 def robust_goals(asked: Demand, poses: FreePoses, goals: Sequence[Goal]) -> Deviations | None:
-    """Give goals the deviations by the tolerances of a task; None where none are asked for.
-
-    Goals that are met exactly, and beside others those whose deviations are not computed, stay as
-    they are.
-    """
+    """Give goals the deviations by the tolerances of a task; None where none are asked for."""
     if asked.robust is None:
         return None
     found = Deviations(poses, asked.tolerances, asked.robust)

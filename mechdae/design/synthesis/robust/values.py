@@ -66,10 +66,7 @@ def mean_and_sigma(stacked: Sym, count: int, roots: Any) -> tuple[Sym, Sym]:
 
 
 def summed(nlp: Nlp, name: str, rows: Sequence[Row], factor: float, size: float) -> Sym:
-    """Add the moments of a sum of squares as variables; return its robust value.
-
-    As variables they keep second derivatives sparse: each pose acts on itself and the parameters.
-    """
+    """Add the moments of a sum of squares as variables; return its robust value."""
     count = rows[0][2].shape[1]
     scale = np.full(count + count * (count + 1) // 2, size)
     scale[:count] = np.sqrt(size)

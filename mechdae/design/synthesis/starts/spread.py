@@ -87,10 +87,7 @@ class Spread:
     def followed(
         self, d: Floats, x: Unknowns, start: float, u: Floats | list[float]
     ) -> tuple[bool, Floats, Floats]:
-        """Return whether a design reaches driver values (k,) from a pose, poses, asked values.
-
-        Poses that are not reached keep Newton's last guess.
-        """
+        """Return whether a design reaches driver values (k,) from a pose, poses, asked values."""
         x, d = np.array(x, float)[None, :], np.asarray(d, float)[None, :]
         last, held, sign = start, True, None
         places, values = [], []
@@ -110,10 +107,7 @@ class Spread:
         return held, np.array(places), np.array(values)
 
     def reached(self, d: Floats, x: Unknowns, u: Floats, start: float) -> tuple[Any, bool]:
-        """Return the poses at driver values (k,) up to where a design opens, and whether it does.
-
-        It is followed from a pose at `start`; the second is True where all are reached.
-        """
+        """Return poses at driver values (k,) up to where a design opens, and whether it does."""
         found: list[Floats] = []
         last = np.array(x, float)
         sign = np.sign(self.newton(last[None], [[start]], np.asarray(d, float)[None])[2])
@@ -166,10 +160,7 @@ class Spread:
         return (low > 0) & (high > 10 * low)
 
     def distinct(self, d: Floats, order: Integers, count: int) -> list[int]:
-        """Return the first places of an order whose designs differ from those before.
-
-        What is chosen gets its share of the places.
-        """
+        """Return the first places of an order whose designs differ from those before."""
         low, high = self.space.box.T
         n = len(low)
         with np.errstate(all="ignore"):

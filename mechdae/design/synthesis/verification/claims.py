@@ -58,11 +58,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Worth:
-    """What the file of a design does.
-
-    ``value`` in the goal's unit; ``errors`` (k,) at its targets; ``defects`` are sentences;
-    ``robust`` says what a robust value is made of.
-    """
+    """What the file of a design does."""
 
     value: float
     errors: Any

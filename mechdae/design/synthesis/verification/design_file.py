@@ -76,7 +76,6 @@ class DesignFile:
         return self.problem.mechanism.values()
 
     def with_tasks(self, tasks: Mapping[str, Task]) -> Problem:
-        """Return the file with other tasks."""
         return replace(self.problem, tasks=Table(tasks))
 
     # -- sweeps --------------------------------------------------------------------------------

@@ -101,7 +101,6 @@ def _path(c: NamedCoordinate) -> tuple[str, slice]:
 
 
 def _series(found: Result, c: NamedCoordinate) -> Floats:
-    """Return the values of a coordinate."""
     path, columns = _path(c)
     values = np.asarray(found.value(path), float)
     return values[:, columns][:, 0] if c.kind == "point" else values

@@ -207,10 +207,7 @@ def _at(design: DesignFile, task: Sweep, asked: Asked, places: Floats) -> Any:
 def of_task(
     design: DesignFile, asked: Asked, deviations: Deviations
 ) -> tuple[float, dict[str, Any]]:
-    """Return the robust value of a quantity by the derivatives of the task itself.
-
-    Of an extreme it is that of the poses of the task, 721 where they are not named.
-    """
+    """Return the robust value of a quantity by the derivatives of the task itself."""
     names, factor, sigmas = deviations.names, deviations.factor, deviations.sigmas
     paths = shaking_paths(asked.path, design.problem.mechanism.dimension)
     task = design.tasks[asked.task]

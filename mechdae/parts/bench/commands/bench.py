@@ -29,10 +29,7 @@ def _design_task(problem: Problem | None) -> str | None:
 
 @dataclass(frozen=True)
 class Beside:
-    """Measurements that are not part of the package, see the folder ``benchmarks``.
-
-    `more`: (quick, say) -> records of further works, part by part; each is printed.
-    """
+    """Measurements that are not part of the package, see the folder ``benchmarks``."""
 
     poses: Any
     motions: Any

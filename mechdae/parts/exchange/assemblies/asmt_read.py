@@ -43,7 +43,6 @@ class AsmtNode:
         return part.children[0].text if part is not None and part.children else ""
 
     def parts(self, key: str) -> list[AsmtNode]:
-        """Return the parts below a key."""
         part = self.get(key)
         return part.children if part is not None else []
 
@@ -107,7 +106,6 @@ class AsmtAssembly:
 
 
 def read_assembly(path: str | Path) -> AsmtAssembly:
-    """Return the assembly in a file."""
     root = _tree(Path(path))
     try:
         return _assembly(root)

@@ -41,15 +41,12 @@ class AssemblyPlane:
     normal: Floats
 
     def place(self, point: Floats) -> tuple[float, float]:
-        """Return a point in the plane."""
         return _rounded(float(self.x @ point)), _rounded(float(self.y @ point))
 
     def angle(self, direction: Floats) -> float:
-        """Return the angle of a direction."""
         return math.atan2(float(self.y @ direction), float(self.x @ direction))
 
     def holds(self, direction: Floats) -> bool:
-        """Return whether a direction lies in the plane."""
         return abs(float(self.normal @ direction)) <= PARALLEL
 
 
@@ -254,7 +251,6 @@ class _InPlane:
         )
 
     def _mass(self, part: str, body: str) -> Json:
-        """Return what a part weighs."""
         weighed = self.made.weighed(part)
         if weighed is None:
             return {}

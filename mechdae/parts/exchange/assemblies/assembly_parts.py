@@ -41,7 +41,6 @@ class JoinedAssembly:
     joints: list[AsmtJoint] = field(default_factory=list)
 
     def body(self, side: Side) -> str:
-        """Return the body of one side of a joint."""
         return self.bodies[side[0]]
 
     def reference(self, side: Side) -> str:

@@ -33,10 +33,7 @@ Rims = dict[str, list[float]]
 
 
 def dxf(motion: ExportedMotion, pose: int | None = None) -> dict[str, str]:
-    """Return the files of a motion's mechanism by their endings: one drawing.
-
-    `pose`: number of the pose drawn, from 0; by default one in which links do not cover each other.
-    """
+    """Return the files of a motion's mechanism by their endings: one drawing."""
     if motion.mechanism.dimension != 2:
         raise UnavailableError(
             "a DXF drawing is made of mechanisms of the plane", hint="export --format mjcf or sdf"

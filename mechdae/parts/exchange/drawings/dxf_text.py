@@ -36,11 +36,9 @@ class DxfText:
         return [(code, x), (code + 10, y), (code + 20, 0.0)]
 
     def line(self, layer: str, start: Floats, end: Floats) -> None:
-        """Put a line."""
         self._put((0, "LINE"), (8, layer), *self._place(start), *self._place(end, 11))
 
     def polyline(self, layer: str, places: Iterable[Floats], closed: bool = False) -> None:
-        """Put a polyline."""
         self._put((0, "POLYLINE"), (8, layer), (66, 1), (10, 0.0), (20, 0.0), (30, 0.0))
         self._put((70, int(closed)))
         for place in places:
@@ -48,7 +46,6 @@ class DxfText:
         self._put((0, "SEQEND"), (8, layer))
 
     def circle(self, layer: str, center: Floats, radius: float) -> None:
-        """Put a circle."""
         for corner in (-radius, radius):
             self._place(np.asarray(center, float) + corner)
         self._put((0, "CIRCLE"), (8, layer), *self._place(center), (40, MILLIMETRE * radius))

@@ -114,7 +114,6 @@ class _Wheels:
         return found[1]
 
     def _angle(self, joint: Joint, body: str, carrier: str) -> Sum:
-        """Return the angle of a wheel from its carrier as a sum of coordinates."""
         if self.motion.mechanism.dimension == 2:
             return _plus(self._turn(body), self._turn(carrier), -1.0)
         if body == carrier:

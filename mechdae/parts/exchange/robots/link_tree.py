@@ -64,7 +64,6 @@ class LinkTree:
         return [edge for edge in self.edges.values() if edge.parent == parent]
 
     def motions(self) -> Iterator[ElementaryMotion]:
-        """Yield the freedoms of the tree."""
         for edge in self.edges.values():
             yield from edge.motions
 
@@ -96,7 +95,6 @@ class LinkTree:
 
     @property
     def title(self) -> str:
-        """What the file is of."""
         return f"mechdae {__version__}: {self.motion.problem.name}, task {self.motion.task}"
 
     def remarks(self, needed: str = "") -> Iterator[str]:
@@ -191,7 +189,6 @@ class _Builder:
         self.frames = frames_of(motion, self.described, motion.first)
 
     def built(self) -> LinkTree:
-        """Return the tree."""
         tree = self.tree
         for joint, forward in _chosen(self.motion):
             self._grow(joint, forward)

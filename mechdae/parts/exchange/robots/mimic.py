@@ -70,10 +70,7 @@ class Mimics:
 
 
 def mimics(motion: ExportedMotion, coordinates: list[str], tolerance: float, size: float) -> Mimics:
-    """Return polynomials of joints' coordinates, each with a proved bound of its error.
-
-    `tolerance`: error aimed at: radians, or shares of the mechanism's `size` [m].
-    """
+    """Return polynomials of joints' coordinates, each with a proved bound of its error."""
     setting, run = motion.single("a mimic polynomial")
     path = run.path
     if not isinstance(path, Path) or any(path.flips):

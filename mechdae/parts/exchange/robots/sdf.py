@@ -166,7 +166,6 @@ class _World:
             put(put(joint, tag), "xyz", numbers(self._wheel_axis(wheel, carrier, mesh.second_body)))
 
     def _wheel_axis(self, wheel: str, carrier: str, child: str) -> Any:
-        """Return the axis of a wheel, from the carrier to it, in the frame of the child."""
         if self.motion.mechanism.dimension == 2:
             return Z
         for edge in self.tree.edges.values():

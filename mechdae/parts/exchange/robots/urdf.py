@@ -33,11 +33,7 @@ PROOF = (
 
 
 def urdf(motion: ExportedMotion, tolerance: float = TOLERANCE) -> dict[str, str]:
-    """Return the files of a motion's mechanism by their endings: URDF and its loops.
-
-    `tolerance`: error aimed at by the polynomials: radians, shares of the mechanism's size for
-    slides.
-    """
+    """Return the files of a motion's mechanism by their endings: URDF and its loops."""
     if not 0 < tolerance < math.inf:
         raise InputError(f"a number above 0 is needed, not {tolerance:g}", where="tolerance")
     tree = link_tree(motion)

@@ -17,7 +17,6 @@ def number(value: float) -> str:
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Return numbers with a space between them."""
     return " ".join(number(value) for value in values)
 
 
@@ -41,6 +40,5 @@ def remark(parent: Element, text: str) -> None:
 
 
 def document(root: Element) -> str:
-    """Return the file."""
     ET.indent(root, "  ")
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

@@ -145,13 +145,7 @@ class Assignments(Sequence[Assignment]):
 
 
 def free_folder(folder: str | Path, form: str) -> Path:
-    """Return a folder into which assignments may be written.
-
-    Raises
-    ------
-    InputError
-        It holds something, is a file, or stands in no folder; no such form.
-    """
+    """Return a folder into which assignments may be written."""
     target = Path(folder)
     if f".{form}" not in ENDINGS:
         raise UnknownName("form", form, [ending[1:] for ending in ENDINGS])

@@ -72,10 +72,7 @@ def choose(
     bound: float,
     least: int | None = None,
 ) -> tuple[list[Chosen], int]:
-    """Return as many sets of numbers as are wanted, and how many were tried for them.
-
-    Where there are not so many, those that do, `least` of them; all without it.
-    """
+    """Return as many sets of numbers as are wanted, and how many were tried for them."""
     total = prod(number.count for number in ranges)
     least = count if least is None else least
     if total < least:

@@ -127,7 +127,6 @@ def sheet_sections(
     diagram: str,
     say: tuple[Phrases, Phrases, Phrases],
 ) -> tuple[Section, ...]:
-    """Return the sections of a sheet."""
     words, report, explained = say
     task = problem.tasks[subject.result.task]
     assert isinstance(task, Driven)

@@ -285,7 +285,6 @@ def spliced(text: str, *parts: Part) -> list[str | Part]:
 
 
 def driver_section(subject: Subject) -> Section:
-    """Return the efforts of the drivers."""
     rows = []
     for text, effort in subject.result.efforts.items():
         unit = subject.result.path_unit(f"efforts/{text}")
@@ -329,32 +328,26 @@ class PlaneBalance(BalanceOfLinks):
         self.forces = BodyForces(subject.result, subject.scene, subject.pose)
 
     def moment(self, arm: Floats, force: Floats) -> Floats:
-        """Return the moment of a force at the end of an arm."""
         return np.array([arm[0] * force[1] - arm[1] * force[0]])
 
     def pole(self, body: str) -> tuple[str, Floats]:
-        """Return the link's first joint, a pin if there is one, and its letter."""
         for joint in sorted(self.joints(body), key=lambda joint: not joint.coincide):
             return self.subject.letter(joint.second), self.subject.place(joint.second)
         return "O", self.base(body)
 
     def base(self, body: str) -> Floats:
-        """Return the body's origin."""
         origin: Floats = self.scene.origins[body][self.pose]
         return origin
 
     def driven(self, body: str, pole: Floats) -> Iterator[ActingForce]:
-        """Yield the forces of drivers along lines."""
         for text, place, force in self.forces.pushes(body):
             letter = Letter("F", (str(self.subject.numbers[body]),), vector=True)
             yield ActingForce(letter, text, force, self.moment(place - pole, force))
 
     def centre(self, body: str) -> Floats:
-        """Return the place of the centre of mass."""
         return self.forces.centre(body)
 
     def inertia(self, body: str) -> tuple[Floats, Floats]:
-        """Return force and couple of inertia."""
         return self.forces.inertia(body), np.array([self.forces.couple(body)])
 
     def _inertia(self, body: str, pole: Floats) -> Iterator[ActingForce]:
@@ -365,7 +358,6 @@ class PlaneBalance(BalanceOfLinks):
             yield ActingForce(letter, text, np.zeros(2), np.array([torque]))
 
     def place_of_load(self, load: str, body: str) -> str:
-        """Return the letter of the point that a load acts at, or that it is a couple."""
         value = self.mechanism.loads[load]
         for reference in (getattr(value, "point", None), *(getattr(value, "between", None) or ())):
             if reference and reference.split(".")[0] == body:
@@ -373,11 +365,9 @@ class PlaneBalance(BalanceOfLinks):
         return self.subject.say("couple") if getattr(value, "body", None) == body else load
 
     def moment_heads(self, body: str) -> tuple[str, ...]:
-        """Return the head of the moment."""
         return (self.subject.say("moment about", self.pole(body)[0]),)
 
     def sizes(self, joint: Joint, row: Floats, series: Mapping[str, Floats]) -> list[str | Part]:
-        """Return size and direction of a reaction, and the friction in its joint."""
         subject, rates = self.subject, self.forces.rates
         x, y, couple = (float(value) for value in row)
         angle = number(degrees(float(np.arctan2(y, x))), "°")
@@ -402,7 +392,6 @@ class PlaneBalance(BalanceOfLinks):
         return words + spliced(text, number(normal, "N"), along, sliding, lost)
 
     def powers(self) -> tuple[float, float] | None:
-        """Return the powers of loads and of inertia; None without speeds."""
         rates, pose, scene = self.forces.rates, self.pose, self.scene
         bodies = [body for body in self.mechanism.bodies if scene.shown(body, pose)]
         if any(not rates.has(body, "acceleration") for body in bodies):

@@ -22,7 +22,6 @@ NUMBER = re.compile(r"(?<![\w.])(\d+)\.(\d+)(?=(e[-+]?\d+)?(?![\w.]))")
 
 
 def subject_of(result: Any, pose: int | None, say: Phrases) -> Subject:
-    """Return the pose to be explained."""
     if result.kind not in KINDS:
         raise InputError(
             f"a task of kind {result.kind} is not explained",

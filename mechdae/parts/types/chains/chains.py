@@ -19,10 +19,7 @@ LARGEST = 14
 
 @dataclass(frozen=True)
 class Contracted:
-    """A chain by its polygonal links.
-
-    ``symmetries``: permutations of the polygonal links under which all this stays.
-    """
+    """A chain by its polygonal links."""
 
     count: int
     pairs: tuple[tuple[int, int], ...]
@@ -405,7 +402,6 @@ def _plain(links: int, freedoms: int) -> Iterator[KinematicChain]:
 
 
 def _loop(links: int, freedoms: int) -> KinematicChain:
-    """Return the chain that is one closed loop."""
     around = range(links)
     turns = [tuple((s + d * k) % links for k in around) for s in around for d in (1, -1)]
     joints = tuple(sorted(tuple(sorted((k, (k + 1) % links))) for k in around))
@@ -413,7 +409,6 @@ def _loop(links: int, freedoms: int) -> KinematicChain:
 
 
 def _expanded(graph: Contracted, links: int, freedoms: int) -> KinematicChain:
-    """Return the chain with its binary links as links."""
     number = graph.count
     joints: list[tuple[int, int]] = []
     paths: dict[tuple[int, int], list[tuple[int, ...]]] = {}

@@ -119,7 +119,6 @@ def problem_of(chain: KinematicChain, name: str = "chain") -> Problem:
 
 
 def title(chain: KinematicChain) -> str:
-    """Return the chain in words."""
     binary = chain.degrees.count(2)
     others = sorted(degree for degree in chain.degrees if degree > 2)
     sizes = [f"{others.count(d)} of {d} joints" for d in sorted(set(others))]

@@ -104,7 +104,6 @@ class CompositionDemand:
 
     @property
     def kind(self) -> str:
-        """The kind of its goal."""
         return "path" if self.visits else "function" if self.function else CurveGoal.kind
 
     def unit(self, objective: str) -> str:
@@ -115,7 +114,6 @@ class CompositionDemand:
 
 
 def asked_of(task: Any, parameters: Mapping[str, float]) -> CompositionDemand:
-    """Return what a task asks for."""
     if task.goal is None:
         raise InputError('goal = { kind = "curve", ... } is needed', where="goal")
     slides = _slides(task)

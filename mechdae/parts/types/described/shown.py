@@ -11,7 +11,6 @@ from mechdae.parts.types.described.task import Composition
 
 
 def scheme_structure(problem: Problem, task: Composition, _model: object = None) -> dict[str, Any]:
-    """Return what a task of composition searches for."""
     entry = {"kind": task.kind, "available": task.available}
     try:
         demand = asked_of(task, problem.mechanism.parameter_values)

@@ -95,10 +95,7 @@ def fronts(ranking: Any, x: str | None = None, y: str | None = None) -> Figure:
 
 
 def sheet(ranking: Any, results: Mapping[str, Any]) -> Figure:
-    """Return the best variants side by side: diagrams, or their stacks of layers.
-
-    `results`: name -> a solved sweep, in the order of the sheet; variants with layers need none.
-    """
+    """Return the best variants side by side: diagrams, or their stacks of layers."""
     from mechdae.draw import plot
 
     names = list(results)[:MOST]

@@ -59,7 +59,6 @@ def valued(
 
 
 def grouped(variants: Sequence[Variant], task: str) -> list[AlikeVariants]:
-    """Return the variants by structure."""
     groups: dict[Structure, list[AlikeVariants]] = {}
     for variant in variants:
         assert variant.problem is not None

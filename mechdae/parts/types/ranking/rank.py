@@ -62,10 +62,7 @@ def shares(values: Floats, senses: Sequence[str]) -> Any:
 
 
 def ordered(costs: Floats, weights: Any) -> list[int]:
-    """Return the rows by their weighted sums, least first.
-
-    Of equal ones that with the least sum of all criteria, then the first.
-    """
+    """Return the rows by their weighted sums, least first."""
     plain = _sums(costs, np.ones(np.shape(costs)[1]))
     return [int(k) for k in np.lexsort((plain, _sums(costs, weights)))]
 

@@ -184,10 +184,7 @@ class MotionOfVaried:
         return {name: values if n > 1 else values[:, 0] for name, values in found.items()}
 
     def crossings(self) -> LinksCrossing:
-        """Return which links cross in projection while the mechanism moves, and pass over pins.
-
-        Links are bars between their joints, as wide as a layer is thick.
-        """
+        """Return which links cross in projection while the mechanism moves, and pass over pins."""
         mechanism = self.problem.mechanism
         width = constructions.thickness(mechanism)
         points = self._all_points(self.good if len(self.good) > 1 else self.good * 2)

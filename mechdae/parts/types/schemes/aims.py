@@ -70,7 +70,6 @@ class Aim:
 
 
 def aim_of(demand: CompositionDemand) -> Aim:
-    """Return the aim of a task."""
     if demand.function is not None:
         return _function(demand)
     if demand.visits is not None:

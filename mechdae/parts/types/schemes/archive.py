@@ -76,7 +76,6 @@ class Archive:
 
     @property
     def every(self) -> list[SizedScheme]:
-        """All entries, scheme by scheme."""
         return [entry for sets in self.entries.values() for entry in sets]
 
     def best(self, within: float = np.inf) -> dict[str, SizedScheme]:

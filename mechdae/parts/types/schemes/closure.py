@@ -185,10 +185,7 @@ def shortest(scheme: Scheme, places: Complexes) -> Any:
 def material(
     scheme: Scheme, places: Complexes, slopes: bool = False, turn: SchemeTurn | None = None
 ) -> Any:
-    """Return twice the sum of the lengths of bars (b,), and its derivatives (b, p) if asked for.
-
-    `turn`: where guides of moving links reach furthest; needed where there are some.
-    """
+    """Return twice the sum of the lengths of bars (b,), and its derivatives (b, p) if asked for."""
     places = np.asarray(places, complex)
     one, other = np.array(scheme.bars).T
     gaps = places[:, other] - places[:, one]

@@ -224,10 +224,7 @@ def certified(problem: Problem, point: str) -> Certificate:
 
 
 def at_targets(problem: Problem, coordinate: str) -> Any:
-    """Return places (k, 2) of a point, or values (k,) of an angle or a slide, at the targets.
-
-    None where a pose is not certified.
-    """
+    """Return places (k, 2) of a point, or values (k,) of an angle or a slide, at the targets."""
     found = solve(problem, TARGETS)
     if any(str(word) not in FINE for word in found.status):
         return None
@@ -240,10 +237,7 @@ def at_targets(problem: Problem, coordinate: str) -> Any:
 
 
 def loss_of(problem: Problem) -> float | None:
-    """Return the mean loss [W] of a design, with friction that acts on reactions; None: no motion.
-
-    The crank turns by one radian per second.
-    """
+    """Return the mean loss [W] of a design with coupled friction; None: no motion."""
     found = solve(problem, LOSS)
     if any(str(word) not in FINE for word in found.status):
         return None
@@ -251,7 +245,6 @@ def loss_of(problem: Problem) -> float | None:
 
 
 def text_of_design(problem: Problem) -> str:
-    """Return a design as a problem file."""
     return dumps(problem)
 
 

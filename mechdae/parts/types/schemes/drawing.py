@@ -51,10 +51,7 @@ def drawn(scheme: Scheme, count: int, angles: Floats, generator: Generator) -> C
 
 
 def middle(scheme: Scheme, x: Complexes, k: int, generator: Generator) -> Any:
-    """Return a place (b,) at the first angle of the middle of a dyad with a slide.
-
-    `x` (n, b, t): places of the points before it.
-    """
+    """Return a place (b,) at the first angle of the middle of a dyad with a slide."""
     kind, i, j = scheme.points[k]
     count = x.shape[1]
     way = np.exp(1j * generator.uniform(0, TURN, (count, 1)))

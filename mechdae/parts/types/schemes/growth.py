@@ -57,10 +57,7 @@ class Change:
         self, parent: Scheme, places: Complexes, count: int, generator: Generator,
         span: tuple[float, float] | None = None,
     ) -> Any:  # fmt: skip
-        """Return so many sets (count, n) from one of the parent (n,).
-
-        `span`: angles of the crank at which all assembles; absent: a turn.
-        """
+        """Return so many sets (count, n) from one of the parent (n,)."""
         found = np.repeat(np.asarray(places, complex)[None], count, axis=0)
         found = np.stack(
             [found[:, k] if k >= 0 else np.zeros(count, complex) for k in self.origin], axis=1

@@ -34,10 +34,7 @@ def compose(
     problem: Problem | Mechanism | str | Path, task: Task | str | None = None,
     call: JobCall = ALONE,
 ) -> SynthesisResult:  # fmt: skip
-    """Return the front of a task of composition: schemes with dimensions that trace its curve.
-
-    See `mechdae.synthesize`; no paths are followed.
-    """
+    """Return the front of a task of composition: schemes with dimensions that trace its curve."""
     pool = call.pool()
     whole, name, chosen = call.task_of(problem, task, Composition, _draws)
     open_ = replace(chosen, **dict.fromkeys(OPEN))
@@ -55,7 +52,6 @@ def _draws(problem: Problem, task: Composition) -> tuple[int | None, int | None]
 def composed(
     problem: Problem, name: str, task: Composition, run: Run | None = None
 ) -> SynthesisResult:
-    """Return the result of a task of composition."""
     began = time.process_time()
     asked = asked_of(task, problem.mechanism.parameter_values)
     search = SchemeSearch(asked, run or PieceJob())

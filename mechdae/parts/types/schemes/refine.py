@@ -78,7 +78,6 @@ class Refinement(Descent):
         return _State(places, turn, curve, gaps, merit, excess, slopes)
 
     def _normal(self, state: _State) -> tuple[Matrices, Floats]:
-        """Return approximate Hessian (b, p, p) and gradient (b, p) of the merit."""
         rates = state.curve.derivatives(np.nan_to_num(state.turn.derivatives))
         rates = rates - rates.mean(axis=1, keepdims=True)
         weight = 1 / np.sqrt(np.abs(state.gaps) ** 2 + SOFT**2) / POINTS
@@ -104,7 +103,6 @@ def _finite(curves: Complexes) -> Complexes:
 
 
 def _rows_of(taken: Booleans, one: _State, other: _State) -> _State:
-    """Return a state of rows of two states."""
 
     def rows(a: Any, b: Any, axis: int = 0) -> Any:
         shape = [1] * a.ndim

@@ -87,10 +87,7 @@ class Scheme:
 
     @cached_property
     def ways(self) -> tuple[tuple[int, int], ...]:
-        """Lines that the material is counted by at their longest: guides of moving links.
-
-        From the point on a guide to its block, from the pin of a rod to its block.
-        """
+        """Lines that the material is counted by at their longest: guides of moving links."""
         found = []
         for k, (kind, i, j) in enumerate(self.points):
             if kind == SWING:
@@ -111,7 +108,6 @@ class Scheme:
         return tuple(found)
 
     def links_at(self, point: int) -> list[int]:
-        """Return the links that a point is on."""
         return [k for k, link in enumerate(self.links) if point in link]
 
     @cached_property
@@ -148,7 +144,6 @@ class Scheme:
 
 
 def read(text: str) -> Scheme:
-    """Return the scheme of a text."""
     points: list[Point] = []
     *words, last = text.split()
     for word in words:

@@ -134,10 +134,7 @@ def _as_function(scheme: Scheme, aim: Aim, x: Complexes, angles: Floats) -> tupl
 def screened(
     scheme: Scheme, wanted: Complexes, count: int, seed: list[int], keep: int, limits: list[float]
 ) -> tuple[Complexes, Floats]:
-    """Return the places (k, n) of the best sets, and their mean square distances (k,).
-
-    `wanted` (`POINTS`,): the wanted curve, centred.
-    """
+    """Return the places (k, n) of the best sets, and their mean square distances (k,)."""
     generator = np.random.default_rng(seed)
     angles = TURN * np.arange(ANGLES) / ANGLES
     x = drawn(scheme, count, angles, generator)

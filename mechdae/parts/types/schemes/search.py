@@ -1,8 +1,4 @@
-"""The search for schemes: screening, refinement, growth, levels of material; round by round.
-
-Each round is a list of pieces of work that follow from what the rounds before found, so the answer
-depends on the task alone, not on where pieces are computed.
-"""
+"""The search for schemes: screening, refinement, growth, levels of material; round by round."""
 
 from __future__ import annotations
 

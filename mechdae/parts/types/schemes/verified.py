@@ -49,10 +49,7 @@ def _resampled(corners: Any) -> Any:
 def verified(
     text: str, demand: CompositionDemand, error: float, coordinate: str, at: Any, unit: float
 ) -> list[str]:
-    """Return what is wrong with an error that is claimed of a design.
-
-    `at` (k,): angles of the crank at the targets; of a curve the one that its turn begins with.
-    """
+    """Return what is wrong with an error that is claimed of a design."""
     design = DesignFile(from_dict(tomllib.loads(text)), INPUT, at)
     if demand.visits is None and demand.function is None:
         turn = float(at[0]) + TURN * np.arange(POSES - 1) / (POSES - 1)

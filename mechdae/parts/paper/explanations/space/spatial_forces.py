@@ -30,11 +30,9 @@ class SpatialBalance(BalanceOfLinks):
         self.numbers = subject.scene.numbers
 
     def moment(self, arm: Floats, force: Floats) -> Floats:
-        """Return the moment of a force at the end of an arm."""
         return np.cross(arm, force)
 
     def pole(self, body: str) -> tuple[str, Floats]:
-        """Return the point of the link's first joint, a pin if there is one, and its letter."""
         for joint in sorted(self.joints(body), key=lambda joint: not joint.coincide):
             mine = joint.second if joint.second_body == body else joint.first
             return self.subject.letter(mine), self.subject.place(mine)
@@ -42,7 +40,6 @@ class SpatialBalance(BalanceOfLinks):
         return self.subject.letter(reference), self.subject.place(reference)
 
     def driven(self, body: str, pole: Floats) -> Iterator[ActingForce]:
-        """Yield the efforts of drivers."""
         for text, effort in self.subject.result.efforts.items():
             entry = coordinate(self.mechanism, text)
             found = self._effort(entry, body, float(effort[self.pose]))
@@ -52,15 +49,12 @@ class SpatialBalance(BalanceOfLinks):
                 yield self.wrench(letter, text, *found, pole)
 
     def moment_heads(self, body: str) -> tuple[str, ...]:
-        """Return the heads of the moments."""
         return tuple(f"M {axis}" for axis in self.axes)
 
     def table_notes(self, body: str) -> tuple[Note, ...]:
-        """Return about which point moments are taken."""
         return (Note((self.subject.say("moments about", self.pole(body)[0]),)),)
 
     def sizes(self, joint: Joint, row: Floats, series: Mapping[str, Floats]) -> list[str | Part]:
-        """Return the sizes of a reaction's force and moment, and what friction takes."""
         subject = self.subject
         force, moment = (float(np.linalg.norm(part)) for part in (row[:3], row[3:]))
         text = subject.say("reaction in space", "\0", "\0", subject.title(joint.second_body))
@@ -71,7 +65,6 @@ class SpatialBalance(BalanceOfLinks):
         return words
 
     def base(self, body: str) -> Floats:
-        """Return the point that load wrenches refer to: the body's origin, of a bar its end."""
         if self.subject.turn(body) is not None:
             origin: Floats = self.scene.origin(body)[self.pose]
             return origin
@@ -108,13 +101,11 @@ class SpatialBalance(BalanceOfLinks):
         return self.numbers.get(f"{body}.mass", 0.0)
 
     def balanced(self, body: str) -> bool:
-        """Return whether the sum of forces can be written: a bar that spins freely has no mass."""
         known = self.subject.spin(body, "acceleration") is not None
         tensor = self._tensor(body)
         return known or (not self.mass(body) and tensor is None)
 
     def centre(self, body: str) -> Floats:
-        """Return the place of the centre of mass."""
         turn = self.subject.turn(body)
         assert turn is not None
         local = np.array([self.numbers.get(f"{body}.center.{axis}", 0.0) for axis in self.axes])
@@ -143,7 +134,6 @@ class SpatialBalance(BalanceOfLinks):
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
     def inertia(self, body: str) -> tuple[Floats, Floats]:
-        """Return force and couple of inertia; nothing where the result has no accelerations."""
         force, couple = np.zeros(3), np.zeros(3)
         spin, gain = self.subject.spin(body), self.subject.spin(body, "acceleration")
         if spin is None or gain is None or self.subject.result.definition.quasi_static:
@@ -158,7 +148,6 @@ class SpatialBalance(BalanceOfLinks):
         return force, couple
 
     def powers(self) -> tuple[float, float] | None:
-        """Return the powers of loads and of inertia; None without speeds."""
         result, pose = self.subject.result, self.pose
         loads = inertia = 0.0
         for body in self.mechanism.bodies:

@@ -228,7 +228,6 @@ class SpatialRates:
         yield Formula(Equation(sides), abs(rates[0] - ratio * rates[1]), unit)
 
     def _pin(self, carrier: str, wheel: str) -> Joint | None:
-        """Return the joint in which a wheel turns on the carrier."""
         for joint in self.group.mechanism.joints.values():
             ends = {joint.first_body, joint.second_body}
             if ends == {carrier, wheel} and joint.turns and not joint.wheels:

@@ -31,17 +31,14 @@ class SpatialSubject(Subject):
 
     @cached_property
     def relations(self) -> dict[str, Any]:
-        """Nothing: the equations of the plane hold there alone."""
         return {}
 
     @cached_property
     def numbers(self) -> dict[str, int]:
-        """Numbers of the links, 0 for the ground."""
         return {**numbers_of(self.scene.mechanism), GROUND: 0}
 
     @cached_property
     def letters(self) -> dict[str, str]:
-        """Capital letters of ``body.point``, different for different places."""
         places = places_of(self.scene, self.pose)
         return distinct_letters(self.scene, self.pose, places, self.numbers)
 
@@ -97,7 +94,6 @@ class SpatialSubject(Subject):
         return turn
 
     def axis(self, joint: Joint, second: bool = False) -> Array | None:
-        """Return the axis of a side of a joint."""
         return self.scene.axis(joint, self.pose, second)
 
     def rates_of_joint(self, joint: str, word: str) -> dict[str, float]:

@@ -86,7 +86,6 @@ class Constructions:
 
     @cached_property
     def pins(self) -> dict[str, tuple[str, str]]:
-        """The pins with their links."""
         return pins_of(self.problem.mechanism)
 
     @cached_property

@@ -54,10 +54,7 @@ Forks = Mapping[str, str]
 
 
 def laid(pins: Pins, forks: Forks, crossings: LinksCrossing) -> Layers | str:
-    """Return the fewest layers, with the shortest reach of pins; or why there are none.
-
-    `forks`: the link that has the fork, by pin; pins that are not there are overhung.
-    """
+    """Return the fewest layers, with the shortest reach of pins; or why there are none."""
     if len(crossings.links) > MOST:
         raise InputError(
             f"{len(crossings.links)} moving links: layers are counted of {MOST} at most",
@@ -162,10 +159,7 @@ class _Search:
         return None not in self._sides(spans).values()
 
     def _sides(self, spans: Mapping[str, tuple[int, int]]) -> dict[str, tuple[str, int] | None]:
-        """Return for each pin the side that it comes from and how far it reaches, None: neither.
-
-        A pin of the frame comes from behind where nothing is in its way, else from the front.
-        """
+        """Return for each pin the side that it comes from and how far it reaches, None: neither."""
         found: dict[str, tuple[str, int] | None] = {}
         there = {GROUND, *spans}
         pins = {pin: pair for pin, pair in self.pins.items() if there.issuperset(pair)}

@@ -202,10 +202,7 @@ def loop_of(mechanism: Mechanism) -> list[LoopLink]:
 
 
 def _walk(mechanism: Mechanism, of_link: dict[str, list[str]]) -> list[tuple[str, str, str]]:
-    """Return (body, joint by which it is reached, joint by which it is left) around the loop.
-
-    From the ground by its first joint, as they are declared.
-    """
+    """Return (body, joint by which it is reached, joint by which it is left) around the loop."""
     body, leaving = GROUND, of_link[GROUND][0]
     entering = of_link[GROUND][1]
     walk = [(body, entering, leaving)]

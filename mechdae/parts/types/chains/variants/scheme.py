@@ -146,7 +146,6 @@ def _task(task: Task, driver: Callable[[Driver], Driver]) -> Task:
 
 
 def _with_outputs(mechanism: Mechanism, name: str, task: Task, out: list[str]) -> Task:
-    """Return the task with the outputs that the mechanism has, if it can have the task at all."""
     try:
         Problem(mechanism, Table({name: task}))
     except InputError:

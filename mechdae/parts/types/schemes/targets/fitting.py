@@ -1,7 +1,4 @@
-"""Descent of errors at targets: one unknown vector beside the dimensions, one error vector.
-
-Errors are those of the tracing point at targets, or of an output at places of the crank.
-"""
+"""Descent of errors at targets: one unknown vector beside the dimensions, one error vector."""
 
 from __future__ import annotations
 
@@ -54,10 +51,7 @@ class _Fit:
 
 
 class Fitting(Descent):
-    """A batch of sets of one scheme, towards targets.
-
-    ``extra`` (b, e): unknowns that are no dimensions.
-    """
+    """A batch of sets of one scheme, towards targets."""
 
     def __init__(
         self, scheme: Scheme, places: Complexes, aim: Aim, limits: Floats, least: Floats

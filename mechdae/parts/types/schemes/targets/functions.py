@@ -21,10 +21,7 @@ FINE = 181
 
 
 def outputs(scheme: Scheme, turn: SchemeTurn, places: Complexes, aim: Aim, angles: Any) -> Any:
-    """Return the output (b, t) at angles (t,), the first one zero; an angle without jumps.
-
-    `places` (b, n): at angle zero.
-    """
+    """Return the output (b, t) at angles (t,), the first one zero; an angle without jumps."""
     start = np.asarray(places, complex)
     if aim.what != ANGLE:
         k, g = scheme.trace, pivot_of(scheme)
