@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 715
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_820
+TOTAL = 131_830
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

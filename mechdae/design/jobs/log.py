@@ -80,7 +80,7 @@ class JobLog:
         if lines:
             self._compare(lines[0])
             self.entries = [entry for entry in map(_entry, lines[1:]) if entry is not None]
-        elif content and not _might_begin(content):
+        elif content and not b'{"format":'.startswith(content[:10]):
             raise InputError("is no log of a job", where=str(self.path))
         os.ftruncate(self._file, whole)
 
@@ -124,11 +124,6 @@ def _entry(line: bytes) -> Json | None:
     except ValueError:
         return None
     return found if isinstance(found, dict) else None
-
-
-def _might_begin(content: bytes) -> bool:
-    """Return whether an unfinished line is the beginning of a log."""
-    return b'{"format":'.startswith(content[:10])
 
 
 def _difference(there: str, here: str) -> str:

@@ -165,7 +165,7 @@ class Implicit:
         nu = solve(J.T * units, -(pencil.T @ w) * k.sizes, rcond=RANK)[0] if k.m else np.zeros(0)
         a, b = np.concatenate([w, nu]), np.concatenate([v, mu])
         rr, ii, ri, ir = (
-            self._bilinear(one, two)
+            np.array(self._forms(*self.at, one, two))
             for one, two in ((a.real, b.real), (a.imag, b.imag), (a.real, b.imag), (a.imag, b.real))
         )
         gradient = (rr - ii) + 1j * (ri + ir)  # (3, n + m + p)
@@ -195,9 +195,6 @@ class Implicit:
         every = ca.vertcat(r.x, self.lam, self.model.p)
         result = ca.densify(ca.jacobian(forms, every))
         return without_repeats("forms", [*self.inputs, a, b], [result])
-
-    def _bilinear(self, a: Floats, b: Floats) -> Floats:
-        return np.array(self._forms(*self.at, a, b))
 
     def _motion(self, path: str) -> tuple[str, int | None] | None:
         """Return word and place of a path to a number of small motions, None where it is none."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers, Matrices
+from mechdae.types import Floats, Integers
 
 if TYPE_CHECKING:
     from mechdae.kernels.graphs.stepper import Layout
@@ -162,7 +162,7 @@ def changes(
         first = sides[:, 0]
         first[fresh] = 1.0
     before, after = sides[:, :-1], sides[:, 1:]
-    turned = (before > 0) & (after <= 0) if falls else _crossed(before, after)
+    turned = (before > 0) & (after <= 0) if falls else ((before != 0) & (after != before))
     # a dip: the slope leads towards zero at one place, and away from it at the next
     width = 1 / (PLACES - 1)
     toward, away = slopes[:, :-1] * before, slopes[:, 1:] * after
@@ -181,11 +181,6 @@ def changes(
             side = float(before[n, j, k])
             found.append(Sign(int(rows[n]), low, high, int(k), side, dip))
     return sorted(found, key=lambda sign: (sign.row, sign.low, sign.high))
-
-
-def _crossed(before: Matrices, after: Matrices) -> Any:
-    """Return where a sign turns to the other one or to zero; from zero nothing turns."""
-    return (before != 0) & (after != before)
 
 
 class Looker:

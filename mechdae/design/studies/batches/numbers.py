@@ -177,7 +177,7 @@ def _sketches(mechanism: Mechanism, setting: Setting, columns: Columns) -> tuple
         value = columns.value(number)
         if not isinstance(value, np.ndarray):
             continue
-        sketched_alone = sketched(_only(mechanism, name))
+        sketched_alone = sketched(replace(mechanism, sketch=Table({name: mechanism.sketch[name]})))
         (table, key), *_ = [
             (table, key)
             for table, part in ((angles, sketched_alone.angles), (places, sketched_alone.places))
@@ -188,11 +188,6 @@ def _sketches(mechanism: Mechanism, setting: Setting, columns: Columns) -> tuple
         if name in (c.text, c.part if c.kind != "point" else c.text):
             start = value
     return Sketches(angles, places), floats(start, count)
-
-
-def _only(mechanism: Mechanism, name: str) -> Mechanism:
-    """Return the mechanism with one entry of its sketch."""
-    return replace(mechanism, sketch=Table({name: mechanism.sketch[name]}))
 
 
 def _suspect(mechanism: Mechanism, model: Model, columns: Columns) -> Booleans:

@@ -23,8 +23,8 @@ from mechdae.records import dataclass
 from mechdae.types import Floats, Integers, Unknowns
 
 SAMPLES = 20_000
-TRIED, DRAWN = 400, 50
-"""Samples that are improved, at most: of the projection, and drawn where a scale is given."""
+TRIED = 400
+"""Samples of the projection that are improved, at most."""
 ITERATIONS = 80
 NODES = 13
 """Rows of the screening, at most: the nodes next to Chebyshev's."""
@@ -63,15 +63,12 @@ def function_starts(
     lengths: tuple[float, float] = (0.1, 8.0),
     least: float = 0.05,
     senses: tuple[int, ...] = (1, -1),
-    input_start: float | None = None,
-    output_start: float | None = None,
 ) -> list[FunctionStart]:
     """Return mutually distant starts, the best first.
 
     `inputs`, `outputs` (k,): both scales at nodes, each from its start [rad]. `samples`: how many
     are drawn for each sense. `lengths`: bounds of crank, coupler and rocker, in grounds. `least`:
-    least |sin| of the transmission angle at the nodes. `input_start`, `output_start`: where a scale
-    starts, None: free.
+    least |sin| of the transmission angle at the nodes.
     """
     inputs, outputs = np.asarray(inputs, float), np.asarray(outputs, float)
     if len(inputs) < 3 or not (np.isfinite(inputs).all() and np.isfinite(outputs).all()):
@@ -79,15 +76,12 @@ def function_starts(
     if inputs.shape != outputs.shape:
         raise InputError(f"{len(inputs)} inputs: as many outputs are needed", where="outputs")
     generator = np.random.default_rng(seed)
-    given = (input_start, output_start)
     found: list[FunctionStart] = []
     for sense in senses:
-        x, branches = _screened(inputs, sense * outputs, generator, samples, given, least)
+        x, branches = _screened(inputs, sense * outputs, generator, samples, least)
         for branch in (1, -1):
-            rows = FunctionRows(inputs, sense * outputs, branch, given, lengths)
+            rows = FunctionRows(inputs, sense * outputs, branch, lengths)
             begin = rows.kept(x[branches == branch])
-            if given != (None, None):  # the constants may ask for negative lengths
-                begin = np.concatenate([begin, rows.drawn(generator, samples // 4)])
             if len(begin):
                 ends, _, _, _ = descend(rows, begin, np.zeros((len(begin), 0)), ITERATIONS)
                 found += rows.starts(ends, sense, least)
@@ -123,19 +117,10 @@ class FunctionRows:
     """
 
     def __init__(
-        self, inputs: Floats, outputs: Floats, branch: int,
-        given: tuple[float | None, float | None], lengths: tuple[float, float],
-    ) -> None:  # fmt: skip
+        self, inputs: Floats, outputs: Floats, branch: int, lengths: tuple[float, float]
+    ) -> None:
         self.inputs, self.outputs, self.branch = inputs, outputs, branch
         self.low, self.high = (float(np.log(bound)) for bound in lengths)
-        self.free = np.array([True] * 3 + [value is None for value in given])
-        self.values = np.array([0.0] * 3 + [value or 0.0 for value in given])
-
-    def whole(self, x: Unknowns) -> Floats:
-        """Return all five unknowns (n, 5)."""
-        d = np.broadcast_to(self.values, (len(x), 5)).copy()
-        d[:, self.free] = x
-        return d
 
     def moved(self, d: Floats) -> tuple[Any, Any, Any, Any]:
         """Return input, output (n, k), sin(theta4 - theta3); nan where nothing is assembled."""
@@ -156,8 +141,7 @@ class FunctionRows:
         _, psi, sine, _ = self.moved(d)
         return np.mod(psi - d[:, 4:] - self.outputs + np.pi, 2 * np.pi) - np.pi, sine
 
-    def __call__(self, x: Unknowns, t: Floats) -> Rows:
-        d = self.whole(x)
+    def __call__(self, d: Unknowns, t: Floats) -> Rows:
         error, _ = self.errors(d)
         a, b, c = (np.exp(d[:, i, None]) for i in range(3))
         phi = d[:, 3:4] + self.inputs
@@ -177,27 +161,16 @@ class FunctionRows:
         at = np.arange(3)
         F[:, k + at, 0] = d[:, :3] - np.clip(d[:, :3], self.low, self.high)
         J[:, k + at, 0, at] = F[:, k + at, 0] != 0
-        return SCALE * F, SCALE * J[:, :, :, self.free], None
+        return SCALE * F, SCALE * J, None
 
     def kept(self, d: Floats) -> Floats:
-        """Return the free unknowns of samples that assemble at all nodes."""
+        """Return samples that assemble at all nodes."""
         error, _ = self.errors(d)
-        return d[np.isfinite(error).all(axis=1)][:, self.free]
-
-    def drawn(self, generator: np.random.Generator, n: int) -> Any:
-        """Return the free unknowns of the best distant samples drawn evenly in the bounds."""
-        d = np.column_stack(
-            [generator.uniform(self.low, self.high, (n, 3)), generator.uniform(0, 7, (n, 2))]
-        )
-        d[:, ~self.free] = self.values[~self.free]
-        error, _ = self.errors(d)
-        rms = np.sqrt(np.mean(error**2, axis=1))
-        d = d[np.argsort(rms, kind="stable")[: int(np.isfinite(rms).sum())]]
-        return d[_distinct(d, 2 * NEAR, DRAWN)][:, self.free]
+        return d[np.isfinite(error).all(axis=1)]
 
     def starts(self, x: Unknowns, sense: int, least: float) -> list[FunctionStart]:
         """Return points within the bounds as starts."""
-        d = self.whole(x)
+        d = x.copy()
         d[:, :3] = np.clip(d[:, :3], self.low, self.high)
         error, sine = self.errors(d)
         with np.errstate(invalid="ignore"):
@@ -213,17 +186,13 @@ class FunctionRows:
 
 
 def _screened(
-    inputs: Floats, outputs: Floats, generator: np.random.Generator, samples: int,
-    given: tuple[float | None, float | None], least: float,
-) -> tuple[Floats, Integers]:  # fmt: skip
+    inputs: Floats, outputs: Floats, generator: np.random.Generator, samples: int, least: float
+) -> tuple[Floats, Integers]:
     """Return the best distant samples (m, 5) as unknowns of `FunctionRows`, and their branches."""
     k = len(inputs)
     nodes = np.round((k - 1) * (1 - np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)) / 2)
     at = np.array(sorted(set(nodes.astype(int).tolist()))) if k > NODES else np.arange(k)
     starts = generator.uniform(0, 2 * np.pi, (samples, 2))
-    for i, value in enumerate(given):
-        if value is not None:
-            starts[:, i] = value
     phi, psi = starts[:, :1] + inputs[at], starts[:, 1:] + outputs[at]
     A = np.stack([np.cos(psi), -np.cos(phi), np.ones_like(phi)], axis=2)
     right = np.cos(phi - psi)
@@ -244,10 +213,6 @@ def _screened(
         side = ((pin - 1) * coupler.conj()).imag / (np.abs(c) * b)[:, None]
         one = (np.sign(side) == np.sign(side[:, :1])).all(axis=1)
         good = one & (np.abs(side).min(axis=1) > least) & np.isfinite(rank)
-    if given[0] is not None:
-        good &= a > 0
-    if given[1] is not None:
-        good &= c > 0
     # a negative length is a positive one, half a turn on
     starts += np.pi * (np.stack([a, c], axis=1) < 0)
     d = np.column_stack([np.log(np.abs(np.stack([a, np.abs(b), c], axis=1))), starts])

@@ -62,7 +62,7 @@ def ratios(generator: Generator, count: int, kind: str) -> Floats:
     return np.concatenate(found)[:count]
 
 
-def spacings(generator: Generator, count: int, k: int, closed: bool) -> Floats:
+def spacings(generator: Generator, count: int, k: int) -> Floats:
     """Return angles (count, k) of a crank that visits k places in order within a turn."""
     gaps = generator.dirichlet(np.ones(k), count) * 2 * np.pi
     turned = np.cumsum(gaps, axis=1)
@@ -100,7 +100,7 @@ def screened(
     elif mode == "any":
         theta2 = generator.uniform(0, 2 * np.pi, (count, k))
     else:
-        theta2 = sense[:, None] * spacings(generator, count, k, False)
+        theta2 = sense[:, None] * spacings(generator, count, k)
     theta3, theta4 = closed_loop(r, theta2, branch)
     e2, e3 = np.exp(1j * theta2), np.exp(1j * theta3)
     size, turn, pivot, point, f = _placed(P, e2, e3, frame)

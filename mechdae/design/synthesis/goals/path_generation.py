@@ -200,7 +200,7 @@ class VisitsGoal(Goal):
                         self.targets, generator, SAMPLES, -(-count // len(kinds)), each,
                         self.asked.timing, self.steps,
                     )  # fmt: skip
-                    yield from (self._of_four_bar(start, starts) for start in drawn)
+                    yield from (self._posed(start, starts.posed(start)) for start in drawn)
                 return
         yield from self._any(kind, generator, count)
 
@@ -214,9 +214,6 @@ class VisitsGoal(Goal):
             else:
                 self.sound += 1
                 yield drawn
-
-    def _of_four_bar(self, start: StartingFourBar, starts: FourBarStarts) -> Drawn:
-        return self._posed(start, starts.posed(start))
 
     def _posed(self, start: StartingFourBar, posed: tuple[Floats, Floats, Points, Floats]) -> Drawn:
         d, u, x, sigma = posed

@@ -81,7 +81,7 @@ class SpatialPoses(Visited):
     def _rows(self, asked: Visits) -> Floats:
         rows = np.array(asked.targets)
         e = rows[:, 3:] / np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
-        return np.concatenate([rows[:, :3], _columns(e)], axis=1)
+        return np.concatenate([rows[:, :3], matrices(e).transpose(0, 2, 1).reshape(-1, 9)], axis=1)
 
     def asks(self, model: Model) -> Sym:
         idle = getattr(model, "idle", {})
@@ -108,11 +108,6 @@ class SpatialPoses(Visited):
     def squares(self, values: Floats, wanted: Floats) -> Any:
         turned = values[..., 3:] - wanted[..., 3:]
         return super().squares(values, wanted) + np.sum(turned**2, axis=-1) / 2
-
-
-def _columns(quaternions: Any) -> Any:
-    """Return rotation matrices column by column, (n, 9)."""
-    return matrices(quaternions).transpose(0, 2, 1).reshape(-1, 9)
 
 
 def visited(asked: Visits) -> Visited:

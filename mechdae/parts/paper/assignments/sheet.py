@@ -92,7 +92,7 @@ def _load_parts(mechanism: Mechanism, load: Load, say: Phrases) -> Iterator[str]
         if load.frame != "world":
             yield say("axes of", load.frame)
     elif isinstance(load, Resistance):
-        unit = _effort(mechanism, load.coordinate)
+        unit = "N m" if coordinate_unit(mechanism, load.coordinate) == "rad" else "N"
         for word, value in (("grows", load.positive), ("falls", load.negative)):
             if value != 0.0:
                 yield say(f"against {word}", load.coordinate, amount(value, unit, say))
@@ -112,10 +112,6 @@ def _spring(mechanism: Mechanism, load: Spring, say: Phrases) -> Iterator[str]:
     for key, value in given(load, skip=("name", "between", "coordinate")).items():
         if key != "kind":
             yield f"{say.kind(key)} = {amount(value, units.get(key, length), say)}"
-
-
-def _effort(mechanism: Mechanism, name: str) -> str:
-    return "N m" if coordinate_unit(mechanism, name) == "rad" else "N"
 
 
 def sheet_sections(

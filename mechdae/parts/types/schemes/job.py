@@ -38,7 +38,7 @@ def compose(
     pool = call.pool()
     whole, name, chosen = call.task_of(problem, task, Composition, _draws)
     open_ = replace(chosen, **dict.fromkeys(OPEN))
-    text = alone(_parameters(whole), {name: open_})
+    text = alone(replace(bare_crank(), parameters=whole.mechanism.parameters), {name: open_})
     log = nullcontext() if call.out is None else PieceLog(call.out, text, name)
     with blamed(whole, name, ("chains",)), log as kept, pool as workers:
         return composed(whole, name, chosen, run=PieceJob(workers, kept, call.progress))
@@ -193,8 +193,3 @@ def _plain(found: FoundSets) -> dict[str, Any]:
     flat = np.stack([found.places.real, found.places.imag], axis=-1).ravel()
     rows = {name: getattr(found, name).tolist() for name in MEASURES}
     return {"points": int(found.places.shape[1]), "places": flat.tolist(), **rows}
-
-
-def _parameters(problem: Problem) -> Mechanism:
-    """Return a mechanism with nothing but the parameters that the task may name."""
-    return replace(bare_crank(), parameters=problem.mechanism.parameters)

@@ -124,7 +124,7 @@ class _Search:
             if self.tried > TRIED:
                 return
             # what is in the way of a pin stays there, whatever lies further on
-            if self._fits(link, more) and self._clear(self._spans(more)):
+            if self._fits(link, more) and (None not in self._sides(self._spans(more)).values()):
                 yield from self._next(more, height)
 
     def _spans(self, low: Mapping[str, int]) -> dict[str, tuple[int, int]]:
@@ -153,10 +153,6 @@ class _Search:
             for other in spans
             if other != link and frozenset((link, other)) in self.crossings.pairs
         )
-
-    def _clear(self, spans: Mapping[str, tuple[int, int]]) -> bool:
-        """Return whether no link passes a pin between the layers that it joins."""
-        return None not in self._sides(spans).values()
 
     def _sides(self, spans: Mapping[str, tuple[int, int]]) -> dict[str, tuple[str, int] | None]:
         """Return for each pin the side that it comes from and how far it reaches, None: neither."""
