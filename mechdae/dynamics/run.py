@@ -14,13 +14,11 @@ from mechdae.dynamics.integrate import Cut, Integrator, Nodes, NoWay, Watcher
 from mechdae.dynamics.observe import States
 from mechdae.dynamics.start import Start
 from mechdae.dynamics.time_rates import Clock, StepLimit
-from mechdae.dynamics.watchers.events import Crossings
+from mechdae.dynamics.watchers.events import Crossings, Ranges, Stiffness
 from mechdae.dynamics.watchers.lift_off import Lifting
 from mechdae.dynamics.watchers.passages import Passages
-from mechdae.dynamics.watchers.ranges import Ranges
 from mechdae.dynamics.watchers.sliding import Turn
 from mechdae.dynamics.watchers.sticking import Sticking
-from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results import Event, motion_event

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import mechdae as md
-from mechdae.design.synthesis import design_motion
+from mechdae.design.synthesis import verify
 from mechdae.design.synthesis.synthesize import synthesize
 from mechdae.draw import plot, save
 from mechdae.draw.catalogue import kinds_of
@@ -457,12 +457,12 @@ def test_designs_are_moved_once(monkeypatch) -> None:
     """What pictures need of a design is swept when the first one reads it, and not again."""
     result = solved("c5-ellipse10-free")
     fresh = {
-        text: design_motion.DesignMotion(own.problem, own.at, own.full_turn)
+        text: verify.DesignMotion(own.problem, own.at, own.full_turn)
         for text, own in result.motions.items()
     }
     count: list[str] = []
-    real = design_motion.solve
-    monkeypatch.setattr(design_motion, "solve", lambda *given: count.append("") or real(*given))
+    real = verify.solve
+    monkeypatch.setattr(verify, "solve", lambda *given: count.append("") or real(*given))
     result = replace(result, motions=fresh)
     plot(result, "census")
     plot(result, "convergence")

@@ -20,10 +20,10 @@ from mechdae.parts.exchange.assemblies.asmt_read import (
     AsmtFrame,
     AsmtJoint,
     AsmtNode,
+    joined,
     read_assembly,
 )
 from mechdae.parts.exchange.assemblies.assembly_in_plane import mechanism_of_plane, plane_of
-from mechdae.parts.exchange.assemblies.assembly_parts import joined
 from mechdae.parts.exchange.assemblies.from_assembly import DOUBLE, problem_of_assembly
 from tests.shared.paths import DATA
 

@@ -64,7 +64,7 @@ ENDLESS = {
     ),
     ("parts/types/schemes/certified_pareto.py", "front_of"): ("an entry is judged each time",
         "the front"),
-    ("design/synthesis/exact/generic.py", "generic"): (
+    ("design/synthesis/exact/complete.py", "generic"): (
         "`TRIPS` trips, `WORK` paths", "basis `none`"
     ),
 }  # fmt: skip
@@ -86,7 +86,7 @@ LOOPS = {
     ("draw/labels/arrangement.py", "choose"): "`ROUNDS`, or places that are looked at once",
     ("dynamics/task.py", "_cut"): "rows are taken away until one is left",
     ("parts/exchange/assemblies/asmt_read.py", "_rounded"): "nodes of a tree",
-    ("parts/exchange/assemblies/assembly_parts.py", "joined"): "more parts are fixed each time",
+    ("parts/exchange/assemblies/asmt_read.py", "joined"): "more parts are fixed each time",
     ("parts/exchange/robots/link_tree.py", "_small"): "bodies are reached once",
     ("tasks/export/folder.py", "digest"): "the end of the file",
     ("numerics/homotopy/loops.py", "walk"): "steps are left over less each time, or it is an error",

@@ -16,16 +16,16 @@ BUDGETS = {
     "kernels": 7_500,
     "motion": 22_000,
     "forces": 3_740,
-    "dynamics": 8_210,
-    "design": 16_190,
+    "dynamics": 8_180,
+    "design": 16_050,
     "tasks": 2_150,
     "cli": 1_500,
-    "parts": 24_630,
+    "parts": 24_550,
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 715
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_830
+TOTAL = 131_570
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

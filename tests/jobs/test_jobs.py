@@ -22,8 +22,14 @@ import pytest
 
 import mechdae as md
 from mechdae.cli.progress import starts_progress
-from mechdae.design.jobs.distribute import ATTEMPTS, Failure, distribute
-from mechdae.design.jobs.executors import Borrowed, Processes, Supply
+from mechdae.design.jobs.distribute import (
+    ATTEMPTS,
+    Borrowed,
+    Failure,
+    Processes,
+    Supply,
+    distribute,
+)
 from mechdae.design.synthesis.goals.base import Seed
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.job.run import NAME, Log
@@ -116,7 +122,7 @@ def test_what_is_sent_is_small_and_loads_nothing(path) -> None:
 
     work = works(path, 1)[0]
     assert len(pickle.dumps(work)) < 6000
-    modules = "mechdae.design.synthesis.job.worker, mechdae.design.jobs.executors, sys"
+    modules = "mechdae.design.synthesis.job.worker, mechdae.design.jobs.distribute, sys"
     code = f"import {modules}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"casadi", "numpy"} & {name.split(".")[0] for name in done.stdout.split()}

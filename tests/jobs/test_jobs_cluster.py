@@ -130,7 +130,7 @@ def test_a_composition_on_a_cluster_has_the_same_bits(root, tmp_path) -> None:
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://nowhere", "host:port"])
 def test_a_bad_address_is_refused_at_once(path, address) -> None:
-    from mechdae.design.jobs.executors import cluster
+    from mechdae.design.jobs.distribute import cluster
 
     with pytest.raises(md.InputError, match="is no address"), cluster(address):
         pass

@@ -17,10 +17,10 @@ from mechdae.errors import MechdaeError
 from mechdae.parts.types.schemes.aims import Aim
 from mechdae.parts.types.schemes.closure import material, turned
 from mechdae.parts.types.schemes.designs import loss_of, problem_of_scheme
-from mechdae.parts.types.schemes.drawing import drawn
 from mechdae.parts.types.schemes.losses import LossAsked, loss_slopes, losses
 from mechdae.parts.types.schemes.placed_design import PlacedDesign
 from mechdae.parts.types.schemes.scheme import read
+from mechdae.parts.types.schemes.screening import drawn
 from mechdae.parts.types.schemes.targets.functions import FunctionFitting
 from mechdae.parts.types.schemes.targets.visits import VisitFitting, assigned
 from mechdae.parts.types.schemes.types import schemes_of

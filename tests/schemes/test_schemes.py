@@ -8,12 +8,11 @@ import pytest
 import mechdae as md
 from mechdae.parts.types.schemes.closure import material, turned
 from mechdae.parts.types.schemes.designs import PATH, certified, problem_of_scheme, tracer
-from mechdae.parts.types.schemes.drawing import reaching
 from mechdae.parts.types.schemes.growth import grown, merged
 from mechdae.parts.types.schemes.placed_design import PlacedDesign
 from mechdae.parts.types.schemes.refine import POINTS, Refinement
 from mechdae.parts.types.schemes.scheme import DYAD, RIGID, read
-from mechdae.parts.types.schemes.screening import screened
+from mechdae.parts.types.schemes.screening import reaching, screened
 from mechdae.parts.types.schemes.shape import Wanted, distances, resampled
 from mechdae.parts.types.schemes.types import chain_names, schemes_of
 from tests.reference.circles import followed, of_file

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mechdae.design.synthesis.exact.complete import Known, generic, traced
 from mechdae.design.synthesis.exact.conditions import PathConditions
 from mechdae.design.synthesis.exact.four_bars import STORE, name_of, read, written
-from mechdae.design.synthesis.exact.generic import Known, generic, traced
 from mechdae.numerics.homotopy.boxes import apart, enclosed
 
 CASES = ((9, ()), (5, ("pivot_x", "pivot_y", "other_x", "other_y")))

@@ -12,13 +12,6 @@ import numpy as np
 import pytest
 
 from mechdae.design.synthesis.exact.four_bars import guiding_links
-from mechdae.design.synthesis.fourbar.cognates import (
-    are_cognates,
-    cognates,
-    foci,
-    grouped,
-    variants,
-)
 from mechdae.design.synthesis.fourbar.dyads import (
     DyadRows,
     PlanePoses,
@@ -30,12 +23,17 @@ from mechdae.design.synthesis.fourbar.dyads import (
 )
 from mechdae.design.synthesis.fourbar.exact import PathRows, exact_path
 from mechdae.design.synthesis.fourbar.linkage import (
+    are_cognates,
+    cognates,
     faults,
+    foci,
+    grouped,
     joints,
     kind,
     linkage,
     swapped,
     transmission,
+    variants,
     visited,
 )
 from mechdae.errors import InputError

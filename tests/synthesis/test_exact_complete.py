@@ -18,10 +18,15 @@ import mechdae as md
 from mechdae.design.jobs.call import Workers
 from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.design.synthesis.exact import four_bars as stored
-from mechdae.design.synthesis.exact.complete import PathWork, all_solutions, followed
+from mechdae.design.synthesis.exact.complete import (
+    PathWork,
+    all_solutions,
+    followed,
+    generic,
+    traced,
+)
 from mechdae.design.synthesis.exact.conditions import PathConditions
 from mechdae.design.synthesis.exact.four_bars import four_bars_through, guiding_links, with_cognates
-from mechdae.design.synthesis.exact.generic import generic, traced
 from mechdae.design.synthesis.fourbar.dyads import poses_of
 from mechdae.design.synthesis.fourbar.exact import exact_path
 from mechdae.design.synthesis.fourbar.linkage import joints

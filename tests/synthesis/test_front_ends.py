@@ -11,9 +11,9 @@ import pytest
 import mechdae as md
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import Minimise
-from mechdae.design.synthesis import kinks
 from mechdae.design.synthesis import pareto as front
-from mechdae.design.synthesis.fronts.levels import census, holes, missing
+from mechdae.design.synthesis.fronts import census, holes, missing
+from mechdae.design.synthesis.nlp import kinked, rounded
 from mechdae.design.synthesis.synthesize import solved_in_rounds
 from tests.shared.paths import DATA
 
@@ -122,11 +122,11 @@ def test_rounded_kinks(name: str, size: float) -> None:
     make, exact = FORMULAS[name]
     x, y, soft = ca.SX.sym("x"), ca.SX.sym("y"), ca.SX.sym("soft")
     function = ca.Function("f", [x, y], [make(x, y)])
-    assert kinks.kinked(function)
-    assert not kinks.kinked(ca.Function("g", [x, y], [x * y + ca.sin(x)]))
+    assert kinked(function)
+    assert not kinked(ca.Function("g", [x, y], [x * y + ca.sin(x)]))
     rng = np.random.default_rng(5)
     samples = size * rng.uniform(-1, 1, (9, 2))
-    own = kinks.rounded(function, (samples[:, :1], samples[:, 1:]), (x, y), soft)
+    own = rounded(function, (samples[:, :1], samples[:, 1:]), (x, y), soft)
     both = ca.Function("r", [x, y, soft], [own, ca.hessian(own, ca.vertcat(x, y))[0]])
     for share in (1e-2, 1e-6):
         for a, b in [*(size * rng.uniform(-1, 1, (40, 2))), (0.0, 0.0), (size, size), (0.0, size)]:

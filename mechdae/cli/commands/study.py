@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _result(options: argparse.Namespace) -> Result:
-    from mechdae.design.jobs.executors import cluster
+    from mechdae.design.jobs.distribute import cluster
     from mechdae.tasks.parameter_studies import study
 
     problem = problem_of(options)

@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _result(options: argparse.Namespace) -> Result:
-    from mechdae.design.jobs.executors import cluster
+    from mechdae.design.jobs.distribute import cluster
     from mechdae.tasks.designing import designing_task, synthesize
     from mechdae.tasks.registry import KINDS
 

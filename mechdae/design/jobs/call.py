@@ -13,8 +13,7 @@ from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
-from mechdae.design.jobs.distribute import Take, distribute, failed
-from mechdae.design.jobs.executors import Borrowed, Processes, Supply
+from mechdae.design.jobs.distribute import Borrowed, Processes, Supply, Take, distribute, failed
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass
 

@@ -23,7 +23,7 @@ from mechdae.design.synthesis.designs import FEASIBLE, Candidate, judged_design,
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.exact.complete import here as followed_here
 from mechdae.design.synthesis.exchange import exchanged
-from mechdae.design.synthesis.fronts.levels import (
+from mechdae.design.synthesis.fronts import (
     SAME,
     FrontGap,
     Level,
@@ -32,10 +32,11 @@ from mechdae.design.synthesis.fronts.levels import (
     gap_words,
     holes,
     missing,
+    objective_name,
+    objective_unit,
     part_of,
     spread,
 )
-from mechdae.design.synthesis.fronts.objectives import objective_name, objective_unit
 from mechdae.design.synthesis.goals.base import Seed
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.nlp import Nlp

@@ -18,17 +18,17 @@ from mechdae.design.synthesis.designs import (
     defective,
     designs,
     distinct,
+    left_out,
     motions,
 )
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.exact.complete import here as followed_here
 from mechdae.design.synthesis.fourbar.reach import out_of_reach
-from mechdae.design.synthesis.fronts.objectives import error_unit, objective_unit
+from mechdae.design.synthesis.fronts import error_unit, objective_unit
 from mechdae.design.synthesis.goals.base import Seed
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.poses import dimensions
-from mechdae.design.synthesis.remarks import left_out
 from mechdae.design.synthesis.search import Search
 from mechdae.results import Summary, SynthesisResult
 from mechdae.types import Json

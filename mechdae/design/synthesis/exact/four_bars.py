@@ -10,12 +10,18 @@ from typing import Any
 import numpy as np
 
 from mechdae.design.synthesis.exact import coupler_curve as curve
-from mechdae.design.synthesis.exact.complete import AllSolutions, Follow, all_solutions, here
+from mechdae.design.synthesis.exact.complete import (
+    AllSolutions,
+    Follow,
+    GenericSolutions,
+    all_solutions,
+    generic,
+    generic_dyads,
+    here,
+)
 from mechdae.design.synthesis.exact.conditions import LENGTH, PathConditions
 from mechdae.design.synthesis.exact.coupler_curve import A, B, X, Y
 from mechdae.design.synthesis.exact.dyad_conditions import DyadConditions, G, W
-from mechdae.design.synthesis.exact.generic import GenericSolutions, generic, generic_dyads
-from mechdae.design.synthesis.fourbar.cognates import variants
 from mechdae.design.synthesis.fourbar.dyads import (
     LEAST,
     GuidingLink,
@@ -24,7 +30,7 @@ from mechdae.design.synthesis.fourbar.dyads import (
     scaled_dimensions,
 )
 from mechdae.design.synthesis.fourbar.exact import check_path
-from mechdae.design.synthesis.fourbar.linkage import Linkage, linkage
+from mechdae.design.synthesis.fourbar.linkage import Linkage, linkage, variants
 from mechdae.errors import InputError
 from mechdae.numerics.homotopy.boxes import apart, enclosed
 from mechdae.numerics.homotopy.trace_check import LINEAR

@@ -15,9 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.design.synthesis.fourbar.cognates import invariants, variants
 from mechdae.design.synthesis.fourbar.dyads import scale_of, scaled_dimensions
-from mechdae.design.synthesis.fourbar.linkage import Linkage, faults, linkage, transmission
+from mechdae.design.synthesis.fourbar.linkage import (
+    Linkage,
+    faults,
+    invariants,
+    linkage,
+    transmission,
+    variants,
+)
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
 from mechdae.numerics.linear_fits import linear_fit

@@ -2,10 +2,15 @@
 
 What exact synthesis finds: it assembles at every target, which says nothing about the way
 between them. ``faults`` names what closed forms tell about that way.
+
+Their fixed pivots are the foci A0, B0 and C0 = A0 + (B0 - A0)(P - A)/(B - A) of the curve: the
+triangle of the fixed pivots is similar to that of the coupler. Each of the three may be driven
+at either pivot.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,6 +22,8 @@ from mechdae.types import Complexes, Floats
 TURN = 2 * np.pi
 LEAST = 1e-12
 """Cosine range and signs nearer to their limit are taken for the limit."""
+SAME = 1e-7
+"""Relative difference below which invariants agree."""
 
 
 @dataclass(frozen=True)
@@ -153,3 +160,87 @@ def _assembles(design: Linkage) -> bool:
     d = np.abs(r1 - r2 * np.exp(1j * np.array(ends)))
     slack = LEAST * float(np.max(design.lengths))
     return bool((d >= abs(r3 - r4) - slack).all() and (d <= r3 + r4 + slack).all())
+
+
+def foci(design: StartingFourBar) -> Any:
+    """Return the fixed pivots A0, B0, C0 (3,) of the four-bar and its cognates, complex."""
+    ground = design.lengths[0] * np.exp(1j * design.turn)
+    z = design.point / design.lengths[2]
+    return design.pivot + np.array([0, 1, z]) * ground
+
+
+def cognates(design: Linkage) -> tuple[Linkage, Linkage, Linkage]:
+    """Return the four-bar and its two cognates, with the same coupler points at the poses.
+
+    The pivots are A0 B0, A0 C0 and C0 B0, the first that of the crank. ``frame`` is kept by the
+    first alone: the couplers of the others turn differently.
+    """
+    A, B, P = joints(design)
+    a, b, c = foci(design)
+    z = design.point / design.lengths[2]
+    second, third = A - a, B - b  # the cranks of the given four-bar, coupler sides of the others
+    A2 = a + P - A
+    B3 = b + P - B
+    return (
+        design,
+        linkage(a, c, A2, A2 + second * z, P),
+        linkage(c, b, B3 + third * (1 - z), B3, P),
+    )
+
+
+def variants(design: Linkage) -> tuple[Linkage, ...]:
+    """Return the six mechanisms with the same coupler curve: three cognates, two driven pivots."""
+    return tuple(one for cognate in cognates(design) for one in (cognate, swapped(cognate)))
+
+
+def invariants(pivot: Any, other: Any, crank: Any, coupler: Any, rocker: Any, point: Any) -> Any:
+    """Return numbers (n, 11) that are the same for cognates, whichever pivot is driven.
+
+    Over the ground, the cognates exchange crank, coupler and rocker, but the one that never
+    turns at a focus belongs to that focus: rocker to A0, crank to B0, coupler to C0. The numbers
+    are symmetric functions of the three pairs of focus and length; they are complete.
+
+    `pivot`, `other` (n,): fixed pivots. `crank`, `coupler`, `rocker` (n,): lengths; a coupler may
+    be negative, against its point. `point` (n,): coupler point, along and across the coupler.
+    """
+    ground = other - pivot
+    corners = np.stack([pivot, other, pivot + ground * point / coupler], axis=1)
+    middle = corners.mean(axis=1)
+    arms = corners - middle[:, None]
+    ratios = np.abs(np.stack([rocker, crank, coupler], axis=1) / ground[:, None])
+    complexes = np.stack(
+        [
+            middle, np.sum(arms**2, axis=1), np.prod(arms, axis=1),
+            np.sum(ratios * arms, axis=1), np.sum(ratios * arms**2, axis=1),
+        ],
+        axis=1,
+    )  # fmt: skip
+    return np.concatenate([complexes.real, complexes.imag, ratios.sum(axis=1)[:, None]], axis=1)
+
+
+def are_cognates(one: StartingFourBar, other: StartingFourBar, tolerance: float = SAME) -> bool:
+    """Whether two four-bars trace the same coupler curve as cognates of each other."""
+    return len(grouped([one, other], tolerance)) == 1
+
+
+def grouped(designs: Iterable[StartingFourBar], tolerance: float = SAME) -> list[list[int]]:
+    """Return the indices of designs in groups of cognates, in the order of first appearance."""
+    designs = list(designs)
+    if not designs:
+        return []
+    places = np.stack([foci(design) for design in designs])
+    _, crank, coupler, rocker = np.stack([design.lengths for design in designs]).T
+    point = np.array([design.point for design in designs])
+    keys = invariants(places[:, 0], places[:, 1], crank, coupler, rocker, point)
+    size = np.abs(places - places.mean(axis=1, keepdims=True)).max(axis=1)
+    groups: list[list[int]] = []
+    for i, one in enumerate(keys):
+        s, m = float(size[i]), 1 + float(one[-1])
+        units = np.array([s, s**2, s**3, m * s, m * s**2] * 2 + [m])
+        for group in groups:
+            if bool((np.abs(keys[group[0]] - one) <= tolerance * units).all()):
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups

@@ -15,8 +15,7 @@ import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.kinks import FINEST, SOFT, kinked, rounded
-from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.nlp import FINEST, SOFT, NewValues, Nlp, Values, kinked, rounded
 from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.quantity import MEANS, Quantity
 from mechdae.design.synthesis.robust.values import (

@@ -23,8 +23,7 @@ from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
 from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.robust.values import Row, deviation, moments, summed, variables
 from mechdae.design.synthesis.space import TURN, WIDE
-from mechdae.design.synthesis.starts.linear import Linear
-from mechdae.design.synthesis.starts.similar import Similar
+from mechdae.design.synthesis.starts.similar import Linear, Similar
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import PLACES, around, closed_in, ordered
 from mechdae.equations.model import Model

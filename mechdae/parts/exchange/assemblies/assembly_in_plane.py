@@ -12,8 +12,7 @@ from mechdae.describe import GROUND, Joint, Mechanism, Table
 from mechdae.describe.joints.pairs import Prismatic, Revolute, Weld
 from mechdae.describe.joints.wheels import Gear, Rack
 from mechdae.errors import UnavailableError
-from mechdae.parts.exchange.assemblies.asmt_read import AsmtJoint
-from mechdae.parts.exchange.assemblies.assembly_parts import SAME, JoinedAssembly, Side
+from mechdae.parts.exchange.assemblies.asmt_read import SAME, AsmtJoint, JoinedAssembly, Side
 from mechdae.types import Floats, Json, Unknowns
 
 PARALLEL = 1e-6

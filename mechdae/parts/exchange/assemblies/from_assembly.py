@@ -32,10 +32,11 @@ from mechdae.parts.exchange.assemblies.asmt_read import (
     AsmtFrame,
     AsmtJoint,
     AsmtMotion,
+    JoinedAssembly,
+    joined,
     read_assembly,
 )
 from mechdae.parts.exchange.assemblies.assembly_in_plane import mechanism_of_plane, plane_of
-from mechdae.parts.exchange.assemblies.assembly_parts import JoinedAssembly, joined
 from mechdae.parts.exchange.drawings.dxf_read import NAMED
 from mechdae.types import Floats
 

@@ -20,8 +20,7 @@ from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
 from mechdae.draw.formulas import Document, Facts, Part, Section
 from mechdae.errors import InputError, UnknownName
-from mechdae.parts.paper.assignments.choice import Chosen, choose, transmission
-from mechdae.parts.paper.assignments.ranges import RoundRange, ranges
+from mechdae.parts.paper.assignments.choice import Chosen, RoundRange, choose, ranges, transmission
 from mechdae.parts.paper.assignments.sheet import sheet_sections
 from mechdae.parts.paper.explanations.explain import moving_task
 from mechdae.parts.paper.explanations.localised import localised, subject_of

@@ -18,8 +18,7 @@ from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.units import UNITS
 from mechdae.describe.values import Value
 from mechdae.draw.formulas import Facts, Grid, Image, Note, Part, Passage, Section
-from mechdae.parts.paper.assignments.choice import Chosen
-from mechdae.parts.paper.assignments.ranges import RoundRange
+from mechdae.parts.paper.assignments.choice import Chosen, RoundRange
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections

@@ -28,7 +28,7 @@ def subject_of(result: Any, pose: int | None, say: Phrases) -> Subject:
             hint="a sweep, or a task of kind reactions",
         )
     if result.mechanism.dimension == 3:
-        from mechdae.parts.paper.explanations.space.spatial_subject import seen_in_space
+        from mechdae.parts.paper.explanations.space.spatial_group import seen_in_space
 
         make, scene, index = seen_in_space(result, pose)
     else:

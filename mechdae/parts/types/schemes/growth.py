@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.parts.types.schemes.closure import turned
-from mechdae.parts.types.schemes.drawing import middle, reaching
 from mechdae.parts.types.schemes.scheme import (
     DYAD,
     FIXED,
@@ -32,6 +31,7 @@ from mechdae.parts.types.schemes.scheme import (
     Point,
     Scheme,
 )
+from mechdae.parts.types.schemes.screening import middle, reaching
 from mechdae.records import dataclass
 from mechdae.types import Complexes
 

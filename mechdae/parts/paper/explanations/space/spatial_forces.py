@@ -14,7 +14,7 @@ from mechdae.describe import Joint, coordinate
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.draw.formulas import Letter, Note, Part, number
 from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks, spliced
-from mechdae.parts.paper.explanations.space.spatial_subject import SpatialSubject
+from mechdae.parts.paper.explanations.space.spatial_group import SpatialSubject
 from mechdae.types import Floats
 
 

@@ -43,10 +43,10 @@ from mechdae.parts.paper.explanations.space.spatial_group import (
     UNITS,
     Addend,
     SpatialGroup,
+    SpatialSubject,
     coordinate_letter,
     in_numbers,
 )
-from mechdae.parts.paper.explanations.space.spatial_subject import SpatialSubject
 
 
 class SpatialRates:

@@ -12,8 +12,8 @@ import numpy as np
 
 from mechdae.parts.types.schemes.aims import ANGLE, Aim
 from mechdae.parts.types.schemes.closure import SchemeTurn, turned
+from mechdae.parts.types.schemes.descent import ErrorsAt, Fitting
 from mechdae.parts.types.schemes.scheme import Scheme, output_points, pivot_of
-from mechdae.parts.types.schemes.targets.fitting import ErrorsAt, Fitting
 from mechdae.types import Complexes, Floats, Matrices, Points
 
 FINE = 181

@@ -12,8 +12,8 @@ import numpy as np
 
 from mechdae.parts.types.schemes.aims import Aim
 from mechdae.parts.types.schemes.closure import turned
+from mechdae.parts.types.schemes.descent import ErrorsAt, Fitting
 from mechdae.parts.types.schemes.scheme import Scheme
-from mechdae.parts.types.schemes.targets.fitting import ErrorsAt, Fitting
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Complexes, Floats, Integers, Matrices
 

@@ -1,1 +1,0 @@
-"""What fronts of several objectives report, and where they have holes."""
