@@ -21,8 +21,7 @@ from mechdae.describe.tasks.kinds import Driver
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.equations.forces.dry_friction import Rubbing
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.forces.meshes import Mesh
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.forces.time_tables import Timed
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.equations.motion_equations import Law, Released
@@ -93,7 +92,7 @@ class MotionProblem:
     length: float
     notes: list[str] = field(default_factory=list)
     held: dict[tuple[str, str], float] = field(default_factory=dict)
-    meshes: dict[str, Mesh | SpatialMesh] = field(default_factory=dict)
+    meshes: dict[str, MeshForces] = field(default_factory=dict)
     longest: float | None = None
     pieces: Floats = field(default_factory=lambda: np.zeros(0))
     likely: tuple[str, ...] = ()

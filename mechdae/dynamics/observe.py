@@ -13,7 +13,6 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.equations.forces.joint_reactions import reactions_of
 from mechdae.equations.motion_equations import row_size
 from mechdae.equations.structure_cache import structure_property
-from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
@@ -152,7 +151,7 @@ class Observer:
         not known there are none.
         """
         joints, width = list(self.model.mechanism.joints), self.model.space.freedoms
-        if not set(meshed(self.model)) <= self.r.rubbing.meshes.keys():
+        if not set(self.model.mesh_names) <= self.r.rubbing.meshes.keys():
             return {name: np.full((len(s.t), width), np.nan) for name in joints}
         r, k = self.r, self.kernel
 

@@ -15,8 +15,8 @@ from mechdae.dynamics.output_values import Reported
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.dynamics.run import MotionRun
 from mechdae.dynamics.unique import Determined
+from mechdae.equations.forces.mesh_forces import force_cases
 from mechdae.errors import InputError
-from mechdae.forces.meshes import slack_belts
 from mechdae.results import (
     Event,
     LazyPart,
@@ -112,12 +112,13 @@ def report(
         summary["assumptions"] = assumed
     summary |= dict.fromkeys(("mode", "mode_coordinates"), _mode(task, run))
     faults = [run.fault] if run.fault else []
-    faults += slack_belts(
-        setup.model,
-        setup.meshes,
-        lambda joint: forces.reactions[joint][:, 2],
-        lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",
-    )
+    for case in force_cases(setup.model):
+        faults += case.slack_belts(
+            setup.model,
+            setup.meshes,
+            lambda joint: forces.reactions[joint][:, 2],
+            lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",
+        )
     checks = {"energy": balance}
     if setup.model.space.behind:
         checks["balance"] = left_over(observer, states)

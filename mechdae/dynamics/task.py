@@ -20,8 +20,7 @@ from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.start import Start, start
-from mechdae.equations.forces.meshes import Mesh
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.forces.mesh_forces import MeshForces, force_cases
 from mechdae.equations.motion_equations import row_size
 from mechdae.errors import (
     InconsistentStartError,
@@ -32,7 +31,6 @@ from mechdae.errors import (
     SolveError,
     UnavailableError,
 )
-from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
 from mechdae.kernels.run.functions import Call
 from mechdae.numerics.null_space import dependences, rank, unit_rows
 from mechdae.results import Result
@@ -217,8 +215,9 @@ def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, 
     begin = start(whole)
     whole.held = {key: float(begin.q[whole.model.places[key]]) for key in idle(whole)}
     whole.meshes = _meshes(whole, begin)
-    assumed = about_meshes(whole.meshes, problem.mechanism)
-    whole.notes += [*assumed, *whole.model.left_out]
+    for case in force_cases(whole.model):
+        whole.notes += case.about_meshes(whole.meshes, problem.mechanism)
+    whole.notes += whole.model.left_out
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)
@@ -229,16 +228,18 @@ def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, 
     return whole, begin, x, v
 
 
-def _meshes(whole: MotionProblem, begin: Start) -> dict[str, Mesh | SpatialMesh]:
+def _meshes(whole: MotionProblem, begin: Start) -> dict[str, MeshForces]:
     """Return gears, racks and belts with the forces of their teeth."""
+    found: dict[str, MeshForces] = {}
     try:
-        return meshes_beside(whole.plain, whole.model, begin.q, whole.length)
+        for case in force_cases(whole.model):
+            found |= case.meshes_beside(whole.plain, whole.model, begin.q, whole.length)
     except (MechanismError, UnavailableError) as error:
         if rubbing(whole.problem.mechanism, whole.task):
             raise
-        wheels = ", ".join(meshed(whole.model))
+        wheels = ", ".join(whole.model.mesh_names)
         whole.notes.append(f"no forces of teeth of {wheels} and no reactions are given: {error}")
-        return {}
+    return found
 
 
 def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Floats, Floats]:

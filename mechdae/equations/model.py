@@ -189,6 +189,11 @@ class Model:
         return list(dict.fromkeys(self.q_names[j][0] for j in columns[coarse[2] : coarse[4]]))
 
     @property
+    def mesh_names(self) -> list[str]:
+        """The gears, racks and belts: joints of wheels that drive each other."""
+        return [name for name, joint in self.mechanism.joints.items() if joint.meshes]
+
+    @property
     def spinning(self) -> Iterable[str]:
         """Bodies that spin freely: their frames are not known."""
         return ()

@@ -10,7 +10,6 @@ from mechdae.describe.assumed import about_blocks, about_bodies, about_inertia, 
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import InverseDynamics
-from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.kinematics.prepared import Setting
@@ -81,7 +80,11 @@ def slack(statics: InverseDynamics, answer: PoseForces) -> list[str]:
     def when(slack: Booleans) -> str:
         return f" at {int(slack.sum())} of {len(slack)} poses"
 
-    return slack_belts(statics.scene.model, statics.meshes, moment, when)
+    scene = statics.scene
+    found: list[str] = []
+    for case in scene.cases("forces of joints"):
+        found += case.slack_belts(scene.model, statics.meshes, moment, when)
+    return found
 
 
 def failed_checks(found: Mapping[str, float]) -> list[str]:

@@ -15,13 +15,11 @@ from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.loads import BOUNDLESS, Loads
-from mechdae.equations.forces.meshes import Mesh
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.forces.friction_branches import Branches, Stage, some
-from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
 from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.kernels.run.high_precision import LONG, evaluate
@@ -147,7 +145,7 @@ class Kernels:
 
     loads: Loads
     laws: Laws
-    meshes: Mapping[str, Mesh | SpatialMesh]
+    meshes: Mapping[str, MeshForces]
     balance: Balance
     cache: StructureCache = field(default_factory=StructureCache)
 
@@ -182,7 +180,10 @@ class InverseDynamics:
         model = scene.model
         self.p, self.length = model.p_values, model.mechanism.scale
         self._last: tuple[LoadedPoses, float, list[Floats]] | None = None
-        real = real_along(scene, lambda: absolute(scene, motion), self.length)
+        real: tuple[Any, ...] = ()
+        cases = scene.cases("forces of joints")
+        for case in cases:
+            real += case.real_along(scene, lambda: absolute(scene, motion), self.length)
         friction, turned = task.friction != "none", task.direction == "load"
         slow = task.quasi_static
         self.key = (
@@ -190,7 +191,7 @@ class InverseDynamics:
         )  # fmt: skip
 
         def build() -> Kernels:
-            meshes = meshes_of(model, real)
+            meshes = {name: mesh for c in cases for name, mesh in c.meshes_of(model, real).items()}
             laws = Laws(model, meshes, task.friction_radius, friction)
             loads = Loads(model, turned, slow=slow, heavy=scene.bodies)
             return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
@@ -198,7 +199,9 @@ class InverseDynamics:
         self._kernels: Kernels = scene.cache(self.key, build)
         self.loads, self.laws = self._kernels.loads, self._kernels.laws
         self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
-        self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes, model.mechanism)]
+        self.assumptions = [*self.laws.assumptions]
+        for case in cases:
+            self.assumptions += case.about_meshes(self.meshes, model.mechanism)
         self.tables = [np.array(signal.load.points) for signal in self.loads.signals]
 
     @property

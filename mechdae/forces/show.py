@@ -9,11 +9,10 @@ from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.inertia import massive
 from mechdae.equations.forces.loads import Loads
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene, model_of
 from mechdae.equations.tree.bars import check_in_space
-from mechdae.equations.tree.teeth import axes_of_mesh
-from mechdae.forces.meshes import meshes_of
 from mechdae.forces.poses import loaded_bodies
 from mechdae.motion.kinematics.show import driven_structure
 from mechdae.motion.setup.drivers import plan
@@ -58,9 +57,9 @@ def force_structure(scene: Scene, task: Reactions) -> Json:
         "quasi_static": task.quasi_static,
     }
     if task.friction != "none":
-        meshed = [name for name in names if joints[name].meshes]
-        lies = {n: model.space.behind and axes_of_mesh(model.mechanism, joints[n]) for n in meshed}
-        meshes = meshes_of(model, lies.items())
+        meshes: dict[str, MeshForces] = {}
+        for case in scene.cases("forces of joints"):
+            meshes |= case.meshes_as_described(model, names)
         laws = Laws(model, meshes, task.friction_radius)
         frictional = {name: [f for f in laws.of(name) if f.friction] for name in names}
         result["friction"] = {

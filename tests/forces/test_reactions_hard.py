@@ -15,9 +15,9 @@ import pytest
 import mechdae as md
 import mechdae.equations.forces.friction as friction_module
 import mechdae.equations.forces.inertia as inertia_module
-import mechdae.equations.forces.meshes as meshes_module
 import mechdae.forces.inverse_dynamics as statics_module
-import mechdae.forces.meshes as wheels_module
+import mechdae.forces.teeth.mesh as meshes_module
+import mechdae.forces.teeth.real_pairs as wheels_module
 from mechdae.equations.space import Space
 from mechdae.forces.poses import loaded_run
 from mechdae.kernels.graphs.blocks import BlockGraph

@@ -105,7 +105,7 @@ LOOPS = {
     ("tasks/vector_modules.py", "_root"): "what a vector runs along is no circle, or is refused",
     ("motion/cases/space/three_points.py", "_chain"): "joints on a way, or OtherShape",
     # intervals that are halved down to rounding or to a width with a name
-    ("motion/kinematics/undercut.py", "refined"): "cut into `WITHIN` parts, down to `least`",
+    ("motion/cases/curves/undercut.py", "refined"): "cut into `WITHIN` parts, down to `least`",
     ("motion/cases/laws/laws.py", "_corners"): "the interval is halved down to rounding",
     ("motion/cases/laws/laws.py", "_refuse_cuts"): "the interval is halved down to rounding",
     ("motion/cases/laws/laws.py", "_refuse_jumps"): "halved down to `ROUNDING`: InputError",

@@ -42,6 +42,7 @@ ROOMS = {
     "motion.kinematics motion.measures motion.setup numerics results types",
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "
     "motion.setup numerics results",
+    "forces.teeth": "describe equations errors kernels numerics",
     "tasks.dispatch": "describe dynamics errors forces motion.kinematics results",
     "design.jobs": "describe errors records",
     "design.derivatives": "describe equations errors forces kernels motion.continuation "

@@ -18,7 +18,6 @@ from mechdae.dynamics.rest.small_motions import small_motions
 from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
-from mechdae.forces.meshes import meshed
 from mechdae.records import dataclass
 from mechdae.results import EquilibriumResult, Named, Series, Summary, statuses
 from mechdae.types import Floats, Json, Matrix, Unknowns
@@ -205,7 +204,7 @@ def _report(
     named, found = reported.evaluate((q, v, a), None, np.ones(1, bool))
     series = {name: Series({"value": found[name]["value"]}) for name in found}
     every = observer.multipliers(state)
-    reactions = {} if meshed(model) else observer.reactions(state, every)
+    reactions = {} if model.mesh_names else observer.reactions(state, every)
     sole = unique(observer, state, q, reactions)
     for k, reaction in enumerate(reactions.values()):
         reaction[sole.lost[:, k]] = np.nan

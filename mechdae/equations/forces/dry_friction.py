@@ -19,8 +19,7 @@ from mechdae.equations.forces.feedback import Feedback, Slip
 from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.generalised import Wrench, add, times
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.forces.meshes import Mesh
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.gradients import gradients
 from mechdae.equations.model import Model
 from mechdae.types import Sym
@@ -60,7 +59,7 @@ class Rubbing:
         model: Model,
         loads: Loads,
         friction: bool,
-        meshes: Mapping[str, Mesh | SpatialMesh] | None = None,
+        meshes: Mapping[str, MeshForces] | None = None,
     ) -> None:
         self.model, self.meshes = model, dict(meshes or {})
         laws = Laws(model, self.meshes, friction=friction, adhesion=True)

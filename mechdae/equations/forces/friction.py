@@ -16,9 +16,8 @@ import casadi as ca
 
 from mechdae.equations.forces.feedback import Feedback, Slip
 from mechdae.equations.forces.generalised import Wrench, couples, pair, spin, velocity
-from mechdae.equations.forces.meshes import Mesh
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.forces.spatial_friction import spatial_law
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.equations.joints import Ends
 from mechdae.equations.model import Model
 from mechdae.equations.space import left
@@ -53,7 +52,7 @@ class Laws:
     def __init__(
         self,
         model: Model,
-        meshes: Mapping[str, Mesh | SpatialMesh],
+        meshes: Mapping[str, MeshForces],
         radius: str = "exact",
         friction: bool = True,
         adhesion: bool = False,
@@ -164,7 +163,7 @@ class Laws:
 
     # -- meshes ----------------------------------------------------------------------------
 
-    def _mesh(self, name: str, mesh: Mesh | SpatialMesh) -> list[Feedback]:
+    def _mesh(self, name: str, mesh: MeshForces) -> list[Feedback]:
         result = []
         if mesh.apart:
             forms = ca.vertcat(mesh.tangential, -mesh.tangential)
@@ -172,8 +171,7 @@ class Laws:
         if not (self.friction and self._given(name, "mesh_loss")):
             return result
         loss = self.factor * self.model.numbers[f"{name}.mesh_loss"]
-        column = mesh.holding if isinstance(mesh, SpatialMesh) else None
-        slip = self._slip(name, mesh.rubbing, "rad", column)
+        slip = self._slip(name, mesh.rubbing, "rad", mesh.holding)
         for side in (1, -1):
             arm, column = mesh.lost(loss, side, slip.sign)
             rising, falling = (mesh.lost(loss, side, SX(sign))[0] for sign in (1, -1))

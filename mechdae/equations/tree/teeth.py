@@ -1,7 +1,7 @@
 """How the two members of a mesh in space lie: axes that are parallel, meet or cross.
 
 What is told apart by numbers is told here, with the keys that are missing; the pitch point and its
-directions follow in symbols (`mechdae.equations.forces.spatial_meshes`).
+directions follow in symbols where forces are asked for.
 """
 
 from __future__ import annotations

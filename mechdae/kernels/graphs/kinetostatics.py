@@ -26,8 +26,7 @@ from mechdae.equations.forces.friction import Laws, normal_form
 from mechdae.equations.forces.generalised import Wrench, add, power, put, reaction, times
 from mechdae.equations.forces.inertia import inertia, kinetic_energy
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.forces.meshes import Mesh
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import column
@@ -96,7 +95,7 @@ class Balance:
         scene: Scene,
         loads: Loads,
         laws: Laws,
-        meshes: Mapping[str, Mesh | SpatialMesh],
+        meshes: Mapping[str, MeshForces],
     ) -> None:
         self.scene, self.model, self.loads, self.laws = scene, scene.model, loads, laws
         self.meshes = meshes

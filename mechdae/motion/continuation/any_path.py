@@ -14,8 +14,8 @@ from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.motion.cases.curves.curve_ends import CurveEnds
     from mechdae.motion.continuation.crossings.across_change_point import Zone
-    from mechdae.motion.continuation.curve_ends import CurveEnds
     from mechdae.motion.continuation.limit_positions import Limit
 
 FAR = 100.0
@@ -84,10 +84,8 @@ class AnyPath(ABC):
         self.reach = {index: Reach() for index in self.groups}
         self.curves: CurveEnds | None = None
         """What watches contacts on curves, where there are any."""
-        if graphs.contacts:
-            from mechdae.motion.continuation.curve_ends import CurveEnds
-
-            self.curves = CurveEnds(graphs, constants.p)
+        for watch in graphs.scene.cases("curve ends"):
+            self.curves = watch(graphs, constants.p)
         self.followed = {*self.block_group, *(self.curves.watched if self.curves else ())}
         self.zones: list[Zone] = []
 

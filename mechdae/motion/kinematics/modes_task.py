@@ -20,7 +20,6 @@ from mechdae.motion.assembly.mode_tree import Mode, ModeTree
 from mechdae.motion.continuation.output_bounds import OutputBounds
 from mechdae.motion.continuation.single_pose import certified
 from mechdae.motion.kinematics.prepared import prepare
-from mechdae.motion.kinematics.undercut import cuts
 from mechdae.motion.setup.drivers import plan
 from mechdae.motion.setup.named_outputs import NamedOutputs
 from mechdae.motion.setup.outputs import Outputs
@@ -148,13 +147,15 @@ def _summary(modes: _Modes) -> Summary:
         bound="estimated" if modes.certain.constants.estimated else "proved",
         sketches=[not_assembled.as_sketch(assembler, mode, u) for mode in found],
     )
-    rollers = cuts(the_scene, np.array([mode.x for mode in found]), np.tile(u, (len(found), 1)))
-    if rollers:  # poses that solve the equations and cannot be built
-        summary["undercut"] = [
+    for cuts in the_scene.cases("cuts"):
+        x = np.array([mode.x for mode in found])
+        rollers = [
             {"mode": found[k].label, "joint": cut.joint, "depth": cut.depth}
-            for cut in rollers
+            for cut in cuts(the_scene, x, np.tile(u, (len(found), 1)))
             for k in range(cut.first, cut.last + 1)
         ]
+        if rollers:  # poses that solve the equations and cannot be built
+            summary["undercut"] = rollers
     if the_scene.redundant and found:
         summary["superfluous"] = assembler.search.superfluous(found[0].x, u)
         if assumed := about_closure(the_scene.model.mechanism):

@@ -10,7 +10,7 @@ from mechdae.equations.groups import Group
 from mechdae.motion.assembly import not_assembled
 from mechdae.motion.continuation.any_path import AnyPath, arc_of
 from mechdae.motion.continuation.step_sizes import PASS
-from mechdae.motion.kinematics.prepared import Run, Setting
+from mechdae.motion.kinematics.prepared import Setting
 from mechdae.types import Booleans, Floats, Json
 
 if TYPE_CHECKING:
@@ -137,41 +137,6 @@ def ambiguous(path: AnyPath, s: Floats, at_them: bool = True) -> Booleans:
             sense = 1.0 if zone.s > path.origin[0] else -1.0
             result |= (sense * (s - zone.s) >= 0) & (at_them | (s != zone.s))
     return result
-
-
-def undercut(setting: Setting, run: Run) -> tuple[list[Json], list[Json]]:
-    """Return events and intervals of the poses in which a roller cuts into its curve."""
-    from mechdae.motion.kinematics.undercut import cuts, refined
-
-    groups = {name: group for group in setting.scene.groups for name in group.joints}
-    events, intervals = [], []
-    x, values, s = run.poses.x, run.values, run.places
-    between_poses = not setting.plan.named
-    if between_poses:
-        nodes, X, U = run.path.on_curves()
-        between = (nodes > s.min()) & (nodes < s.max())
-        s = np.concatenate([s, nodes[between]])
-        order = np.argsort(s, kind="stable")
-        x, values = np.vstack([x, X[between]])[order], np.vstack([values, U[between]])[order]
-        s = s[order]
-
-    def at(places: Floats) -> tuple[Floats, Floats]:
-        return run.evaluator.at(run.path, places).x, run.path.drivers(places)
-
-    for cut in cuts(setting.scene, x, values):
-        begins, stops = float(s[cut.first]), float(s[cut.last])
-        ends = [values[k] for k in (cut.first, cut.last)]
-        if between_poses:
-            begins, stops = refined(setting.scene, cut, s, at).ends or (begins, stops)
-            ends = list(run.path.drivers(np.array([begins, stops])))
-        first, last = (u.tolist() if len(u) > 1 else float(u[0]) for u in ends)
-        event = event_at(setting, run.path, begins, groups[cut.joint], True)
-        events.append(event | {"kind": "undercut", "at": first, "joint": cut.joint})
-        interval = {"from": first, "to": last, "joint": cut.joint, "depth": cut.depth}
-        if "time" in event:
-            interval["time"] = [begins, stops]
-        intervals.append(interval)
-    return events, intervals
 
 
 def begins_singular(setting: Setting, path: AnyPath, event: Json) -> bool:

@@ -91,7 +91,9 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
 
         assumed = about_speeds(problem.mechanism, task) if task.derivatives else []
         summary["assumptions"] = assumed + (about_closure(problem.mechanism) if opened else [])
-    events, rollers = path_events.undercut(setting, run) if setting.graphs.contacts else ([], [])
+    events, rollers = list[Json](), list[Json]()
+    for cut_events in setting.scene.cases("cut events"):
+        events, rollers = cut_events(setting, run)
     fault: str | LazyPart | None = None
     if len(status) and status[0] == CODES[Status.UNASSEMBLED]:  # its modes are looked for
         fault = LazyPart(lambda: {"fault": faults.fault(setting, run, status, failed, rollers)})

@@ -22,7 +22,6 @@ from mechdae.forces.checks import powers_of
 from mechdae.forces.force_messages import TOLERANCE, about_friction
 from mechdae.forces.friction_branches import FrictionSolutions, some
 from mechdae.forces.inverse_dynamics import FACTOR, InverseDynamics, LoadedPoses
-from mechdae.forces.meshes import meshed
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import loaded_bodies, requests, unknown_columns
 from mechdae.forces.series import efforts_of, series_of
@@ -83,8 +82,10 @@ class ForcesBatch(SeriesBatch):
             return "a cycle is looked at between its poses too"
         if task.axes or task.parts:
             return "forces in other axes, or taken apart, are computed for one set at a time"
-        if meshed(model):
-            return f"joint {meshed(model)[0]} is a mesh: whether it is real is a matter of numbers"
+        if model.mesh_names:
+            return (
+                f"joint {model.mesh_names[0]} is a mesh: whether it is real is a matter of numbers"
+            )
         self.statics = LaneStatics(self.setting, task)
         if self.statics.loads.timed or self.statics.loads.uses_time:
             return "a load depends on the time"

@@ -17,8 +17,10 @@ import numpy as np
 
 from mechdae.equations.cases.curve_contacts import Contact
 from mechdae.equations.reduction import Scene
+from mechdae.motion.kinematics.path_events import event_at
+from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.records import dataclass
-from mechdae.types import Floats, Points, Unknowns
+from mechdae.types import Floats, Json, Points, Unknowns
 
 PLACES = 1024
 """Places of the curve that are compared."""
@@ -61,6 +63,39 @@ def cuts(scene: Scene, x: Unknowns, u: Floats) -> list[Undercut]:
         for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             found.append(Undercut(name, a, b - 1, float(depth[a:b].max())))
     return found
+
+
+def cut_events(setting: Setting, run: Run) -> tuple[list[Json], list[Json]]:
+    """Return events and intervals of the poses in which a roller cuts into its curve."""
+    groups = {name: group for group in setting.scene.groups for name in group.joints}
+    events, intervals = [], []
+    x, values, s = run.poses.x, run.values, run.places
+    between_poses = not setting.plan.named
+    if between_poses:
+        nodes, X, U = run.path.on_curves()
+        between = (nodes > s.min()) & (nodes < s.max())
+        s = np.concatenate([s, nodes[between]])
+        order = np.argsort(s, kind="stable")
+        x, values = np.vstack([x, X[between]])[order], np.vstack([values, U[between]])[order]
+        s = s[order]
+
+    def at(places: Floats) -> tuple[Floats, Floats]:
+        return run.evaluator.at(run.path, places).x, run.path.drivers(places)
+
+    for cut in cuts(setting.scene, x, values):
+        begins, stops = float(s[cut.first]), float(s[cut.last])
+        ends = [values[k] for k in (cut.first, cut.last)]
+        if between_poses:
+            begins, stops = refined(setting.scene, cut, s, at).ends or (begins, stops)
+            ends = list(run.path.drivers(np.array([begins, stops])))
+        first, last = (u.tolist() if len(u) > 1 else float(u[0]) for u in ends)
+        event = event_at(setting, run.path, begins, groups[cut.joint], True)
+        events.append(event | {"kind": "undercut", "at": first, "joint": cut.joint})
+        interval = {"from": first, "to": last, "joint": cut.joint, "depth": cut.depth}
+        if "time" in event:
+            interval["time"] = [begins, stops]
+        intervals.append(interval)
+    return events, intervals
 
 
 def refined(

@@ -67,6 +67,7 @@ class Mesh:
         self.tangential = SX(1)
         self.rubbing = self.turning
         self.closing = self.size = SX(0)
+        self.holding = None
         self._sense = self._drives = SX(1)
         KINDS[joint.kind](self)
 

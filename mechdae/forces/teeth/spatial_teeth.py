@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.equations.tree.teeth import AxesOfMesh, axes_of_mesh
 from mechdae.errors import MechanismError, UnavailableError
+from mechdae.forces.teeth.spatial_mesh import SpatialMesh
 from mechdae.kernels.run.functions import Batch
 from mechdae.types import Floats, Unknowns
 

@@ -10,7 +10,7 @@ the carrier without what turns it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -18,13 +18,14 @@ import numpy as np
 
 from mechdae.describe.joints.joint import PRESSURE_ANGLE
 from mechdae.describe.mechanism import Mechanism
-from mechdae.equations.forces.meshes import Mesh
-from mechdae.equations.forces.spatial_meshes import SpatialMesh
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.model import Model
 from mechdae.equations.motion_equations import Released
 from mechdae.equations.reduction import Scene
-from mechdae.equations.tree.teeth import AxesOfMesh
-from mechdae.forces.spatial_teeth import teeth_along
+from mechdae.equations.tree.teeth import AxesOfMesh, axes_of_mesh
+from mechdae.forces.teeth.mesh import Mesh
+from mechdae.forces.teeth.spatial_mesh import SpatialMesh
+from mechdae.forces.teeth.spatial_teeth import teeth_along
 from mechdae.kernels.run.functions import Batch
 from mechdae.numerics.null_space import ZERO, freedoms
 from mechdae.types import Booleans, Floats, Sym, Unknowns
@@ -39,12 +40,6 @@ ASIDE = (1e-2, 7e-3)
 """Ways along the freedoms, over natural sizes, to poses beside the start of a motion."""
 STEPS = 6
 """Steps of Newton's method back to the constraints there."""
-
-
-def meshed(model: Model, among: Iterable[str] | None = None) -> list[str]:
-    """Return the gears, racks and belts of a mechanism, or among some of its joints."""
-    joints = model.mechanism.joints
-    return [name for name in (joints if among is None else among) if joints[name].meshes]
 
 
 def real_along(
@@ -63,9 +58,7 @@ def real_along(
     """
     model = scene.model
     inside = {name for group in scene.groups for name in group.joints}
-    names = meshed(model, (name for name in model.mechanism.joints if name in inside))
-    if not names:
-        return ()
+    names = [name for name in model.mesh_names if name in inside]
     columns = sorted(j for group in scene.groups for j in group.columns)
     if model.space.behind:
         return teeth_along(model, scene.cache, names, columns, poses()[0])
@@ -83,11 +76,9 @@ def real_along(
     return tuple(zip(names, real.tolist(), strict=True))
 
 
-def meshes_of(
-    model: Model, real: Iterable[tuple[str, bool | AxesOfMesh]]
-) -> dict[str, Mesh | SpatialMesh]:
+def meshes_of(model: Model, real: Iterable[tuple[str, bool | AxesOfMesh]]) -> dict[str, MeshForces]:
     """Return the gears, racks and belts by name; those that are real have a mesh force."""
-    found: dict[str, Mesh | SpatialMesh] = {}
+    found: dict[str, MeshForces] = {}
     for name, one in real:
         if isinstance(one, AxesOfMesh):
             found[name] = SpatialMesh(model, model.mechanism.joints[name], one)
@@ -96,9 +87,17 @@ def meshes_of(
     return found
 
 
+def meshes_as_described(model: Model, among: Container[str]) -> dict[str, MeshForces]:
+    """Return those among some joints with the forces of mere ratios, in space of their axes."""
+    joints = model.mechanism.joints
+    names = [name for name in model.mesh_names if name in among]
+    lies = {n: model.space.behind and axes_of_mesh(model.mechanism, joints[n]) for n in names}
+    return meshes_of(model, lies.items())
+
+
 def meshes_beside(
     released: Released, model: Model, q: Unknowns, length: float
-) -> dict[str, Mesh | SpatialMesh]:
+) -> dict[str, MeshForces]:
     """Return the gears, racks and belts of a motion; those that are real have a mesh force.
 
     That is looked at beside the start: singular poses alone decide nothing. In space the equation
@@ -120,9 +119,7 @@ def meshes_beside(
     length
         A length of the mechanism.
     """
-    names = meshed(model)
-    if not names:
-        return {}
+    names = model.mesh_names
     if model.space.behind:
         every = range(model.q.numel())
         return meshes_of(model, teeth_along(model, released.cache, names, every, q[None]))
@@ -229,7 +226,7 @@ def _parallel(row: Floats, teeth: Floats) -> bool:
     return bool(np.linalg.norm(teeth - (teeth @ along) * along) <= SAME * second and second > 0)
 
 
-def about_meshes(meshes: Mapping[str, Mesh | SpatialMesh], mechanism: Mechanism) -> list[str]:
+def about_meshes(meshes: Mapping[str, MeshForces], mechanism: Mechanism) -> list[str]:
     """Return what is assumed about gears, racks and belts: no forces of teeth, usual numbers."""
     found, usual = [], dict[str, list[str]]()
     for name, mesh in meshes.items():
@@ -246,7 +243,7 @@ def about_meshes(meshes: Mapping[str, Mesh | SpatialMesh], mechanism: Mechanism)
 
 def slack_belts(
     model: Model,
-    meshes: Mapping[str, Mesh | SpatialMesh],
+    meshes: Mapping[str, MeshForces],
     moment: Callable[[str], Any],
     when: Callable[[Any], str],
 ) -> list[str]:

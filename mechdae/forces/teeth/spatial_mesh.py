@@ -34,7 +34,7 @@ SX = ca.SX
 
 
 class SpatialMesh:
-    """The forces of a gear or rack in space; attributes as of `meshes.Mesh`.
+    """The forces of a gear or rack in space; attributes as of `mesh.Mesh`.
 
     ``tangential`` (1, 6) is a form of the joint's reaction: minus its force across the teeth.
     ``rolling_helix`` is the helix with which teeth at the pitch point run with the ratio, where
