@@ -129,10 +129,12 @@ class SingularMassError(SolveError):
     """A coordinate that no constraint holds has no inertia: its motion is not determined."""
 
 
-def _again(kind: type[MechdaeError], own: dict[str, Any], args: tuple[Any, ...]) -> MechdaeError:
+def _again(
+    kind: type[MechdaeError], attributes: dict[str, Any], args: tuple[Any, ...]
+) -> MechdaeError:
     error = kind.__new__(kind)
     error.args = args
-    vars(error).update(own)
+    vars(error).update(attributes)
     return error
 
 

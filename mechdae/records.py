@@ -22,14 +22,14 @@ else:
     def dataclass(cls=None, /, *, frozen=False, eq=True, repr=True, kw_only=False):
         """Return the class as a dataclass."""
 
-        def made(own):
-            own.__doc__ = own.__doc__ or own.__name__  # else its signature is written there
-            with _thawed(own, frozen):
-                dataclasses.dataclass(own, init=False, repr=False, eq=False, kw_only=kw_only)
-            told = own.__dataclass_params__
+        def made(kind):
+            kind.__doc__ = kind.__doc__ or kind.__name__  # else its signature is written there
+            with _thawed(kind, frozen):
+                dataclasses.dataclass(kind, init=False, repr=False, eq=False, kw_only=kw_only)
+            told = kind.__dataclass_params__
             told.init, told.repr, told.eq, told.frozen = True, repr, eq, frozen
-            _write(own, frozen, eq, repr)
-            return own
+            _write(kind, frozen, eq, repr)
+            return kind
 
         return made if cls is None else made(cls)
 
@@ -57,15 +57,15 @@ def _thawed(cls: Any, frozen: bool) -> Iterator[None]:
 
 def _write(cls: Any, frozen: bool, eq: bool, shown: bool) -> None:
     """Give a class its methods; those that it has of its own stay."""
-    own = vars(cls)
+    given = vars(cls)
     entries = dataclasses.fields(cls)
-    hashes = own.get("__hash__") is not None
-    if "__init__" not in own:
+    hashes = given.get("__hash__") is not None
+    if "__init__" not in given:
         cls.__init__ = _first_init(cls, frozen)
         cls.__signature__ = _Signature()
-    if shown and "__repr__" not in own:
+    if shown and "__repr__" not in given:
         cls.__repr__ = _repr
-    if eq and "__eq__" not in own:
+    if eq and "__eq__" not in given:
         cls.__eq__ = _equality([e.name for e in entries if e.compare])
     if eq and not hashes:
         hashed = [e.name for e in entries if (e.compare if e.hash is None else e.hash)]

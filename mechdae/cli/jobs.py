@@ -18,7 +18,7 @@ def check_out(out: str | None, problem: Problem, task: str | None, kind: str) ->
     """Raise for a folder whose results a job would overwrite, before it is done."""
     from mechdae.tasks.export import check_folder
 
-    names = [name for name, own in problem.tasks.items() if own.kind == kind]
+    names = [name for name, task in problem.tasks.items() if task.kind == kind]
     for name in ([task] if task else names[:1] or [kind]) if out else ():
         check_folder(str(out), problem.name, name)
 

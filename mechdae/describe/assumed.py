@@ -42,7 +42,9 @@ def about_inertia(mechanism: Mechanism, task: Reactions) -> list[str]:
     senses: dict[str, list[str]] = {}
     for driver in task.untimed:
         senses.setdefault(driver.direction or "positive", []).append(driver.coordinate)
-    ways = " and ".join(f"in the {way} sense of {', '.join(own)}" for way, own in senses.items())
+    ways = " and ".join(
+        f"in the {way} sense of {', '.join(names)}" for way, names in senses.items()
+    )
     text = "quasi-static: forces of inertia and damping are zero"
     return [f"{text}, friction and resistances oppose a slow motion {ways}"]
 
@@ -50,20 +52,26 @@ def about_inertia(mechanism: Mechanism, task: Reactions) -> list[str]:
 def about_bodies(mechanism: Mechanism, names: Iterable[str], moves: bool = True) -> list[str]:
     """Return what is assumed about masses of bodies; inertia counts where they `moves`."""
     bodies = [mechanism.bodies[name] for name in names]
-    heavy = [own for own in bodies if own.mass is not None]
+    heavy = [body for body in bodies if body.mass is not None]
     found = {
-        "massless": [own for own in bodies if own.mass is own.inertia is None],
-        "point masses (no inertia given)": [own for own in heavy if moves and own.inertia is None],
-        "mass at the origin (no center given)": [own for own in heavy if own.center is None],
+        "massless": [body for body in bodies if body.mass is body.inertia is None],
+        "point masses (no inertia given)": [
+            body for body in heavy if moves and body.inertia is None
+        ],
+        "mass at the origin (no center given)": [body for body in heavy if body.center is None],
         "without weight (no gravity given)": heavy if mechanism.gravity is None else [],
     }
-    return [f"{text}: {', '.join(b.name for b in own)}" for text, own in found.items() if own]
+    return [
+        f"{text}: {', '.join(b.name for b in bodies)}" for text, bodies in found.items() if bodies
+    ]
 
 
 def about_springs(mechanism: Mechanism) -> list[str]:
     """Return springs whose free length nobody gave."""
-    springs = [own for own in mechanism.loads.values() if isinstance(own, Spring)]
-    short = [own.name for own in springs if own.stiffness != 0.0 and own.free_length == 0.0]
+    springs = [load for load in mechanism.loads.values() if isinstance(load, Spring)]
+    short = [
+        spring.name for spring in springs if spring.stiffness != 0.0 and spring.free_length == 0.0
+    ]
     return [f"free length 0: {', '.join(short)}"] if short else []
 
 
@@ -87,7 +95,7 @@ def about_motion(mechanism: Mechanism, rubbing: Iterable[str] = ()) -> list[str]
     rubbing = list(rubbing)
     found += about_blocks(mechanism, rubbing) + about_closure(mechanism)
     joints = [mechanism.joints[name] for name in dict.fromkeys(rubbing) if name in mechanism.joints]
-    same = [own.name for own in joints if getattr(own, "friction_static", 0.0) is None]
+    same = [joint.name for joint in joints if getattr(joint, "friction_static", 0.0) is None]
     if same:
         found.append(f"friction at rest as in motion (no friction_static): {', '.join(same)}")
     return found

@@ -159,11 +159,11 @@ def _of_driver(mechanism: Mechanism, driver: Driver) -> Iterator[Typed]:
 def _nested(value: Any, place: str = "") -> Iterator[Typed]:
     """Yield the numbers of goals and constraints whose keys have a unit."""
     for entry in fields(value):
-        own, where = getattr(value, entry.name), f"{place}{entry.name}"
+        content, where = getattr(value, entry.name), f"{place}{entry.name}"
         if entry.metadata.get("unit"):
-            numbers = own if isinstance(own, tuple) else (own,)
+            numbers = content if isinstance(content, tuple) else (content,)
             yield from ((n, entry.metadata["unit"], where) for n in numbers)
             continue
-        for part in own if isinstance(own, tuple) else (own,):
+        for part in content if isinstance(content, tuple) else (content,):
             if isinstance(part, Value) and not isinstance(part, Driver):
                 yield from _nested(part, f"{where}.")

@@ -21,10 +21,10 @@ def drawn_joints(joints: Mapping[str, Joint]) -> dict[str, Joint]:
     found = dict(joints)
     for name, joint in joints.items():
         if joint.spatial and getattr(joint, "crossed", False):
-            own: Any = joint
-            zero = own.axis2 if own.zero is None else own.zero
-            zero2 = own.axis if own.zero2 is None else own.zero2
-            found[name] = replace(own, zero=zero, zero2=zero2)
+            drawn: Any = joint
+            zero = drawn.axis2 if drawn.zero is None else drawn.zero
+            zero2 = drawn.axis if drawn.zero2 is None else drawn.zero2
+            found[name] = replace(drawn, zero=zero, zero2=zero2)
     return found
 
 
@@ -42,9 +42,9 @@ def drawn_sketch(
         if not given & sketch.keys():
             found |= {f"{name}.{word}": 0.0 for word in angles}
     for name, body in bodies.items():
-        own = [joint for joint in joints.values() if name in joint.bodies]
-        told = any(joint.coordinates for joint in own)
-        if told and not any(joint.ball or joint.bar for joint in own):
+        ending = [joint for joint in joints.values() if name in joint.bodies]
+        told = any(joint.coordinates for joint in ending)
+        if told and not any(joint.ball or joint.bar for joint in ending):
             continue
         for point, place in list(body.points.items())[:TOLD]:
             found |= {f"{name}.{point}.{x}": v for x, v in zip("xyz", place, strict=True)}

@@ -109,8 +109,8 @@ class Reader:
 
     def factor(self, node: ast.AST) -> Powers | str | None:
         """Return the unit of a factor."""
-        own = node.operand if isinstance(node, ast.UnaryOp) else node
-        if self.exact and isinstance(own, ast.Constant) and not _bare(own.value):
+        operand = node.operand if isinstance(node, ast.UnaryOp) else node
+        if self.exact and isinstance(operand, ast.Constant) and not _bare(operand.value):
             return None
         return self.unit(node)
 
@@ -180,7 +180,7 @@ def _bare(value: Any) -> bool:
     if not isinstance(value, int | float) or not value:
         return True
     size = float(f"{abs(value):.12e}".split("e")[0])
-    return size == 1 or any(own == round(own) <= 12 for own in (abs(value), 1 / abs(value)))
+    return size == 1 or any(size == round(size) <= 12 for size in (abs(value), 1 / abs(value)))
 
 
 class Output(Reader):

@@ -41,14 +41,14 @@ def inertia(value: Any) -> Number | tuple[Number, ...]:
 def numbers_in_rows(value: Any, sizes: tuple[int, ...]) -> tuple[tuple[Number, ...], ...]:
     """Return rows of as many numbers or expressions, all of one of the sizes, two at least."""
     words = " or ".join(map(str, sizes))
-    own = sizes
+    counts = sizes
 
     def row(item: Any) -> tuple[Number, ...]:
-        nonlocal own, words
+        nonlocal counts, words
         items = numbers(item)
-        if len(items) not in own:
+        if len(items) not in counts:
             raise InputError(f"{words} numbers are needed, here are {len(items)}")
-        own, words = (len(items),), str(len(items))
+        counts, words = (len(items),), str(len(items))
         return items
 
     result = tuple(each(sequence(value), row))

@@ -34,7 +34,7 @@ def _known() -> dict[str, tuple[str, str, Fraction, bool]]:
     for unit in TABLE:
         quantity = unit.si[0]
         known.setdefault(unit.name, (quantity, unit.name, unit.size, unit.pi))
-    spelled = {name.replace(" ", "_").replace("/", "_"): own for name, own in known.items()}
+    spelled = {name.replace(" ", "_").replace("/", "_"): unit for name, unit in known.items()}
     suffixed = {unit.suffix[1:]: known[unit.name] for unit in TABLE}
     return {**spelled, **suffixed, **known}
 
@@ -57,7 +57,7 @@ def units_of(text: str | Sequence[str]) -> Units:
     InputError
         Two units of one quantity, or none at all.
     """
-    words = [own.strip() for own in (text.split(",") if isinstance(text, str) else text)]
+    words = [name.strip() for name in (text.split(",") if isinstance(text, str) else text)]
     chosen: dict[str, tuple[str, Fraction, bool]] = {}
     for word in words:
         if word not in KNOWN:
@@ -83,7 +83,7 @@ def units_of(text: str | Sequence[str]) -> Units:
 def _unknown(word: str) -> UnknownName:
     error = UnknownName("unit", word, NAMES, where="units")
     meant = [suffix[1:] for suffix in nearest_suffixes(word)] if word else []
-    names = list(dict.fromkeys(KNOWN[own][1] for own in meant if own in KNOWN))
+    names = list(dict.fromkeys(KNOWN[name][1] for name in meant if name in KNOWN))
     known = f"units are {', '.join(NAMES)}"
     error.hint = f"did you mean {' or '.join(names)}? {known}" if names else known
     return error

@@ -109,8 +109,8 @@ def spins(mechanism: Mechanism, drivers: Sequence[NamedCoordinate] = ()) -> list
             for other in joint.bodies[1:]:
                 part[root(other)] = root(joint.bodies[0])
     found = []
-    for own in dict.fromkeys(root(name) for name in part):
-        bodies = tuple(name for name in part if root(name) == own)
+    for leader in dict.fromkeys(root(name) for name in part):
+        bodies = tuple(name for name in part if root(name) == leader)
         if GROUND not in bodies and not fixed & set(bodies):
             spin = _spin(mechanism, bodies, joints, named, {c.text for c in driven})
             found += [spin] if spin is not None else []
@@ -127,7 +127,7 @@ def on_lines(mechanism: Mechanism) -> tuple[Any, ...]:
     points = tuple(
         point
         for body in lines
-        for point in (f"{body}.{own}" for own in mechanism.bodies[body].points)
+        for point in (f"{body}.{point}" for point in mechanism.bodies[body].points)
         if share_of(mechanism, lines, point) is not None
     )
     return tuple((spin.bodies, spin.joints) for spin in found), points
@@ -156,7 +156,7 @@ def _spin(
         by.setdefault(point.split(".")[0], []).append(point)
     lines = _between(mechanism, points) if len(by) == 1 else {}
     if len(by) == 2:
-        lines = _along_slide(mechanism, [own[0] for own in by.values()], joints)
+        lines = _along_slide(mechanism, [links[0] for links in by.values()], joints)
     if lines and all(share_of(mechanism, lines, point) is not None for point in held):
         slid = next((line[0] for line in lines.values() if len(line) == 1), "")
         apart = slid and mechanism.joints[slid].freedoms > 1 and f"{slid}.angle" not in driven
@@ -195,7 +195,7 @@ def places_of(mechanism: Mechanism, body: str, line: Line) -> tuple[Place, Place
     second = joint.second_body == body
     x, y, z = place_of(mechanism, joint.second if second else joint.first)
     axis = joint.side(second)[0]
-    a, b, c = (values[f"{joint.name}.{axis}.{own}"] for own in "xyz")
+    a, b, c = (values[f"{joint.name}.{axis}.{component}"] for component in "xyz")
     size = mechanism.scale / math.hypot(a, b, c)
     return (x, y, z), (x + size * a, y + size * b, z + size * c)
 
@@ -267,8 +267,13 @@ def rollers(mechanism: Mechanism) -> list[str]:
     }
     found = []
     for body in mechanism.bodies:
-        own = [joint for joint in joints if body in joint.bodies]
-        if len(own) == 1 and own[0].hinge and body not in named and own[0].name not in named:
+        ending = [joint for joint in joints if body in joint.bodies]
+        if (
+            len(ending) == 1
+            and ending[0].hinge
+            and body not in named
+            and ending[0].name not in named
+        ):
             found.append(body)
     return found
 

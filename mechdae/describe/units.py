@@ -147,11 +147,11 @@ EVERY: dict[str, Unit] = UNITS | {unit.suffix: unit for unit in IN_SI}
 def nearest_suffixes(word: str) -> list[str]:
     """Return the suffixes that may have been meant by the end of a key (``inch``, ``newton``)."""
     said = word.lower().strip("_")
-    known = {own[1:]: own for own in UNITS} | WORDS
+    known = {suffix[1:]: suffix for suffix in UNITS} | WORDS
     if said in known:
         return [known[said]]
-    begun = [own for own in UNITS if said and own[1:].startswith(said)]
-    near = [known[own] for own in nearest(said.removesuffix("s"), known)]
+    begun = [suffix for suffix in UNITS if said and suffix[1:].startswith(said)]
+    near = [known[word] for word in nearest(said.removesuffix("s"), known)]
     return list(dict.fromkeys([*begun, *near]))[:3]
 
 
@@ -216,7 +216,7 @@ def fits(suffix: str, powers: Powers, angles: bool = True) -> bool:
     units = [powers_of(si) for si in EVERY[suffix].si]
     if not angles:
         rad = BASES.index("rad")
-        units = [own and (*own[:rad], powers[rad], *own[rad + 1 :]) for own in units]
+        units = [unit and (*unit[:rad], powers[rad], *unit[rad + 1 :]) for unit in units]
     return powers in units
 
 

@@ -110,9 +110,9 @@ class Coordinates(tuple[Coordinate, ...]):
     def balls(self) -> list[list[int]]:
         """The places of the four components of each unit quaternion."""
         found: dict[str, list[int]] = {}
-        for i, own in enumerate(self):
-            if own.name in QUATERNION:
-                found.setdefault(own.owner, []).append(i)
+        for i, coordinate in enumerate(self):
+            if coordinate.name in QUATERNION:
+                found.setdefault(coordinate.owner, []).append(i)
         return list(found.values())
 
     def sizes(self, length: float) -> Floats:
@@ -130,7 +130,7 @@ def quaternions(coordinates: Iterable[Coordinate]) -> list[list[int]]:
     for i, c in enumerate(coordinates):
         if c.kind is UNIT:
             places.setdefault(c.owner, []).append(i)
-    return [own for own in places.values() if len(own) == len(QUATERNION)]
+    return [group for group in places.values() if len(group) == len(QUATERNION)]
 
 
 @dataclass(frozen=True)

@@ -183,23 +183,23 @@ def _ordered(
         columns_of[component[block]].append(j)
     groups = []
     for label in labels:
-        own = sorted(members[label], key=numbers.__getitem__)
+        ordered = sorted(members[label], key=numbers.__getitem__)
         own_rows, own_columns = rows_of[label], columns_of[label]
         joints = list(dict.fromkeys(rows[i].owner for i in own_rows if not rows[i].driver))
         driven = any(rows[i].driver for i in own_rows)
         over = len(own_rows) > len(own_columns)
-        described = _classify(model.mechanism, set(own), joints, driven, over)
+        described = _classify(model.mechanism, set(ordered), joints, driven, over)
         groups.append(
             Group(
                 index=index[label],
-                bodies=tuple(own),
+                bodies=tuple(ordered),
                 joints=tuple(joints),
                 rows=tuple(own_rows),
                 columns=tuple(own_columns),
                 after=tuple(sorted(index[other] for other in after[label])),
                 level=level[label],
                 driven=driven,
-                numbers=tuple(numbers[name] for name in own),
+                numbers=tuple(numbers[name] for name in ordered),
                 **described,
             )
         )

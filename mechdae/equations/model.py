@@ -118,9 +118,9 @@ class Model:
         self._frames[GROUND] = fixed_frame(mechanism.dimension)
         self.space = PLANE
         self.contacts = self._contacts()
-        own = [self._frames[name].coordinates for name in mechanism.bodies]
-        own += [contact.coordinates for contact in self.contacts.values()]
-        self.coordinates = Coordinates(itertools.chain(*own))
+        parts = [self._frames[name].coordinates for name in mechanism.bodies]
+        parts += [contact.coordinates for contact in self.contacts.values()]
+        self.coordinates = Coordinates(itertools.chain(*parts))
         self.q_names = self.coordinates.keys
         self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
@@ -399,8 +399,8 @@ class Model:
             m, inertia = (self.numbers.get(f"{name}.{n}", SX(0)) for n in ("mass", "inertia"))
             c = self.frame(name).direction(self.center(name))
             blocks.append(self.space.inertia(m, inertia, c))
-        own = sum(len(contact.coordinates) for contact in self.contacts.values())
-        return ca.diagcat(*blocks, SX(own, own)) if own else ca.diagcat(*blocks)
+        count = sum(len(contact.coordinates) for contact in self.contacts.values())
+        return ca.diagcat(*blocks, SX(count, count)) if count else ca.diagcat(*blocks)
 
 
 def square_blocks(pattern: Sym) -> tuple[int, Integers, Integers]:

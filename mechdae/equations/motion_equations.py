@@ -102,9 +102,11 @@ class Released:
             residual = model.coordinate(c) - law.value
             self.rows.append(Row(c.text, "law", residual, c.unit, driver=True))
         for i, key in enumerate(held):
-            own = model.coordinates[model.places[key]]
-            residual = own.symbol - self.values[i]
-            self.rows.append(Row(own.owner, own.name, residual, own.unit, True))
+            coordinate = model.coordinates[model.places[key]]
+            residual = coordinate.symbol - self.values[i]
+            self.rows.append(
+                Row(coordinate.owner, coordinate.name, residual, coordinate.unit, True)
+            )
         nonzero = [
             model.numbers[f"{name}.{entry}"]
             for name, joint in model.mechanism.joints.items()
@@ -125,7 +127,7 @@ class Released:
         self.free = [places[symbol.element_hash()] for symbol in left]
         self.solved = [places[symbol.element_hash()] for symbol, _, _ in solved]
         expressions = dict(zip(self.free, left, strict=True))
-        expressions |= {j: own[1] for j, own in zip(self.solved, solved, strict=True)}
+        expressions |= {j: equation[1] for j, equation in zip(self.solved, solved, strict=True)}
         self.q = ca.vertcat(*[expressions[j] for j in range(len(symbols))])
         self.phi = _column([expression for expression, _, _ in rest])
         self.residue = _column([expression for expression, _, _ in without])
@@ -224,9 +226,9 @@ class Released:
     def losses(self) -> dict[str, list[tuple[int, Sym]]]:
         """By joint its places among the sizes, and the power lost per unit of each."""
         result: dict[str, list[tuple[int, Sym]]] = {}
-        for j, own in enumerate(self.rubbing.feedbacks):
-            if own.friction:
-                result.setdefault(own.joint, []).append((j, self.moved(own.rate)))
+        for j, feedback in enumerate(self.rubbing.feedbacks):
+            if feedback.friction:
+                result.setdefault(feedback.joint, []).append((j, self.moved(feedback.rate)))
         return result
 
     def gaps(self, length: float) -> list[float]:
@@ -273,7 +275,7 @@ class Released:
             return self.applied
         every = self.loads.wrenches.values()
         keys = [("on", body, k) for body in self.model.mechanism.bodies for k in range(6)]
-        sizes = [sum((ca.fabs(own.get(key, SX(0))) for own in every), SX(0)) for key in keys]
+        sizes = [sum((ca.fabs(wrench.get(key, SX(0))) for wrench in every), SX(0)) for key in keys]
         return self.moved(ca.vertcat(SX(0, 1), *sizes))
 
     def acting_sizes(self, length: float) -> Floats:

@@ -328,7 +328,9 @@ def reduce(scene: Scene) -> None:
         rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
         equations = [(rows[k], scene.rows[i].unit, str(i)) for k, i in enumerate(group.rows)]
         solved, rest, left = eliminate(equations, [model.q[j] for j in group.columns], nonzero)
-        scene.solved_from |= {own[0].element_hash(): scene.rows[int(own[2])] for own in solved}
+        scene.solved_from |= {
+            equation[0].element_hash(): scene.rows[int(equation[2])] for equation in solved
+        }
         names = {str(model.q[j]): model.q_names[j] for j in group.columns}
         for symbol, expression, *_ in [*solved, *((symbol, symbol) for symbol in left)]:
             scene.recover[names[str(symbol)]] = expression
@@ -421,8 +423,8 @@ def eliminate(
             rest[k] = (ca.substitute(row, symbol, expression), unit, owner)
         tag = rest.pop(i)[2]
         solved = [
-            (s, ca.substitute(e, symbol, expression) if ca.depends_on(e, symbol) else e, own)
-            for s, e, own in solved
+            (s, ca.substitute(e, symbol, expression) if ca.depends_on(e, symbol) else e, tag)
+            for s, e, tag in solved
         ]
         solved.append((symbol, expression, tag))
     return solved, rest, left
@@ -473,8 +475,8 @@ def split(rest: list[Equation], left: list[Sym]) -> list[tuple[list[Sym], list[E
         parts = [part for part in parts if not set(part[1]) & set(shared)]
         parts = [*_connected(pattern, over, shared), *parts]
     return [
-        ([left[j] for j in sorted(columns)], [rest[i] for i in sorted(own)])
-        for own, columns in parts
+        ([left[j] for j in sorted(columns)], [rest[i] for i in sorted(rows)])
+        for rows, columns in parts
     ]
 
 
@@ -491,7 +493,7 @@ def _connected(
         part, size = {left[0]}, 0
         while len(part) != size:
             size = len(part)
-            part = part.union(*[own for own in touched.values() if own & part])
+            part = part.union(*[columns for columns in touched.values() if columns & part])
         parts.append(([i for i in rows if touched[i] & part], sorted(part)))
         left = [j for j in left if j not in part]
     return parts

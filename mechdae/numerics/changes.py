@@ -106,12 +106,12 @@ class Intervals:
 
     def rows(self, chosen: Booleans | slice) -> Intervals:
         """Return some of them."""
-        return Intervals(*(own[chosen] for own in vars(self).values()))
+        return Intervals(*(values[chosen] for values in vars(self).values()))
 
     def found(self, chosen: Booleans | slice) -> list[Change]:
         """Return the upper ends of some of them, and the marks on both sides."""
-        own = self.rows(chosen)
-        return list(zip(own.high.tolist(), own.before, own.after, strict=True))
+        rows = self.rows(chosen)
+        return list(zip(rows.high.tolist(), rows.before, rows.after, strict=True))
 
     def places(self, guides: list[Guide]) -> Any:
         """Return places (n, m) inside, rising: even, or crowded where a change is expected."""
@@ -132,8 +132,8 @@ class Intervals:
     def _expected(self, k: int, guides: list[Guide]) -> float | None:
         """Return the share of an interval at which a line through a guide vanishes, if any."""
         for column in np.flatnonzero(self.before[k] != self.after[k]):
-            kind, own = guides[column]
-            a, b = self.at_low[k, own], self.at_high[k, own]
+            kind, guide = guides[column]
+            a, b = self.at_low[k, guide], self.at_high[k, guide]
             if kind == "largest":
                 i, j = self.before[k, column], self.after[k, column]
                 one, other = a[i] - a[j], b[i] - b[j]
@@ -158,5 +158,5 @@ class Intervals:
         )
         s, marks, values = (np.concatenate([a[:, None], b, c[:, None]], axis=1) for a, b, c in ends)
         i, k = np.nonzero((marks[:, 1:] != marks[:, :-1]).any(axis=2))
-        pairs = [(own[i, k], own[i, k + 1]) for own in (s, marks, values)]
+        pairs = [(array[i, k], array[i, k + 1]) for array in (s, marks, values)]
         return Intervals(*(end for pair in pairs for end in pair))

@@ -16,9 +16,9 @@ def undominated(values: Floats | list[list[int]], slack: float = 0.0) -> Boolean
     """
     values = np.asarray(values, float)
     found = np.ones(len(values), bool)
-    for k, own in enumerate(values):
-        edge = slack * np.abs(own)
-        better = (values <= own + edge).all(axis=1) & (values < own - edge).any(axis=1)
+    for k, design in enumerate(values):
+        edge = slack * np.abs(design)
+        better = (values <= design + edge).all(axis=1) & (values < design - edge).any(axis=1)
         found[k] = not better.any()
     return found
 
@@ -32,7 +32,7 @@ def best_of(
     """
     if not designs:
         return []
-    values = np.array([own["objectives"] for own in designs]) * signs
+    values = np.array([design["objectives"] for design in designs]) * signs
     kept = np.flatnonzero(undominated(values))
     order = kept[np.lexsort(values[kept].T[::-1])]
     span = np.maximum(np.ptp(values[kept], axis=0), 1e-300)
@@ -59,8 +59,8 @@ def thinned(values: Any, most: int) -> list[int]:
     values = np.asarray(values, float)
     kept = list(range(len(values)))
     while len(kept) > max(most, 2):
-        own = values[kept]
-        losses = (own[2:, 0] - own[1:-1, 0]) * (own[:-2, 1] - own[1:-1, 1])
+        left = values[kept]
+        losses = (left[2:, 0] - left[1:-1, 0]) * (left[:-2, 1] - left[1:-1, 1])
         del kept[1 + int(np.argmin(losses))]
     return kept
 

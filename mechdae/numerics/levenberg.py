@@ -185,13 +185,13 @@ def descend(
     ends_x, ends_t, solved = x.copy(), t.copy(), np.zeros(len(x), bool)
     left = np.arange(len(x))
     damping, growth = np.full(len(x), 0.1), np.full(len(x), 2.0)
-    F, J, own = rows(x, t)
+    F, J, by_t = rows(x, t)
     f, before = _squares(F), _squares(F)
-    scale, scale_own = _scales(J, own)
+    scale, scale_own = _scales(J, by_t)
     work = 0
     for iteration in range(1, iterations + 1):
         work += len(x)
-        dx, dt, expected = _step(F, J, own, scale, scale_own, damping)
+        dx, dt, expected = _step(F, J, by_t, scale, scale_own, damping)
         nx, nt = x + dx, t + dt
         nF, nJ, own_next = rows(nx, nt)
         nf = _squares(nF)
@@ -202,9 +202,9 @@ def descend(
         growth = np.where(better, 2.0, 2 * growth)
         x[better], t[better], f[better] = nx[better], nt[better], nf[better]
         F[better], J[better] = nF[better], nJ[better]
-        if own is not None:
-            own[better] = own_next[better]
-        scale, scale_own = _larger(scale, scale_own, *_scales(J, own))
+        if by_t is not None:
+            by_t[better] = own_next[better]
+        scale, scale_own = _larger(scale, scale_own, *_scales(J, by_t))
         if iteration % LOOK and iteration < iterations:
             continue
         done = f < SOLVED
@@ -218,8 +218,8 @@ def descend(
             break
         left, x, t, f, before = left[keep], x[keep], t[keep], f[keep], before[keep]
         damping, growth, F, J, scale = damping[keep], growth[keep], F[keep], J[keep], scale[keep]
-        if own is not None:
-            own, scale_own = own[keep], scale_own[keep]
+        if by_t is not None:
+            by_t, scale_own = by_t[keep], scale_own[keep]
     return ends_x, ends_t, solved, work
 
 
@@ -228,18 +228,20 @@ def _squares(F: Matrices) -> Floats:
     return np.where(np.isfinite(f), f, BEYOND)
 
 
-def _larger(one: Floats, own: Floats | None, other: Floats, other_own: Any) -> tuple[Any, Any]:
-    return np.maximum(one, other), None if own is None else np.maximum(own, other_own)
+def _larger(one: Floats, one_by_t: Floats | None, other: Floats, other_own: Any) -> tuple[Any, Any]:
+    return np.maximum(one, other), None if one_by_t is None else np.maximum(one_by_t, other_own)
 
 
-def _scales(J: Floats, own: Matrices | None) -> tuple[Any, Any]:
+def _scales(J: Floats, by_t: Matrices | None) -> tuple[Any, Any]:
     """Return squares of the columns of x (n, q) and of t (n, k)."""
     squares = np.einsum("nkeq,nkeq->nq", J, J)
-    return np.maximum(squares, 1e-12), None if own is None else np.einsum("nke,nke->nk", own, own)
+    return np.maximum(squares, 1e-12), None if by_t is None else np.einsum(
+        "nke,nke->nk", by_t, by_t
+    )
 
 
 def _step(
-    F: Matrices, J: Floats, own: Matrices | None, scale: Floats, scale_own: Any, damping: Floats
+    F: Matrices, J: Floats, by_t: Matrices | None, scale: Floats, scale_own: Any, damping: Floats
 ) -> tuple[Any, Any, Any]:
     """Return the damped steps of x and t and the decrease that the linear model expects."""
     n, k, e, q = J.shape
@@ -248,10 +250,10 @@ def _step(
     H = turned @ flat
     g = (turned @ F.reshape(n, k * e, 1))[:, :, 0]
     right = g
-    if own is not None:
-        square = np.einsum("nke,nke->nk", own, own)
-        slope = np.einsum("nke,nke->nk", own, F)
-        cross = (own[:, :, None, :] @ J)[:, :, 0, :]
+    if by_t is not None:
+        square = np.einsum("nke,nke->nk", by_t, by_t)
+        slope = np.einsum("nke,nke->nk", by_t, F)
+        cross = (by_t[:, :, None, :] @ J)[:, :, 0, :]
         damped = square + damping[:, None] * scale_own + 1e-300
         share = cross / damped[:, :, None]
         H = H - cross.transpose(0, 2, 1) @ share
@@ -260,7 +262,7 @@ def _step(
     H[:, at, at] += damping[:, None] * scale + 1e-14
     dx = -np.linalg.solve(H, right[:, :, None])[:, :, 0]
     expected = damping * np.einsum("nq,nq->n", dx * scale, dx) - np.einsum("nq,nq->n", dx, g)
-    if own is None:
+    if by_t is None:
         return dx, np.zeros((n, 0)), expected
     dt = -(slope + np.einsum("nkq,nq->nk", cross, dx)) / damped
     expected += damping * np.einsum("nk,nk->n", dt * scale_own, dt)
@@ -277,12 +279,12 @@ def polished(
     best = (x, t, np.inf)
     isolated = False
     for _ in range(POLISH):
-        F, J, own = rows(x[None], t[None])
+        F, J, by_t = rows(x[None], t[None])
         size = float(np.abs(F).max())
         if not size < best[2]:
             break
         best = (x, t, size)
-        A = _whole(J[0], None if own is None else own[0])
+        A = _whole(J[0], None if by_t is None else by_t[0])
         scale = np.linalg.norm(A, axis=0)
         scale[scale == 0] = 1.0
         step, _, _, values = np.linalg.lstsq(A / scale, -F.ravel(), rcond=None)
@@ -292,12 +294,12 @@ def polished(
     return *best, isolated
 
 
-def _whole(J: Jacobians, own: Points | None) -> Floats:
+def _whole(J: Jacobians, by_t: Points | None) -> Floats:
     """Return the Jacobian (k e, q + k) of all rows by all unknowns."""
     k, e, q = J.shape
-    if own is None:
+    if by_t is None:
         return J.reshape(k * e, q)
     A = np.zeros((k, e, q + k))
     A[:, :, :q] = J
-    A[np.arange(k), :, q + np.arange(k)] = own
+    A[np.arange(k), :, q + np.arange(k)] = by_t
     return A.reshape(k * e, q + k)

@@ -85,7 +85,7 @@ def steps(
         The length of the step goes to nothing.
     """  # fmt: skip
     n, h, eye = len(y), first, np.eye(len(y))
-    slope, own = slopes(t, y), rates(np.array([t]), y[None])[0]
+    slope, rate = slopes(t, y), rates(np.array([t]), y[None])[0]
     fresh, rejected, calls = True, 0, 1
     polynomial: Any = None
     before: tuple[float, float] | None = None
@@ -108,7 +108,7 @@ def steps(
             continue
         real = np.linalg.inv(REAL / h * eye - slope)
         weak = EMBEDDED @ Z / h
-        error = real @ (own + weak)
+        error = real @ (rate + weak)
         size = _size(error, tolerance)
         if size > 1 and (rejected or before is None):
             error = real @ (rates(np.array([t]), (y + error)[None])[0] + weak)
@@ -125,7 +125,7 @@ def steps(
         start, t, length = y, end if last else t + h, h
         y = y + Z[2] if settled is None else settled(t, y + Z[2])
         polynomial = _beyond(DENSE.T @ Z, start, y, h)
-        own = rates(np.array([t]), y[None])[0]
+        rate = rates(np.array([t]), y[None])[0]
         calls += 1
         h = h * min(MOST, max(FEWEST, grow))
         yield RadauStep(t, y, length, times, stages, rejected, calls, h)

@@ -33,10 +33,10 @@ def angles_of_roots(g: Callable[[Any], Any], count: int, degree: int, near: floa
     coefficients = values[:, order % samples]
     sizes = np.abs(coefficients)
     held = np.where(sizes > DROPPED * sizes.max(axis=1, keepdims=True), np.abs(order), 0)
-    own = held.max(axis=1)
+    largest = held.max(axis=1)
     result = np.full((count, 2 * degree), np.nan)
     for d in range(1, degree + 1):
-        rows = np.flatnonzero(own == d)
+        rows = np.flatnonzero(largest == d)
         if not rows.size:
             continue
         part = coefficients[rows, degree - d : degree + d + 1]

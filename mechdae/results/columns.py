@@ -82,8 +82,8 @@ def _flat(path: str, array: Floats, unit: str) -> Iterator[tuple[str, str, Float
         axes = IN_SPACE[1] if wide else REACTION.get(word[9:], WHOLE)[1]
     for place in np.ndindex(*array.shape[1:]):
         name = path + "".join(f"[{i}]" for i in place)
-        own = axes[place[-1]] if axes and place and place[-1] < len(axes) else unit
-        yield name, own, array[(slice(None), *place)]
+        shown = axes[place[-1]] if axes and place and place[-1] < len(axes) else unit
+        yield name, shown, array[(slice(None), *place)]
 
 
 def _of_designs(
@@ -92,8 +92,12 @@ def _of_designs(
     """Yield objectives, transmission angle, hits and dimensions of the designs of a synthesis."""
     if not designs:
         return
-    for k, own in enumerate(front.get("objectives", ())):
-        yield own["name"], own["unit"], np.array([design["objectives"][k] for design in designs])
+    for k, objective in enumerate(front.get("objectives", ())):
+        yield (
+            objective["name"],
+            objective["unit"],
+            np.array([design["objectives"][k] for design in designs]),
+        )
     for name, unit in (("objective", ""), ("transmission_angle_min", "rad"), ("hits", "1")):
         values = [design.get(name) for design in designs]
         if any(value is not None for value in values):

@@ -137,7 +137,7 @@ CLASSES = (ChangePoint, GroupEvent, Stationary, PointCusp, ValueEvent, RubbingEv
 
 def events_of(entries: Iterable[Mapping[str, Any]]) -> tuple[Event, ...]:
     """Return the events of entries of the JSON; what is an event already stays as it is."""
-    return tuple(own if isinstance(own, Event) else _event(own) for own in entries)
+    return tuple(event if isinstance(event, Event) else _event(event) for event in entries)
 
 
 def motion_event(kind: str, t: float, **parts: Any) -> Event:
@@ -148,9 +148,9 @@ def motion_event(kind: str, t: float, **parts: Any) -> Event:
 def _event(entry: Mapping[str, Any]) -> Event:
     """Return an event of the first class all of whose parts are there."""
     for kind in (*CLASSES, Event):
-        parts = [own for own in fields(kind) if own.name != "entries"]
-        needed = [own.name for own in parts if own.default is not None]
+        parts = [entry_field for entry_field in fields(kind) if entry_field.name != "entries"]
+        needed = [part.name for part in parts if part.default is not None]
         if all(name in entry for name in needed):
-            known = {own.name: entry[own.name] for own in parts if own.name in entry}
+            known = {part.name: entry[part.name] for part in parts if part.name in entry}
             return kind(**known, entries=entry)
     raise KeyError(f"no kind, place or range in {sorted(entry)}")

@@ -121,7 +121,7 @@ class Result(Shown):
 
     def as_kind(self, kind: type[R], **changes: Any) -> R:
         """Return a result of another class with what this one has, some of it changed."""
-        kept = [own.name for own in fields(self) if own.name not in changes]
+        kept = [entry.name for entry in fields(self) if entry.name not in changes]
         return kind(**{name: getattr(self, name) for name in kept} | changes)
 
     def in_units(self, units: str | Sequence[str] | Units) -> Self:

@@ -19,8 +19,8 @@ def shown_columns(result: Any) -> list[tuple[str, str, Floats]]:
         return list(result.columns())
     found = []
     for name, unit, array in result.columns():
-        own = result.units.of(unit)
-        found.append((name, own.name, array if own.factor == 1 else array * own.factor))
+        shown = result.units.of(unit)
+        found.append((name, shown.name, array if shown.factor == 1 else array * shown.factor))
     return found
 
 
@@ -38,8 +38,8 @@ def mixed_units(titles: Sequence[str]) -> str:
     for name in seen:
         base = name.split("/")[0]
         if base in KNOWN:
-            quantity, own, _, _ = KNOWN[base]
-            kinds.setdefault({"rad/s": "rad"}.get(quantity, quantity), []).append(own)
+            quantity, unit, _, _ = KNOWN[base]
+            kinds.setdefault({"rad/s": "rad"}.get(quantity, quantity), []).append(unit)
     several = [dict.fromkeys(names) for names in kinds.values() if len(set(names)) > 1]
     return "; ".join(" and ".join(names) for names in several)
 
@@ -58,10 +58,10 @@ class Shown:
 
     def __repr__(self) -> str:
         """Return one line: problem, task, number of poses of each status."""
-        own: Any = self
-        counts = Counter(np.asarray(own.status, str).tolist())
+        content: Any = self
+        counts = Counter(np.asarray(content.status, str).tolist())
         found = ", ".join(f"{count} {status}" for status, count in counts.items())
-        return f"<{type(self).__name__} {own.problem} / {own.task}: {found}>"
+        return f"<{type(self).__name__} {content.problem} / {content.task}: {found}>"
 
     def _repr_html_(self) -> str:
         """Return a short table and the usual picture, for notebooks."""
@@ -87,10 +87,10 @@ class Shown:
                 where="frame",
                 hint="pip install pandas, or columns() without it",
             ) from None
-        own: Any = self
-        columns = shown_columns(own)
-        table: dict[str, Any] = {"status": np.asarray(own.status, str)}
-        if own.labels:
-            table["mode"] = [",".join(row) for row in own.labels]
+        content: Any = self
+        columns = shown_columns(content)
+        table: dict[str, Any] = {"status": np.asarray(content.status, str)}
+        if content.labels:
+            table["mode"] = [",".join(row) for row in content.labels]
         values = (np.asarray(array, float) for _, _, array in columns)
         return pandas.DataFrame(table | dict(zip(heads(columns), values, strict=True)))

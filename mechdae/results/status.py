@@ -63,8 +63,8 @@ def coded(status: Any) -> Any:
     codes = np.zeros(len(words), np.uint8)
     known = words == TEXTS[0]
     for word, code in list(CODES.items())[1:]:
-        own = words == word
-        codes[own], known = code, known | own
+        rows = words == word
+        codes[rows], known = code, known | rows
     return codes if known.all() else words
 
 

@@ -91,8 +91,8 @@ def motion_of(problem: Problem, name: str | None) -> ExportedMotion:
         The mechanism does not assemble.
     """
     if name is None:
-        able = [own for own, task in problem.tasks.items() if task.kind in KINDS]
-        able.sort(key=lambda own: _rank(problem.task(own)))
+        able = [name for name, task in problem.tasks.items() if task.kind in KINDS]
+        able.sort(key=lambda name: _rank(problem.task(name)))
         if not able:
             raise InputError(
                 "no task with poses along a path", where="tasks", hint="a task of kind sweep"
@@ -104,7 +104,7 @@ def motion_of(problem: Problem, name: str | None) -> ExportedMotion:
             f"an export is made of {', '.join(KINDS)}, not of {task.kind}", where=f"tasks.{name}"
         )
     if isinstance(task, Reactions):
-        task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
+        task = Sweep(**{entry.name: getattr(task, entry.name) for entry in fields(Sweep)})
     if not isinstance(task, Sweep):
         task = replace(task, outputs=None)
         whole = problem.with_task(name, task)

@@ -121,7 +121,7 @@ def _study(problem: Problem, task: Study | str | None, sets: bool) -> tuple[str,
     if isinstance(task, Study):
         return "study", task
     if task is None:
-        known = [(name, own) for name, own in problem.tasks.items() if isinstance(own, Study)]
+        known = [(name, study) for name, study in problem.tasks.items() if isinstance(study, Study)]
         if sets or not known:
             return "study", Study()
         return known[0]

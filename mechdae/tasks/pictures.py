@@ -130,7 +130,7 @@ def with_series(task: Sweep, paths: Sequence[str], extremes: bool) -> Sweep:
 
 def _goes_along(task: Driven) -> bool:
     """Return whether extremes between the poses are defined: one driver over an interval."""
-    moving = [own for own in task.all_drivers if own.at is None or len(own.at) > 1]
+    moving = [driver for driver in task.all_drivers if driver.at is None or len(driver.at) > 1]
     return len(moving) == 1 and moving[0].law is None and moving[0].at is None
 
 

@@ -39,31 +39,31 @@ def modules(
     pending = {name: _unknowns(mechanism, entries) for name, entries in closure.loops.items()}
     result: list[Json | None] = []
     for group in groups:
-        own = [
+        unknowns = [
             entry
-            for entry in dict.fromkeys(u for own in pending.values() for u in own)
+            for entry in dict.fromkeys(u for unknowns in pending.values() for u in unknowns)
             if entry not in known and _found_by(mechanism, group, entry)
         ]
-        known |= set(own)
+        known |= set(unknowns)
         closed = [name for name, unknown in pending.items() if set(unknown) <= known]
         for name in closed:
             del pending[name]
-        result.append(_module(own, closed, space) if own else None)
+        result.append(_module(unknowns, closed, space) if unknowns else None)
     return result
 
 
-def _module(own: Sequence[Unknown], closed: list[str], space: bool) -> Json:
+def _module(unknowns: Sequence[Unknown], closed: list[str], space: bool) -> Json:
     unknown: dict[str, list[str]] = {}
     for word in LETTERS:
-        for vector, quantity in own:
+        for vector, quantity in unknowns:
             if quantity == word:
                 unknown.setdefault(vector, []).append(word)
     letters = ["".join(LETTERS[word] for word in words) for words in unknown.values()]
     orders = ("-".join(order) for order in permutations(letters)) if len(closed) == 1 else ()
     known = MODULES if space else PLANE
     text = ", ".join(
-        f"{', '.join(SHOWN[letter] for letter in own)} of {vector}"
-        for vector, own in zip(unknown, letters, strict=True)
+        f"{', '.join(SHOWN[letter] for letter in chosen)} of {vector}"
+        for vector, chosen in zip(unknown, letters, strict=True)
     )
     return {
         "name": next((name for name in orders if name in known), None),

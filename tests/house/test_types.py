@@ -10,6 +10,8 @@ from tests.shared.paths import ROOT
 PACKAGE = ROOT / "mechdae"
 BARE, ARRAYS = 3_250, 3_800
 """At most so often stands `Any`, at least so often the name of an array of `mechdae/types.py`."""
+SAYS_NOTHING, BINDINGS = "own", 240
+"""A name that is any thing's, and at most so often a variable or an argument is called so."""
 
 
 @cache
@@ -31,6 +33,16 @@ def arrays() -> set[str]:
         for node in tree.body
         if isinstance(node, ast.Assign) and "NDArray" in ast.unparse(node.value)
     }
+
+
+def test_variables_are_called_what_they_are() -> None:
+    count = 0
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            argument = isinstance(node, ast.arg) and node.arg == SAYS_NOTHING
+            stored = isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)
+            count += argument or (stored and node.id == SAYS_NOTHING)
+    assert count <= BINDINGS
 
 
 def test_few_annotations_say_nothing() -> None:

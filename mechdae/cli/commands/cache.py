@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"{gone} kernels taken away from {path}")
         return 0
     files = folder.files()
-    size = sum(own for _, own, _ in files) / 1e6
+    size = sum(size for _, size, _ in files) / 1e6
     print(
         f"{path}: {len(files)} kernels, {size:.1f} MB of at most {folder.most_bytes / 1e6:.0f} MB"
     )

@@ -29,8 +29,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _lines(module: Module) -> str:
-    own = [", ".join(LETTERS.get(letter, letter) for letter in u) for u in module.unknowns]
-    head = f"{module.number:4d}  {module.name:6s} {' | '.join(own)}: {' + '.join(module.sets)}"
+    letters = [", ".join(LETTERS.get(letter, letter) for letter in u) for u in module.unknowns]
+    head = f"{module.number:4d}  {module.name:6s} {' | '.join(letters)}: {' + '.join(module.sets)}"
     if module.singular:
         return f"{head}\n      structurally singular: {module.equation}; {module.degenerate}"
     many = "1 solution" if module.solutions == 1 else f"{module.solutions} solutions at most"

@@ -133,7 +133,7 @@ def _of_folder(options: argparse.Namespace, asked: dict[str, Any]) -> int:
             hint = "mechdae plot P, which solves the task anew"
             raise InputError("a result in a folder is what it is", where=word, hint=hint)
     results = read(options.problem)
-    tasks = {name: own.definition for name, own in results.items() if own.definition}
+    tasks = {name: result.definition for name, result in results.items() if result.definition}
     kind, name = kind_and_task(tasks, options.kind, options.task, asked, options.problem)
     result, form = results[name], _form(options, kind)
     check_suits(kind, result.kind, "result", f"{options.problem}: {name}")

@@ -49,8 +49,8 @@ def run(options: argparse.Namespace) -> int:
     if options.task:
         chosen = problem.task(options.task)
     elif not options.of:
-        own = [task for task in problem.tasks.values() if isinstance(task, Sensitivity)]
-        chosen = own[0] if len(own) == 1 else None
+        sensitivities = [task for task in problem.tasks.values() if isinstance(task, Sensitivity)]
+        chosen = sensitivities[0] if len(sensitivities) == 1 else None
     if isinstance(chosen, Sensitivity):
         if options.of or options.wrt or options.tolerance or options.order:
             raise InputError("the task says what is differentiated", where=f"--task {options.task}")

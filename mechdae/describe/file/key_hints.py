@@ -113,11 +113,11 @@ def unit_meant(key: str, known: Iterable[str]) -> str:
     It is "" where no known name stands before the end, or another known name is nearer.
     """
     names = set(known)
-    bases = [own for own in names if key.startswith(f"{own}_")]
+    bases = [name for name in names if key.startswith(f"{name}_")]
     if not bases:
         return ""
     base = max(bases, key=len)
-    meant = [f"{base}{own}" for own in nearest_suffixes(key[len(base) :])]
+    meant = [f"{base}{suffix}" for suffix in nearest_suffixes(key[len(base) :])]
     if not {*close_matches(key, [*(names - {base}), *meant], 1)} <= {*meant}:
         return ""
     advice = f"did you mean {' or '.join(meant)}? " if meant else ""

@@ -91,7 +91,7 @@ def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, Json]:
 
 def split_unit(key: str) -> tuple[str, str]:
     """Return the name and the unit suffix ('' without) of a key."""
-    fitting = [own for own in UNITS if key.endswith(own) and len(key) > len(own)]
+    fitting = [suffix for suffix in UNITS if key.endswith(suffix) and len(key) > len(suffix)]
     suffix = max(fitting, key=len, default="")
     return key[: len(key) - len(suffix)], suffix
 

@@ -190,8 +190,8 @@ def _joints() -> list[Json]:
             entry["required"].append("axis")  # without one it is as in the plane
         if not kind.spatial and kind is not JOINTS[word]:  # wheels in space: by a key of theirs
             flat = _object(JOINTS[word], kind=word)["properties"]
-            own = [form for form in entry["properties"] if form not in flat]
-            entry["anyOf"] = [{"required": [form]} for form in own]
+            forms = [form for form in entry["properties"] if form not in flat]
+            entry["anyOf"] = [{"required": [form]} for form in forms]
         entry["properties"]["between"] = between
         entry["required"].append("between")
         entries.append(entry)

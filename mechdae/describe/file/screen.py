@@ -43,8 +43,10 @@ def tasks_lines(tasks: Mapping[str, Any]) -> list[str]:
     """Return the tasks of a problem with what drives them."""
     lines = ["tasks"] if tasks else []
     for name, task in tasks.items():
-        own = getattr(task, "all_drivers", ())
-        driven = f", driven by {', '.join(driver.coordinate for driver in own)}" if own else ""
+        drivers = getattr(task, "all_drivers", ())
+        driven = (
+            f", driven by {', '.join(driver.coordinate for driver in drivers)}" if drivers else ""
+        )
         lines.append(f"  {name}: {task.kind}{driven}")
     return lines
 

@@ -95,7 +95,7 @@ def _bare_mechanism(data: Mapping[str, int | str | dict[str, Json]]) -> Mechanis
 
 def _tolerance(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return the tolerance of superfluous equations, whatever length it is typed in."""
-    known = {TOLERANCE: next(own for own in fields(Mechanism) if own.name == TOLERANCE)}
+    known = {TOLERANCE: next(entry for entry in fields(Mechanism) if entry.name == TOLERANCE)}
     return plain({word: data[word] for word in data if split_known(word, known)[0] in known}, known)
 
 
@@ -156,7 +156,7 @@ def used_names(data: Mapping[str, Any]) -> set[str]:
         if isinstance(part, str):
             found.update(WORD.findall(part))
         elif isinstance(part, Mapping):
-            front += [own for name, own in part.items() if name not in TEXTS]
+            front += [content for name, content in part.items() if name not in TEXTS]
         elif isinstance(part, list):
             front += part
     return found

@@ -117,7 +117,7 @@ def write_tables(mechanism: Mechanism, tasks: Mapping[str, Task], folder: Path) 
                     )
             continue
         columns: dict[str, list[float]] = {}
-        for load in sorted(loads.values(), key=lambda own: own.columns is not None):
+        for load in sorted(loads.values(), key=lambda load: load.columns is not None):
             for place, name in enumerate(load.columns or ("abscissa", "value")):
                 columns[name] = [row[place] for row in load.from_file or ()]
         path.parent.mkdir(parents=True, exist_ok=True)

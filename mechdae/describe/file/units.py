@@ -167,7 +167,7 @@ def degrees_beside(
 def _of_drivers(mechanism: Mechanism, tasks: Mapping[str, Any]) -> Iterator[str]:
     for name, task in tasks.items():
         tables = [("driver", task.get("driver"))]
-        tables += [(f"drivers[{k}]", own) for k, own in enumerate(task.get("drivers") or ())]
+        tables += [(f"drivers[{k}]", driver) for k, driver in enumerate(task.get("drivers") or ())]
         for place, table in tables:
             if isinstance(table, Mapping) and "coordinate" in table:
                 turns = unit_of(mechanism, table["coordinate"]) == "rad"

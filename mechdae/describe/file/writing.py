@@ -51,10 +51,10 @@ def dump(problem: Problem, path: str | Path) -> None:
 def alone(mechanism: Mechanism, tasks: Mapping[str, Task]) -> str:
     """Return the TOML text of some tasks that needs no other file: tables stand in it."""
     loads = {
-        own: replace(load, file=None, columns=None, rows=load.points)
+        name: replace(load, file=None, columns=None, rows=load.points)
         if isinstance(load, TableLoad) and load.file is not None
         else load
-        for own, load in mechanism.loads.items()
+        for name, load in mechanism.loads.items()
     }
     alone = {name: _with_rows(task) for name, task in tasks.items()}
     return dumps(Problem(replace(mechanism, loads=Table(loads)), Table(alone)))

@@ -79,7 +79,7 @@ class Driver(Value):
     def timed(self) -> bool:
         """Whether it is told how fast the coordinate moves."""
         told = (self.speed, self.acceleration, self.law, self.table)
-        return any(own is not None for own in told)
+        return any(value is not None for value in told)
 
     @property
     def rests(self) -> bool:
@@ -247,8 +247,8 @@ class Driven(Task):
 
     @property
     def way(self) -> int:
-        moving = [own for own in self.all_drivers if own.at is None or len(own.at) > 1]
-        named = [len(own) for d in moving for own in (d.at, d.times) if own is not None]
+        moving = [driver for driver in self.all_drivers if driver.at is None or len(driver.at) > 1]
+        named = [len(values) for d in moving for values in (d.at, d.times) if values is not None]
         if not named:
             return 3 if moving else 0
         return 2 if max(named) >= MANY else 1

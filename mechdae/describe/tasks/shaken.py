@@ -64,8 +64,8 @@ class Shaken:
 
     def _in_space(self, name: str, body: Body) -> Terms:
         centre = body.center or (0.0, 0.0, 0.0)
-        own = next(iter(body.points)) if name in self.nodes else self._point(name, CENTRE, centre)
-        at = MassPoint(f"{name}.{own}")
+        point = next(iter(body.points)) if name in self.nodes else self._point(name, CENTRE, centre)
+        at = MassPoint(f"{name}.{point}")
         found = [] if body.mass is None else [_crossed(f"({body.mass})", at, at)]
         if body.inertia is not None:
             axes = []
@@ -154,13 +154,13 @@ class MassPoint:
         self.reference, self.origin = reference, origin
 
     def value(self, axis: str) -> str:
-        own = f"{self.reference}.{axis}"
-        return f"({own} - {self.origin.value(axis)})" if self.origin else own
+        key = f"{self.reference}.{axis}"
+        return f"({key} - {self.origin.value(axis)})" if self.origin else key
 
     def rate(self, axis: str) -> str:
         """Return the acceleration along an axis."""
-        own = f"{self.reference}.{axis}.acceleration"
-        return f"({own} - {self.origin.rate(axis)})" if self.origin else own
+        path = f"{self.reference}.{axis}.acceleration"
+        return f"({path} - {self.origin.rate(axis)})" if self.origin else path
 
 
 class OnLine(MassPoint):
@@ -179,8 +179,8 @@ class OnLine(MassPoint):
 
 def _matrix(inertia: Any) -> dict[tuple[str, str], Number]:
     """Return the entries of a matrix of inertia by its axes."""
-    own: dict[str, Number] = dict(zip(MOMENTS, (*inertia, 0.0, 0.0, 0.0), strict=False))
-    return {(x, y): own["".join(sorted(x + y))] for x in "xyz" for y in "xyz"}
+    moments: dict[str, Number] = dict(zip(MOMENTS, (*inertia, 0.0, 0.0, 0.0), strict=False))
+    return {(x, y): moments["".join(sorted(x + y))] for x in "xyz" for y in "xyz"}
 
 
 def _crossed(factor: str, arm: MassPoint, pull: MassPoint) -> Terms:

@@ -52,22 +52,22 @@ def with_shaking(problem: Problem, tasks: Iterable[str]) -> Problem:
         No body has a mass; a task without accelerations.
     """
     wanted = list(dict.fromkeys(tasks))
-    names = [name for own in shaking(problem.mechanism.dimension).values() for name in own]
+    names = [name for names in shaking(problem.mechanism.dimension).values() for name in names]
     if not wanted or set(names) <= set(problem.mechanism.outputs):
         return problem
     driven = [d.coordinate for name in wanted for d in _sweep(problem, name).all_drivers]
     mechanism = _with_outputs(problem.mechanism, driven)
     changed: dict[str, Task] = dict(problem.tasks)
     for name in wanted:
-        own = _sweep(problem, name)
-        if own.derivatives < 2:
+        sweep = _sweep(problem, name)
+        if sweep.derivatives < 2:
             raise InputError(
                 "a shaking force needs accelerations",
                 where=f"tasks.{name}.derivatives",
                 hint="derivatives = 2",
             )
-        if own.outputs is not None:
-            changed[name] = replace(own, outputs=(*own.outputs, *names))
+        if sweep.outputs is not None:
+            changed[name] = replace(sweep, outputs=(*sweep.outputs, *names))
     return replace(problem, mechanism=mechanism, tasks=Table(changed), pattern=None)
 
 
@@ -78,7 +78,7 @@ def _sweep(problem: Problem, name: str) -> Any:
 def _with_outputs(mechanism: Mechanism, driven: list[str]) -> Mechanism:
     shaken = Shaken(mechanism, driven)
     outputs = dict(mechanism.outputs)
-    sums: Terms = {name: [] for own in shaking(mechanism.dimension).values() for name in own}
+    sums: Terms = {name: [] for names in shaking(mechanism.dimension).values() for name in names}
     for name, body in mechanism.bodies.items():
         if body.mass is None and body.inertia is None:
             continue

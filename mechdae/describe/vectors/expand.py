@@ -158,8 +158,8 @@ class _Expansion:
                     where=f"joints.{joint.name}",
                     hint="rename it",
                 )
-        own = {joint.name: joint for joint in joints}
-        self.joints: Table[Joint] = Table({**closure.joints, **own})
+        by_name = {joint.name: joint for joint in joints}
+        self.joints: Table[Joint] = Table({**closure.joints, **by_name})
         self.aliases, self.directed = self._aliases()
 
     # -- checks ----------------------------------------------------------------------------------
@@ -192,7 +192,7 @@ class _Expansion:
         }
         pairs = [(tail, head) for tail, head in ends.values()]
         tied = reached([self.links.origin], [*pairs, *self._ties()])
-        check_tied(self.closure.loops, {name: own[0] for name, own in ends.items()}, tied)
+        check_tied(self.closure.loops, {name: texts[0] for name, texts in ends.items()}, tied)
         for link in self.links.all:
             pairs = [
                 (self.links.at(name, TAIL).name, self.links.at(name, HEAD).name)
@@ -232,11 +232,11 @@ class _Expansion:
         found: dict[str, Node] = {}
         for name, node in self.closure.nodes.items():
             check_node(name, node, self.closure.vectors)
-            own = self.links.node(node.at)
-            if own in found:
+            place = self.links.node(node.at)
+            if place in found:
                 where = f"nodes.{name}.at"
-                raise InputError(f"'{found[own].name}' is the same place", where=where)
-            found[own] = node
+                raise InputError(f"'{found[place].name}' is the same place", where=where)
+            found[place] = node
         return found
 
     def _name(self, node: str) -> str:
@@ -269,8 +269,10 @@ class _Expansion:
         """Return a link as a body: the points of its nodes, and what the file says besides."""
         typed: Any = self.closure.ground if link.name == GROUND else None
         typed = typed or self.closure.bodies.get(link.name)
-        own = link.direction.removeprefix("@") == link.name or link.name == GROUND
-        bound = {n: p for n, (p, _) in self.links.bound(link.direction).items()} if own else {}
+        along_itself = link.direction.removeprefix("@") == link.name or link.name == GROUND
+        bound = (
+            {n: p for n, (p, _) in self.links.bound(link.direction).items()} if along_itself else {}
+        )
         points = dict(typed.points) if typed else {}
         named: dict[str, str] = {}
         for node, place in link.places.items():

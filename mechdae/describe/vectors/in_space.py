@@ -80,8 +80,8 @@ class PointLoops:
         """Return the point of the mechanism that a node is."""
         name, bound = self._names[node], self.on_bodies.get(node, [])
         if node in self.places:
-            own = next((text for text in bound if text.startswith(f"{GROUND}.")), None)
-            return own or f"{GROUND}.{name}"
+            fixed = next((text for text in bound if text.startswith(f"{GROUND}.")), None)
+            return fixed or f"{GROUND}.{name}"
         return bound[0] if bound else f"{name}.{name}"
 
     def _ground(self) -> Ground:
@@ -107,23 +107,25 @@ class PointLoops:
         ]
         found: dict[str, Body] = {}
         for name in moving:
-            own = typed.get(name)
+            given = typed.get(name)
             for word in ("center", "inertia", "points"):
-                if own is not None and getattr(own, word):
+                if given is not None and getattr(given, word):
                     raise InputError(
                         f"'{name}' is a point: it has a mass and no {word}",
                         where=f"bodies.{name}.{word}",
                     )
             place: Table[Place] = Table({name: (0.0, 0.0, 0.0)})
-            found[name] = Body(name, place, mass=own.mass if own is not None else None)
-        for name, own in typed.items():
-            if name not in found and not own.points:
+            found[name] = Body(name, place, mass=given.mass if given is not None else None)
+        for name, given in typed.items():
+            if name not in found and not given.points:
                 raise InputError(
                     f"'{name}' has no point that a joint could hold",
                     where=f"bodies.{name}.points",
                     hint=f"nodes that move and may have a mass: {', '.join(moving)}",
                 )
-        return Table({**{name: own for name, own in typed.items() if name not in found}, **found})
+        return Table(
+            {**{name: value for name, value in typed.items() if name not in found}, **found}
+        )
 
     def _joints(self) -> Table[Joint]:
         closure, found = self.closure, dict(self.typed)
@@ -194,8 +196,8 @@ class PointLoops:
         """Return the places of nodes at points of the ground."""
         places: dict[str, Place] = {}
         for node, points in self.on_bodies.items():
-            own = [text for text in points if text.startswith(f"{GROUND}.")]
-            for text in own:
+            fixed = [text for text in points if text.startswith(f"{GROUND}.")]
+            for text in fixed:
                 place = self.closure.ground.points[text.split(".")[1]]
                 if node not in places:
                     places[node] = place
@@ -206,7 +208,7 @@ class PointLoops:
                 ]
                 if any(gaps):
                     raise InputError(
-                        f"{own[0]} and {text} are two places, the loops say one",
+                        f"{fixed[0]} and {text} are two places, the loops say one",
                         where="loops",
                         hint="correct a loop, or the points",
                     )
@@ -259,7 +261,7 @@ class PointLoops:
         bodies += [(node, "@" + text.split(".")[0]) for node, text in self._at.items()]
         joints = [(f"@{j.first_body}", f"@{j.second_body}") for j in self.typed.values()]
         tied = reached([f"@{GROUND}"], [*self.ends.values(), *bodies, *joints])  # type: ignore[list-item]
-        check_tied(self.closure.loops, {name: own[0] for name, own in self.ends.items()}, tied)
+        check_tied(self.closure.loops, {name: texts[0] for name, texts in self.ends.items()}, tied)
 
     def _called(self) -> dict[str, str]:
         """Return node -> name."""

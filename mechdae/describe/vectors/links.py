@@ -205,8 +205,8 @@ class VectorLinks:
                 if self.node(f"{name}.{TAIL}") in link.nodes
             ]
             if not link.name and inside:
-                own = link.direction if link.direction in inside else inside[0]
-                self._call(link, own, own)
+                member = link.direction if link.direction in inside else inside[0]
+                self._call(link, member, member)
         for name in self.order:
             if not self.vectors[name].slides:
                 continue
@@ -232,8 +232,8 @@ class VectorLinks:
         if link.name == link.direction.removeprefix("@") or link.name == GROUND:
             link.places = {node: place for node, (_, place) in self.bound(link.direction).items()}
         if not link.places:
-            own = self.node(f"{link.own}.{TAIL}") if link.own else self.origin
-            start = self.origin if link.name == GROUND else own
+            tail_node = self.node(f"{link.own}.{TAIL}") if link.own else self.origin
+            start = self.origin if link.name == GROUND else tail_node
             link.places[start if start in link.nodes else next(iter(link.nodes))] = (0.0, 0.0)
         steps = [name for name in self._rigid(link.direction) if self.vectors[name].body is None]
         left = [name for name in steps if self.node(f"{name}.{TAIL}") in link.nodes]

@@ -38,19 +38,19 @@ def check_loops(vectors: Mapping[str, Vector], loops: Mapping[str, tuple[str, ..
     used: set[str] = set()
     for name, entries in loops.items():
         try:
-            own: set[str] = set()
+            merged: set[str] = set()
             for position, entry in enumerate(entries):
                 vector, _ = signed(entry)
                 if vector not in vectors:
                     raise UnknownName("vector", vector, vectors, where=f"[{position}]")
-                if vector in own:
+                if vector in merged:
                     raise InputError(
                         f"'{vector}' is in the loop twice", hint="a loop passes each vector once"
                     )
-                own.add(vector)
-            if len(own) < 2:
+                merged.add(vector)
+            if len(merged) < 2:
                 raise InputError("a loop of two vectors at least is needed")
-            used |= own
+            used |= merged
         except MechdaeError as problem:
             raise problem.inside(f"loops.{name}") from None
     for name in vectors:

@@ -40,16 +40,16 @@ def points_on_bodies(closure: Closure, merged: Merged) -> dict[str, list[str]]:
                     f"3 coordinates are needed, not {len(points[point])}",
                     where=f"{place}.points.{point}",
                 )
-            own = found.setdefault(merged.first(f"{name}.{end}"), [])
-            if text not in own:
-                own.append(text)
+            ends = found.setdefault(merged.first(f"{name}.{end}"), [])
+            if text not in ends:
+                ends.append(text)
     for joint in closure.joints.values():  # what hangs on the ground at a node is there
         for here, there in ((joint.first, joint.second), (joint.second, joint.first)):
             body, point = there.split(".")
             if joint.coincide and body == GROUND and point in closure.ground.points:
-                for own in found.values():
-                    if here in own and there not in own:
-                        own.append(there)
+                for ends in found.values():
+                    if here in ends and there not in ends:
+                        ends.append(there)
     return found
 
 

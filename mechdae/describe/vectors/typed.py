@@ -58,7 +58,7 @@ def typed(mechanism: Mechanism) -> Closure | None:
 
 def without_aliases(text: str, mechanism: Mechanism) -> str:
     """Return the text of tasks with the coordinates of vectors under the names of joints."""
-    aliases = {name: own for name, own in mechanism.aliases.items() if "." in name}
+    aliases = {name: text for name, text in mechanism.aliases.items() if "." in name}
     if not aliases:
         return text
     words = "|".join(re.escape(name) for name in aliases)

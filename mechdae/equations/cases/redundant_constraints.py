@@ -50,8 +50,10 @@ def redundant_blocks(
     for label, members in enumerate(sets):
         known |= members
         of_column[[j for j, name in enumerate(body_of) if name in members]] = label
-        own = [i for i, bodies in enumerate(touched) if bodies & members and bodies <= known]
-        of_row[own] = label
+        rows_inside = [
+            i for i, bodies in enumerate(touched) if bodies & members and bodies <= known
+        ]
+        of_row[rows_inside] = label
     other_rows, other_columns = np.flatnonzero(of_row < 0), np.flatnonzero(of_column < 0)
     if not other_columns.size:
         return len(sets), of_row, of_column
@@ -166,9 +168,9 @@ class _Cutter:
         is the equation of the joint.
         """
         name = f"link of {joint}"
-        a, b, c = own = [self.size, self.size + 1, self.size + 2]
+        a, b, c = symbols = [self.size, self.size + 1, self.size + 2]
         self.size += 3
-        self.columns[name] = own
+        self.columns[name] = symbols
         first = touched if grounded else touched[:-1]
         for side, ground, turn, rest in (
             (first, False, 1.0, {b: 1.0, a: 0.3}),

@@ -72,7 +72,9 @@ class Rubbing:
         if not model.space.behind:  # in space all follows from the forces of teeth themselves
             self.feedbacks += [self._bearings(name) for name in self.meshes if self._real(name)]
         self.slips: list[Slip] = [*loads.slips, *laws.slips]
-        self.owners = [None if own.slip is None else self._place(own) for own in self.feedbacks]
+        self.owners = [
+            None if feedback.slip is None else self._place(feedback) for feedback in self.feedbacks
+        ]
         for k, slip in enumerate(self.slips[:-1]):
             one = slip.resting is not None and self.slips[k + 1].owner == slip.owner
             if one and not model.space.behind:

@@ -30,8 +30,8 @@ def add(*parts: Wrench) -> Wrench:
 def put(total: Wrench, factor: Sym, part: Wrench) -> None:
     """Add a generalised force, multiplied by a number, to another one in place."""
     for i, value in part.items():
-        own = factor * value
-        total[i] = total[i] + own if i in total else own
+        entry = factor * value
+        total[i] = total[i] + entry if i in total else entry
 
 
 def times(factor: Sym, wrench: Wrench) -> Wrench:

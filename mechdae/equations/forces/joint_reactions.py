@@ -106,7 +106,7 @@ class JointReactions:
         still = self._told(model, add(r.loads.total, times(-1, inertia(model))))
         steady = self._stacked(model, row_columns(r), -1)
         locks = self._stacked(model, lock_columns(r), -1)
-        sizes = self._stacked(model, [own.column for own in r.rubbing.feedbacks], 1)
+        sizes = self._stacked(model, [feedback.column for feedback in r.rubbing.feedbacks], 1)
         slopes = ca.jacobian(still, model.acceleration)
         parts = [ca.densify(still), slopes, steady, locks, sizes]
         moved = r.moved(ca.horzcat(*parts))
@@ -123,7 +123,7 @@ class JointReactions:
         return ca.vertcat(SX(0, 1), *parts)
 
     def _stacked(self, model: Model, columns: Sequence[Wrench], sign: float) -> Sym:
-        told = [ca.sparsify(sign * self._told(model, own)) for own in columns]
+        told = [ca.sparsify(sign * self._told(model, column)) for column in columns]
         return ca.horzcat(SX(6 * len(self.names), 0), *told)
 
     def place(self, name: str) -> slice:

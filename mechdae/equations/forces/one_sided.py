@@ -105,11 +105,11 @@ def _off_plane(model: Any, joint: Joint) -> Any:
 
 def _on_carrier(model: Any, joint: Joint) -> Any:
     """Return the axis of the second member on the carrier and, of a wheel, its moment about it."""
-    own = bearings(model.mechanism, joint)[1]
-    axis = own.sense * model.axes_of(own.joint)[0][:, 2]
+    bearing = bearings(model.mechanism, joint)[1]
+    axis = bearing.sense * model.axes_of(bearing.joint)[0][:, 2]
     if joint.wheels == 1:
         return ca.vertcat(axis, SX(3, 1))
-    arm = model.point(joint.second) - model.point(model.mechanism.joints[own.joint].second)
+    arm = model.point(joint.second) - model.point(model.mechanism.joints[bearing.joint].second)
     return ca.vertcat(ca.cross(axis, arm), axis)
 
 

@@ -172,9 +172,9 @@ def _universal(pair: _Pair) -> list[Feedback]:
     """Return the friction of both pins of the cross, each that of a revolute."""
     pair.assume("both pins of its cross have one radius and one contact_length")
     return [
-        own
+        feedback
         for second, word in ((False, "angle"), (True, "angle2"))
-        for own in _revolute(pair.pin(second), word)
+        for feedback in _revolute(pair.pin(second), word)
     ]
 
 
@@ -213,10 +213,10 @@ def _spherical(pair: _Pair) -> list[Feedback]:
     both = ca.vertcat(ca.horzcat(w.T, SX(1, 3)), across)
     none, force = SX.zeros(3), ca.horzcat(SX.eye(3), SX(3, 3))
     against = model.space.rubbing(model, pair.name, none, -rho * w)
-    own = {"strength": rho, "needs": force}
-    found = [Feedback(pair.name, "length", across, against, rho * speed, slip=slip, **own)]
+    numbers = {"strength": rho, "needs": force}
+    found = [Feedback(pair.name, "length", across, against, rho * speed, slip=slip, **numbers)]
     for law, column in zip(ACROSS, turned, strict=True):
-        found.append(Feedback(pair.name, law, both, times(rho, column), SX(0), **own))
+        found.append(Feedback(pair.name, law, both, times(rho, column), SX(0), **numbers))
     return found
 
 

@@ -169,10 +169,10 @@ def _check_points(mechanism: Mechanism, held: list[Spin]) -> None:
     spun = {body for spin in held for body in spin.bodies}
     sleeves = {spin.sleeve for spin in held}
     for load in mechanism.loads.values():
-        own = getattr(load, "coordinate", None) or ""
-        if own.partition(".")[0] in sleeves and own.endswith(".angle"):
+        text = getattr(load, "coordinate", None) or ""
+        if text.partition(".")[0] in sleeves and text.endswith(".angle"):
             raise UnavailableError(
-                f"the bodies of {own.partition('.')[0]} spin freely about its axis: {own} has no "
+                f"the bodies of {text.partition('.')[0]} spin freely about its axis: {text} has no "
                 "value",
                 where=f"loads.{load.name}",
                 hint="nothing holds them against a torque",

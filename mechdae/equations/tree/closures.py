@@ -104,7 +104,7 @@ class CutJoint:
         total = ca.sumsqr(rest) / 2
         for k, (sense, part, length) in enumerate(self.hung):
             total += ca.sumsqr(length) / 2 + sense * ca.dot(rest, part)
-            total += sum(sense * other * ca.dot(part, own) for other, own, _ in self.hung[:k])
+            total += sum(sense * other * ca.dot(part, axis) for other, axis, _ in self.hung[:k])
         return total
 
     def square_reach(self, factor: Sym, rest: Sym) -> WayProducts | None:
@@ -219,8 +219,8 @@ def turned(cut: CutJoint, word: str, sine: Sym, cosine: Sym) -> tuple[Closed, Sy
     reach = None
     if cut.way is not None:
         first = word == "angle"
-        own = Freedom("turn", (angle,), Z if first else X)
-        way = (own, *cut.way) if first else (*cut.way, own)
+        turning = Freedom("turn", (angle,), Z if first else X)
+        way = (turning, *cut.way) if first else (*cut.way, turning)
         reach = WayProducts((WayProduct(way, UNIT[1 if first else 2], UNIT[0 if first else 1]),))
     return Closed(word, cosine * s - sine * c, "rad", reach), cosine * c + sine * s
 

@@ -79,7 +79,7 @@ class Invariants:
     positive: list[Any]
 
 
-def invariants(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
+def invariants(hung: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
     """Return the rows of a ball joint of a hung body; None: the plain ones are as good.
 
     Parameters
@@ -89,19 +89,19 @@ def invariants(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invaria
     size
         A length of the mechanism, by which products of lengths are divided.
     """
-    make = _form(own)
+    make = _form(hung)
     if make is None:
         return None
-    return make(own, other, centre, size)
+    return make(hung, other, centre, size)
 
 
-def _form(own: Hung) -> Callable[..., Invariants | None] | None:
-    pin = own.joint.hinge and own.joint.freedoms == 1
-    if own.crossed or (pin and not own.driven):
+def _form(hung: Hung) -> Callable[..., Invariants | None] | None:
+    pin = hung.joint.hinge and hung.joint.freedoms == 1
+    if hung.crossed or (pin and not hung.driven):
         return _on_axis
-    if own.joint.guide and not own.driven:
+    if hung.joint.guide and not hung.driven:
         return _on_slide
-    return _on_leg if own.joint.guide and crossed(own.before) else None
+    return _on_leg if hung.joint.guide and crossed(hung.before) else None
 
 
 def _gap(start: Way, place: Sym, other: TreeFrame, centre: Sym) -> CutJoint:
@@ -120,9 +120,9 @@ def _along(part: str, start: Sym, basis: Sym, d: CutJoint, known: Sym) -> Closed
     return Closed(part, ca.dot(ca.sparsify(basis @ start), d.gap) - known, "m", reach)
 
 
-def _on_axis(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
-    frame, c = own.frame, own.c
-    pin = X if own.crossed and own.forward else Z
+def _on_axis(hung: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
+    frame, c = hung.frame, hung.c
+    pin = X if hung.crossed and hung.forward else Z
     normal = ca.sparsify(ca.cross(UNIT[pin], c))
     if normal.nnz() == 0:
         return None
@@ -140,8 +140,8 @@ def _on_axis(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariant
     return Invariants(rows, [ca.dot(frame.basis @ across, d.gap)])
 
 
-def _on_slide(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
-    frame, c = own.frame, own.c
+def _on_slide(hung: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
+    frame, c = hung.frame, hung.c
     assert frame.way is not None
     slide = frame.way[-1]
     assert isinstance(slide, Freedom)
@@ -153,14 +153,14 @@ def _on_slide(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invarian
     return Invariants([_along(w, e, basis, d, k + s) for w, e, k, s in parts], [])
 
 
-def _on_leg(own: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
-    frame, parent = own.frame, own.parent
+def _on_leg(hung: Hung, other: TreeFrame, centre: Sym, size: float) -> Invariants | None:
+    frame, parent = hung.frame, hung.parent
     assert frame.way is not None
     assert parent.way is not None
     inside = frame.way[len(parent.way) :]
     still, basis = placed(inside[:-1])
     moved, _ = placed(inside)
-    still, q = still + basis @ own.c, moved + basis @ own.c
+    still, q = still + basis @ hung.c, moved + basis @ hung.c
     d = _gap(parent.way, parent.r, other, centre)
     square = ca.sumsqr(q) / (2 * size)
     rows = [Closed("away", d.half_square / size - square, "m", d.square_reach(1 / size, -square))]

@@ -13,9 +13,9 @@ from mechdae.types import Sym
 WORDS = ("length", "elevation", "azimuth")
 
 
-def span(joint: Joint, numbers: Mapping[str, Sym], own: Mapping[str, Sym]) -> Sym:
+def span(joint: Joint, numbers: Mapping[str, Sym], symbols: Mapping[str, Sym]) -> Sym:
     """Return head less tail (3,): what is no number of the mechanism is a coordinate."""
-    length, e, a = (own.get(w, numbers.get(f"{joint.name}.{w}")) for w in WORDS)
+    length, e, a = (symbols.get(w, numbers.get(f"{joint.name}.{w}")) for w in WORDS)
     level = length * ca.cos(e)
     return ca.vertcat(level * ca.cos(a), length * ca.sin(e), level * ca.sin(a))
 

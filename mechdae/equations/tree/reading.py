@@ -42,8 +42,8 @@ def reading(model: TreeModel, bodies: list[str], at: Sym) -> tuple[Sym, Sym]:
     """
     frames: dict[str, TreeFrame] = {GROUND: TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))}
     for k, body in enumerate(bodies):
-        own = at[WIDTH * k : WIDTH * (k + 1)]
-        frames[body] = TreeFrame(own[:3], ca.reshape(own[3:], 3, 3), SX.eye(3))
+        entries = at[WIDTH * k : WIDTH * (k + 1)]
+        frames[body] = TreeFrame(entries[:3], ca.reshape(entries[3:], 3, 3), SX.eye(3))
     values: dict[tuple[str, str], Sym] = {}
     turns: list[Sym] = []
     owners = dict.fromkeys(c.owner for c in model.coordinates)

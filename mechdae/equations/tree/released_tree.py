@@ -99,7 +99,7 @@ class ReleasedTree(TreeModel):
         places = sorted({*slopes[0], *slopes[1]})
         for k, i in enumerate(places):
             for j in places[: k + 1]:
-                (a, b), (c, d) = ([own.get(at, zero) for own in slopes] for at in (i, j))
+                (a, b), (c, d) = ([slope.get(at, zero) for slope in slopes] for at in (i, j))
                 value = m11 * ca.dot(a, c) + m22 * ca.dot(b, d)
                 value += m12 * (ca.dot(a, d) + ca.dot(b, c))
                 if not value.is_zero():

@@ -51,19 +51,19 @@ def _of_joint(model: Any, name: str) -> list[Wrench]:
     shift, turn = SX.sym("shift", 3), SX.sym("turn", 3)
     A2 = cut.A2 + ca.skew(turn) @ cut.A2
     moved: CutJoint = replace(cut, gap=cut.gap + shift, A2=A2, ways=None)
-    own = [row[1] for row in rows_of(joint.kind, moved)]
+    rows = [row[1] for row in rows_of(joint.kind, moved)]
     if "angle" in cut.own:
         for word, sine, cosine in angles_of(moved, joint.crossed):
-            own.append(cosine * ca.sin(cut.own[word]) - sine * ca.cos(cut.own[word]))
+            rows.append(cosine * ca.sin(cut.own[word]) - sine * ca.cos(cut.own[word]))
     axes = model.axes_of(name)[0]
     seen = None if ca.is_equal(ca.densify(cut.A1), ca.densify(axes), SAME) else axes @ cut.A1.T
     step = ca.vertcat(shift, turn)
-    slopes = ca.substitute(ca.jacobian(ca.vertcat(*own), step), step, SX.zeros(6))
+    slopes = ca.substitute(ca.jacobian(ca.vertcat(*rows), step), step, SX.zeros(6))
     symbols = list(cut.own.items())
     at = ca.vertcat(*[symbol for _, symbol in symbols]) if symbols else SX(0, 1)
-    by_own = ca.substitute(ca.jacobian(ca.vertcat(*own), at), step, SX.zeros(6))
-    found, count = [], len(own) - len(symbols)
-    for i in range(len(own)):
+    by_own = ca.substitute(ca.jacobian(ca.vertcat(*rows), at), step, SX.zeros(6))
+    found, count = [], len(rows) - len(symbols)
+    for i in range(len(rows)):
         force, moment = slopes[i, :3].T, slopes[i, 3:].T
         if seen is not None:  # a joint may be seen from a body that moves
             force, moment = seen @ force, seen @ moment

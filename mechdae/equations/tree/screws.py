@@ -82,9 +82,9 @@ class Kinetics:
         self.screws: dict[str, tuple[CoordinateScrew, ...]] = {"ground": ()}
         self.twists: dict[str, Twist] = {"ground": REST}
         for edge in model.edges:
-            own, twist = self._of(edge)
+            screws, twist = self._of(edge)
             self.path[edge.child] = (*self.path[edge.parent], edge)
-            self.screws[edge.child] = (*self._carried(edge), *own)
+            self.screws[edge.child] = (*self._carried(edge), *screws)
             self.twists[edge.child] = twist
 
     def _carried(self, edge: Edge) -> tuple[CoordinateScrew, ...]:
@@ -108,22 +108,22 @@ class Kinetics:
     def _pointed(self, edge: Edge) -> tuple[list[CoordinateScrew], Twist]:
         """Return the screws of a vector's coordinates and the twist of the point at its end."""
         model, above, near = self.model, self.twists[edge.parent], self._near(edge)
-        own: list[CoordinateScrew] = []
+        screws: list[CoordinateScrew] = []
         arm = SX(3, 1)
         if edge.parent in model.mechanism.bodies:
             arm = model.frame(edge.parent).direction(model.local(near))
         v, a, zero = above.velocity_at(arm), above.acceleration_at(arm), SX.zeros(3)
         if not model.mechanism.joints[edge.joint].pointer:
-            return own, Twist(zero, zero, v, a)
+            return screws, Twist(zero, zero, v, a)
         centre, slopes = model.frame(edge.child).r, model.slopes_of(edge.joint)
         places = [model.places[edge.joint, word] for word in slopes]
         q, rates = model.q[places], model.velocity[places]
         for j, slope in zip(places, slopes.values(), strict=True):
             way = slope if edge.forward else -slope
-            own.append(CoordinateScrew(j, SX(3, 1), way, centre))
+            screws.append(CoordinateScrew(j, SX(3, 1), way, centre))
             v += way * model.velocity[j]
             a += way * model.acceleration[j] + ca.jtimes(way, q, rates) * model.velocity[j]
-        return own, Twist(zero, zero, v, a)
+        return screws, Twist(zero, zero, v, a)
 
     def _place(self, owner: str, name: str) -> int | None:
         return self.model.places.get((owner, name))  # type: ignore[no-any-return]
@@ -136,10 +136,10 @@ class Kinetics:
         r = self.model.frame(edge.child).r
         shifts = [self.model.places[edge.child, name] for name in "xyz"]
         zero = SX(3, 1)
-        own = [CoordinateScrew(j, zero, SX.eye(3)[:, k], r) for k, j in enumerate(shifts)]
+        screws = [CoordinateScrew(j, zero, SX.eye(3)[:, k], r) for k, j in enumerate(shifts)]
         balls, spin, turning = self._ball(edge.child, SX.eye(3), r)
         v, a = self._rates(shifts)
-        return [*own, *balls], Twist(spin, turning, v, a)
+        return [*screws, *balls], Twist(spin, turning, v, a)
 
     def _ball(self, owner: str, A: Sym, centre: Sym) -> tuple[list[CoordinateScrew], Sym, Sym]:
         """Return screws of a quaternion, angular velocity and its rate, in axes A; w = 2 G e'."""
@@ -153,8 +153,8 @@ class Kinetics:
                 ca.horzcat(-x, w, -z, y), ca.horzcat(-y, z, w, -x), ca.horzcat(-z, -y, x, w)
             )
         )
-        own = [CoordinateScrew(j, G[:, k], SX(3, 1), centre) for k, j in enumerate(places)]
-        return own, G @ v, G @ a
+        screws = [CoordinateScrew(j, G[:, k], SX(3, 1), centre) for k, j in enumerate(places)]
+        return screws, G @ v, G @ a
 
     def _along(self, edge: Edge) -> tuple[list[CoordinateScrew], Twist]:
         """Return the screws of an edge's coordinates, and the twist of its child."""

@@ -103,7 +103,9 @@ class Skeleton(Model):
     def _mesh(self, name: str) -> Any:
         """Return a stand-in for the equation of wheels: it holds the same bodies."""
         found = bearings(self.mechanism, self.mechanism.joints[name])
-        return sum((k + 2) * self._moved(own.joint, own.word) for k, own in enumerate(found))
+        return sum(
+            (k + 2) * self._moved(bearing.joint, bearing.word) for k, bearing in enumerate(found)
+        )
 
     def _moved(self, name: str, word: str) -> Sym:
         cut = self._cut(name)

@@ -34,8 +34,8 @@ Wrench = dict[Any, Any]
 def plus(total: Wrench, part: Wrench, factor: float = 1.0) -> Wrench:
     """Return the first generalised force with another one added in place."""
     for key, value in part.items():
-        own = value if factor == 1.0 else factor * value
-        total[key] = total[key] + own if key in total else own
+        entry = value if factor == 1.0 else factor * value
+        total[key] = total[key] + entry if key in total else entry
     return total
 
 
@@ -116,11 +116,11 @@ class Solid(Space):
         """Return what a force at a joint's second point and a moment do, that act on the second
         body and in the opposite sense on the first: a load, no part of the reaction.
         """
-        own = model.mechanism.joints[joint]
-        place = model.point(own.second)
-        back = model.point(own.first) if own.pointer else place
-        found = self.acting(model, own.second_body, place, force, moment)
-        return plus(found, self.acting(model, own.first_body, back, force, moment), -1.0)
+        pair = model.mechanism.joints[joint]
+        place = model.point(pair.second)
+        back = model.point(pair.first) if pair.pointer else place
+        found = self.acting(model, pair.second_body, place, force, moment)
+        return plus(found, self.acting(model, pair.first_body, back, force, moment), -1.0)
 
     def rubbing(self, model: Any, joint: str, force: Sym, moment: Sym) -> Wrench:
         """Return what friction in a joint does: a force at its second point and a moment on the
@@ -129,13 +129,13 @@ class Solid(Space):
         if joint not in model.tree:
             found = self.between(model, joint, force, moment)
             return plus(found, entries((joint,), force, moment))
-        own, found = model.mechanism.joints[joint], Wrench()
-        place = model.point(own.second)
+        pair, found = model.mechanism.joints[joint], Wrench()
+        place = model.point(pair.second)
         kinetics = self.kinetics(model)
-        forward = kinetics.path[own.second_body][-1:] and (
-            kinetics.path[own.second_body][-1].joint == joint
+        forward = kinetics.path[pair.second_body][-1:] and (
+            kinetics.path[pair.second_body][-1].joint == joint
         )
-        child, parent = own.bodies[:2][::-1] if forward else own.bodies[:2]
+        child, parent = pair.bodies[:2][::-1] if forward else pair.bodies[:2]
         for screw in kinetics.screws[child][len(kinetics.screws[parent]) :]:
             work = ca.dot(force, screw.velocity(place)) + ca.dot(moment, screw.turn)
             if not work.is_zero():
@@ -149,7 +149,9 @@ class Solid(Space):
         force, moment = self.conjugate(model, joint, word)
         if joint not in model.tree and (joint, word) not in model.places:
             return self.rubbing(model, joint, force, moment)
-        found = {key: own for key, own in self.along(model, joint, word).items() if not _on(key)}
+        found = {
+            key: value for key, value in self.along(model, joint, word).items() if not _on(key)
+        }
         return plus(found, entries((joint,), force, moment))
 
     def on_bar(self, model: Any, body: str, first: Sym, second: Sym) -> Wrench:
@@ -213,9 +215,9 @@ class Solid(Space):
         reactions
             Force and moment (6,) of each joint on its second body, about its point there.
         """
-        shares = [{key: own for key, own in part.items() if _on(key)} for part in parts]
+        shares = [{key: value for key, value in part.items() if _on(key)} for part in parts]
         arms: list[Sym] = []
-        for name, own in reactions.items():
+        for name, reaction in reactions.items():
             joint = model.mechanism.joints[name]
             place = model.point(joint.second)
             back = model.point(joint.first) if joint.pointer else place
@@ -225,15 +227,15 @@ class Solid(Space):
                 if body in model.mechanism.bodies:
                     arm = at - self._anchor(model, body)
                     arm = SX.zeros(3) if body in model.points else arm
-                    arms.append(ca.norm_1(arm) * ca.norm_1(own[:3]))
-                    whole = own[3:] + ca.cross(arm, own[:3])
-                    shares.append(entries(("on", body), sign * own[:3], sign * whole))
+                    arms.append(ca.norm_1(arm) * ca.norm_1(reaction[:3]))
+                    whole = reaction[3:] + ca.cross(arm, reaction[:3])
+                    shares.append(entries(("on", body), sign * reaction[:3], sign * whole))
         worst = SX(0)
         for places, least in ((range(3), []), (range(3, 6), arms)):
             keys = [("on", body, k) for body in bodies for k in places]
             sizes = [share[key] for share in shares for key in keys if key in share]
             gaps = [sum((share.get(key, SX(0)) for share in shares), SX(0)) for key in keys]
-            size, gap = (_most([SX(v) for v in own]) for own in ([*sizes, *least], gaps))
+            size, gap = (_most([SX(v) for v in vector]) for vector in ([*sizes, *least], gaps))
             worst = ca.fmax(worst, ca.if_else(size > 0, gap / size, 0))
         return worst
 
@@ -244,25 +246,25 @@ class Solid(Space):
         keys = [("on", body, k) for k in range(self.freedoms)]
         if not any(key in wrench for key in keys):
             return None
-        own = ca.vertcat(*[SX(wrench.get(key, 0.0)) for key in keys])
+        column = ca.vertcat(*[SX(wrench.get(key, 0.0)) for key in keys])
         if body in model.idle:
-            return own
+            return column
         arm = model.frame(body).r - model.origin(body)
-        return ca.vertcat(own[:3], own[3:] + ca.cross(arm, own[:3]))
+        return ca.vertcat(column[:3], column[3:] + ca.cross(arm, column[:3]))
 
     def moves(self, model: Any, joint: str) -> Sym:
         """Return how the second body can move at its point, (6, k): no reaction is along that."""
-        own = model.mechanism.joints[joint]
-        if own.ball:
+        pair = model.mechanism.joints[joint]
+        if pair.ball:
             return ca.vertcat(SX(3, 3), SX.eye(3))
         lead = model._lead(joint)
         if lead is not None:
             axis = model.axes_of(joint)[0][:, 2]
             return ca.vertcat(lead * axis, axis)
-        if not own.spatial:
+        if not pair.spatial:
             return SX(6, 0)
-        both = [ca.vertcat(*self.conjugate(model, joint, word)) for word in own.coordinates]
-        both += [ca.vertcat(SX(3, 3), SX.eye(3))] if own.pointer else []
+        both = [ca.vertcat(*self.conjugate(model, joint, word)) for word in pair.coordinates]
+        both += [ca.vertcat(SX(3, 3), SX.eye(3))] if pair.pointer else []
         return ca.horzcat(*both) if both else SX(6, 0)
 
     # -- velocities and inertia ---------------------------------------------------------------

@@ -56,7 +56,9 @@ class Spinning:
     def unspun(self, spin: Spin) -> tuple[Edge, Sym]:
         """Return by which edge bodies that spin hang on others, and the direction k (3,)."""
         edge = next(
-            own for own in self.edges if own.child in spin.bodies and own.parent not in spin.bodies
+            edge
+            for edge in self.edges
+            if edge.child in spin.bodies and edge.parent not in spin.bodies
         )
         x, y, z = self._spun_about(edge.child)
         a, b = TILTS
@@ -66,12 +68,12 @@ class Spinning:
         """Return about which direction a body spins, nearly: from one of its joints to another."""
         every = self.mechanism.joints.values()
         joints = [j for j in every if body in j.bodies[:2] and not {*j.bodies} & {*self.loose}]
-        own = [j.first if j.first_body == body else j.second for j in joints]
-        places = [place_of(self.mechanism, point) for point in own]
+        ends = [j.first if j.first_body == body else j.second for j in joints]
+        places = [place_of(self.mechanism, point) for point in ends]
         other = next((i for i, place in enumerate(places) if place != places[0]), None)
         if other is None:
             return [SX(1), SX(0), SX(0)]
-        way = ca.vertcat(*self._span(own[0], own[other]))
+        way = ca.vertcat(*self._span(ends[0], ends[other]))
         found: list[Sym] = (way / ca.sqrt(ca.sumsqr(way))).elements()
         return found
 

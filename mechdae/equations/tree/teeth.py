@@ -51,8 +51,8 @@ def axes_of_mesh(mechanism: Mechanism, mesh: Joint) -> AxesOfMesh:
         Teeth that have no place, with the key that would give them one.
     """
     values = mechanism.values()
-    own = [_member(mechanism, mesh, k, values) for k in range(2)]
-    first, second = own
+    members = [_member(mechanism, mesh, k, values) for k in range(2)]
+    first, second = members
     given, where = getattr(mesh, "point", None) is not None, f"joints.{mesh.name}"
     length = mechanism.scale
     sine = float(np.linalg.norm(np.cross(first.axis, second.axis)))
@@ -89,13 +89,13 @@ def axes_of_mesh(mechanism: Mechanism, mesh: Joint) -> AxesOfMesh:
     normal = np.cross(first.axis, second.axis) / sine
     if abs(normal @ gap) > SAME * length:
         return _crossing(mesh, values)
-    return AxesOfMesh("meeting", 1.0 if given else _side(mesh, own, values, length))
+    return AxesOfMesh("meeting", 1.0 if given else _side(mesh, members, values, length))
 
 
 def _member(mechanism: Mechanism, mesh: Joint, k: int, values: dict[str, float]) -> _Member:
     """Return a wheel or rack in the axes of the carrier."""
-    own: Bearing = bearings(mechanism, mesh)[k]
-    joint, wheel = mechanism.joints[own.joint], own.word == "angle"
+    bearing: Bearing = bearings(mechanism, mesh)[k]
+    joint, wheel = mechanism.joints[bearing.joint], bearing.word == "angle"
     if not (joint.hinge if wheel else joint.guide):
         raise UnavailableError(
             f"forces of teeth need a {'revolute' if wheel else 'prismatic'} joint of "
@@ -139,9 +139,9 @@ def _crossing(mesh: Joint, values: dict[str, float]) -> AxesOfMesh:
     return AxesOfMesh("crossing")
 
 
-def _side(mesh: Joint, own: list[_Member], values: dict[str, float], length: float) -> float:
+def _side(mesh: Joint, members: list[_Member], values: dict[str, float], length: float) -> float:
     """Return on which side of the apex the teeth lie: that of the wheels' own points."""
-    first, second = own
+    first, second = members
     where = f"joints.{mesh.name}"
     if not values.get(f"{mesh.name}.radius", 0.0) > 0:
         raise MechanismError(
@@ -155,7 +155,7 @@ def _side(mesh: Joint, own: list[_Member], values: dict[str, float], length: flo
     apex = first.place + to_apex * first.axis
     way = values[f"{mesh.name}.ratio"] * first.axis - second.axis
     votes = []
-    for member in own:
+    for member in members:
         height = (member.place - apex) @ member.axis + member.height
         if abs(height) > SAME * length and abs(way @ member.axis) > SAME * np.linalg.norm(way):
             votes.append(np.sign(height * (way @ member.axis)))

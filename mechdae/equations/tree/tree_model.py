@@ -156,7 +156,7 @@ class TreeModel(Spinning, TreeForces):
         found = {c.part for c in self.drivers if c.part in self.mechanism.joints}
         for joint in self.mechanism.joints.values():
             if joint.meshes:
-                found |= {own.joint for own in bearings(self.mechanism, joint)}
+                found |= {bearing.joint for bearing in bearings(self.mechanism, joint)}
         return found
 
     def _then(self) -> set[str]:
@@ -216,17 +216,17 @@ class TreeModel(Spinning, TreeForces):
         self._anchors[edge.child] = there.split(".")[1]
         place = self.point(here)
         if joint.pointer:
-            own = self._own(edge.joint, joint.coordinates, edge.child)
-            way = span(joint, self.numbers, own)
+            coordinates = self._own(edge.joint, joint.coordinates, edge.child)
+            way = span(joint, self.numbers, coordinates)
             place = place + (way if edge.forward else -way)
         return TreeFrame(place, SX.eye(3), SX.eye(3))
 
     def slopes_of(self, name: str) -> dict[str, Any]:
         """Return by coordinate of a vector what its end moves by (3,) from its start."""
         joint = self.mechanism.joints[name]
-        own = {word: self._of[name, word].symbol for word in joint.coordinates}
-        way = span(joint, self.numbers, own)
-        return {word: ca.jacobian(way, symbol) for word, symbol in own.items()}
+        symbols = {word: self._of[name, word].symbol for word in joint.coordinates}
+        way = span(joint, self.numbers, symbols)
+        return {word: ca.jacobian(way, symbol) for word, symbol in symbols.items()}
 
     def _lead(self, name: str) -> Any:
         pitch = self.numbers.get(f"{name}.pitch")
@@ -277,17 +277,17 @@ class TreeModel(Spinning, TreeForces):
         """Return a joint as the gap and the frames of its sides."""
         joint = self.mechanism.joints[name]
         C1, C2 = (self._side(name, second) for second in (False, True))
-        own = {w: self._of[name, w].symbol for w in joint.coordinates if (name, w) in self._of}
+        symbols = {w: self._of[name, w].symbol for w in joint.coordinates if (name, w) in self._of}
         found = self._gap(joint.first, joint.second, C1, C2, self.numbers.get(f"{name}.length"))
-        return replace(found, own=own, lead=self._lead(name))
+        return replace(found, own=symbols, lead=self._lead(name))
 
     def _invariant(self, joint: Joint) -> Invariants | None:
         """Return the rows of a cut ball joint by the joint that one of its bodies hangs on."""
         way = {edge.child: edge for edge in self.edges}
         driven = {c.part for c in self.drivers}
         found: list[tuple[int, Invariants]] = []
-        for own, other in ((joint.second, joint.first), (joint.first, joint.second)):
-            bodies = own.split(".")[0], other.split(".")[0]
+        for here, other in ((joint.second, joint.first), (joint.first, joint.second)):
+            bodies = here.split(".")[0], other.split(".")[0]
             edge = way.get(bodies[0])
             if edge is None or not edge.joint:
                 continue
@@ -300,7 +300,7 @@ class TreeModel(Spinning, TreeForces):
             at, past = self.mechanism.joints[edge.joint], way.get(edge.parent)
             before = self.mechanism.joints.get(past.joint) if past is not None else None
             driven_by, forth = edge.joint in driven, edge.forward
-            hung = Hung(frame, parent, self.local(own), at, before, driven_by, forth)
+            hung = Hung(frame, parent, self.local(here), at, before, driven_by, forth)
             rows = invariants(hung, neighbour, self.local(other), self.mechanism.order)
             if rows is not None:
                 found.append((0 if hung.crossed else 1 if at.guide else 2, rows))
@@ -342,14 +342,14 @@ class TreeModel(Spinning, TreeForces):
         """Return what is positive of the usual one of the triples that are the same vector."""
         joint = self.mechanism.joints[name]
         driven = {c.word for c in self.drivers if c.part == name}
-        own = {
+        symbols = {
             word: self._of[name, word].symbol for word in joint.coordinates if word not in driven
         }
-        turns = {"elevation", "azimuth"} <= own.keys()
-        forward = {"length", "elevation"} <= own.keys()
+        turns = {"elevation", "azimuth"} <= symbols.keys()
+        forward = {"length", "elevation"} <= symbols.keys()
         return [
-            *([ca.cos(own["elevation"])] if turns else ()),
-            *([own["length"]] if forward else ()),
+            *([ca.cos(symbols["elevation"])] if turns else ()),
+            *([symbols["length"]] if forward else ()),
         ]
 
     def _free_vectors(self) -> list[str]:
@@ -502,11 +502,11 @@ class TreeModel(Spinning, TreeForces):
 
     def relative_reach(self, joint: str, word: str) -> WayProducts | None:
         """Return the reach of a coordinate of a joint, None of angles and of screws of the tree."""
-        own = self._of.get((joint, word))
-        if own is not None and own.unit == "m" and word in SLIDES:
-            return WayProducts((WayProduct((Freedom("slide", (own.symbol,)),), UNIT[Z]),))
+        coordinate = self._of.get((joint, word))
+        if coordinate is not None and coordinate.unit == "m" and word in SLIDES:
+            return WayProducts((WayProduct((Freedom("slide", (coordinate.symbol,)),), UNIT[Z]),))
         screw = (joint, "angle") in self._of and self._lead(joint) is not None
-        if own is not None or screw:
+        if coordinate is not None or screw:
             return None
         return self.cut(joint).reach("xy".find(word) % 3)
 

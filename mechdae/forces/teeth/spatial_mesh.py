@@ -44,10 +44,10 @@ class SpatialMesh:
     def __init__(self, model: Any, joint: Joint, lies: AxesOfMesh) -> None:
         self.model, self.joint, self.lies = model, joint, lies
         self.real, self.steady = True, Wrench()
-        own = bearings(model.mechanism, joint)
-        self.a1, self.a2 = (model.axes_of(b.joint)[0][:, 2] for b in own)
-        self.O1, self.O2 = (model.point(self._on_carrier(b.joint)) for b in own)
-        turn = own[0].sense * model.relative(own[0].joint, own[0].word)
+        members = bearings(model.mechanism, joint)
+        self.a1, self.a2 = (model.axes_of(b.joint)[0][:, 2] for b in members)
+        self.O1, self.O2 = (model.point(self._on_carrier(b.joint)) for b in members)
+        turn = members[0].sense * model.relative(members[0].joint, members[0].word)
         self._turning = ca.jtimes(turn, model.q, model.velocity)
         self.ratio = self.number("ratio") if joint.wheels > 1 else None
         self.P, self.normal = self._place()

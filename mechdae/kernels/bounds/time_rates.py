@@ -133,17 +133,17 @@ class Tempo:
             return replay(self.function, [[time]], self._step, self._number)[0]
 
     def _number(self, value: float) -> Bound:
-        own = np.full(self._size, float(value))
-        return Bound(own, own, own, np.zeros((ORDER + 1, self._size)))
+        constant = np.full(self._size, float(value))
+        return Bound(constant, constant, constant, np.zeros((ORDER + 1, self._size)))
 
     def _step(self, code: int, values: list[Bound]) -> Bound:
-        middle = ARRAYS[code](*[own.middle for own in values])
-        if all(own.fixed for own in values):
+        middle = ARRAYS[code](*[value.middle for value in values])
+        if all(value.fixed for value in values):
             return Bound(middle, middle, middle, np.zeros((ORDER + 1, self._size)))
         if code not in self._operations:
             raise NotImplementedError(f"operation {code} of the time")
         low, high, terms = self._operations[code](*values)
-        torn = np.any([np.broadcast_to(own.torn, self._size) for own in values], axis=0)
+        torn = np.any([np.broadcast_to(value.torn, self._size) for value in values], axis=0)
         if code == ca.OP_SIGN:
             torn = torn | (low != high)
         return Bound(middle, low, high, terms, torn)
@@ -251,16 +251,16 @@ def _tangent(a: Bound) -> tuple[Any, Any, Any]:
     return _divided(sine, cosine)
 
 
-def _catenary(a: Bound, own: Sym, other: Any) -> tuple[Any, Any, Any]:
+def _catenary(a: Bound, function: Sym, other: Any) -> tuple[Any, Any, Any]:
     """Return sinh or cosh."""
     mine, its = np.zeros_like(a.terms), np.zeros_like(a.terms)
-    mine[0], its[0] = np.abs(own(a.terms[0])), np.abs(other(a.terms[0]))
+    mine[0], its[0] = np.abs(function(a.terms[0])), np.abs(other(a.terms[0]))
     for k in range(1, len(mine)):
         mine[k] = sum(j * _product(a.terms[j], its[k - j]) for j in range(1, k + 1)) / k
         its[k] = sum(j * _product(a.terms[j], mine[k - j]) for j in range(1, k + 1)) / k
-    if own is np.sinh:
-        return own(a.low), own(a.high), mine
-    return own(a.least), own(a.terms[0]), mine
+    if function is np.sinh:
+        return function(a.low), function(a.high), mine
+    return function(a.least), function(a.terms[0]), mine
 
 
 def _saturated(a: Bound) -> tuple[Any, Any, Any]:
@@ -299,9 +299,9 @@ def _arctangent(a: Bound) -> tuple[Any, Any, Any]:
     return low, high, _integrated(rates, np.maximum(np.abs(low), np.abs(high)))
 
 
-def _arc(a: Bound, own: Any) -> tuple[Floats, Floats, Floats]:
+def _arc(a: Bound, function: Any) -> tuple[Floats, Floats, Floats]:
     """Return asin or acos: the size of f' is that of a' over the root of 1 - a^2."""
-    one, other = own(a.low), own(a.high)
+    one, other = function(a.low), function(a.high)
     low, high = np.fmin(one, other), np.fmax(one, other)
     square = Bound(a.middle**2, *_squared(a), a.torn)
     rest = Bound(1 - square.middle, 1 - square.high, 1 - square.low, square.terms, a.torn)
@@ -373,7 +373,7 @@ def signals(t: Sym, state: Sym, held: Sequence[float], expressions: Sym) -> tupl
             found.setdefault(part.own.element_hash(), part.own)
 
     def operation(code: int, values: list[_Part]) -> _Part:
-        own = symbolic(code, *[part.own for part in values])
+        middle = symbolic(code, *[part.own for part in values])
         timed = any(part.timed for part in values)
         moved = any(part.moved for part in values)
         if timed and moved:
@@ -384,7 +384,7 @@ def signals(t: Sym, state: Sym, held: Sequence[float], expressions: Sym) -> tupl
                 return _Part(ca.SX(1), False, True)
             gap = values[0].own if len(values) == 1 else values[0].own - values[1].own
             gaps.setdefault(gap.element_hash(), gap)
-        return _Part(own, timed, moved)
+        return _Part(middle, timed, moved)
 
     function = ca.Function("timed", [t, state], [ca.densify(expressions)])
     inputs = [

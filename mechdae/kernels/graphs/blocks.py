@@ -269,8 +269,8 @@ class BlockGraph:
         """Return F (m,), J (m, n) and F_z (m, nz) as arrays at one pose."""
         z = x[self.uses] if self.uses else np.zeros(0)
         turned = x[self._angles]
-        own = (x[self.own], z, u, p[self.params])
-        F, J, Fz = self._dense(*own, np.sin(turned), np.cos(turned))
+        inputs = (x[self.own], z, u, p[self.params])
+        F, J, Fz = self._dense(*inputs, np.sin(turned), np.cos(turned))
         return F, J.reshape(self.rows, -1), Fz.reshape(self.rows, -1)
 
     def step_at(self, x: Sym, u: Any, p: Any) -> Any:

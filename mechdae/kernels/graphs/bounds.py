@@ -106,8 +106,8 @@ class BoundGraphs(PoseGraphs):
         """Return the same of a block in space, from reaches; rounding as its terms say if less."""
         graph, (w, r) = self.blocks[b], self.weights(b)
         assert graph.reaches is not None
-        bends, own = graph.reaches.bounds(size, whole=True), range(graph.size)
-        square = bends.first[:, own]
+        bends, unknowns = graph.reaches.bounds(size, whole=True), range(graph.size)
+        square = bends.first[:, unknowns]
         rounding = ca.fmin(
             bends.rounding, self._bound(graph.F, graph.shape.moving, size, [], {})[1]
         )
@@ -120,17 +120,17 @@ class BoundGraphs(PoseGraphs):
     @staticmethod
     def lipschitz_of(graph: BlockGraph, bends: list[Sym], w: Sym, r: Sym) -> Sym:
         """Return the constant of a block's weighted Jacobian by bounds of second derivatives."""
-        own = range(graph.size)
-        rows = [norm(ca.diag(w) @ b[own, own] @ ca.diag(w)) for b in bends]
+        unknowns = range(graph.size)
+        rows = [norm(ca.diag(w) @ b[unknowns, unknowns] @ ca.diag(w)) for b in bends]
         return norm(column(rows) / r)
 
     def _own(
         self, graph: BlockGraph, sizes: list[Sym], ranges: list[tuple[Sym, Sym]]
     ) -> tuple[list[Sym], list[tuple[Sym, Sym]]]:
         """Return sizes and ranges of what a block's equations hold: x, z, u."""
-        (low, high), own, used = ranges[0], graph.own, graph.used
-        size = [sizes[0][own], used(sizes[0]), sizes[1]]
-        return size, [(low[own], high[own]), (used(low), used(high)), ranges[1]]
+        (low, high), unknowns, used = ranges[0], graph.own, graph.used
+        size = [sizes[0][unknowns], used(sizes[0]), sizes[1]]
+        return size, [(low[unknowns], high[unknowns]), (used(low), used(high)), ranges[1]]
 
     def _lipschitz(self, b: int, sizes: list[Sym], ranges: list[tuple[Sym, Sym]]) -> Sym:
         """Return a Lipschitz constant of a block's weighted Jacobian in its own unknowns."""
@@ -164,10 +164,10 @@ class BoundGraphs(PoseGraphs):
         """Return what `bends` does of a block in space."""
         assert graph.reaches is not None
         found = graph.reaches.bounds(size, whole=True)
-        own, used = range(graph.size), range(graph.size, graph.size + len(graph.uses))
-        columns = [ca.horzcat(*[bend[j, :].T for bend in found.second]).T for j in own]
+        unknowns, used = range(graph.size), range(graph.size, graph.size + len(graph.uses))
+        columns = [ca.horzcat(*[bend[j, :].T for bend in found.second]).T for j in unknowns]
         whole = ca.vertcat(*columns)  # entries of J column by column, by all that moves
-        parts = (whole[:, own], whole[:, used], found.first[:, used])
+        parts = (whole[:, unknowns], whole[:, used], found.first[:, used])
         return [ca.densify(ca.vec(part)) for part in parts]
 
     def _data(

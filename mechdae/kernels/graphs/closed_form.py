@@ -69,8 +69,8 @@ class ClosedForm:
         x, sines, cosines = SX.zeros(g.nx), SX.zeros(g.nx), SX.zeros(g.nx)
         depths = []
         for b, (graph, form) in enumerate(zip(g.blocks, self.forms, strict=True)):
-            own, s, c, depth = form.function(x, sines, cosines, u, g.p, sign[b])
-            x = placed(x, graph.own, own)
+            solution, s, c, depth = form.function(x, sines, cosines, u, g.p, sign[b])
+            x = placed(x, graph.own, solution)
             sines, cosines = placed(sines, graph.own, s), placed(cosines, graph.own, c)
             depths.append(depth)
         return x, sines, cosines, column(depths)
@@ -123,10 +123,10 @@ class _Block:
         (self.F,) = with_trig([graph.F], angles, *trig)
         self.J = graph.J
 
-    def _with(self, own: Sym, s: Sym, c: Sym, depth: Sym, branches: bool) -> BlockForm:
+    def _with(self, solution: Sym, s: Sym, c: Sym, depth: Sym, branches: bool) -> BlockForm:
         scene = self.graphs.scene
         inputs = [self.x, self.s, self.c, scene.u, scene.model.p, self.sign]
-        results = [ca.densify(SX(part)) for part in (own, s, c, depth)]
+        results = [ca.densify(SX(part)) for part in (solution, s, c, depth)]
         return BlockForm(ca.Function("form", inputs, results), branches)
 
     def _without(self, expression: Sym, *places: int) -> Sym:
@@ -140,12 +140,12 @@ class _Block:
 
     def linear(self, angle: list[bool]) -> BlockForm | None:
         """Lengths (or wheels on racks) that the equations hold linearly."""
-        own = self.graph.own
-        slope = ca.jacobian(self.F, self.x[own])
-        trig = ca.vertcat(self.s[own], self.c[own])
-        if ca.depends_on(slope, self.x[own]) or ca.depends_on(self.F, trig):
+        unknowns = self.graph.own
+        slope = ca.jacobian(self.F, self.x[unknowns])
+        trig = ca.vertcat(self.s[unknowns], self.c[unknowns])
+        if ca.depends_on(slope, self.x[unknowns]) or ca.depends_on(self.F, trig):
             return None
-        value = -inverse(ca.densify(slope))[0] @ self._without(self.F, *own)
+        value = -inverse(ca.densify(slope))[0] @ self._without(self.F, *unknowns)
         return self._with(value, ca.sin(value), ca.cos(value), SX(1), False)
 
     def one_angle(self, angle: list[bool]) -> BlockForm | None:
@@ -178,8 +178,8 @@ class _Block:
         slide = -ca.dot(d, f) / ca.sumsqr(d)
         pairs = [(ca.atan2(s, c), s, c), (slide, ca.sin(slide), ca.cos(slide))]
         ordered = pairs if first == 0 else pairs[::-1]
-        own, sines, cosines = (ca.vertcat(*column) for column in zip(*ordered, strict=True))
-        return self._with(own, sines, cosines, depth, True)
+        solution, sines, cosines = (ca.vertcat(*column) for column in zip(*ordered, strict=True))
+        return self._with(solution, sines, cosines, depth, True)
 
     def two_angles(self, angle: list[bool]) -> BlockForm | None:
         """Two links, each the turning of a vector of constant length."""
@@ -195,8 +195,8 @@ class _Block:
         s, c, depth = self._solved(a, b, ca.sumsqr(f0) + ca.sumsqr(f1) - square, self.sign)
         f = f0 + f1 * c + f2 * s
         c2, s2 = -ca.dot(g1, f) / square, -ca.dot(g2, f) / square
-        own = ca.vertcat(ca.atan2(s, c), ca.atan2(s2, c2))
-        return self._with(own, ca.vertcat(s, s2), ca.vertcat(c, c2), depth, True)
+        angles = ca.vertcat(ca.atan2(s, c), ca.atan2(s2, c2))
+        return self._with(angles, ca.vertcat(s, s2), ca.vertcat(c, c2), depth, True)
 
     def _parts(self, expression: Sym, i: int) -> tuple[Sym, Sym, Sym]:
         """Return v0, v1, v2 of v0 + v1 cos + v2 sin of an unknown."""
@@ -226,14 +226,14 @@ def _agrees(graphs: Graphs, graph: BlockGraph, form: BlockForm, p: Floats) -> bo
         x = rng.uniform(-1, 1, graphs.nx) * np.where(scene.unknowns.turns, np.pi, scale)
         u = rng.uniform(-1, 1, graphs.nu)
         for sign in (-1.0, 1.0):
-            own = form.function(x, np.sin(x), np.cos(x), u, numbers, sign)[0]
-            own = np.array(own).ravel()
-            if not np.isfinite(own).all():
+            solution = form.function(x, np.sin(x), np.cos(x), u, numbers, sign)[0]
+            solution = np.array(solution).ravel()
+            if not np.isfinite(solution).all():
                 continue
             there = x.copy()
-            there[graph.own] = own
+            there[graph.own] = solution
             F, J, _ = graph.value_at(there, u, numbers)
-            size = np.abs(J) @ np.maximum(np.abs(own), 1.0) + scale
+            size = np.abs(J) @ np.maximum(np.abs(solution), 1.0) + scale
             if not np.all(np.abs(F) <= AGREES * size):
                 return False
             if form.branches and np.sign(np.linalg.det(J)) != sign:

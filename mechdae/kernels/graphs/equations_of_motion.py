@@ -135,8 +135,8 @@ class Kernel:
         """Return the same for many states; signs are `shared` unless there are some for each."""
 
         def made() -> Batch:
-            own = function()
-            return Batch(own, [*shared, own.n_in() - 1], straight=lambda: None)
+            built = function()
+            return Batch(built, [*shared, built.n_in() - 1], straight=lambda: None)
 
         found: Batch = self.cache(("batch", name, *shared), made)
         return lambda *at: found(*at, self.numbers)
@@ -145,8 +145,8 @@ class Kernel:
         """Return the results of ``place``, ``parts``, ... at a state as dense matrices."""
 
         def dense() -> Graph:
-            own = getattr(self, name)
-            results = own.call(self.inputs)
+            built = getattr(self, name)
+            results = built.call(self.inputs)
             return ca.Function(name, self.inputs, [ca.densify(part) for part in results])
 
         found = self.call(f"{name} dense", dense)(*at)
@@ -190,8 +190,8 @@ class Kernel:
         self._put(eps=max(EPSILON, TAKEN * closure) * rows, weights=1 / rows)
         if self.slips:
             C = self.value("locking", t, x, v, signs)[0]
-            own = np.sum((C * inverse) ** 2, axis=1)
-            self._put(lock_sizes=np.where(own > 0, own, 1.0))
+            squares = np.sum((C * inverse) ** 2, axis=1)
+            self._put(lock_sizes=np.where(squares > 0, squares, 1.0))
         self.definite = bool(self.n == 0 or np.linalg.eigvalsh(scaled)[0] > DEFINITE)
         self.cache = self._first if self.definite else self._first("indefinite", StructureCache)
         forget(self)
@@ -250,8 +250,8 @@ class Kernel:
         for j in range(self.rubs):
             b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
             columns.append(ca.vertcat(b, tau))
-            own = [ca.densify(effects[:, j]), b, tau, SX(0), unit[j]]
-            slopes.append(form(*at[:4], *own, self.c))
+            entries = [ca.densify(effects[:, j]), b, tau, SX(0), unit[j]]
+            slopes.append(form(*at[:4], *entries, self.c))
         results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
         return without_repeats("coupling", at, [ca.densify(p) for p in results])
 
@@ -272,11 +272,14 @@ class Kernel:
         if r.model.space.behind:
             told = r.passed.at(applied, every, held, sizes, acts)
             forms = [
-                r.moved(SX(own.forms)) @ told[r.passed.place(own.joint)]
-                for own in r.rubbing.feedbacks
+                r.moved(SX(feedback.forms)) @ told[r.passed.place(feedback.joint)]
+                for feedback in r.rubbing.feedbacks
             ]
         else:
-            forms = [r.moved(SX(own.forms)) @ every[r.own(own)] for own in r.rubbing.feedbacks]
+            forms = [
+                r.moved(SX(feedback.forms)) @ every[r.own(feedback)]
+                for feedback in r.rubbing.feedbacks
+            ]
         return self.function("forms", [ca.vertcat(*forms)], [push, applied, inner, acts, sizes])
 
     @property
@@ -334,8 +337,11 @@ class Kernel:
         C, rates, speeds = self.locking(*at)
         falls, grows = (r.moved(part) for part in r.rubbing.limits)
         feedbacks = r.rubbing.feedbacks
-        rising = [SX(own.strength) for own in feedbacks]
-        falling = [SX(own.strength if own.falling is None else own.falling) for own in feedbacks]
+        rising = [SX(feedback.strength) for feedback in feedbacks]
+        falling = [
+            SX(feedback.strength if feedback.falling is None else feedback.falling)
+            for feedback in feedbacks
+        ]
         strengths = [r.moved(part) for part in (*rising, *falling)]
         function = self.function("limits", [ca.densify(falls), ca.densify(grows), *strengths])
         falls, grows, *strengths = function.call(at)

@@ -72,7 +72,7 @@ class FoldGraphs(BoundGraphs):
         """
         (ds, rho), graph = numbers, self.blocks[b]
         assert graph.reaches is not None
-        (w, r), own = self.weights(b), range(graph.size)
+        (w, r), unknowns = self.weights(b), range(graph.size)
         wide = [limits[0] + SPATIAL_NEAR * w, *limits[1:3]]
         found, rates = graph.reaches.bounds(wide, whole=False), ca.vertcat(*limits[3:])
         F, J, _ = graph.shape.at(*x, u)
@@ -80,16 +80,17 @@ class FoldGraphs(BoundGraphs):
         size = ca.fabs(ca.diag(1 / w) @ inv)
         off = ca.vertcat(SX(graph.size, 1), away, drift[0] if drift else SX(self.nu, 1))
         bent = [bend @ rates for bend in found.second]
-        tau = ca.vertcat(*[ca.dot(rates, own) for own in bent])
+        tau = ca.vertcat(*[ca.dot(rates, bend) for bend in bent])
         residual = ds * ds * tau / 2 + ca.fabs(F) + found.first @ off + rho * r
         rows = [
-            ds * one[own] + (bend @ off)[own] for one, bend in zip(bent, found.second, strict=True)
+            ds * one[unknowns] + (bend @ off)[unknowns]
+            for one, bend in zip(bent, found.second, strict=True)
         ]
         delta = norm(size @ ca.horzcat(*rows).T @ ca.diag(w))
         left = ca.fmax(1 - delta, 1e-9)
         eta = norm(size @ residual) / left
-        turned = [ca.diag(w) @ bend[own, own] @ ca.diag(w) for bend in found.second]
-        turned = [sum((size[j, i] * t for i, t in enumerate(turned)), SX(0)) for j in own]
+        turned = [ca.diag(w) @ bend[unknowns, unknowns] @ ca.diag(w) for bend in found.second]
+        turned = [sum((size[j, i] * t for i, t in enumerate(turned)), SX(0)) for j in unknowns]
         h = norm(column([norm(t) for t in turned])) * eta / left
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         off = ca.vertcat(radius * w, off[graph.size :])
@@ -194,10 +195,10 @@ class FoldGraphs(BoundGraphs):
             select[i, k] = w[k]
         select[self.nx :, len(chain)] = ca.fabs(d) * w[len(chain)]
         bent = [bend @ rates for bend in here.second]
-        along = ca.vertcat(*[ca.dot(rates, own) for own in bent])
+        along = ca.vertcat(*[ca.dot(rates, bend) for bend in bent])
         value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
         residual = ca.fabs(value) + ds * ds * along / 2
-        change = ca.vertcat(*[ds * (own.T @ select) / r[i] for i, own in enumerate(bent)])
+        change = ca.vertcat(*[ds * (bend.T @ select) / r[i] for i, bend in enumerate(bent)])
         kappa = column([norm(select.T @ b2 @ select) / r[i] for i, b2 in enumerate(wide.second)])
         inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
         results = [ca.densify(part) for part in (norm(residual / r), norm(change), norm(kappa))]
@@ -247,10 +248,10 @@ class FoldGraphs(BoundGraphs):
         w, _ = self.weights(b)
         values = [self.blocks[k].value(x, u) for k in self.ancestors(b)]
         F, J, _ = values[-1]
-        own = [chain.index(i) for i in graph.own]
+        places = [chain.index(i) for i in graph.own]
         system = ca.vertcat(*[value[0] for value in values], J @ (w * v), ca.sumsqr(v) - 1)
-        slope = ca.jtimes(F, y[own], w * v)
-        bend = ca.jtimes(slope, y[own], w * v)
+        slope = ca.jtimes(F, y[places], w * v)
+        bend = ca.jtimes(slope, y[places], w * v)
         whole = ca.vertcat(self.consts, u0, d)
         results = [system, ca.jacobian(system, y), J, ca.jacobian(F, y), bend]
         return without_repeats("fold", [y, whole], [ca.densify(part) for part in results])

@@ -111,10 +111,10 @@ class Balance:
         self.feedbacks: list[Feedback] = []
         self._of_joint: dict[str, list[int]] = {}
         for name in self.joints:
-            own = laws.of(name)
-            places = range(len(self.feedbacks), len(self.feedbacks) + len(own))
+            feedbacks = laws.of(name)
+            places = range(len(self.feedbacks), len(self.feedbacks) + len(feedbacks))
             self._of_joint[name] = list(places)
-            self.feedbacks += own
+            self.feedbacks += feedbacks
         self.slips: list[Slip] = [*laws.slips, *loads.slips]
         self._make_columns()
         self.shares = [self._share(group) for group in reversed(scene.groups)]
@@ -137,8 +137,8 @@ class Balance:
     @cached_property
     def lossy(self) -> list[str]:
         """The joints that have friction."""
-        own = {self.feedbacks[j].joint for j in self.active}
-        return [name for name in self.joints if name in own]
+        lossy = {self.feedbacks[j].joint for j in self.active}
+        return [name for name in self.joints if name in lossy]
 
     def _make_columns(self) -> None:
         rows = self.scene.rows
@@ -153,10 +153,10 @@ class Balance:
     def _share(self, group: Group) -> Share:
         rows, columns = list(group.rows), list(group.columns)
         place = {j: k for k, j in enumerate(columns)}
-        own, forms, start = [], [], 0
+        multipliers, forms, start = [], [], 0
         for name in group.joints:
             for k in self._of_joint.get(name, []):
-                own.append(k)
+                multipliers.append(k)
                 count = self.feedbacks[k].forms.shape[0]
                 forms.append(slice(start, start + count))
                 start += count
@@ -172,7 +172,7 @@ class Balance:
         held = [s for s in symbols if not among(s, [*lam, push])]
         at = ca.vertcat(*held) if held else SX(0, 1)
         function = ca.Function("solve", [at, push], [solved])
-        return Share(group, rows, columns, lambda value: function(at, value), own, forms)
+        return Share(group, rows, columns, lambda value: function(at, value), multipliers, forms)
 
     def _forms(self, share: Share, lam: dict[int, Sym], k: int, acting: Wrench) -> Sym:
         """Return the linear forms of a feedback for multipliers by row, and what acts beside them.
@@ -218,37 +218,37 @@ class Balance:
             push = ca.vertcat(*[left.get(j, SX(0)) for j in share.columns])
             free = share.solve(push)
             value = dict(zip(share.rows, ca.vertsplit(free), strict=True)) if share.rows else {}
-            own = [k for k in share.feedbacks if k in used]
-            if own:
+            feedbacks = [k for k in share.feedbacks if k in used]
+            if feedbacks:
                 effects = []
-                for k in own:
+                for k in feedbacks:
                     along = self.feedbacks[k].column
                     effect = share.solve(ca.vertcat(*[along.get(j, SX(0)) for j in share.columns]))
                     effects.append(dict(zip(share.rows, ca.vertsplit(effect), strict=True)))
-                causes = [self.feedbacks[k].column for k in own]
-                start = [self._forms(share, value, k, left) for k in own]
+                causes = [self.feedbacks[k].column for k in feedbacks]
+                start = [self._forms(share, value, k, left) for k in feedbacks]
                 slope = [
                     [
                         self._forms(share, effect, k, column)
                         for effect, column in zip(effects, causes, strict=True)
                     ]
-                    for k in own
+                    for k in feedbacks
                 ]
-                result.start[share.group.index] = (own, start, slope)
-                laws = [self.feedbacks[k].law for k in own]
+                result.start[share.group.index] = (feedbacks, start, slope)
+                laws = [self.feedbacks[k].law for k in feedbacks]
                 if sizes is None:
-                    first = None if guess is None else [guess[k] for k in own]
+                    first = None if guess is None else [guess[k] for k in feedbacks]
                     m = sizes_by_newton(laws, start, slope, steps, first)
                     result.misses.append(miss_of(laws, start, slope, m))
                     result.contractions.append(contraction_of(laws, start, slope))
                 else:
-                    m = [sizes[k] for k in own]
-                for k, size in zip(own, m, strict=True):
+                    m = [sizes[k] for k in feedbacks]
+                for k, size in zip(feedbacks, m, strict=True):
                     found[k] = size
                 for i in share.rows:
                     for effect, size in zip(effects, m, strict=True):
                         value[i] = value[i] + effect[i] * size
-                for k, size in zip(own, m, strict=True):
+                for k, size in zip(feedbacks, m, strict=True):
                     put(left, size, self.feedbacks[k].column)
             lam.update(value)
             for i in share.rows:
@@ -285,10 +285,10 @@ class Balance:
     def _sizes(self, rates: Sym) -> Sym:
         """Return the largest of the rates of angles, and that of lengths."""
         coordinates = self.model.coordinates
-        own = [ca.DM(np.isin(self.columns, np.flatnonzero(kind))) for kind in (
+        masks = [ca.DM(np.isin(self.columns, np.flatnonzero(kind))) for kind in (
             coordinates.turns, coordinates.lengths
         )]  # fmt: skip
-        return ca.vertcat(*[most(rates[self.columns] * kind) for kind in own])
+        return ca.vertcat(*[most(rates[self.columns] * kind) for kind in masks])
 
     @cached_property
     def solve(self) -> Graph:
@@ -343,10 +343,10 @@ class Balance:
         chain = self.chain(self.base, self._used(friction=True), sizes=self.sizes)
         starts, slopes = [], []
         for share in self.shares:
-            own, start, slope = chain.start.get(share.group.index, ([], [], []))
+            rows, start, slope = chain.start.get(share.group.index, ([], [], []))
             starts += start
-            for j in range(len(own)):
-                slopes += [slope[i][j] for i in range(len(own))]
+            for j in range(len(rows)):
+                slopes += [slope[i][j] for i in range(len(rows))]
         return self.function("stages", [column(starts), column(slopes)], more=[self.sizes])
 
     def report(self, friction: bool = True, base: Wrench | None = None) -> Graph:
@@ -368,20 +368,20 @@ class Balance:
             reactions += reaction(self.model, name, acting)
         efforts = [-chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver]
         losses = [self._loss(name, sizes) for name in self.lossy]
-        return [column(own) for own in (reactions, efforts, losses, self._normals(chain.lam))]
+        return [column(part) for part in (reactions, efforts, losses, self._normals(chain.lam))]
 
     def _of(self, name: str, lam: dict[int, Sym], used: set[int], sizes: Sym) -> Wrench:
         """Return the generalised force of a joint, friction included."""
         parts = [times(-lam[i], self.column[i]) for i in self.rows_of[name]]
-        own = [k for k in self._of_joint[name] if k in used]
-        parts += [times(sizes[k], self.feedbacks[k].column) for k in own]
+        feedbacks = [k for k in self._of_joint[name] if k in used]
+        parts += [times(sizes[k], self.feedbacks[k].column) for k in feedbacks]
         if name in self.meshes:
             parts.append(self.meshes[name].steady)
         return add(*parts)
 
     def _loss(self, name: str, sizes: Sym) -> Sym:
-        own = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
-        return sum((self.feedbacks[k].rate * sizes[k] for k in own), SX(0))
+        feedbacks = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
+        return sum((self.feedbacks[k].rate * sizes[k] for k in feedbacks), SX(0))
 
     @cached_property
     def powers(self) -> Graph:
@@ -399,8 +399,8 @@ class Balance:
         """Return the normal force of guides, slots and curves, + along the left normal."""
         found = []
         for name in self.guides:
-            own = ca.vertcat(*[lam[i] for i in self.rows_of[name]])
-            found.append(-normal_form(self.model.ends[name]) @ own)
+            reaction = ca.vertcat(*[lam[i] for i in self.rows_of[name]])
+            found.append(-normal_form(self.model.ends[name]) @ reaction)
         return found
 
     @property
@@ -426,8 +426,8 @@ class Balance:
             parts.append(times(effort, model.gradient(c)))
         more = [self.sizes, reactions, efforts]
         if model.space.behind:
-            own = [reactions[width * k : width * (k + 1)] for k in range(len(self.joints))]
-            known = dict(zip(self.joints, own, strict=True))
+            wrenches = [reactions[width * k : width * (k + 1)] for k in range(len(self.joints))]
+            known = dict(zip(self.joints, wrenches, strict=True))
             worst = model.space.imbalance(model, self.bodies, parts, known)
             return self.function("imbalance", [worst], more=more)
         for k, name in enumerate(self.joints):
@@ -503,7 +503,7 @@ def driven(scene: Scene, name: str, results: Sequence[Sym], inputs: Sequence[Sym
     model, columns = scene.model, columns_of(scene)
     moved, coordinates = motion_of(scene)
     absolute = [model.q[columns], model.velocity[columns], model.acceleration[columns]]
-    others = [own for own in inputs if all(own is not w for w in moved)]
+    others = [entry for entry in inputs if all(entry is not w for w in moved)]
     general = ca.Function(name, [*absolute, *others], [ca.densify(r) for r in results])
     found = general.call([*coordinates, *others])
     return without_repeats(name, list(inputs), [ca.densify(r) for r in found])

@@ -97,9 +97,9 @@ def _least_fill(rows: list[Column]) -> list[int]:
     order = []
     while around:
         i = min(around, key=lambda k: (len(around[k]), k))
-        own = around.pop(i)
-        for j in own:
-            around[j] |= own - {j}
+        neighbours = around.pop(i)
+        for j in neighbours:
+            around[j] |= neighbours - {j}
             around[j].discard(i)
         order.append(i)
     return order

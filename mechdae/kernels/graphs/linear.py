@@ -55,5 +55,5 @@ def _linear(equations: list[tuple[Sym, str, str]], unknowns: list[Sym]) -> tuple
 
 def among(symbol: Sym, groups: list[Sym]) -> bool:
     """Return whether a symbol is one of the entries."""
-    own = symbol.element_hash()
-    return any(own == entry.element_hash() for group in groups for entry in group.elements())
+    key = symbol.element_hash()
+    return any(key == entry.element_hash() for group in groups for entry in group.elements())

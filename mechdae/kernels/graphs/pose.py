@@ -288,9 +288,9 @@ class PoseGraphs:
         trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
         name = f"rates_{order}_{eta is None}"
         for b, graph in enumerate(self.blocks):
-            own, used = graph.own, graph.used
+            unknowns, used = graph.own, graph.used
             inputs = [*graph.at(x, u, trig), used(error), self.kappa[b], self.rho[b]]
-            inputs += [self.grain[own], SX(0) if eta is None else eta[b]]
+            inputs += [self.grain[unknowns], SX(0) if eta is None else eta[b]]
             inputs += [used(v), used(a), used(j), *driven[:order]]
             found = self._once(name, b, partial(self._rates, b), inputs)
             local, det, beta, *rates = found
@@ -300,8 +300,8 @@ class PoseGraphs:
                     rates[:2] = [first, second][:order]
                 rates[2:] = [SX.nan(graph.size)] * (order - 2)
             for vector, rate in zip((v, a, j), rates, strict=False):
-                vector[own] = ca.densify(rate)
-            error[own] = ca.densify(local)
+                vector[unknowns] = ca.densify(rate)
+            error[unknowns] = ca.densify(local)
             dets.append(det)
             betas.append(beta)
         certificate = {"error": error, "det": column(dets), "beta": column(betas)}
@@ -379,9 +379,9 @@ class PoseGraphs:
         x, eta, trig = self.newton(self.x, self.u, blocks)
         known = {}
         for b in blocks:
-            own = self.blocks[b].own
-            rates = (v[own], a[own]) if self.single or self.course else (None, None)
-            known[b] = (*rates, error[own])
+            unknowns = self.blocks[b].own
+            rates = (v[unknowns], a[unknowns]) if self.single or self.course else (None, None)
+            known[b] = (*rates, error[unknowns])
         parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta, known)
         outputs = self.output_rates(x, trig, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]

@@ -43,12 +43,12 @@ def along(shape: BlockShape) -> Any:
     n, nz, nu = (part.numel() for part in shape.moving)
     c, cz = SX.sym("c", COUNT * n), SX.sym("cz", COUNT * nz)
     u = SX.sym("u", 2 * nu)
-    own, used = _polynomials(c, n), _polynomials(cz, nz)
+    polynomials, used = _polynomials(c, n), _polynomials(cz, nz)
     driven = [SymbolicSeries([u[k], u[nu + k], *[SX(0)] * (COUNT - 2)]) for k in range(nu)]
     J, Fz = ca.jacobian(shape.F, shape.x), ca.jacobian(shape.F, shape.z)
     parts = [ca.densify(ca.vec(part)) for part in (shape.F, J, Fz)]
     function = without_repeats("parts", [*shape.moving, shape.q], parts)
-    F, entries, by_z = expanded(function, [own, used, driven, shape.q.elements()])
+    F, entries, by_z = expanded(function, [polynomials, used, driven, shape.q.elements()])
     square = ca.reshape(ca.vertcat(*[_middle(part) for part in entries]), n, n)
     Y, _ = inverse(square)
     open_by = [_size(_row(Y, a, F, n)) for a in range(n)]

@@ -39,18 +39,18 @@ def recovered(r: Released, push: Sym, kept: Sym) -> Sym:
     count, rowperm, colperm, rowblock, colblock, *_ = matrix.sparsity().btf()
     for k in range(count):
         places = [r.solved[i] for i in rowperm[rowblock[k] : rowblock[k + 1]]]
-        own = [r.gone[j] for j in colperm[colblock[k] : colblock[k + 1]]]
+        equations = [r.gone[j] for j in colperm[colblock[k] : colblock[k + 1]]]
         left = []
         for j in places:
             total = push[j]
             for i, entry in columns[j].items():
-                if i not in own:
+                if i not in equations:
                     total -= entry * found[i]
             left.append(total)
-        block = SX(len(places), len(own))
+        block = SX(len(places), len(equations))
         for row, j in enumerate(places):
-            for column, i in enumerate(own):
+            for column, i in enumerate(equations):
                 block[row, column] = columns[j].get(i, SX(0))
         values = inverse(block)[0] @ ca.vertcat(*left)
-        found |= {i: values[n] for n, i in enumerate(own)}
+        found |= {i: values[n] for n, i in enumerate(equations)}
     return ca.vertcat(*[found[i] for i in range(len(r.rows))])

@@ -87,8 +87,8 @@ class RowReaches:
         self.solved: dict[int, WayProducts] = {}
         """Reaches of the coordinates that follow from an equation, by their hash."""
         self._asked: set[int] = set()
-        own = [reach if reach is None else reach.unslid for reach in reaches]
-        self.reaches = [r if r is not None and self._known(r) else None for r in own]
+        unslid = [reach if reach is None else reach.unslid for reach in reaches]
+        self.reaches = [r if r is not None and self._known(r) else None for r in unslid]
 
     @property
     def any(self) -> bool:
@@ -139,8 +139,8 @@ class RowReaches:
         open_ = _others(pivot, SX(0, 1), self.p)
         if open_ or _others(self.scene.expression(rest), self.y, self.p):
             return None
-        own: WayProducts = row.reach.without(symbol, -1 / pivot, rest)
-        return own
+        rest_of: WayProducts = row.reach.without(symbol, -1 / pivot, rest)
+        return rest_of
 
     def bounds(self, sizes: list[Sym], whole: bool) -> Bends:
         """Return bounds for all y of at most these sizes.
@@ -211,10 +211,10 @@ class BoundsWithin:
             first = m.T @ D
             second = D.T @ ca.vertcat(*[ca.horzcat(*r) for r in found.second]) @ D
         for symbol, share in zip(found.symbols, found.first, strict=True):
-            own = self.eliminated(symbol)
-            if own is not None:
-                second = second + share * own.second
-            off, moved = self._off(symbol) if own is None else (own.rounding, own.data)
+            bends = self.eliminated(symbol)
+            if bends is not None:
+                second = second + share * bends.second
+            off, moved = self._off(symbol) if bends is None else (bends.rounding, bends.data)
             rounding, data = rounding + share * off, data + share * moved
         return Reached(found.size, first, second, rounding, data)
 
@@ -225,14 +225,16 @@ class BoundsWithin:
         if reach is None:
             return None
         if key not in self._solved:
-            own = self.reached(reach)
-            own.rounding = own.rounding + DIVIDED * own.size
-            self._solved[key] = own
+            bounds = self.reached(reach)
+            bounds.rounding = bounds.rounding + DIVIDED * bounds.size
+            self._solved[key] = bounds
         return self._solved[key]
 
     def _slope(self, symbol: Sym) -> Sym:
-        own = self.eliminated(symbol)
-        return ca.fabs(self.rows.straight[symbol.element_hash()][1]) if own is None else own.first
+        bends = self.eliminated(symbol)
+        return (
+            ca.fabs(self.rows.straight[symbol.element_hash()][1]) if bends is None else bends.first
+        )
 
     def _off(self, symbol: Sym) -> tuple[Sym, Sym]:
         """Return how far a sum is off by rounding and by changes of parameters."""
@@ -248,9 +250,9 @@ class BoundsWithin:
         return rounding, sum((entries[i] * ca.fabs(p[j]) for i, j in enumerate(columns)), ZERO)
 
     def _size(self, symbol: Sym) -> Sym:
-        own = self.eliminated(symbol)
-        if own is not None:
-            return own.size
+        bends = self.eliminated(symbol)
+        if bends is not None:
+            return bends.size
         _, slope, rest = self.rows.straight[symbol.element_hash()]
         return (ca.fabs(slope) @ self.size + ca.fabs(rest))[0]
 

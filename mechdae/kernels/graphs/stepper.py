@@ -245,9 +245,9 @@ class Stepper:
         columns = []
         for part, delta in zip(stages, change, strict=True):
             first, last = part[0], part[12]
-            own = [delta, h * first - delta, 2 * delta - h * (last + first)]
-            own += [h * _combined(row, part) for row in DENSE]
-            columns.append(ca.horzcat(*own))
+            pieces = [delta, h * first - delta, 2 * delta - h * (last + first)]
+            pieces += [h * _combined(row, part) for row in DENSE]
+            columns.append(ca.horzcat(*pieces))
         whole = ca.densify(ca.vertcat(*columns))
         results = [ca.vec(whole.T)]
         return without_repeats("dense", [t, x, v, a, m, h, signs, c], results)

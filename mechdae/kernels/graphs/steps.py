@@ -72,10 +72,10 @@ class Graphs(FoldGraphs):
                 b, x, v, away, u, direction, beta[b], ca.fabs(ds), drift
             )
             last = self.kappa[b] * parts["beta"][b] * ca.sqrt(eta[b]) / 0.2
-            own = self.blocks[b].own
+            unknowns = self.blocks[b].own
             # where nothing is proved, as of a group that has ended, the rates tell
-            away = placed(away, own, ca.if_else(test <= 1, reach, away[own]))
-            miss = self._length(b, new[own] - x[own] - v[own] * ds)
+            away = placed(away, unknowns, ca.if_else(test <= 1, reach, away[unknowns]))
+            miss = self._length(b, new[unknowns] - x[unknowns] - v[unknowns] * ds)
             tests.append(ca.fmax(test, last))
             misses.append(miss / (radius * (1 + 1e-6) + 1e-300))
         after = ca.vertcat(new, parts["v"], parts["a"], parts["beta"])
@@ -110,8 +110,19 @@ class Graphs(FoldGraphs):
         unknown and closer: see `_reach`.
         """
         graph = self.blocks[b]
-        own, used = graph.own, graph.used
-        inputs = [x[own], used(x), v[own], used(v), away[own], used(away), u, du, beta, ds]
+        unknowns, used = graph.own, graph.used
+        inputs = [
+            x[unknowns],
+            used(x),
+            v[unknowns],
+            used(v),
+            away[unknowns],
+            used(away),
+            u,
+            du,
+            beta,
+            ds,
+        ]
         inputs += [self.kappa[b], self.rho[b], *([] if drift is None else [drift])]
         test, radius, reach = self._once("tube", b, partial(self._tube_of, b), inputs)
         return test, radius, reach

@@ -40,15 +40,17 @@ class CompiledLine:
         self.function, self.shared, self._program = function, set(shared), program
         inputs = [(i, row) for i in range(function.n_in()) for row in range(function.numel_in(i))]
         self.places: dict[tuple[int, int], Place] = {}
-        for own, (kind, at) in zip(outputs, program.places, strict=True):
+        for result, (kind, at) in zip(outputs, program.places, strict=True):
             if kind == 0:
-                self.places[own] = ("result", outputs[at])
+                self.places[result] = ("result", outputs[at])
             elif kind == 1:
                 name = "shared" if inputs[at][0] in self.shared else "input"
-                self.places[own] = (name, inputs[at])
+                self.places[result] = (name, inputs[at])
             elif kind == 2:
-                self.places[own] = ("scalar", at)
-        self.results = [own for own, place in self.places.items() if place == ("result", own)]
+                self.places[result] = ("scalar", at)
+        self.results = [
+            result for result, place in self.places.items() if place == ("result", result)
+        ]
 
     @classmethod
     def of(
@@ -92,7 +94,7 @@ class CompiledLine:
             (output, row) -> (n,) array to be written, for all of `results`.
         """
         del scalars  # the machine has its own
-        self._program.block(*inputs, [into[own] for own in self.results])
+        self._program.block(*inputs, [into[result] for result in self.results])
 
     def __call__(self, inputs: Sequence[Floats]) -> list[Floats]:
         """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
@@ -100,7 +102,7 @@ class CompiledLine:
         columns = [np.asarray(a, float) for a in inputs]
         columns = [a if i in self.shared else a.T for i, a in enumerate(columns)]
         whole = [np.empty((self.function.numel_out(i), n)) for i in range(self.function.n_out())]
-        self.block(columns, [], {own: whole[own[0]][own[1]] for own in self.results})
+        self.block(columns, [], {result: whole[result[0]][result[1]] for result in self.results})
         common = self.scalars(columns)
         for (i, row), (kind, what) in self.places.items():
             if kind == "result" and what != (i, row):

@@ -28,8 +28,8 @@ NONE = 255
 def _table() -> bytes:
     """Return the machine's operation for each of casadi's."""
     table = [NONE] * 256
-    for own, name in enumerate(NAMES):
-        table[getattr(ca, f"OP_{name}")] = own
+    for code, name in enumerate(NAMES):
+        table[getattr(ca, f"OP_{name}")] = code
     table[ca.OP_CONSTPOW] = table[ca.OP_POW]
     return bytes(table)
 

@@ -33,15 +33,15 @@ class PoseTable:
         """Return a column, a view."""
         return self.store[self.rows[i]] if self.rows[i] >= 0 else self.others[i]
 
-    def columns(self, own: Sequence[int]) -> Matrix:
+    def columns(self, chosen: Sequence[int]) -> Matrix:
         """Return some columns as an (n, k) array: a view where they lie one after another."""
-        rows = [self.rows[i] for i in own]
+        rows = [self.rows[i] for i in chosen]
         n = self.store.shape[1]
         if not rows:
             return np.empty((n, 0))
         if rows[0] >= 0 and rows == list(range(rows[0], rows[0] + len(rows))):
             return self.store[rows[0] : rows[0] + len(rows)].T
-        arrays = [self.column(i) for i in own]
+        arrays = [self.column(i) for i in chosen]
         if all(not array.strides[0] for array in arrays):
             return np.broadcast_to(np.array([array[0] for array in arrays]), (n, len(arrays)))
         return np.stack(arrays, axis=1)

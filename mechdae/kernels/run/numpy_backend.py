@@ -89,7 +89,9 @@ class NumpyFunction:
         self._spare: list[Any] = []
         """Buffers between two calls: fresh memory is slow at its first touch."""
         self._read()
-        self.results = [own for own, place in self.places.items() if place == ("result", own)]
+        self.results = [
+            result for result, place in self.places.items() if place == ("result", result)
+        ]
         self.chunk = max(SMALLEST_CHUNK, CACHE_BYTES // (8 * max(self.registers, 1)))
 
     @staticmethod
@@ -126,12 +128,12 @@ class NumpyFunction:
                 continue
             sources = [place[i] for i in out_of]
             if code == ca.OP_OUTPUT:
-                (kind, what), own = sources[0], (into[0], into[1])
-                if own in self._unwanted:
+                (kind, what), slot = sources[0], (into[0], into[1])
+                if slot in self._unwanted:
                     continue
                 if kind == "buffer":
-                    kind, what = "result", first.setdefault(what, own)
-                self.places[own] = (kind, what)
+                    kind, what = "result", first.setdefault(what, slot)
+                self.places[slot] = (kind, what)
                 continue
             need, shared = -1, True
             for kind, what in sources:
@@ -165,7 +167,7 @@ class NumpyFunction:
                 needed |= {what for kind, what in steps[k][1] if kind == "buffer"}
         order = [k for k in order if k in needed]
         last = {what: k for k in order for kind, what in steps[k][1] if kind == "buffer"}
-        home: dict[int, Place] = {k: ("result", own) for k, own in first.items()}
+        home: dict[int, Place] = {k: ("result", slot) for k, slot in first.items()}
         free: list[int] = []
         line: list[Operation] = []
         for k in order:
@@ -268,7 +270,7 @@ class NumpyFunction:
         for a in range(0, n, self.chunk):
             some = slice(a, a + self.chunk)
             block = [c if i in self.shared else c[:, some] for i, c in enumerate(columns)]
-            into = {own: whole[own[0]][own[1], some] for own in self.results}
+            into = {result: whole[result[0]][result[1], some] for result in self.results}
             self.block(block, scalars, into)
         for (i, row), (kind, what) in self.places.items():
             if (kind, what) == ("result", (i, row)):

@@ -61,16 +61,16 @@ def fingerprint(*parts: Any) -> str:
 
 def stored(name: str, make: Callable[[], Any]) -> Graph:
     """Return the function that is kept under a name; `make` builds it where there is none."""
-    own = folder()
-    text = own.read(name) if own is not None else None
-    if own is not None and text is not None:
+    store = folder()
+    text = store.read(name) if store is not None else None
+    if store is not None and text is not None:
         try:
             return ca.Function.deserialize(text)
         except RuntimeError:  # of another build of casadi
-            own.forget(name)
+            store.forget(name)
     made = make()
-    if own is not None:
-        own.write(name, made.serialize())
+    if store is not None:
+        store.write(name, made.serialize())
     return made
 
 

@@ -86,10 +86,10 @@ class Assembler:
     @property
     def endless_groups(self) -> list[Group]:
         """The groups of blocks whose turns move bodies solved later without end."""
-        own = {
+        solvers = {
             self.scene.blocks[b].group for b, endless in enumerate(self.turns.endless) if endless
         }
-        return [group for group in self.scene.groups if group.index in own]
+        return [group for group in self.scene.groups if group.index in solvers]
 
     def labelled(self, group: Group) -> bool:
         """Return whether a group's modes have a label: not the driven link itself, not a weld."""
@@ -175,9 +175,11 @@ class Assembler:
         self, b: int, solutions: Floats | Sequence[Floats], x: Floats, u: Floats
     ) -> list[Floats]:
         """Return the poses of solutions of block `b`, with their whole turns."""
-        own = self.graphs.blocks[b].own
+        unknowns = self.graphs.blocks[b].own
         every = [turned for one in solutions for turned in self.turns.turned(b, one, x, u)]
-        return self.turns.distinct(b, [self.polish(b, put(x, own, one), u) for one in every], u)
+        return self.turns.distinct(
+            b, [self.polish(b, put(x, unknowns, one), u) for one in every], u
+        )
 
     def polish(self, b: int, x: Unknowns, u: Floats) -> Floats:
         """Return x after a few Newton steps in block `b`; kept as it is at a fold."""

@@ -67,8 +67,10 @@ class ClosedStart:
             [b for k in part for b in assembler.blocks_of(groups[k])]
             for part in self.sketched.parts
         ]
-        self.columns = [[i for b in own for i in self.graphs.blocks[b].own] for own in self.parts]
-        self.choices = [self._choices(own) for own in self.parts]
+        self.columns = [
+            [i for b in blocks for i in self.graphs.blocks[b].own] for blocks in self.parts
+        ]
+        self.choices = [self._choices(blocks) for blocks in self.parts]
         self._call: Call = self.graphs.cache("closed start", lambda: Call(self._function()))
 
     @property
@@ -76,9 +78,9 @@ class ClosedStart:
         """Whether the modes are few."""
         return all(len(choices) <= MOST for choices in self.choices)
 
-    def _choices(self, own: list[int]) -> list[Floats]:
+    def _choices(self, blocks: list[int]) -> list[Floats]:
         """Return the signs (nb,) of all modes of some blocks, ones for others."""
-        branching = [b for b in own if self.form.branches[b]]
+        branching = [b for b in blocks if self.form.branches[b]]
         found = []
         for choice in itertools.product((1.0, -1.0), repeat=min(len(branching), MOST)):
             sign = np.ones(self.graphs.nb)
@@ -97,19 +99,21 @@ class ClosedStart:
         u, wanted = SX.sym("u", g.nu), SX.sym("wanted", len(self.wanted))
         angles = SX.sym("angles", g.nx)
         results: list[Sym] = [scale]
-        for part, own, choices in zip(self.sketched.parts, self.parts, self.choices, strict=True):
-            columns = [self._mode(part, own, sign, u, wanted, angles, scale) for sign in choices]
+        for part, blocks, choices in zip(
+            self.sketched.parts, self.parts, self.choices, strict=True
+        ):
+            columns = [self._mode(part, blocks, sign, u, wanted, angles, scale) for sign in choices]
             results += [ca.horzcat(*rows) for rows in zip(*columns, strict=True)]
         inputs = [u, wanted, angles, g.p]
         return without_repeats("start", inputs, [ca.densify(part.T) for part in results])
 
     def _mode(
-        self, part: list[int], own: list[int], sign: Floats, u: Sym, wanted: Sym, angles: Sym,
+        self, part: list[int], blocks: list[int], sign: Floats, u: Sym, wanted: Sym, angles: Sym,
         scale: Sym,
     ) -> tuple[Sym, ...]:  # fmt: skip
         """Return unknowns, depths, distance, share of a turn and turn of one mode of a part."""
         x, _, _, depth = self.form.symbolic(u, SX(sign))
-        inner = depth[own] if own else SX(1)
+        inner = depth[blocks] if blocks else SX(1)
         far, between, worst = SX(0), SX(1), SX(0)
         for n, entry in enumerate(self.sketched.entries):
             if entry.stage in part:
@@ -120,7 +124,7 @@ class ClosedStart:
                 far += gap**2
                 if entry.coordinate.kind == "body angle":
                     worst = ca.fmax(worst, ca.fabs(gap))
-        for i in (i for b in own for i in self.graphs.blocks[b].own):
+        for i in (i for b in blocks for i in self.graphs.blocks[b].own):
             if self.graphs.scene.unknowns[i].kind is ANGLE:
                 turned = ca.remainder(x[i] - angles[i], 2 * np.pi)
                 x[i] = angles[i] + turned
@@ -132,15 +136,15 @@ class ClosedStart:
         """Return length, unknowns and signs of the nearest mode at drivers `u`; None: not told."""
         length, *modes = self._call(u, self.wanted, self.angles, p)
         x, sign = np.empty(self.graphs.nx), np.ones(self.graphs.nb)
-        for k, (own, columns) in enumerate(zip(self.parts, self.columns, strict=True)):
-            if not own:
+        for k, (blocks, columns) in enumerate(zip(self.parts, self.columns, strict=True)):
+            if not blocks:
                 continue
             poses, depth, doubt, far, between, worst = modes[6 * k : 6 * k + 6]
             best = _nearest(depth.tolist(), doubt.tolist(), far.tolist())
             if best is None or not between[best] >= HALF_TURN or worst[best] > math.pi / 2:
                 return None
             x[columns] = poses.reshape(len(far), -1)[best, columns]
-            sign[own] = self.choices[k][best][own]
+            sign[blocks] = self.choices[k][best][blocks]
         return float(length[0]), x, sign
 
 

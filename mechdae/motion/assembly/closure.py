@@ -66,7 +66,7 @@ def bar_lengths(mechanism: Mechanism, owners: Iterable[str]) -> Floats:
     """Return the lengths of the `distance` joints that equations belong to, inf elsewhere."""
     bars = {name for name, joint in mechanism.joints.items() if joint.bar}
     values = mechanism.values() if bars else {}
-    return np.array([values[f"{own}.length"] if own in bars else np.inf for own in owners])
+    return np.array([values[f"{owner}.length"] if owner in bars else np.inf for owner in owners])
 
 
 def straight(F: Floats, lengths: Floats) -> tuple[Floats, Floats]:

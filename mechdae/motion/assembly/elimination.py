@@ -78,7 +78,7 @@ def _equations(graph: BlockGraph) -> tuple[list[list[bool]], Graph, Batch]:
     """Return which columns of J hold which unknowns not, and F for one pose and for many."""
     J, x = graph.shape.J, graph.shape.x
     bent = [ca.jacobian(J[:, j], x).sparsity() for j in range(graph.size)]
-    constant = [[i not in own.get_col() for i in range(graph.size)] for own in bent]
+    constant = [[i not in bend.get_col() for i in range(graph.size)] for bend in bent]
     return constant, graph.function, Batch(graph.function, [1, 2, 3], straight=lambda: None)
 
 

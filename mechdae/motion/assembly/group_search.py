@@ -178,9 +178,9 @@ class GroupSearch:
                 self.counted.setdefault(group.index, []).append(found)
             if found.free:
                 self.free.append(group)
-                own = self.blocks_of(group)
-                if nearby and len(own) == 1:
-                    self.check_freedom(group, own[0], x, u)
+                blocks = self.blocks_of(group)
+                if nearby and len(blocks) == 1:
+                    self.check_freedom(group, blocks[0], x, u)
             poses = self._placed(group, found.poses, x, u)
             whole = found.proven or not found.generic
             sure = found.proven and not any(self.turns.endless[b] for b in self.blocks_of(group))
@@ -204,8 +204,8 @@ class GroupSearch:
 
     def _opened(self, group: Group, x: Unknowns, u: Floats) -> Gap | None:
         """Return which joint of a group of one block stays open and by how much."""
-        own = self.blocks_of(group)
-        return self.opening(own[0], x, u) if len(own) == 1 else None
+        blocks = self.blocks_of(group)
+        return self.opening(blocks[0], x, u) if len(blocks) == 1 else None
 
     def opening(self, b: int, x: Unknowns, u: Floats) -> Gap:
         from mechdae.motion.assembly.least_gap import opening, reach
@@ -229,11 +229,11 @@ class GroupSearch:
         for q in poses:
             ahead = [x]
             for b in self.blocks_of(group):
-                own = self.blocks[b].own
-                solution = np.array([q[self.scene.x_names[i]] for i in own])
+                unknowns = self.blocks[b].own
+                solution = np.array([q[self.scene.x_names[i]] for i in unknowns])
                 turned = [
                     [
-                        self.assembler.polish(b, put(y, own, s), u)
+                        self.assembler.polish(b, put(y, unknowns, s), u)
                         for s in self.turns.turned(b, solution, y, u, True)
                     ]
                     for y in ahead
@@ -244,8 +244,8 @@ class GroupSearch:
 
     def among(self, group: Group, x: Unknowns, poses: list[Unknowns]) -> bool:
         """Return whether a pose of a group is one of others."""
-        own = self.blocks_of(group)
-        return any(all(self.turns.same(b, x, y) for b in own) for y in poses)
+        blocks = self.blocks_of(group)
+        return any(all(self.turns.same(b, x, y) for b in blocks) for y in poses)
 
     def from_starts(self, b: int, x: Unknowns, u: Floats, most: int | None = None) -> Floats:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
@@ -267,7 +267,7 @@ class GroupSearch:
             sizes = self.assembler.natural[graph.own]
             free = moving(graph, found.x, x, u, self.p, sizes, self.size)
             if free.any():  # axes of the other sense are no pose of the group
-                every = [put(x, graph.own, own) for own in found.x]
+                every = [put(x, graph.own, solution) for solution in found.x]
                 fine = {id(pose) for pose in self._with_senses(b, every, u)}
                 positive = np.array([id(pose) in fine for pose in every])
                 found, free = found.only(positive), free[positive]

@@ -107,10 +107,10 @@ class ModeLabels:
         """
         pose = x.copy()
         for b in self.assembler.blocks_of(group):
-            own, angle = self.graphs[b].own, self.solvers[b].angle
-            turned = self.turns.lattices[b].remainder((x[own] / (2 * np.pi))[None])[0]
-            pose[own] = np.where(angle, 2 * np.pi * turned, x[own])
-        own = [i for b in self.assembler.blocks_of(group) for i in self.graphs[b].own]
+            unknowns, angle = self.graphs[b].own, self.solvers[b].angle
+            turned = self.turns.lattices[b].remainder((x[unknowns] / (2 * np.pi))[None])[0]
+            pose[unknowns] = np.where(angle, 2 * np.pi * turned, x[unknowns])
+        unknowns = [i for b in self.assembler.blocks_of(group) for i in self.graphs[b].own]
         ranks = [chooser.rank(group, x, u) for chooser in self.assembler.choosers]
         told = [rank for rank in ranks if rank is not None]
         if told:
@@ -121,10 +121,10 @@ class ModeLabels:
             first = self._angles(group, pose, u)[group.bodies[0]]
             model = self.scene.model
             if model.q_names[model.turn(group.bodies[0])] not in [
-                self.scene.x_names[i] for i in own
+                self.scene.x_names[i] for i in unknowns
             ]:
                 first -= 2 * np.pi * float(np.ceil(first / (2 * np.pi) - 0.5))
-        return (round(first, 9), *np.round(pose[own] / self.turns.natural[own], 9))
+        return (round(first, 9), *np.round(pose[unknowns] / self.turns.natural[unknowns], 9))
 
     def _angles(self, group: Group, x: Unknowns, u: Floats) -> dict[str, float]:
         """Return the angles of a group's bodies at a pose."""

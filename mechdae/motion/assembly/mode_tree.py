@@ -125,7 +125,7 @@ class ModeTree:
 
     def _dependencies(self) -> tuple[list[set[int]], list[list[int]]]:
         """Return by group the earlier groups it depends on, and their unknowns that it holds."""
-        place = {i: k for k, own in enumerate(self.own) for i in own}
+        place = {i: k for k, unknowns in enumerate(self.own) for i in unknowns}
         needs, unknowns = [], []
         for k, group in enumerate(self.groups):
             held = self._held(group)

@@ -140,9 +140,11 @@ class BlockSearch:
         whole *= self._turns() if self.solver.unwinds else 1
         whole[self.lengths] = SPREAD * self.scale[self.lengths]
         starts = self._cube(first, last) * whole
-        for own in self.quaternions:  # from others Newton's method seldom gets anywhere
-            size = np.linalg.norm(starts[:, own], axis=1, keepdims=True)
-            starts[:, own] = np.where(size > 0, starts[:, own], 1.0) / np.where(size > 0, size, 2.0)
+        for components in self.quaternions:  # from others Newton's method seldom gets anywhere
+            size = np.linalg.norm(starts[:, components], axis=1, keepdims=True)
+            starts[:, components] = np.where(size > 0, starts[:, components], 1.0) / np.where(
+                size > 0, size, 2.0
+            )
         return starts
 
     def _near(self, hint: Floats, starts: Floats) -> Floats:

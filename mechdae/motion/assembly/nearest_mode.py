@@ -143,9 +143,9 @@ class Sketched:
             return k
 
         def unite(k: int, unknowns: list[int]) -> None:
-            for own in {block[i] for i in unknowns} & leader.keys():
+            for stage in {block[i] for i in unknowns} & leader.keys():
                 if k in leader:
-                    leader[of(own)] = of(k)
+                    leader[of(stage)] = of(k)
 
         for part in self.scene.blocks:
             unite(at[part.group], list(part.uses))
@@ -190,17 +190,17 @@ class Sketched:
         at = result.x
         most = MOST_TIED if self.scene.model.mechanism.dimension == 2 else MOST_TURNED
         while begun and taken < 2 * MOST_BEGUN:
-            *_, cost, done, own = heapq.heappop(begun)
+            *_, cost, done, mode = heapq.heappop(begun)
             if found and told_apart(cost, found[0][0]):
                 break
             if done == len(part):
-                found.append((cost, own))
+                found.append((cost, mode))
                 if len(found) == most or result.ended:
                     break
                 continue
-            ahead, failure = self._ahead(part[done:], own, u, drawn)
+            ahead, failure = self._ahead(part[done:], mode, u, drawn)
             if failure is not None and done > deepest:
-                deepest, failed, at = done, failure, own.x
+                deepest, failed, at = done, failure, mode.x
             for more, gone, pose in ahead:
                 left, total = float(len(part) - done - gone), cost + more
                 key = (left, total) if result.ended else (total, left)
@@ -208,10 +208,10 @@ class Sketched:
             taken += 1
             if taken == MOST_BEGUN:  # from here on the deepest first
                 result.ended = True
-                begun = [(own[1], own[0], *own[2:]) for own in begun]
+                begun = [(mode[1], mode[0], *mode[2:]) for mode in begun]
                 heapq.heapify(begun)
         if found:
-            self._choose(part, [own for _, own in found], result, u)
+            self._choose(part, [mode for _, mode in found], result, u)
         elif begun:
             raise UnavailableError(
                 f"no mode near the sketch is found: {taken} were begun and none came to its end",
@@ -221,7 +221,7 @@ class Sketched:
             result.failure, result.x = failed, at
 
     def _ahead(
-        self, rest: list[int], own: Nearest, u: Floats, drawn: bool
+        self, rest: list[int], begun: Nearest, u: Floats, drawn: bool
     ) -> tuple[list[tuple[float, int, Nearest]], NoPose | None]:
         """Return how a begun mode goes on: squares of its distance, groups done, the mode.
 
@@ -229,7 +229,9 @@ class Sketched:
         """
         apart = self._parts(rest)
         if len(apart) > 1:
-            whole = replace(own, doubtful=[*own.doubtful], tied=[*own.tied], turned=[*own.turned])
+            whole = replace(
+                begun, doubtful=[*begun.doubtful], tied=[*begun.tied], turned=[*begun.turned]
+            )
             for part in apart:
                 self._part(part, whole, u, drawn)
                 if whole.failure is not None:
@@ -237,27 +239,27 @@ class Sketched:
             square = sum(self._square(stage, whole.x, u) for stage in rest)
             return [(square, len(rest), whole)], None
         poses, _, failure = self.assembler.candidates(
-            self.groups[rest[0]], own.x, u, nearby=True, drawn=drawn
+            self.groups[rest[0]], begun.x, u, nearby=True, drawn=drawn
         )
-        ahead = [(self._square(rest[0], x, u), 1, replace(own, x=x)) for x in poses]
+        ahead = [(self._square(rest[0], x, u), 1, replace(begun, x=x)) for x in poses]
         return ahead, failure
 
     def _choose(self, part: list[int], found: list[Nearest], result: Nearest, u: Floats) -> None:
         """Take the nearest of modes that the sketch does not tell apart, if one is meant."""
         near: list[Nearest] = []
-        for own in found:  # a group may give one pose twice
-            if not any(np.array_equal(own.x, other.x) for other in near):
-                near.append(own)
+        for mode in found:  # a group may give one pose twice
+            if not any(np.array_equal(mode.x, other.x) for other in near):
+                near.append(mode)
         if len(near) > 1:  # the same but for whole turns, which a gear tells apart
-            whole = [self._unwound(part, own.x, u) for own in near]
+            whole = [self._unwound(part, mode.x, u) for mode in near]
             least = min(whole)
             by_turns = sorted(zip(whole, range(len(near)), strict=True))
             near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
-        kept = [own.x for own in near]
+        kept = [mode.x for mode in near]
         turned: list[str] = []
         if len(kept) > 1:
             kept, turned = self.undecided.meant(part, kept, u)
-        chosen = next(own for own in near if own.x is kept[0])
+        chosen = next(mode for mode in near if mode.x is kept[0])
         result.x, result.ended = chosen.x, result.ended or chosen.ended
         result.turned += [*chosen.turned, *turned]
         result.doubtful += chosen.doubtful
@@ -273,9 +275,9 @@ class Sketched:
     def _unwound(self, part: list[int], x: Unknowns, u: Floats) -> float:
         """Return how far geared bodies are from the sketch, whole turns included [rad]."""
         geared = self.assembler.turns.whole.geared
-        own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
-        own = [e for e in own if e.coordinate.part in geared]
-        return math.hypot(*[e.gap(x, u, self.assembler.p, True) for e in own])
+        angles = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
+        angles = [e for e in angles if e.coordinate.part in geared]
+        return math.hypot(*[e.gap(x, u, self.assembler.p, True) for e in angles])
 
     @cached_property
     def undecided(self) -> Undecided:

@@ -143,7 +143,7 @@ def _charts(search: BlockSearch) -> list[ProjectiveChart] | None:
     slid = graph.x[lengths] if lengths else SX(0, 1)
     A = ca.jacobian(graph.F, slid)
     H = [ca.jacobian(A[i, :].T, slid) for i in range(graph.rows)]
-    if any(ca.depends_on(own, slid) for own in H if own.nnz()):
+    if any(ca.depends_on(slope, slid) for slope in H if slope.nnz()):
         return None
     nothing = SX.zeros(len(lengths))
     free, slope = (ca.substitute(part, slid, nothing) for part in (graph.F, A))
@@ -236,7 +236,7 @@ class _Boxes:
         parts = np.ceil(width / (2 * np.where(turning, FIRST, 0.5))).astype(int)
         half = width / (2 * parts)
         grid = np.meshgrid(*[np.arange(count) for count in parts], indexing="ij")
-        x = start + (np.stack([own.ravel() for own in grid], axis=1) * 2 + 1) * half
+        x = start + (np.stack([axis.ravel() for axis in grid], axis=1) * 2 + 1) * half
         corners, count = np.array(list(product((-0.5, 0.5), repeat=len(half)))), 0
         while len(x):
             count += len(x)

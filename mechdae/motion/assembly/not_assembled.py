@@ -174,10 +174,10 @@ def as_sketch(assembler: Assembler, mode: Mode, u: Floats) -> Json:
 
         return in_space(assembler, mode, u, q)
     driven = {c.part for c in scene.drivers if c.kind == "body angle"}
-    for own in scene.recovered:
-        if own.kind is ANGLE and own.owner in scene.model.mechanism.bodies:
-            digits = DECIMALS_OF_DRIVERS if own.owner in driven else DECIMALS
-            angles[f"{own.owner}_deg"] = round(math.degrees(q[own.key]), digits) + 0.0
+    for coordinate in scene.recovered:
+        if coordinate.kind is ANGLE and coordinate.owner in scene.model.mechanism.bodies:
+            digits = DECIMALS_OF_DRIVERS if coordinate.owner in driven else DECIMALS
+            angles[f"{coordinate.owner}_deg"] = round(math.degrees(q[coordinate.key]), digits) + 0.0
     for group in scene.groups:
         places = [i for b in assembler.blocks_of(group) for i in assembler.graphs.blocks[b].own]
         if not scene.unknowns.turns[places].all() or any(

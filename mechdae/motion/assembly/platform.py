@@ -143,9 +143,11 @@ class _Platform:
         held = cluster[nearest][certain]
         proven = not free
         for k in set(cluster.tolist()):
-            own = cluster == k
+            members = cluster == k
             count = int(np.sum(held == k))
-            proven &= count == own.sum() or (count == 0 and self.none_near(roots[own], radius[own]))
+            proven &= count == members.sum() or (
+                count == 0 and self.none_near(roots[members], radius[members])
+            )
         gap = 0.0 if len(w) else self.gap()
         base, platform = self.origin
         return Closures(base + self.size * z - w * platform, w, bool(proven), gap, free)

@@ -29,7 +29,7 @@ def own_pose(
     if start is None:
         return None
     graph = sketched.assembler.graphs.blocks[b]
-    own, size = graph.own, sketched.assembler.natural[graph.own]
+    unknowns, size = graph.own, sketched.assembler.natural[graph.own]
     units = [sketched.assembler.size if unit == "m" else 1.0 for unit in graph.block.units]
     pose, last = start.copy(), math.inf
     for _ in range(ITERATIONS):
@@ -42,7 +42,7 @@ def own_pose(
             return None
         if moved >= last or moved == 0.0:
             break
-        pose[own] -= step * size
+        pose[unknowns] -= step * size
         last = moved
     return pose
 
@@ -52,11 +52,13 @@ def _start(sketched: Sketched, b: int, x: Unknowns, u: Floats) -> Floats | None:
     assembler, graph = sketched.assembler, sketched.assembler.graphs.blocks[b]
     pose, lengths = x.copy(), []
     for i in graph.own:
-        own = sketched.scene.unknowns[i]
-        if own.kind is PLACE or (own.kind is ANGLE and own.owner not in sketched.stage):
+        coordinate = sketched.scene.unknowns[i]
+        if coordinate.kind is PLACE or (
+            coordinate.kind is ANGLE and coordinate.owner not in sketched.stage
+        ):
             places = {c.part: v for c, v in assembler.places.items() if c.on_curve}
-            pose[i] = places.get(own.owner, np.nan)
-        elif own.kind is ANGLE:
+            pose[i] = places.get(coordinate.owner, np.nan)
+        elif coordinate.kind is ANGLE:
             pose[i] = assembler.turns.whole.start(i, pose, u)
         else:
             lengths.append(i)

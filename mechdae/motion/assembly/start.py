@@ -71,18 +71,18 @@ def _check_near(assembler: Assembler, x: Unknowns, u: Floats) -> None:
 
     Other sketches so far off have a note: they may be those of another value of the driver.
     """
-    for stage, own in _turned(assembler, x, u).items():
+    for stage, angles in _turned(assembler, x, u).items():
         group = assembler.scene.groups[stage]
-        plain = [body for body, (wanted, _) in own.items() if abs(wanted) > MANY]
-        body = max(own, key=lambda name: abs(own[name][1]))
-        off = math.hypot(*[gap for _, gap in own.values()])
+        plain = [body for body, (wanted, _) in angles.items() if abs(wanted) > MANY]
+        body = max(angles, key=lambda name: abs(angles[name][1]))
+        off = math.hypot(*[gap for _, gap in angles.values()])
         if not plain or group.driven or off <= math.pi / 2:
             continue
         if len(assembler.candidates(group, x, u, nearby=True)[0]) < 2:
             continue
         near = ", ".join(
             f"{name}_deg = {math.degrees(math.remainder(wanted + gap, 2 * math.pi)):.6g}"
-            for name, (wanted, gap) in own.items()
+            for name, (wanted, gap) in angles.items()
         )
         slips = [f"{name} = {v:g}" for name, v in assembler.sketch.items() if abs(v) > MANY]
         slip = f"in radians are {', '.join(slips)}; did you mean {slips[0].split()[0]}_deg? Else "
@@ -128,7 +128,7 @@ def doubts(
     notes = list(slips)
     for c, wanted, value in zip(plan.coordinates, plan.sketch, u, strict=True):
         if math.isfinite(wanted) and wanted != value and not c.is_angle:
-            texts = (f"{c.text} = {shown(c.unit, own)}" for own in (wanted, value))
+            texts = (f"{c.text} = {shown(c.unit, number)}" for number in (wanted, value))
             notes.append(
                 "sketch: {} does not close; begun at {}, which is asked for".format(*texts)
             )
@@ -168,8 +168,8 @@ def doubts(
         off = assembler.sketched.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
             away = f"is {math.degrees(off):.0f} degrees away from it"
-            if len(own := _turned(assembler, x, u).get(stage, {})) > 1:
-                body, (wanted, gap) = max(own.items(), key=lambda each: abs(each[1][1]))
+            if len(angles := _turned(assembler, x, u).get(stage, {})) > 1:
+                body, (wanted, gap) = max(angles.items(), key=lambda each: abs(each[1][1]))
                 angle = math.degrees(math.remainder(wanted + gap, 2 * math.pi))
                 away += f", {body} most of all, at {angle:.0f} deg"
             if assembler.scene.model.space.behind:  # places count as shares of the size

@@ -37,15 +37,15 @@ def of_loop(
     """
     graph = solver.graph
     scene = solver.scene
-    own = [scene.unknowns[i].key for i in graph.own]
+    keys = [scene.unknowns[i].key for i in graph.own]
     joints = scene.model.mechanism.joints
     if graph.size != 3 or graph.rows != 3 or graph.redundant:
         return None
-    if not all(name in joints and joints[name].pointer for name, _ in own):
+    if not all(name in joints and joints[name].pointer for name, _ in keys):
         return None
     letters: dict[str, str] = {}
     for word in WORDS:
-        for name, other in own:
+        for name, other in keys:
             if other == word:
                 letters[name] = letters.get(name, "") + LETTERS[word]
     order = next((o for o in permutations(letters) if _name(letters, o) in MODULES), None)
@@ -56,14 +56,14 @@ def of_loop(
         return np.array(graph.function(x, z, u, solver.p)).ravel()
 
     def vector(name: str, x: Unknowns) -> Any:
-        at = dict(zip(own, x, strict=True))
+        at = dict(zip(keys, x, strict=True))
         length, e, a = (at.get((name, w), known.get((name, w), np.nan)) for w in WORDS)
         return length * np.array([np.cos(e) * np.cos(a), np.sin(e), np.cos(e) * np.sin(a)])
 
     first = np.full(3, TRIAL[0])
     signs, here = {}, rows(first)
     for name in order:
-        second = np.array([TRIAL[owner == name] for owner, _ in own])
+        second = np.array([TRIAL[owner == name] for owner, _ in keys])
         change, moved = rows(second) - here, vector(name, second) - vector(name, first)
         signs[name] = 1.0 if change @ moved > 0 else -1.0
         if not np.abs(change - signs[name] * moved).max() <= 1e-9 * np.abs(moved).max():
@@ -73,7 +73,7 @@ def of_loop(
         {
             word: known[name, word] * (signs[name] if word == "length" else 1.0)
             for word in WORDS
-            if (name, word) not in own
+            if (name, word) not in keys
         }
         for name in order
     ]
@@ -85,10 +85,10 @@ def of_loop(
         value = {
             word: found.unknowns[f"{word}{position}"][0, : len(x)]
             for word in WORDS
-            if (name, word) in own
+            if (name, word) in keys
         }
         for word, values in _turned(value, signs[name]).items():
-            x[:, own.index((name, word))] = values
+            x[:, keys.index((name, word))] = values
     size = np.abs(total).max() + max(np.abs(vector(n, row)).max() for row in x for n in order)
     if max(np.abs(rows(row)).max() for row in x) > CLOSED * size:
         return None

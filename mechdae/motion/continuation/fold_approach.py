@@ -154,13 +154,13 @@ class FoldApproach:
 
         Nothing is proved about the way; None where the pose is not close, or they do not close.
         """
-        g, own = self.graphs, list(limit.own)
+        g, unknowns = self.graphs, list(limit.own)
         if abs(limit.s - s) > CLOSE_BY * self.finder.unit:
             return None
         later = sorted({k for b in blocks for k in g.ancestors(b)} - set(g.ancestors(limit.block)))
         chain, _ = self.finder.chain(limit.block)
         at, rate = x.copy(), limit.v.copy()
-        at[chain], at[own] = limit.x[chain], limit.x[own]
+        at[chain], at[unknowns] = limit.x[chain], limit.x[unknowns]
         u = self.motion(limit.s)[0]
         for k in later:
             graph, w, size = g.blocks[k], self.finder.weights[k], np.inf
@@ -222,18 +222,18 @@ class FoldApproach:
 
     def _later(self, b: int, place: _Place) -> bool:
         """Solve for the unknowns of a later block and their rates; return whether that held."""
-        own, w = self.graphs.blocks[b].own, self.finder.weights[b]
+        unknowns, w = self.graphs.blocks[b].own, self.finder.weights[b]
         u, du, *_ = self.motion(float(place.y[-1]))
         du = du * place.tangent[-1]
         for k in range(ITERATIONS):
             step, rate, det, beta, left = self._step(b, place.x, u, place.rate, du)
             if not np.all(np.isfinite(step)):
                 return False
-            place.x[own] -= step
+            place.x[unknowns] -= step
             h = self.kappa[b] * beta * np.linalg.norm(step / w)
             if k > 0 and h < SMALL:
                 break
-        place.rate[own], place.beta[b], place.sign[b] = rate, beta, float(np.sign(det))
+        place.rate[unknowns], place.beta[b], place.sign[b] = rate, beta, float(np.sign(det))
         open_by = self.graphs.scene.model.mechanism.tolerance / self.finder.scale
         return bool(h <= LAST and left <= OPEN + open_by)
 
@@ -260,14 +260,16 @@ class FoldApproach:
         drift = np.abs(du) * off[-1] + 2 * np.abs(end - du) * abs(t - s)
         for k in later:
             tube = self._tube(k)
-            own, w = self.graphs.blocks[k].own, self.finder.weights[k]
+            unknowns, w = self.graphs.blocks[k].own, self.finder.weights[k]
             driven, numbers = du * here.tangent[-1], (here.beta[k], step)
             inputs = (here.x, here.rate, away, u, driven, drift, numbers, self.consts)
             (test, *_), (radius, *_), reach = tube(*inputs)
-            moved = np.linalg.norm((after.x[own] - here.x[own] - here.rate[own] * step) / w)
+            moved = np.linalg.norm(
+                (after.x[unknowns] - here.x[unknowns] - here.rate[unknowns] * step) / w
+            )
             if not (test <= 1 and _within(moved, radius) and after.sign[k] == here.sign[k]):
                 return False
-            away[own] = reach
+            away[unknowns] = reach
         return True
 
     def _off(self, curve: _Curve, here: _Place, after: _Place, step: float) -> Floats | None:
@@ -310,11 +312,11 @@ class FoldApproach:
         """Return the fold with the later blocks of its place on the way."""
         if not curve.near(here.y, curve.fold):
             return None
-        own = [i for k in later for i in self.graphs.blocks[k].own]
+        unknowns = [i for k in later for i in self.graphs.blocks[k].own]
         x, rate = limit.x.copy(), limit.v.copy()
         # as in the fold's expansion, which may count sigma in other units
         share = float(curve.normal[:-1] @ limit.v[curve.chain])
-        x[own], rate[own] = here.x[own], way * share * here.rate[own]
+        x[unknowns], rate[unknowns] = here.x[unknowns], way * share * here.rate[unknowns]
         return replace(limit, x=x, v=rate)
 
 

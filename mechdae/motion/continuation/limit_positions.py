@@ -84,11 +84,11 @@ class Limit:
 
     def leads_to(self, x: Unknowns, s: float, tolerance: float) -> bool:
         """Return whether the expansion of the fold's block leads back to the pose `x` at `s`."""
-        own = list(self.own)
-        offset = (x - self.x)[own]
-        sigma = np.sign(offset @ self.v[own]) * np.sqrt(max((s - self.s) / self.c, 0.0))
+        unknowns = list(self.own)
+        offset = (x - self.x)[unknowns]
+        sigma = np.sign(offset @ self.v[unknowns]) * np.sqrt(max((s - self.s) / self.c, 0.0))
         far = float(np.max(np.abs(offset)))
-        miss = float(np.max(np.abs(offset - self.v[own] * sigma)))
+        miss = float(np.max(np.abs(offset - self.v[unknowns] * sigma)))
         return far > 0 and miss <= tolerance * far
 
 
@@ -132,9 +132,9 @@ class LimitFinder:
 
         Unknowns of blocks that it does not depend on stay those of the pose (see `FoldApproach`).
         """
-        chain, own = self.chain(b)
+        chain, columns = self.chain(b)
         count, w = len(chain), self.weights[b]
-        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
+        y = np.concatenate([x[chain], [s], np.zeros(len(columns))])
         y[count + 1 :] = np.linalg.svd(self.evaluate(b, y)[2] * w)[2][-1]
         if not self._solve(b, y, s, count, 50 * largest):
             return None
@@ -153,11 +153,11 @@ class LimitFinder:
         b, missed = crossing.block, crossing.missed
         if missed is None or missed.passes:
             return None
-        chain, own = self.chain(b)
+        chain, columns = self.chain(b)
         ds, offset = missed.turning(sense)
         direction = missed.v / self.weights[b]
         y = np.concatenate([x[chain], [crossing.s + ds], direction / np.linalg.norm(direction)])
-        y[own] = crossing.x + offset
+        y[columns] = crossing.x + offset
         exact, function = [exactly(value) for value in y], self._system(b)
         try:
             for _ in range(PRECISE):
@@ -251,10 +251,10 @@ class LimitFinder:
         "locked": a redundant block is not singular, but its equations are not met beyond;
         "unproved": a block is not singular at all, such as at the corner of a curve.
         """
-        chain, own = self.chain(b)
-        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
+        chain, columns = self.chain(b)
+        y = np.concatenate([x[chain], [s], np.zeros(len(columns))])
         _, slope, J, F_y, _ = self.evaluate(b, y)
-        push = _push(slope, F_y, len(chain), own, len(J))
+        push = _push(slope, F_y, len(chain), columns, len(J))
         units = self.graphs.blocks[b].block.units
         rows = np.array([self.scale if unit == "m" else 1.0 for unit in units])
         sigma = np.linalg.svd(J * self.weights[b] / rows[:, None])[1]
@@ -270,10 +270,10 @@ def _left_null(J: Jacobian) -> Floats:
     return np.linalg.svd(J)[0][:, J.shape[1] - 1 :].T
 
 
-def _push(slope: Matrix, F_y: Floats, count: int, own: list[int], equations: int) -> Floats:
+def _push(slope: Matrix, F_y: Floats, count: int, columns: list[int], equations: int) -> Floats:
     """Return dF/ds of a block, its ancestors' unknowns following the path."""
     push = F_y[:, count].copy()
-    earlier = [k for k in range(count) if k not in own]
+    earlier = [k for k in range(count) if k not in columns]
     if earlier:
         rows = len(slope) - 1 - 2 * equations
         follow = -solve(slope[:rows, earlier], slope[:rows, count])

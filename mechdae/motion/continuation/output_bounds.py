@@ -57,7 +57,7 @@ class OutputBounds:
             rows, columns, call = graphs.output_slopes
             values, self.rounding = call(*sizes, *(part.ravel() for part in constants.boxes))
         self._rows = _rows(rows, columns, values, graphs.ny, graphs.nx)
-        self.words = {word: self.of(own) for word, own in outputs.bounded.items()}
+        self.words = {word: self.of(columns) for word, columns in outputs.bounded.items()}
         if outputs.matrices:
             rows, rounding = self.of(outputs.matrices)
             share = turned(graphs)

@@ -126,8 +126,8 @@ class Path(AnyPath):
             return None
         from mechdae.motion.continuation.quintic_steps import QuinticSteps
 
-        own = QuinticSteps(self.graphs, self.constants)
-        return own if own.kinds else None
+        steps = QuinticSteps(self.graphs, self.constants)
+        return steps if steps.kinds else None
 
     def proved_between(
         self,

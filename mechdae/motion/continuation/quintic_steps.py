@@ -65,13 +65,13 @@ class QuinticSteps:
     def numbers(self) -> Any:
         """Numbers q of each block, noise of its equations, half widths of its box."""
         if self._numbers is None:
-            graphs, own = self.graphs, self.constants
+            graphs, constants = self.graphs, self.constants
             values: Call = graphs.cache("quintic numbers", lambda: _numbers(graphs))
             ends = np.cumsum([graph.q.numel() for graph in graphs.blocks])[:-1]
-            q = np.split(values(own.p)[0], ends)
-            rows = graphs.units(own.scale, own.p)[1]
-            noise = [ROUNDED * rho * unit for rho, unit in zip(own.rho, rows, strict=True)]
-            width = BOX * graphs.scene.unknowns.sizes(own.scale)
+            q = np.split(values(constants.p)[0], ends)
+            rows = graphs.units(constants.scale, constants.p)[1]
+            noise = [ROUNDED * rho * unit for rho, unit in zip(constants.rho, rows, strict=True)]
+            width = BOX * graphs.scene.unknowns.sizes(constants.scale)
             self._numbers = q, noise, width
         return self._numbers
 
@@ -135,12 +135,12 @@ class QuinticSteps:
         good = np.zeros((count, graphs.nb), bool)
         for b, graph in enumerate(graphs.blocks):
             box, parts = given[b]
-            own, uses = graph.own, graph.uses
-            more = [away[:, uses], reach[:, own], reach[:, uses], whole]
-            same = [_rows(part, count) for part in (noise[b], width[own], q[b])]
+            unknowns, uses = graph.own, graph.uses
+            more = [away[:, uses], reach[:, unknowns], reach[:, uses], whole]
+            same = [_rows(part, count) for part in (noise[b], width[unknowns], q[b])]
             distance, share = box(*parts, *more, *same)
             good[:, b] = share[:, 0] <= FILLED
-            away[:, own] = np.where(good[:, b, None], distance, np.nan)
+            away[:, unknowns] = np.where(good[:, b, None], distance, np.nan)
         return good, away
 
     def _along(self, c: Any, line: Any) -> list[tuple[Batch, list[Any]]]:

@@ -167,14 +167,14 @@ class Expansion:
         """Return F (count, n) and J (count, n, n) along a polynomial, and what they leave out."""
         graph, function = self.graphs.blocks[b], self._function(b)
         assert function is not None
-        own = [BoundedPolynomial(c[:count, i].copy()) for i in graph.own]
+        polynomials = [BoundedPolynomial(c[:count, i].copy()) for i in graph.own]
         z = [BoundedPolynomial(c[:count, i].copy()) for i in graph.uses]
         driven: list[BoundedPolynomial | float] = []
         for value, rate in zip(u, d, strict=True):
             line = np.zeros(count)
             line[:2] = value, rate
             driven.append(BoundedPolynomial(line) if rate else float(value))
-        values = [own, z, driven, self.constants.p[graph.params].tolist()]
+        values = [polynomials, z, driven, self.constants.p[graph.params].tolist()]
         if b not in self._numbers:
             self._numbers[b] = function.numbers(values)
         F, J = function(values, self._numbers[b])
@@ -184,15 +184,15 @@ class Expansion:
 
     def _expand(self, b: int, c: Floats, u: Floats, d: Floats) -> None:
         """Write the coefficients of a block's unknowns by Newton's method on power series."""
-        own = self.graphs.blocks[b].own
+        unknowns = self.graphs.blocks[b].own
         for count in GROWING:
             f, _, j, _ = self._values(b, c, u, d, count)
-            c[:count, own] -= times(inverse(j, count), f[:, :, None], count)[:, :, 0]
+            c[:count, unknowns] -= times(inverse(j, count), f[:, :, None], count)[:, :, 0]
 
     def _share(self, c: Floats, blocks: list[int]) -> float:
         """Return the share of the step over which the last coefficients are small."""
-        own = [i for b in blocks for i in self.graphs.blocks[b].own]
-        size = np.abs(c[:, own] / self.sizes[own]).max(axis=1)
+        unknowns = [i for b in blocks for i in self.graphs.blocks[b].own]
+        size = np.abs(c[:, unknowns] / self.sizes[unknowns]).max(axis=1)
         last = (ORDER - 2, ORDER - 1)
         return float(min((LAST / size[k]) ** (1 / k) if size[k] > LAST else 1.0 for k in last))
 

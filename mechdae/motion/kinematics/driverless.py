@@ -68,9 +68,9 @@ def independent(
     for c in dict.fromkeys(every):
         if len(found) == basis.shape[1]:
             break
-        own = slope(c)
-        size = float(np.linalg.norm(own))
-        along = basis.T @ own
+        gradient = slope(c)
+        size = float(np.linalg.norm(gradient))
+        along = basis.T @ gradient
         rest = along - across @ (across.T @ along)
         length = float(np.linalg.norm(rest))
         if size > 0 and length > INDEPENDENT * size:

@@ -74,9 +74,9 @@ class Spans:
         at_nodes = evaluator.at(path, np.array(places))
         columns = np.array([column for column, _, _ in self.entries])
         known = [
-            np.where(own.alive.all(axis=1)[:, None], own.y[0][:, columns], np.nan)
-            - _whole_turns(own, columns)
-            for own in (poses, at_nodes)
+            np.where(each.alive.all(axis=1)[:, None], each.y[0][:, columns], np.nan)
+            - _whole_turns(each, columns)
+            for each in (poses, at_nodes)
         ]  # no body goes further than the mechanism does
         least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
         most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])

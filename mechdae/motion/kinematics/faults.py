@@ -135,7 +135,7 @@ def _cause(run: Run, status: Integers, poses: range) -> Json:
         at = run.path.guess(place)[0], run.path.drivers(place)[0]
         found.append(reason(run.path.graphs, run.path.constants, *at, np.flatnonzero(lost)))
     order = list(Cause)
-    return min(found, key=lambda own: (order.index(own.cause), own.least)).entry()
+    return min(found, key=lambda cut: (order.index(cut.cause), cut.least)).entry()
 
 
 def _first_lost(setting: Setting, alive: Booleans) -> Group | None:
@@ -157,8 +157,8 @@ def fault(
     if failed:
         parts.append(_lost(setting, run, status, failed))
     for joint in dict.fromkeys(entry["joint"] for entry in rollers):
-        own = [entry for entry in rollers if entry["joint"] == joint]
-        parts.append(_cutting(setting, joint, own))
+        cuts = [entry for entry in rollers if entry["joint"] == joint]
+        parts.append(_cutting(setting, joint, cuts))
     return "; ".join(parts) or None
 
 

@@ -178,8 +178,8 @@ def _notes(modes: _Modes) -> list[str]:
     from mechdae.motion.kinematics.lost_poses import reason
 
     unsure: dict[Cause, list[str]] = {}
-    for mode, own in zip(found, sure, strict=True):
-        if not own:
+    for mode, certain in zip(found, sure, strict=True):
+        if not certain:
             graphs, constants = assembler.graphs, modes.certain.constants
             why = reason(graphs, constants, mode.x, modes.u, range(graphs.nb))
             unsure.setdefault(why.cause, []).append(",".join(mode.labels))

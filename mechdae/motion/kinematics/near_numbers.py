@@ -54,7 +54,7 @@ class NearNumbers:
         self._p, places = model.p_values, {name: i for i, name in enumerate(model.p_names)}
         self._places = [(name, places[name]) for name in self._changed if name in places]
         joints = mechanism.joints.values()
-        self._joints = [(joint, own) for joint in joints if (own := self._touched(joint))]
+        self._joints = [(joint, touched) for joint in joints if (touched := self._touched(joint))]
         self._links = [
             pins for name in mechanism.bodies for pins in self._pins(mechanism, name) if pins
         ]
@@ -63,9 +63,9 @@ class NearNumbers:
     def _expressions(self, mechanism: Mechanism) -> list[tuple[str, str]]:
         """Return parameters that are expressions of what changes, each after those it needs."""
         found: list[tuple[str, str]] = []
-        left = {n: own for n, own in mechanism.parameters.items() if isinstance(own, str)}
+        left = {n: text for n, text in mechanism.parameters.items() if isinstance(text, str)}
         while True:
-            ready = [n for n, own in left.items() if names_in(own) & self._changed]
+            ready = [n for n, text in left.items() if names_in(text) & self._changed]
             ready = [n for n in ready if not names_in(left[n]) & (left.keys() - {n})] or ready
             if not ready:
                 return found
@@ -81,8 +81,8 @@ class NearNumbers:
         """Return the coordinates of pairs of pins of a body that change."""
         hinges = [joint for joint in mechanism.joints.values() if joint.hinge]
         sides = {side for joint in hinges for side in (joint.first, joint.second)}
-        own = sorted(side for side in sides if side.split(".")[0] == body != GROUND)
-        places = [[f"{pin}.{axis}" for axis in mechanism.axes] for pin in own]
+        references = sorted(side for side in sides if side.split(".")[0] == body != GROUND)
+        places = [[f"{pin}.{axis}" for axis in mechanism.axes] for pin in references]
         return [
             (first, second)
             for k, first in enumerate(places)
@@ -103,7 +103,9 @@ class NearNumbers:
         for driver in task.all_drivers:
             asked += [driver.from_, driver.to, *(driver.at or ())]
             asked += [driver.speed, driver.acceleration, driver.jerk]
-        return not any(isinstance(own, str) and names_in(own) & self._changed for own in asked)
+        return not any(
+            isinstance(number, str) and names_in(number) & self._changed for number in asked
+        )
 
     def __call__(self, numbers: Mapping[str, Number]) -> Any:
         """Return the parameters (np,), None where they are another structure's or no mechanism's.
@@ -121,8 +123,8 @@ class NearNumbers:
                 values[name] = evaluate(text, known)
             base = self.mechanism.values() if self._joints or self._links else {}
             every = base | values
-            for joint, own in self._joints:
-                joint.check({entry: every[name] for entry, name in own.items()})
+            for joint, touched in self._joints:
+                joint.check({entry: every[name] for entry, name in touched.items()})
         except MechdaeError:
             return None
         for first, second in self._links:

@@ -224,8 +224,8 @@ class NearPoses:
         if not low or not high:
             return None
         n = self.graphs.nx
-        S = [*(own[::-1] for own in low[0][::-1]), np.array([begun.s]), *high[0]]
-        states = [*(own[::-1] for own in low[1][::-1]), begun.state[None, :], *high[1]]
+        S = [*(steps[::-1] for steps in low[0][::-1]), np.array([begun.s]), *high[0]]
+        states = [*(steps[::-1] for steps in low[1][::-1]), begun.state[None, :], *high[1]]
         whole = np.concatenate(states)
         X, V, A = (whole[:, k * n : (k + 1) * n] for k in range(3))
         return np.concatenate(S), X, V, A

@@ -81,9 +81,9 @@ def _crossed(
     events = []
     for crossing in zone.crossings:
         group = next(g for g in setting.scene.groups if g.index == crossing.group)
-        own = path.graphs.blocks[crossing.block].own
-        other = crossing.other.slope if crossing.other is not None else [None] * len(own)
-        names = [".".join(setting.scene.x_names[i]) for i in own]
+        unknowns = path.graphs.blocks[crossing.block].own
+        other = crossing.other.slope if crossing.other is not None else [None] * len(unknowns)
+        names = [".".join(setting.scene.x_names[i]) for i in unknowns]
         tangents = {
             name: [float(a), None if b is None else float(b)]
             for name, a, b in zip(names, crossing.own.slope, other, strict=True)

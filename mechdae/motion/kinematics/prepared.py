@@ -64,12 +64,14 @@ class Shape:
 
     def of(self, model: Model, plan: DriverPlan, on_change_point: str) -> Setting:
         """Return the setting of a copy of the shape's model with other numbers."""
-        own = self.scene.at(model)
-        graphs = self.graphs.at(own)
+        the_scene = self.scene.at(model)
+        graphs = self.graphs.at(the_scene)
         assembler = Assembler(graphs, sketched(model.mechanism))
-        outputs = self.outputs.at(own)
+        outputs = self.outputs.at(the_scene)
         expressions = self.expressions.at(model) if self.expressions is not None else None
-        return Setting(plan, own, outputs, graphs, assembler, expressions, on_change_point, self)
+        return Setting(
+            plan, the_scene, outputs, graphs, assembler, expressions, on_change_point, self
+        )
 
 
 @dataclass

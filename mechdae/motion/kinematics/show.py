@@ -47,22 +47,22 @@ def driven_structure(
         if model is None:
             model = model_of(problem.mechanism, numbers.coordinates)
         kept = None if loaded is None else list(loaded)
-        own = scene(model, numbers.coordinates, task.outputs, loaded=kept)
-        entry |= parts(own) if parts is not None else {}
+        the_scene = scene(model, numbers.coordinates, task.outputs, loaded=kept)
+        entry |= parts(the_scene) if parts is not None else {}
     except MechdaeError as error:
         return {"kind": task.kind, "available": task.available, "error": str(error)}
     entry |= {
         "drivers": [c.text for c in numbers.coordinates],
-        "unknowns": len(own.x_names),
-        "blocks": [len(block.x) for block in own.blocks],
-        "not_in_scene": own.not_in_scene,
+        "unknowns": len(the_scene.x_names),
+        "blocks": [len(block.x) for block in the_scene.blocks],
+        "not_in_scene": the_scene.not_in_scene,
     }
     if isinstance(task, Sweep):
         entry["builds"] = list(WORDS[: max(task.derivatives, order) + 1])
         if task.measures:
             entry["builds"].append("measures " + ", ".join(task.measures))
-        if own.selection.named:
-            entry["builds"].append("outputs " + ", ".join(own.selection.named))
+        if the_scene.selection.named:
+            entry["builds"].append("outputs " + ", ".join(the_scene.selection.named))
         entry["poses"] = numbers.poses
     return entry
 

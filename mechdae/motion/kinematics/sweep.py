@@ -107,8 +107,8 @@ def along(
 
     path, places = covered(follow, setting, path_range.span, path_range.margin, (x, u))
     rates = (plan.speed, plan.acceleration, plan.jerk)
-    own = [rate[:, [moving]] for rate in rates]
-    driver = None if laws else (own[0], own[1], own[2])
+    led = [rate[:, [moving]] for rate in rates]
+    driver = None if laws else (led[0], led[1], led[2])
     measures = bool(task.measures)  # of derivatives by the driver
     poses = swept(
         evaluator, path, places, rates if laws else (), None if measures else driver, measures
@@ -140,7 +140,7 @@ def along(
         along_path(setting.outputs, task, evaluator, path, places, measured, moving)
         for event in measured.events if graphs.nu > 1 else ():
             event["at"] = path.drivers(np.array([event["at"]]))[0].tolist()
-        poses.y = in_time(poses.y, *own)
+        poses.y = in_time(poses.y, *led)
     return Run(path, evaluator, poses, values, places, events, summary, measured, spans)
 
 

@@ -134,7 +134,7 @@ def _follow(track: Track, members: list[Course]) -> None:
     slack, rows = SAME * track.unit, np.flatnonzero(moving).tolist()
     for piece in pieces:
         found = stops(track, piece, [columns[k] for k in rows], size[rows])
-        for k, stop in ((k, stop) for k, own in zip(rows, found, strict=True) for stop in own):
+        for k, stop in ((k, stop) for k, each in zip(rows, found, strict=True) for stop in each):
             first, last = (float(s + piece.shift) for s in (stop.first, stop.last))
             if stop.sense and last >= track.low - slack and first <= track.high + slack:
                 at = float(np.clip((first + last) / 2, track.low, track.high))

@@ -97,9 +97,9 @@ def _bars(scene: Scene, group: Group) -> list[tuple[str, tuple[str, str]]]:
         link = model.idle.get(body) if body in model.spinning else None
         if link is None:
             continue
-        own = [name for name in (link.joint, *link.others)
+        names = [name for name in (link.joint, *link.others)
                if set(joints[name].bodies) & (set(group.bodies) - {body})]  # fmt: skip
-        found.append((own[0] if own else link.joint, link.ends))
+        found.append((names[0] if names else link.joint, link.ends))
     return found
 
 
@@ -120,8 +120,8 @@ def _way(model: Any, joint: Any, link: str, ends: tuple[str, str]) -> Sym:
 def requests(scene: Scene) -> list[Request]:
     """Return dot and vector product of both directions of each driven link."""
     return [
-        (PREFIX + own.joint, ca.vertcat(own.dot, ca.cross(own.bar, own.way)), own.held)
-        for own in driven_by_bars(scene)
+        (PREFIX + bar.joint, ca.vertcat(bar.dot, ca.cross(bar.bar, bar.way)), bar.held)
+        for bar in driven_by_bars(scene)
     ]  # fmt: skip
 
 

@@ -59,7 +59,9 @@ class Module:
     def plain(self) -> Json:
         """Return it as plain data, with the unknowns in words."""
         words = WORDS if self.space else PLANE_WORDS
-        return asdict(self) | {"unknowns": [[words[u] for u in own] for own in self.unknowns]}
+        return asdict(self) | {
+            "unknowns": [[words[u] for u in letters] for letters in self.unknowns]
+        }
 
 
 _Row = tuple[str, tuple[str, ...], str, int, int, str, str]
@@ -116,7 +118,7 @@ SPATIAL = tuple(
         row[0],
         True,
         number,
-        tuple(SETS[own] for own in row[0].split("-")),
+        tuple(SETS[word] for word in row[0].split("-")),
         *row[1:],
         singular=row[0] == "b-b-b",
     )

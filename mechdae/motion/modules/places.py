@@ -49,7 +49,7 @@ def candidates(vectors: list[Vector3], d: Floats, wide: bool = False) -> list[Ma
     if not wide:
         return _circles(circles, d, best[0], False)
     parts = [_circles(circles, d, which, True) for which in best]
-    return [np.concatenate(own, axis=1) for own in zip(*parts, strict=True)]
+    return [np.concatenate(arrays, axis=1) for arrays in zip(*parts, strict=True)]
 
 
 def _roots(g: Any, d: Floats, degree: int, near: float = NEAR) -> Floats:
@@ -111,8 +111,8 @@ def _two(vectors: list[Vector3], d: Floats) -> list[Matrices]:
     if curve.unknown == "l":
         second = _on_line(level, curve.u, d, degree)
     else:
-        own = circle(curve)
-        second = own.at(_roots(lambda t: level(d[:, None, :] - own.at(t)), d, degree))
+        place = circle(curve)
+        second = place.at(_roots(lambda t: level(d[:, None, :] - place.at(t)), d, degree))
     return [d[:, None, :] - second, second]
 
 
@@ -141,10 +141,10 @@ def _line_and_circles(u: Floats, circles: list[Circle], d: Floats) -> list[Matri
     p /= np.linalg.norm(p, axis=1, keepdims=True)
     frame = np.stack([p, np.cross(u, p)], axis=1)
 
-    def matrix(own: Circle) -> Any:
-        return np.einsum("nij,njk->nik", frame, np.stack([own.first, own.second], axis=2))
+    def matrix(circle: Circle) -> Any:
+        return np.einsum("nij,njk->nik", frame, np.stack([circle.first, circle.second], axis=2))
 
-    areas = np.stack([np.abs(np.linalg.det(matrix(own))) for own in circles])
+    areas = np.stack([np.abs(np.linalg.det(matrix(circle))) for circle in circles])
     which = np.argmax(areas, axis=0)
     inverted = circles[0].taken([circles[1]], which)
     hidden = circles[0].taken([circles[1]], 1 - which)
@@ -186,7 +186,7 @@ def _line_and_circles(u: Floats, circles: list[Circle], d: Floats) -> list[Matri
 
 def _circles(circles: list[Circle], d: Floats, i: Integers, wide: bool) -> list[Matrices]:
     """Hide circle i, for two others that are crossed well; the eliminant has degree four."""
-    own, one, other = (circles[0].taken(circles[1:], (i + k) % 3) for k in range(3))
+    circle, one, other = (circles[0].taken(circles[1:], (i + k) % 3) for k in range(3))
     n1, n2 = one.normal, other.normal
     m = np.cross(n1, n2)
     with np.errstate(all="ignore"):
@@ -195,7 +195,7 @@ def _circles(circles: list[Circle], d: Floats, i: Integers, wide: bool) -> list[
     radius1, radius2 = one.radius[:, None] ** 2, other.radius[:, None] ** 2
 
     def parts(t: Floats) -> tuple[Floats, ...]:
-        s = (d - one.centre - other.centre)[:, None, :] - own.at(t)
+        s = (d - one.centre - other.centre)[:, None, :] - circle.at(t)
         with np.errstate(all="ignore"):
             mu2 = _dot(s, n1[:, None, :]) / _dot(n1, p2)[:, None]
             mu1 = _dot(s, n2[:, None, :]) / _dot(n2, p1)[:, None]
@@ -222,6 +222,6 @@ def _circles(circles: list[Circle], d: Floats, i: Integers, wide: bool) -> list[
         + (sigma - along)[..., None] * m[:, None, :]
         + mu2[..., None] * p2[:, None, :]
     )
-    found = np.stack([own.at(t), first, second])
+    found = np.stack([circle.at(t), first, second])
     rows = np.arange(len(d))
     return [found[(k - i) % 3, rows] for k in range(3)]

@@ -80,7 +80,7 @@ def solve_module(
             hint="one of the vectors needs an unknown length or elevation",
         )
     d = np.atleast_2d(np.asarray(total, float))
-    own = []
+    roots = []
     for position, unknown in enumerate(MODULES[name].unknowns):
         needed = [word for letter, word in WORDS.items() if letter not in unknown]
         for word in needed:
@@ -90,16 +90,16 @@ def solve_module(
             word: np.broadcast_to(np.asarray(vectors[position][word], float), (len(d),))
             for word in needed
         }
-        own.append(Vector3(unknown, known))
-    places = candidates(own, d)
-    found = _all(own, places, d)
+        roots.append(Vector3(unknown, known))
+    places = candidates(roots, d)
+    found = _all(roots, places, d)
     tried = np.isfinite(np.sum(places, axis=0)).all(axis=-1).sum(axis=1)
     found = replace(found, sure=found.count >= tried)
     doubtful = np.flatnonzero(~found.sure)
     if name in CIRCLES and doubtful.size:
         part = [
             Vector3(v.unknown, {word: value[doubtful] for word, value in v.known.items()})
-            for v in own
+            for v in roots
         ]
         more = _all(part, candidates(part, d[doubtful], wide=True), d[doubtful], MORE)
         return _with(found, doubtful, more)
@@ -147,13 +147,15 @@ def _polished(
         step = _step(columns, _closure(vectors, best, d))
         moved: list[dict[str, Floats]] = []
         letters = iter(range(3))
-        for own in best:
-            moved.append({word: value - step[..., next(letters)] for word, value in own.items()})
+        for solution in best:
+            moved.append(
+                {word: value - step[..., next(letters)] for word, value in solution.items()}
+            )
         new = _gap(vectors, moved, d)
         better = new < gap
         best = [
-            {word: np.where(better, new_own[word], value) for word, value in own.items()}
-            for own, new_own in zip(best, moved, strict=True)
+            {word: np.where(better, new_own[word], value) for word, value in solution.items()}
+            for solution, new_own in zip(best, moved, strict=True)
         ]
         gap = np.where(better, new, gap)
     columns = [c for v, f in zip(vectors, best, strict=True) for c in v.columns(f)]
@@ -199,7 +201,7 @@ def _between(
     pair: tuple[int, int],
 ) -> Floats:
     """Return the gap half-way between two solutions of some rows."""
-    own = [
+    solutions = [
         Vector3(v.unknown, {word: value[rows] for word, value in v.known.items()}) for v in vectors
     ]
     middle: list[dict[str, Floats]] = []
@@ -211,7 +213,7 @@ def _between(
             if word != "length":
                 turn = np.angle(np.exp(1j * turn))
             middle[-1][word] = (one + turn / 2)[:, None]
-    return _gap(own, middle, d[rows])[:, 0]
+    return _gap(solutions, middle, d[rows])[:, 0]
 
 
 def _distinct(
@@ -251,8 +253,8 @@ def _distinct(
 
     unknowns = {
         f"{word}{position}": taken(np.broadcast_to(value, gap.shape))
-        for position, own in enumerate(found, start=1)
-        for word, value in own.items()
+        for position, solution in enumerate(found, start=1)
+        for word, value in solution.items()
     }
     return ModuleSolutions(unknowns, count, taken(gap), taken(determinant))
 
@@ -270,7 +272,7 @@ def solve_planar(
     d = np.atleast_2d(np.asarray(total, float))
     level = np.zeros(len(d))
     total3 = np.stack([d[:, 0], d[:, 1], level], axis=1)
-    own = [
+    solutions = [
         {"elevation" if word == "angle" else word: value for word, value in v.items()}
         | {"azimuth": level}
         for v in vectors
@@ -278,10 +280,10 @@ def solve_planar(
     # the line across, along z: its length is found as zero
     across = {"elevation": level, "azimuth": level + np.pi / 2}
     spatial, order = {
-        "la": ("la-l", [*own, across]),
-        "l-l": ("l-l-l", [*own, across]),
-        "l-a": ("l-l-a", [own[0], across, *own[1:]]),
-        "a-a": ("l-a-a", [across, *own]),
+        "la": ("la-l", [*solutions, across]),
+        "l-l": ("l-l-l", [*solutions, across]),
+        "l-a": ("l-l-a", [solutions[0], across, *solutions[1:]]),
+        "a-a": ("l-a-a", [across, *solutions]),
     }[name]
     result = solve_module(spatial, order, total3)
     unknowns = {}
@@ -290,7 +292,7 @@ def solve_planar(
         given = order[place]
         if given is across:
             continue
-        position = next(k for k, v in enumerate(own, start=1) if v is given)
+        position = next(k for k, v in enumerate(solutions, start=1) if v is given)
         unknowns[f"{'angle' if word == 'elevation' else word}{position}"] = value
     return ModuleSolutions(
         dict(sorted(unknowns.items())), result.count, result.gap, result.determinant

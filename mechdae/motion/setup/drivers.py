@@ -249,8 +249,8 @@ class Sketch:
 
     def coordinates(self, mechanism: Mechanism) -> dict[NamedCoordinate, float]:
         """Return all of it by coordinate."""
-        own = {coordinate(mechanism, f"{body}.angle"): v for body, v in self.angles.items()}
-        return own | self.places
+        angles = {coordinate(mechanism, f"{body}.angle"): v for body, v in self.angles.items()}
+        return angles | self.places
 
 
 def sketched(mechanism: Mechanism) -> Sketch:

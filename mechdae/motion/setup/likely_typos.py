@@ -37,8 +37,8 @@ def doubts(problem: Problem) -> list[str]:
     for name, task in problem.tasks.items():
         if isinstance(task, Driven):
             slips = driver_slips(task, problem.mechanism)
-            own = [note for note in slips if note.split(" is in")[0].split(": ")[1] not in told]
-            notes += [f"tasks.{name}.{note}" for note in own]
+            untold = [note for note in slips if note.split(" is in")[0].split(": ")[1] not in told]
+            notes += [f"tasks.{name}.{note}" for note in untold]
     return notes + odd_lengths(problem.mechanism)
 
 
@@ -58,7 +58,7 @@ def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
         place = "driver" if task.drivers is None else f"drivers[{k}]"
         if not c.is_angle:
             if lengths and abs(value) > TIMES * lengths:
-                words = ", ".join(f"{own}_mm" for own in plain)
+                words = ", ".join(f"{name}_mm" for name in plain)
                 notes.append(
                     f"{place}: {word} = {value:g} is in metres, {abs(value) / lengths:.0f} times "
                     f"all lengths together; did you mean {words}?"
@@ -145,10 +145,10 @@ def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, Callable[[], str]]]:
         if joint.bar:
             size = abs(values[f"{joint.name}.length"])
             yield size, partial("{}.length is {:g} m".format, joint.name, size)
-    for body, own in points.items():
-        if len(own) > 1:
-            size = _largest(list(own.values()))
-            yield size, partial(_far_apart, body, own, size)
+    for body, places in points.items():
+        if len(places) > 1:
+            size = _largest(list(places.values()))
+            yield size, partial(_far_apart, body, places, size)
     known = mechanism.parameter_values
     for name, number in mechanism.sketch.items():
         joint_name = name.removesuffix(".slide")

@@ -106,8 +106,8 @@ class Outputs:
         at = {group.index: k for k, group in enumerate(scene.groups)}
         stage = {i: at[block.group] for block in scene.blocks for i in block.x}
 
-        def rank(own: list[int]) -> tuple[int, int]:
-            each = [scene.held(result[i]) for i in own]
+        def rank(columns: list[int]) -> tuple[int, int]:
+            each = [scene.held(result[i]) for i in columns]
             stages = [stage[i] for x, _, _ in each for i in x]
             return max(stages, default=-1), sum(bool(x or u) for x, u, _ in each)
 
@@ -185,14 +185,14 @@ class Outputs:
         head, _, tail = path.partition("/")
         part, _, quantity = tail.rpartition("/")
         entries = [e for e in self.entries if e.kind == head and e.name not in ("guide", "value")]
-        own = [entry for entry in entries if entry.part == part]
-        if not own:
+        of_part = [entry for entry in entries if entry.part == part]
+        if not of_part:
             raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
-        for entry in own:
+        for entry in of_part:
             names = self._names(entry)
             if quantity in names and entry.name not in TURNS:
                 return names.index(quantity), entry.columns
-        known = [f"{head}/{part}/{name}" for entry in own for name in self._names(entry)]
+        known = [f"{head}/{part}/{name}" for entry in of_part for name in self._names(entry)]
         raise UnknownName("path", path, known)
 
     def named(self, values: list[Floats], extra: Tables | None = None) -> dict[str, Named]:

@@ -53,13 +53,15 @@ class Enclosed:
     real: Any
 
 
-def enclosed(own: BoundedEquations, p: Complexes, z: Complexes) -> Enclosed:
+def enclosed(equations: BoundedEquations, p: Complexes, z: Complexes) -> Enclosed:
     """Return solutions (n, N) at numbers p, refined, with boxes.
 
     The box of a ``real`` solution is its own mirror image.
     """
-    symmetric = own.symmetric(p)
-    parts = [_enclosed(own, p, z[i : i + AT_ONCE], symmetric) for i in range(0, len(z), AT_ONCE)]
+    symmetric = equations.symmetric(p)
+    parts = [
+        _enclosed(equations, p, z[i : i + AT_ONCE], symmetric) for i in range(0, len(z), AT_ONCE)
+    ]
     if not parts:
         return Enclosed(z, np.zeros(z.shape), np.zeros(0, bool), np.zeros(0, bool))
     return Enclosed(
@@ -68,23 +70,23 @@ def enclosed(own: BoundedEquations, p: Complexes, z: Complexes) -> Enclosed:
     )  # fmt: skip
 
 
-def _enclosed(own: BoundedEquations, p: Complexes, z: Complexes, symmetric: bool) -> Enclosed:
+def _enclosed(equations: BoundedEquations, p: Complexes, z: Complexes, symmetric: bool) -> Enclosed:
     with np.errstate(all="ignore"):
-        z = _refined(own, p, z)
+        z = _refined(equations, p, z)
         real = np.zeros(len(z), bool)
         if symmetric:
-            mirrored = z[:, own.conjugate].conj()
+            mirrored = z[:, equations.conjugate].conj()
             real = np.abs(z - mirrored).max(axis=1) < NEAR * (1 + np.abs(z).max(axis=1))
             z = np.where(real[:, None], (z + mirrored) / 2, z)
-        radius, certain = _boxes(own, p, z, real)
+        radius, certain = _boxes(equations, p, z, real)
     return Enclosed(z, radius, certain, real & certain)
 
 
-def _refined(own: BoundedEquations, p: Complexes, z: Complexes) -> Complexes:
+def _refined(equations: BoundedEquations, p: Complexes, z: Complexes) -> Complexes:
     """Return solutions after Newton steps, as long as these help."""
     best, kept = np.full(len(z), np.inf), z
     for _ in range(STEPS):
-        F, J, _ = own.residual(p, z)
+        F, J, _ = equations.residual(p, z)
         step = _times(_inverse(J), F)
         size = np.abs(step / (1 + np.abs(z))).max(axis=1)
         better = size < best
@@ -94,16 +96,18 @@ def _refined(own: BoundedEquations, p: Complexes, z: Complexes) -> Complexes:
     return kept
 
 
-def _boxes(own: BoundedEquations, p: Complexes, z: Complexes, real: Booleans) -> tuple[Any, Any]:
+def _boxes(
+    equations: BoundedEquations, p: Complexes, z: Complexes, real: Booleans
+) -> tuple[Any, Any]:
     """Return half widths of boxes and whether each has one solution."""
-    F, J, rounding = own.residual(p, z)
+    F, J, rounding = equations.residual(p, z)
     Y = _inverse(J)
     most = np.abs(Y)
     eta = np.abs(_times(Y, F)) * (1 + 16 * UNIT) + _times(most, rounding)
     radius = 2 * eta + 4 * UNIT * np.abs(z)
     if real.any():
-        radius = np.maximum(radius, np.where(real[:, None], radius[:, own.conjugate], 0.0))
-    H, slack = own.bounds(p, z, radius)
+        radius = np.maximum(radius, np.where(real[:, None], radius[:, equations.conjugate], 0.0))
+    H, slack = equations.bounds(p, z, radius)
     left = np.abs(np.eye(z.shape[1]) - Y @ J) + 16 * UNIT * (most @ np.abs(J)) + most @ slack
     left += np.einsum("nij,njkl,nl->nik", most, H, radius, optimize=True)
     inside = eta + _times(left, radius)

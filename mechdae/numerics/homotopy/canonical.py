@@ -24,17 +24,17 @@ class Canonical:
     @property
     def name(self) -> str:
         """Return the structure as text."""
-        own = self.linkage
-        parts = ".".join("-".join(map(str, pins)) for pins in own.parts)
-        slides = ".".join(f"{part}-{pin}" for part, pin in own.slides)
-        return f"{parts}|{'-'.join(map(str, own.turns))}|{slides}"
+        linkage = self.linkage
+        parts = ".".join("-".join(map(str, pins)) for pins in linkage.parts)
+        slides = ".".join(f"{part}-{pin}" for part, pin in linkage.slides)
+        return f"{parts}|{'-'.join(map(str, linkage.turns))}|{slides}"
 
 
 @lru_cache(256)
 def canonical(linkage: PinLinkage) -> Canonical:
     """Return a linkage in its canonical numbering; which part is fixed makes no difference."""
     turns = sorted(set(linkage.turns))
-    pins = sorted({p for own in linkage.parts for p in own} | {p for _, p in linkage.slides})
+    pins = sorted({p for part in linkage.parts for p in part} | {p for _, p in linkage.slides})
     parts = range(len(linkage.parts))
     nodes: list[tuple[str, int]] = [
         *(("turn", k) for k in turns),
@@ -54,7 +54,7 @@ def canonical(linkage: PinLinkage) -> Canonical:
         node: sum(other[0] == node[0] for other in ranked[:k]) for k, node in enumerate(ranked)
     }
     new_turns, new_parts, new_pins, new_slides = (
-        tuple(k for kind, k in ranked if kind == own) for own in kinds
+        tuple(k for kind, k in ranked if kind == colour) for colour in kinds
     )
     return Canonical(
         PinLinkage(
@@ -83,29 +83,31 @@ def canonical_order(colours: Sequence[int], edges: Sequence[tuple[int, int]]) ->
         beside[u].append(v)
         beside[v].append(u)
 
-    def refined(own: list[int]) -> list[int]:
+    def refined(colours: list[int]) -> list[int]:
         while True:
-            seen = [(c, tuple(sorted(own[v] for v in beside[u]))) for u, c in enumerate(own)]
+            seen = [
+                (c, tuple(sorted(colours[v] for v in beside[u]))) for u, c in enumerate(colours)
+            ]
             names = {key: k for k, key in enumerate(sorted(set(seen)))}
             ahead = [names[key] for key in seen]
-            if len(names) == len(set(own)):
+            if len(names) == len(set(colours)):
                 return ahead
-            own = ahead
+            colours = ahead
 
-    def least(own: list[int]) -> tuple[Code, list[int]]:
-        own = refined(own)
+    def least(colours: list[int]) -> tuple[Code, list[int]]:
+        colours = refined(colours)
         cells: dict[int, list[int]] = {}
-        for u, c in enumerate(own):
+        for u, c in enumerate(colours):
             cells.setdefault(c, []).append(u)
         alike = [cell for _, cell in sorted(cells.items()) if len(cell) > 1]
         if not alike:
-            code = [tuple(sorted(own[v] for v in beside[u])) for u in range(len(own))]
-            order = sorted(range(len(own)), key=own.__getitem__)
+            code = [tuple(sorted(colours[v] for v in beside[u])) for u in range(len(colours))]
+            order = sorted(range(len(colours)), key=colours.__getitem__)
             return tuple(code[u] for u in order), order
         cell = min(alike, key=len)
         if _twins(cell, beside):
             cell = cell[:1]
-        return min(least([2 * c - (u == first) for u, c in enumerate(own)]) for first in cell)
+        return min(least([2 * c - (u == first) for u, c in enumerate(colours)]) for first in cell)
 
     return least(list(colours))[1]
 

@@ -72,9 +72,9 @@ def certify(
     swapped = np.concatenate([size[:, m : 2 * m], size[:, :m], size[:, 2 * m :]], axis=1)
     with np.errstate(all="ignore"):
         gap = np.linalg.norm((mirrored - y) / size, axis=1)
-        own = radius * (swapped / size).max(axis=1)
-        is_real = simple & (gap + own <= alone)
-        is_other = simple & (gap > own + radius)
+        spread = radius * (swapped / size).max(axis=1)
+        is_real = simple & (gap + spread <= alone)
+        is_other = simple & (gap > spread + radius)
     return CertifiedPoses(y, size, simple, is_real, is_other, radius, alone)
 
 
@@ -94,13 +94,13 @@ def _quadrics(
         (numbers.a, numbers.n, y[:, :m], 0),
         (numbers.mirrored_a, numbers.mirrored_n, y[:, m : 2 * m], m),
     )
-    for side, (a, own, w, first) in enumerate(sides):
+    for side, (a, columns, w, first) in enumerate(sides):
         here = slice(side * count, (side + 1) * count)
         turned = np.concatenate([one, w], axis=1)[:, turns]
         arm = np.broadcast_to(a, turned.shape).copy()
         large = np.abs(arm)
         for e in np.flatnonzero(slides >= 0):
-            along = own[slides[e]]
+            along = columns[slides[e]]
             arm[:, e] += s[:, slides[e]] * along
             large[:, e] += np.abs(s[:, slides[e]] * along)
             J[:, here, 2 * m + slides[e]] += loops[:, e] * (along * turned[:, e])[:, None]

@@ -43,7 +43,7 @@ def far_ends(system: System, x: Any) -> FarEnds:
         x, begun = np.where(good[:, None], ends.x, x), stop
         places.append(x)
     with np.errstate(all="ignore"):
-        sizes = np.array([np.abs(own).max(axis=1) for own in places])
+        sizes = np.array([np.abs(place).max(axis=1) for place in places])
         powers = np.diff(np.log10(sizes), axis=0)
         steady = np.abs(powers[2] - powers[1]) <= STEADY * powers[2]
         change = np.abs(places[3] - places[2]).max(axis=1) / (1 + sizes[3])

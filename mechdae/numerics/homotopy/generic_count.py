@@ -35,7 +35,7 @@ def generic_count(links: Sequence[Sequence[int]]) -> int:
     links
         Numbers of the pins on each link, the fixed one among them; a bar is a link of two pins.
     """
-    steps = [(j, own[0], pin) for j, own in enumerate(links) for pin in own[1:]]
+    steps = [(j, pins[0], pin) for j, pins in enumerate(links) for pin in pins[1:]]
     _, found = walk([(u, v) for _, u, v in steps])
     rng = random.Random(len(links))
     lengths = [rng.randrange(PRIME) for _ in steps]
@@ -51,9 +51,9 @@ def generic_count(links: Sequence[Sequence[int]]) -> int:
 def ranks(matrix: list[list[int]], n: int) -> list[int]:
     """Return by set of coordinates (a mask) the rank of the null space of a matrix on them."""
     full = (1 << n) - 1
-    own = [_rank([[row[j] for j in range(n) if mask >> j & 1] for row in matrix])
+    ranks = [_rank([[row[j] for j in range(n) if mask >> j & 1] for row in matrix])
            for mask in range(1 << n)]  # fmt: skip
-    return [mask.bit_count() - own[full] + own[full ^ mask] for mask in range(1 << n)]
+    return [mask.bit_count() - ranks[full] + ranks[full ^ mask] for mask in range(1 << n)]
 
 
 def _rank(rows: list[list[int]]) -> int:
@@ -80,9 +80,9 @@ def common_points(r: list[int]) -> int:
     full = len(r) - 1
     singles = [1 << j for j in range(full.bit_length())]
 
-    def flat(own: int, contracted: int, within: int) -> bool:
-        least = r[own | contracted]
-        return all(r[own | contracted | one] > least for one in singles if one & within & ~own)
+    def flat(edges: int, contracted: int, within: int) -> bool:
+        least = r[edges | contracted]
+        return all(r[edges | contracted | one] > least for one in singles if one & within & ~edges)
 
     @cache
     def count(E: int, m: int, n: int) -> int:
@@ -104,12 +104,12 @@ def common_points(r: list[int]) -> int:
                 return total
             P = (P - 1) & rest
 
-    def part(own: int, m: int, n: int, e: int, held: int) -> int:
+    def part(edges: int, m: int, n: int, e: int, held: int) -> int:
         """Return the points in one part; `e` must not add to the rank of the part it leaves."""
-        if not own:
+        if not edges:
             return 1
-        if r[own | held] != r[own | e | held]:
+        if r[edges | held] != r[edges | e | held]:
             return 0
-        return count(own, m, n)
+        return count(edges, m, n)
 
     return count(full, 0, 0)

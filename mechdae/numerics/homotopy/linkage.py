@@ -56,7 +56,7 @@ class PinLinkage:
     @cached_property
     def steps(self) -> tuple[tuple[int, int, int, int], ...]:
         """Steps (part, from pin, to pin, slide or -1) between pins."""
-        found = [(j, own[0], pin, -1) for j, own in enumerate(self.parts) for pin in own[1:]]
+        found = [(j, pins[0], pin, -1) for j, pins in enumerate(self.parts) for pin in pins[1:]]
         slid = [(j, self.parts[j][0], pin, k) for k, (j, pin) in enumerate(self.slides)]
         return tuple(found + slid)
 
@@ -162,8 +162,8 @@ class _System:
         self.of_slide = linkage.step_turns[sliding][np.argsort(linkage.step_slides[sliding])]
         loops = linkage.loops
         self.constant, self.slid = [], []
-        for own in numbers:
-            pair = ((own.a, own.n), (own.mirrored_a, own.mirrored_n))
+        for number in numbers:
+            pair = ((number.a, number.n), (number.mirrored_a, number.mirrored_n))
             self.constant.append([(loops * a) @ gather for a, _ in pair])
             self.slid.append([(loops @ spread.T) * n for _, n in pair])
 
@@ -175,13 +175,13 @@ class _System:
             A, B, dA, dB = self._at(t, side)
             sliding = turned[:, self.of_slide]
             s = x[:, m:]
-            own = A * turned[:, None, :]
+            terms = A * turned[:, None, :]
             along = B * sliding[:, None, :]
             moved = along * s[:, None, :]
-            F.append(own.sum(axis=2) + moved.sum(axis=2))
+            F.append(terms.sum(axis=2) + moved.sum(axis=2))
             for j in range(self.k):
-                own[:, :, self.of_slide[j]] += moved[:, :, j]
-            J.append(np.concatenate([(1 - 2 * side) * own[:, :, 1:], along], axis=2))
+                terms[:, :, self.of_slide[j]] += moved[:, :, j]
+            J.append(np.concatenate([(1 - 2 * side) * terms[:, :, 1:], along], axis=2))
             slope = np.einsum("nlj,nj->nl", dA, turned)
             if self.k:
                 slope = slope + np.einsum("nlj,nj->nl", dB, sliding * s)
@@ -194,10 +194,10 @@ class _System:
         A, B = self.constant[0][side] + 0 * t, self.slid[0][side] + 0 * t
         dA, dB = np.zeros_like(A), np.zeros_like(B)
         for power in range(1, self.degree):
-            own, sliding = self.constant[power][side], self.slid[power][side]
-            A, B = A + t**power * own, B + t**power * sliding
+            constant, sliding = self.constant[power][side], self.slid[power][side]
+            A, B = A + t**power * constant, B + t**power * sliding
             slope = power * t ** (power - 1)
-            dA, dB = dA + slope * own, dB + slope * sliding
+            dA, dB = dA + slope * constant, dB + slope * sliding
         return A, B, dA, dB
 
 
@@ -214,7 +214,7 @@ def straight(
 
 def instance(linkage: PinLinkage, rng: Generator) -> tuple[ComplexDimensions, Complexes]:
     """Return complex numbers drawn at random that a pose x (k,) drawn at random solves."""
-    pins = {pin for own in linkage.parts for pin in own} | {pin for _, pin in linkage.slides}
+    pins = {pin for pins in linkage.parts for pin in pins} | {pin for _, pin in linkage.slides}
     draw = ComplexDimensions.drawn(linkage, rng)
     m, k = max(linkage.turns), len(linkage.slides)
     z = 0.7 * (rng.normal(size=m) + 1j * rng.normal(size=m))

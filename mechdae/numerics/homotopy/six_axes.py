@@ -118,7 +118,7 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Floats) -> ArmPoses:
     whole = len(X) == MOST and bool((simple & (real | other)).all()) and sure
     angles = _angles(X[simple & real].real.reshape(-1, 4, 3), first, last, R[:, 0], sines[:5])
     inner = X[simple].reshape(-1, 4, 3)
-    ends = [np.broadcast_to(own, (len(inner), 1, 3)) for own in (first, last)]
+    ends = [np.broadcast_to(vector, (len(inner), 1, 3)) for vector in (first, last)]
     axes = np.concatenate([ends[0], inner, ends[1]], axis=1)
     basis = "theorem" if whole else "homotopy"
     return ArmPoses(_in_order(angles), int(simple.sum()), basis, axes=axes)
@@ -132,7 +132,7 @@ def _in_order(angles: Floats) -> Any:
 def _angles(z: Matrices, first: Floats, last: Floats, x_last: Floats, sines: Floats) -> Any:
     """Return the joints' angles (n, 6) from the directions (n, 4, 3) of the inner axes."""
     n = len(z)
-    ends = [np.broadcast_to(own, (n, 1, 3)) for own in (first, last)]
+    ends = [np.broadcast_to(vector, (n, 1, 3)) for vector in (first, last)]
     z = np.concatenate([ends[0], z, ends[1]], axis=1)
     x = np.cross(z[:, :-1], z[:, 1:]) / sines[:, None]
     x = np.concatenate(
@@ -178,7 +178,7 @@ def along(start: Any, end: Floats, bend: Complexes | None = None) -> Any:
     inverse = np.linalg.inv(np.vander(t, increasing=True))
     bent = 0 if bend is None else bend
     values = [quadrics(start + s * (end - start) + s * (1 - s) * bent + 0j) for s in t]
-    C, L, T = (np.tensordot(inverse, np.stack(own), axes=1) for own in zip(*values, strict=True))
+    C, L, T = (np.tensordot(inverse, np.stack(row), axes=1) for row in zip(*values, strict=True))
     flat = T.reshape(-1, UNKNOWNS).T.copy()
 
     def system(x: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
@@ -197,7 +197,7 @@ def along(start: Any, end: Floats, bend: Complexes | None = None) -> Any:
 
 def _sums(p: Complexes, X: Complexes) -> Any:
     """Return F (n, 12) of complex doubles, its sums formed in 80 bits."""
-    C, L, T = (own.astype(np.clongdouble) for own in quadrics(p))
+    C, L, T = (form.astype(np.clongdouble) for form in quadrics(p))
     x = X.astype(np.clongdouble)
     half = (T * x[:, None, None, :]).sum(axis=3) / 2
     return (C + ((half + L) * x[:, None, :]).sum(axis=2)).astype(complex)

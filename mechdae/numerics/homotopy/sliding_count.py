@@ -71,24 +71,24 @@ def nested_sets(r: list[int]) -> list[tuple[int, ...]]:
     if any(r[one] == 0 for one in singles):
         return []
 
-    def closed(own: int) -> int:
-        return sum(one for one in singles if r[own | one] == r[own])
+    def closed(mask: int) -> int:
+        return sum(one for one in singles if r[mask | one] == r[mask])
 
-    def connected(own: int) -> bool:
-        first, part = own & -own, (own - 1) & own
+    def connected(mask: int) -> bool:
+        first, part = mask & -mask, (mask - 1) & mask
         while part:
-            if part & first and r[part] + r[own ^ part] == r[own]:
+            if part & first and r[part] + r[mask ^ part] == r[mask]:
                 return False
-            part = (part - 1) & own
+            part = (part - 1) & mask
         return True
 
-    flats = [own for own in range(1, full) if closed(own) == own and connected(own)]
+    flats = [mask for mask in range(1, full) if closed(mask) == mask and connected(mask)]
     if not connected(full):
         return []
 
-    def fits(own: tuple[int, ...], flat: int) -> bool:
+    def fits(cone: tuple[int, ...], flat: int) -> bool:
         """Return whether no incomparable ones span a connected flat together with another."""
-        apart = [other for other in own if other & flat not in (other, flat)]
+        apart = [other for other in cone if other & flat not in (other, flat)]
         for size in range(1, len(apart) + 1):
             for some in combinations(apart, size):
                 if any(a & b in (a, b) for a, b in combinations(some, 2)):
@@ -100,13 +100,13 @@ def nested_sets(r: list[int]) -> list[tuple[int, ...]]:
                     return False
         return True
 
-    def grown(own: tuple[int, ...], start: int) -> Iterator[tuple[int, ...]]:
-        if len(own) == r[full] - 1:
-            yield own
+    def grown(cone: tuple[int, ...], start: int) -> Iterator[tuple[int, ...]]:
+        if len(cone) == r[full] - 1:
+            yield cone
             return
         for k in range(start, len(flats)):
-            if fits(own, flats[k]):
-                yield from grown((*own, flats[k]), k + 1)
+            if fits(cone, flats[k]):
+                yield from grown((*cone, flats[k]), k + 1)
 
     return list(grown((), 0))
 
@@ -116,7 +116,7 @@ def meeting(cones: list[tuple[int, ...]], T: Matrix, n: int, rng: random.Random)
 
     `cones` are sets of rays (masks), each with the line of (1, ..., 1).
     """
-    rays = np.array([[[mask >> j & 1 for j in range(n)] for mask in own] for own in cones], float)
+    rays = np.array([[[mask >> j & 1 for j in range(n)] for mask in cone] for cone in cones], float)
     shift = np.array([rng.uniform(-1, 1) for _ in range(n)])
     here, there = rays @ T.T, -rays
     size, total = len(cones), 0.0

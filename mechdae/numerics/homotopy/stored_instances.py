@@ -71,20 +71,20 @@ def instance_of(
     `folder`; where no theorem tells how many solutions there are only if there is one. None: there
     is none.
     """
-    own = canonical(linkage)
-    name = own.name
+    form = canonical(linkage)
+    name = form.name
     found = _known.get(name)
     if found is None:
-        found = _stored(own.linkage, name, folder)
+        found = _stored(form.linkage, name, folder)
     if found is None and name not in _known and linkage.unknowns <= MOST_UNKNOWNS:
-        if own.linkage.count is None and folder is None:
+        if form.linkage.count is None and folder is None:
             return None
-        found = _computed(own.linkage, name, folder)
+        found = _computed(form.linkage, name, folder)
         _known[name] = found
     if found is None:
         return None
     _known[name] = found
-    return found, own
+    return found, form
 
 
 def _stored(linkage: PinLinkage, name: str, folder: KeptTexts | None) -> Instance | None:

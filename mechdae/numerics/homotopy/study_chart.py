@@ -72,7 +72,9 @@ def from_first_leg(base: Any, platform: Any, squares: Any) -> Complexes:
 def points(p: Any) -> tuple[Complexes, Complexes]:
     """Return base and platform (6, 3) of a platform's numbers."""
     nothing = np.zeros((1, 3))
-    base, platform = (np.concatenate([nothing, own.reshape(5, 3)]) for own in (p[:15], p[15:30]))
+    base, platform = (
+        np.concatenate([nothing, points.reshape(5, 3)]) for points in (p[:15], p[15:30])
+    )
     return base, platform
 
 
@@ -124,12 +126,12 @@ class StudyChart:
         degree = 2 * (len(route) - 1)
         t = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)) / 2 + 0.5
         powers = np.vander(t, increasing=True)
-        values = np.stack([self._rows(own) for own in powers[:, : len(route)] @ route])
+        values = np.stack([self._rows(numbers) for numbers in powers[:, : len(route)] @ route])
         Q = np.tensordot(np.linalg.inv(powers), values, axes=1)
         forms = np.einsum("iab,ax,by->ixy", np.stack([EE, EF, FF]), self.basis, self.basis)
         flat = np.concatenate([Q.reshape(-1, 7), forms.reshape(-1, 7)]).T.copy()
         first = np.concatenate([route[:, 30], np.zeros(degree + 1 - len(route))])
-        d, own = degree + 1, np.arange(degree + 1)
+        d, exponents = degree + 1, np.arange(degree + 1)
 
         def system(y: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
             n = len(y)
@@ -137,8 +139,8 @@ class StudyChart:
             Y[:, 1:] = y
             every = Y @ flat
             powers = np.zeros((n, 2, d))
-            powers[:, 0] = t[:, None] ** own
-            powers[:, 1, 1:] = powers[:, 0, :-1] * own[1:]
+            powers[:, 0] = t[:, None] ** exponents
+            powers[:, 1, 1:] = powers[:, 0, :-1] * exponents[1:]
             half = (powers @ every[:, : 35 * d].reshape(n, d, 35)).reshape(n, 10, 7)
             values = (half @ Y[:, :, None])[:, :, 0]
             turned = every[:, 35 * d :].reshape(n, 3, 7)
@@ -164,7 +166,7 @@ class StudyChart:
         D, terms, square = Q[2:] - Q[1], np.abs(Q[2:]) + np.abs(Q[1]), p[30]
         size = np.sqrt((D**2).sum(axis=(1, 2)))[:, None, None]
         D, terms, large = D / size, terms / size, np.abs(X)
-        e, f = (np.linalg.norm(own, axis=1) for own in (X[:, :4], X[:, 4:]))
+        e, f = (np.linalg.norm(half, axis=1) for half in (X[:, :4], X[:, 4:]))
         E, G = e + BALL, f + BALL
         bent = 16 * (E**2 + G**2) + 40 * E * G + 12 * square * E**2
         half = np.einsum("iab,nb->nia", D, X)
@@ -208,7 +210,7 @@ def same(chart: StudyChart, charted: ChartedSolutions, found: CertifiedSolutions
     """
     x, r = found.x, found.radius
     with np.errstate(all="ignore"):
-        e, g = (np.linalg.norm(own, axis=1) + r for own in (x[:, :4], x[:, 4:]))
+        e, g = (np.linalg.norm(half, axis=1) + r for half in (x[:, :4], x[:, 4:]))
         s = np.abs(x[:, :4] @ chart.c) - r
         moved = r * (1 / s + e / s**2) + r * (1 / s + (e + 2 * g) / s**2 + 2 * g * e / s**3)
         off = np.linalg.norm(chart.coordinates(x) - charted.y, axis=1)

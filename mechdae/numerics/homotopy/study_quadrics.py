@@ -46,8 +46,8 @@ def _forms() -> tuple[Floats, ...]:
 
     def polar(form: Any) -> Matrices:
         values = form(X).reshape(8, 8, -1)
-        own = form(basis).reshape(8, -1)
-        return np.moveaxis((values - own[:, None] - own[None, :]) / 2, -1, 0)
+        matrix = form(basis).reshape(8, -1)
+        return np.moveaxis((values - matrix[:, None] - matrix[None, :]) / 2, -1, 0)
 
     def e(x: Unknowns) -> Floats:
         return x[..., :4]

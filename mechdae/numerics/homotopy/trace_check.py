@@ -69,10 +69,10 @@ def trace_test(
         sides = [arrived(pencil(0, side), x) for side in (s, -s)]
         good = np.isfinite(np.concatenate(sides, axis=1)).all(axis=1)
         if int(good.sum()) < len(x):
-            best = max(best, TraceTest(int(good.sum()), 1.0), key=lambda own: own.followed)
+            best = max(best, TraceTest(int(good.sum()), 1.0), key=lambda test: test.followed)
             continue
-        values = [coordinates(own) for own in (sides[0], x, sides[1])]
+        values = [coordinates(points) for points in (sides[0], x, sides[1])]
         second = np.abs(values[0].sum(axis=0) - 2 * values[1].sum(axis=0) + values[2].sum(axis=0))
-        sizes = sum(np.abs(own - values[1]).sum(axis=0) for own in (values[0], values[2]))
+        sizes = sum(np.abs(value - values[1]).sum(axis=0) for value in (values[0], values[2]))
         return TraceTest(len(x), float((second / sizes).max()))
     return best

@@ -107,14 +107,14 @@ def _track(system: System, x: Any, far: Any, relative: bool, hasty: bool) -> Pat
     last, last_v, last_t = x.copy(), v.copy(), np.full(n, -1.0)
     going = np.isfinite(v).all(axis=1)
     for _ in range(MOST):
-        own = np.flatnonzero(going & (t < 1))
-        if not own.size:
+        rows = np.flatnonzero(going & (t < 1))
+        if not rows.size:
             break
-        step = np.minimum(h[own], 1 - t[own])
-        ahead = np.where(step >= 1 - t[own], 1.0, t[own] + step)
-        straight = x[own] + step[:, None] * v[own]
-        bent = _ahead(last[own], x[own], (last_v[own], v[own]), t[own] - last_t[own], step)
-        y = np.where((last_t[own] < 0)[:, None], straight, bent)
+        step = np.minimum(h[rows], 1 - t[rows])
+        ahead = np.where(step >= 1 - t[rows], 1.0, t[rows] + step)
+        straight = x[rows] + step[:, None] * v[rows]
+        bent = _ahead(last[rows], x[rows], (last_v[rows], v[rows]), t[rows] - last_t[rows], step)
+        y = np.where((last_t[rows] < 0)[:, None], straight, bent)
         F, J, _ = system(y, ahead)
         first = solve(J, F)
         y = y - first
@@ -126,13 +126,13 @@ def _track(system: System, x: Any, far: Any, relative: bool, hasty: bool) -> Pat
         e1, e2 = _largest(first / sizes), _largest(second / sizes)
         good = (e1 < most) & (e2 < finest) & ((e2 <= RATIO * e1) | (e2 < DONE))
         good &= np.isfinite(rate).all(axis=1)
-        yes = own[good]
+        yes = rows[good]
         last[yes], last_v[yes], last_t[yes] = x[yes], v[yes], t[yes]
         x[yes], v[yes], t[yes] = y[good], rate[good], ahead[good]
         factor = np.clip(0.8 * (wanted / np.maximum(e1, 1e-300)) ** 0.25, 0.5, 2.0)
-        h[own] = np.where(good, step * factor, step / 2)
-        least = SMALLEST * np.maximum(1 - t[own], NEARLY)  # solutions may nearly meet at the end
-        going[own] = (h[own] > least) & _near(x[own], far)
+        h[rows] = np.where(good, step * factor, step / 2)
+        least = SMALLEST * np.maximum(1 - t[rows], NEARLY)  # solutions may nearly meet at the end
+        going[rows] = (h[rows] > least) & _near(x[rows], far)
     return _ended(system, x, t >= 1)
 
 

@@ -93,7 +93,7 @@ def _forwards(links: Floats, hand: Floats) -> WristPoses:
             T = T @ _turn_z(theta) @ _turn_x(alpha[k])
         last, clear = _turned(alpha, T.T @ M)
         sure &= clear
-        angles += [[*first, *own] for own in last]
+        angles += [[*first, *solution] for solution in last]
     found = np.array(angles).reshape(-1, 6)
     return WristPoses((found + np.pi) % (2 * np.pi) - np.pi, sure, 2 * regular)
 
@@ -138,13 +138,13 @@ def _positions(links: Floats, W: Floats) -> tuple[list[list[float]], bool, int]:
     for theta in roots:
         m, n, g = parts(theta)
         if straight or flat:
-            own = m / sine[0] if straight else n / (2 * a[0])
-            rest = g - own**2
-            sure &= bool(abs(rest) > CLEAR * (g + own**2))
+            foot = m / sine[0] if straight else n / (2 * a[0])
+            rest = g - foot**2
+            sure &= bool(abs(rest) > CLEAR * (g + foot**2))
             if rest < 0:
                 continue
             side = [np.sqrt(rest), -np.sqrt(rest)]
-            places = [(x, own) for x in side] if straight else [(own, y) for y in side]
+            places = [(x, foot) for x in side] if straight else [(foot, y) for y in side]
         else:
             places = [(n / (2 * a[0]), m / sine[0])]
         p = seen(theta)

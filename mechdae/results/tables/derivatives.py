@@ -54,8 +54,8 @@ class _Scale:
         if not self.units.asked:
             return title, values
         below = [self.units.of(self._given.get(name) or "") for name in by]
-        factor = self.own.factor / math.prod(own.factor for own in below)
-        unit = "/".join([self.own.name, *(_below(own.name) for own in below if own.name)])
+        factor = self.own.factor / math.prod(unit.factor for unit in below)
+        unit = "/".join([self.own.name, *(_below(unit.name) for unit in below if unit.name)])
         return (f"{title} [{unit}]" if self.own.name else title), np.asarray(values) * factor
 
 
@@ -70,9 +70,9 @@ def _columns(result: Result, path: str, named: list[tuple[str, Floats | float]])
     count = len(result.status) if for_poses else 0
     if for_poses:
         for coordinate, series in result.drivers.items():
-            own = result.units.read(result.unit("drivers", coordinate, "position"))
-            values = series.position * own.factor
-            head.append((f"{coordinate} [{own.name}]", [f"{v:.6g}" for v in values]))
+            shown = result.units.read(result.unit("drivers", coordinate, "position"))
+            values = series.position * shown.factor
+            head.append((f"{coordinate} [{shown.name}]", [f"{v:.6g}" for v in values]))
     columns = []
     for title, array in named:
         for word, column in _parts(title, np.asarray(array), for_poses):
@@ -84,8 +84,8 @@ def _columns(result: Result, path: str, named: list[tuple[str, Floats | float]])
     sizes = [max(len(t), *(len(cells[k]) for k in rows)) + 2 for t, cells in whole]
     lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(whole, sizes, strict=True))]
     for k in rows:
-        cells = [f"{own[k]:>{n}}" for (_, own), n in zip(whole, sizes, strict=True)]
-        lines.append("  " + "".join(cells))
+        texts = [f"{texts[k]:>{n}}" for (_, texts), n in zip(whole, sizes, strict=True)]
+        lines.append("  " + "".join(texts))
     if for_poses and count > ROWS:
         lines.append(f"    ({ROWS} of {count} poses shown; --out DIR writes all)")
     return lines

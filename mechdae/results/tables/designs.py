@@ -19,7 +19,7 @@ def designs_text(result: Result, width: int) -> list[str]:
     front = result.summary.get("front", {})
     lines = _ranked(designs, result, front.get("objectives", ())) if designs else []
     if front:
-        shown = [result.units.of(own["unit"]) for own in front["objectives"]]
+        shown = [result.units.of(objective["unit"]) for objective in front["objectives"]]
         ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
         text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
         part = "" if result.summary["status"] == "found" else f"{result.summary['status']}: "
@@ -54,15 +54,17 @@ def _ranked(
     for k, asked in enumerate(objectives):
         scale = units.of(asked["unit"])
         title = _titled(asked["name"], scale.name)
-        columns.append((title, [f"{own['objectives'][k] * scale.factor:.6g}" for own in designs]))
+        columns.append(
+            (title, [f"{design['objectives'][k] * scale.factor:.6g}" for design in designs])
+        )
     if not objectives:
         scale = units.of(own_units.get("objective", ""))
         shown = [f"{design['objective'] * scale.factor:.9g}" for design in designs]
         columns.append((_titled("objective", scale.name), shown))
-    parts = [[own for own in design.get("robust", ()) if own] for design in designs]
-    if all(len(own) == 1 for own in parts):
+    parts = [[part for part in design.get("robust", ()) if part] for design in designs]
+    if all(len(part) == 1 for part in parts):
         for word in ("nominal", "sigma"):
-            columns.append((word, [f"{own[0][word]:.6g}" for own in parts]))
+            columns.append((word, [f"{part[0][word]:.6g}" for part in parts]))
     if any(design.get("class", "any") != "any" for design in designs):
         columns.append(("class", [str(design.get("class") or "-") for design in designs]))
     angles = [design.get("transmission_angle_min") for design in designs]
@@ -77,12 +79,12 @@ def _ranked(
         columns.append((_titled("largest error", scale.name), shown))
     if any("sense" in design for design in designs):
         every = [np.atleast_1d(design.get("sense", 0)) for design in designs]
-        columns.append(("sense", [" ".join(f"{own:+d}" for own in senses) for senses in every]))
+        columns.append(("sense", [" ".join(f"{sense:+d}" for sense in senses) for senses in every]))
     if any("hits" in design for design in designs):
         columns.append(("hits", [str(design.get("hits", "-")) for design in designs]))
-    sizes = [max(len(title), *map(len, own)) + 2 for title, own in columns]
+    sizes = [max(len(title), *map(len, texts)) + 2 for title, texts in columns]
     rows = [[title for title, _ in columns]]
-    rows += [[own[k] for _, own in columns] for k in range(len(designs))]
+    rows += [[texts[k] for _, texts in columns] for k in range(len(designs))]
     return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]
 
 
@@ -141,8 +143,8 @@ def _census(result: Result, width: int) -> list[str]:
     lines += fact("census", ", ".join(words) + f"; seed {summary['seed']}", width)
     for entry in summary.get("rejected", [])[:MOST]:
         reasons = "; ".join(entry["reasons"])
-        own = result.units.of(summary.get("units", {}).get("objective", ""))
-        value = f"{entry['objective'] * own.factor:.6g} {own.name}".rstrip()
+        shown = result.units.of(summary.get("units", {}).get("objective", ""))
+        value = f"{entry['objective'] * shown.factor:.6g} {shown.name}".rstrip()
         lines += fact("rejected", f"objective {value}: {reasons}", width)
     return lines
 

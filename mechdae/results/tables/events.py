@@ -44,9 +44,9 @@ def failed_lines(result: Result, unit: str) -> list[str]:
 
 def lift_off(event: Event, wheels: Collection[str], units: Units) -> str:
     """Return what a one-sided contact would have to do; of two `wheels` it is a moment."""
-    own = units.of("N m" if event["joint"] in wheels else "N")
-    pull = -event["force"] * own.factor
-    return f"joint {event['joint']} would have to pull, by up to {pull:.6g} {own.name}"
+    shown = units.of("N m" if event["joint"] in wheels else "N")
+    pull = -event["force"] * shown.factor
+    return f"joint {event['joint']} would have to pull, by up to {pull:.6g} {shown.name}"
 
 
 def pairs_of_wheels(result: Result) -> set[str]:
@@ -63,7 +63,7 @@ def _happens(event: Event, noise: dict[str, float], wheels: Collection[str], uni
     if event["kind"] == "lift_off":
         return lift_off(event, wheels, units)
     if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
-        own = units.of("m")
-        x, y = (zero(value, noise["length"]) * own.factor for value in event["position"])
-        return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) {own.name}"
+        shown = units.of("m")
+        x, y = (zero(value, noise["length"]) * shown.factor for value in event["position"])
+        return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) {shown.name}"
     return f"group {event['name']}" + (f", joint {event['joint']}" if event["joint"] else "")

@@ -60,7 +60,7 @@ def facts_text(result: Result, width: int) -> list[str]:
         lines.append(f"  redundant {entry['count']} equation(s) superfluous among {joints}")
     if summary.get("closure"):
         shown = [(value, units.of(SIZES[word])) for word, value in summary["closure"].items()]
-        sizes = [f"{value * own.factor:.1e} {own.name}" for value, own in shown]
+        sizes = [f"{value * unit.factor:.1e} {unit.name}" for value, unit in shown]
         lines.append(f"  closes to {', '.join(sizes)} (largest residual)")
     if result.kind == "reactions":
         from mechdae.results.tables.forces import force_facts

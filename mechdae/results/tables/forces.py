@@ -44,18 +44,21 @@ def force_columns(result: Result) -> list[Column]:
     several = len(result.efforts) > 1
     for name, effort in result.efforts.items():
         suffix = f" {name}" if several else ""
-        shares = {PARTS.get(word, word): own[name] for word, own in result.parts.items()}
+        shares = {PARTS.get(word, word): series[name] for word, series in result.parts.items()}
         most = max(_most(array) for array in (effort, *shares.values()))
         for title, array in {"effort": effort, **shares}.items():
-            own = result.units.of(effort_unit(result.mechanism, name))
-            numbers = cells(array * own.factor, most * own.factor)
-            columns.append((f"{title}{suffix} [{own.name}]", numbers))
+            shown = result.units.of(effort_unit(result.mechanism, name))
+            numbers = cells(array * shown.factor, most * shown.factor)
+            columns.append((f"{title}{suffix} [{shown.name}]", numbers))
     losses = [series["loss"] for series in result.joints.values() if "loss" in series]
     if losses:
         columns.append(("loss [W]", _numbers(np.sum(losses, axis=0))))
-    loaded = {name: own for name, own in result.joints.items() if "reaction" in own}
+    loaded = {name: series for name, series in result.joints.items() if "reaction" in series}
     largest = max(
-        (float(np.nanmax(np.abs(_force(own["reaction"])), initial=0.0)) for own in loaded.values()),
+        (
+            float(np.nanmax(np.abs(_force(series["reaction"])), initial=0.0))
+            for series in loaded.values()
+        ),
         default=0.0,
     )
     force = result.units.of("N")
@@ -103,8 +106,8 @@ def single_forces(result: Result) -> Iterator[str]:
         for word, series in words:
             effort = units.of(effort_unit(result.mechanism, name))
             yield _line(name, word, f"{series[name][0] * effort.factor: .12g}", effort.name)
-    loaded = [own["reaction"] for own in result.joints.values() if "reaction" in own]
-    moments = [float(m) for own in loaded for m in own[0, _force(own).shape[1] :]]
+    loaded = [series["reaction"] for series in result.joints.values() if "reaction" in series]
+    moments = [float(m) for reaction in loaded for m in reaction[0, _force(reaction).shape[1] :]]
     forces = [float(_size(o["reaction"])[0]) for o in result.joints.values() if "reaction" in o]
     least = (_noise(forces), _noise(moments))
     for name, series in result.joints.items():
@@ -119,8 +122,8 @@ def single_forces(result: Result) -> Iterator[str]:
                     size = _size(array)[0] * force.factor
                     yield _line(name, "|reaction|", f"{size: .10g}", force.name)
             elif is_force(word):
-                own = units.of(result.unit("joints", name, word))
-                yield _line(name, word, f"{array[0] * own.factor: .10g}", own.name)
+                shown = units.of(result.unit("joints", name, word))
+                yield _line(name, word, f"{array[0] * shown.factor: .10g}", shown.name)
         if name in result.summary.get("not_unique", ()):
             yield from _unique(name, result.unique.get(name, {}), units)
     for entry in result.solutions:
@@ -128,8 +131,8 @@ def single_forces(result: Result) -> Iterator[str]:
         yield f"  {entry['count']} solutions, {how}"
         for k, found in enumerate(entry["solutions"], start=1):
             for name, value in found["efforts"].items():
-                own = units.of(effort_unit(result.mechanism, name))
-                text = f"{value * own.factor: .12g} {own.name}"
+                shown = units.of(effort_unit(result.mechanism, name))
+                text = f"{value * shown.factor: .12g} {shown.name}"
                 mark = "   continues from no friction" if found["connected"] else ""
                 yield f"  {name:18} {f'effort, solution {k}':20} {text}{mark}"
 
@@ -157,22 +160,22 @@ def _vector(value: Floats, name: str, least: tuple[float, float], units: Units) 
     return (text, n) if len(si) == 2 else (f"{text} {n}, {rounded[2]:.9g}", nm)
 
 
-def _along(own: dict[str, Any]) -> tuple[Any, Any]:
+def _along(facts: dict[str, Any]) -> tuple[Any, Any]:
     """Return the unique directions and the values along them at the first pose."""
-    return (own["directions"], own["values"][0]) if own else ((), ())
+    return (facts["directions"], facts["values"][0]) if facts else ((), ())
 
 
-def _unique(name: str, own: dict[str, Any], units: Units) -> Iterator[str]:
+def _unique(name: str, facts: dict[str, Any], units: Units) -> Iterator[str]:
     """Yield a line for each unique direction of a reaction that is not unique as a whole."""
-    for direction, value in zip(*_along(own), strict=True):
+    for direction, value in zip(*_along(facts), strict=True):
         if len(direction) == SPATIAL:
-            yield _unique_in_space(name, direction, value, own["frame"], units)
+            yield _unique_in_space(name, direction, value, facts["frame"], units)
             continue
         x, y, turn = (f"{v:.6g}" for v in direction)
         along = "about it" if (direction[:2] == 0).all() else f"along ({x}, {y}, {turn})"
         si = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"
         unit = units.of(si)  # one of force and moment together has no other
-        frame = "" if own["frame"] == "world" else f" of {own['frame']}"
+        frame = "" if facts["frame"] == "world" else f" of {facts['frame']}"
         text = f"{_amount(value, unit)} {along}{frame}"
         yield f"  {name:18} {'reaction, unique':20} {text}"
 
@@ -317,8 +320,8 @@ def _losses(figures: dict[str, Any]) -> list[str]:
     lines = [f"  losses    {'[W]':{size}}" + "".join(f"  {title}" for title, _ in columns)]
     for name in (*names, "all"):
         row = f"            {name:{size}}"
-        for title, own in columns:
-            value = sum(own.values()) if name == "all" else own[name]
+        for title, numbers in columns:
+            value = sum(numbers.values()) if name == "all" else numbers[name]
             row += f"  {value:>{len(title)}.6g}"
         lines.append(row)
     return lines
@@ -366,7 +369,7 @@ def _several(result: Result, width: int) -> list[str]:
     ]
     for run in found[:MOST]:
         how = "proven" if all(entry["proven"] for entry in run) else "found"
-        known = all(any(own["connected"] for own in entry["solutions"]) for entry in run)
+        known = all(any(solution["connected"] for solution in entry["solutions"]) for entry in run)
         which = "the one that continues from no friction" if known else "the first of them"
         place = _places(run, unit, result.units)
         text = f"{place}: {run[0]['count']} solutions, {how}; given is {which}"

@@ -48,11 +48,11 @@ def measured_facts(result: Result, unit: str, noise: dict[str, float]) -> list[s
             interval = f"{at(entry['from'])} .. {at(entry['to'])}{cut}"
             lines.append(f"  dwell     {name}: {interval} at {mean} +- {half}")
     if summary.get("envelope"):
-        own = units.of("m")
+        shown = units.of("m")
         ends = (zero(value, noise["length"]) for value in summary["envelope"]["all"])
-        told = [f"{value * own.factor:.9g}" for value in ends]
+        told = [f"{value * shown.factor:.9g}" for value in ends]
         sides = zip("xyz", told[::2], told[1::2], strict=False)
-        box = ", ".join(f"{axis} {low} .. {high} {own.name}" for axis, low, high in sides)
+        box = ", ".join(f"{axis} {low} .. {high} {shown.name}" for axis, low, high in sides)
         lines.append(f"  envelope  {box}")
     for name, found in summary.get("curve", {}).items():
         area = ", closed" if found["closed"] else ""

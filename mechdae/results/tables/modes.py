@@ -42,14 +42,16 @@ def study_text(result: Result) -> list[str]:
     given = result.summary.get("units", {})
     units = [""]
     for name, array in result.parameters.items():
-        own = result.units.of(given.get(name, ""))
-        columns.append((name, cells(array * own.factor)))
-        units.append(f"[{own.name}]" if result.units.asked and own.name not in ("", "1") else "")
+        shown = result.units.of(given.get(name, ""))
+        columns.append((name, cells(array * shown.factor)))
+        units.append(
+            f"[{shown.name}]" if result.units.asked and shown.name not in ("", "1") else ""
+        )
     for whole, array in result.table.items():
         path = whole.split("/", 1)[-1]
-        own = result.units.of(result.path_unit(whole))
-        array = array * own.factor if own.factor != 1 else array
-        words = [f"[{own.name}]" if own.name not in ("", "1") else ""]
+        shown = result.units.of(result.path_unit(whole))
+        array = array * shown.factor if shown.factor != 1 else array
+        words = [f"[{shown.name}]" if shown.name not in ("", "1") else ""]
         units += words * (1 if array.ndim == 1 else 2)
         if array.ndim == 1:
             columns.append((path, cells(array, _size(array))))
@@ -61,7 +63,7 @@ def study_text(result: Result) -> list[str]:
         size = _size(flat)
         columns += [(f"least {path}", cells(low, size)), (f"largest {path}", cells(high, size))]
     rows = rows_of(len(result))
-    sizes = [max(len(title), *(len(own[k]) for k in rows)) + 2 for title, own in columns]
+    sizes = [max(len(title), *(len(texts[k]) for k in rows)) + 2 for title, texts in columns]
     while len(columns) > 3 and sum(sizes) > WIDE:
         columns, sizes = columns[:-1], sizes[:-1]
     lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(columns, sizes, strict=True))]
@@ -69,7 +71,7 @@ def study_text(result: Result) -> list[str]:
     if any(units):
         lines.append("  " + "".join(f"{t:>{n}}" for t, n in zip(units, sizes, strict=True)))
     for k in rows:
-        line = [f"{own[k]:>{n}}" for (_, own), n in zip(columns, sizes, strict=True)]
+        line = [f"{texts[k]:>{n}}" for (_, texts), n in zip(columns, sizes, strict=True)]
         lines.append("  " + "".join(line))
     if len(rows) < len(result):
         lines.append(f"  ({len(rows)} of {len(result)} sets shown; --out DIR writes all)")
@@ -77,7 +79,9 @@ def study_text(result: Result) -> list[str]:
     lines.append(f"  sets      {counts}")
     faults = result.summary.get("faults", [])
     for entry in faults[:FAULTS]:
-        given = ", ".join(f"{n} = {own[entry['set']]:.6g}" for n, own in result.parameters.items())
+        given = ", ".join(
+            f"{n} = {values[entry['set']]:.6g}" for n, values in result.parameters.items()
+        )
         lines.append(f"  fault     {given}: {entry['fault']}")
     if len(faults) > FAULTS:
         lines.append(f"  fault     in {len(faults) - FAULTS} more sets; --json has them")

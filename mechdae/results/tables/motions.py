@@ -36,10 +36,10 @@ def motion_facts(result: Result) -> list[str]:
     lines = [f"  end       t = {summary['end']:.12g} s"]
     for name, (value, rate) in list(summary["state"].items())[:MOST]:
         si = result.unit("outputs", name, "value")
-        own, over = result.units.of(si), result.units.of(f"{si}/s")
-        units = f" {own.name}, {over.name}" if si else ""
+        shown, over = result.units.of(si), result.units.of(f"{si}/s")
+        units = f" {shown.name}, {over.name}" if si else ""
         rate_text = f"   rate {rate * over.factor: .15g}" if rate == rate else ""
-        lines.append(f"    {name:10} {value * own.factor: .15g}{rate_text}{units}")
+        lines.append(f"    {name:10} {value * shown.factor: .15g}{rate_text}{units}")
     for name, value in summary["multipliers"].items():
         if name in result.outputs:
             lines.append(f"    {name:10} {value: .15g}")

@@ -39,7 +39,7 @@ class Quantities:
         largest: dict[str, float] = {}
         for kind, words in SIZED.items():
             parts = getattr(result, kind).values()
-            arrays = [(word, own[word]) for own in parts for word in words if word in own]
+            arrays = [(word, series[word]) for series in parts for word in words if word in series]
             largest |= dict.fromkeys(words, 0.0)
             for word, values in arrays:
                 largest[word] = max(largest[word], np.nanmax(np.abs(values), initial=0.0))
@@ -57,8 +57,8 @@ class Quantities:
         rates = self._named_rates()
         first = None if self.result.outputs else self._output(driven)
         if first is not None:
-            own = list(self._part(*first, rates=2))
-            found, rates = own[:1], own[1:]
+            columns = list(self._part(*first, rates=2))
+            found, rates = columns[:1], columns[1:]
         listed = getattr(self.result.definition, "outputs", None) is not None
         found += [] if listed else rates
         # a mechanism is made for its last links, not for the driven ones
@@ -195,8 +195,8 @@ class Quantities:
 
     def _in(self, unit: str, values: Floats) -> tuple[str, Floats]:
         """Return the unit in which values are shown, and the values in it."""
-        own = self.result.units.read(unit)
-        return own.name, values if own.factor == 1 else values * own.factor
+        shown = self.result.units.read(unit)
+        return shown.name, values if shown.factor == 1 else values * shown.factor
 
     def _column(self, name: str, unit: str, values: Floats, noise: float) -> Column:
         """Return a column in the unit it is shown in; what is noise is 0."""

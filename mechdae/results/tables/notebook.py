@@ -32,7 +32,7 @@ def _short(result: Result) -> str:
     places = rows_of(len(result), SHORT)
     head = "".join(f"<th>{escape(title)}</th>" for title, _ in columns)
     rows = "".join(
-        "<tr>" + "".join(f"<td>{escape(own[k])}</td>" for _, own in columns) + "</tr>"
+        "<tr>" + "".join(f"<td>{escape(texts[k])}</td>" for _, texts in columns) + "</tr>"
         for k in places
     )
     title = f"{result.problem} / {result.task} ({result.kind}) {result.title}".rstrip()

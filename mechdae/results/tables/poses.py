@@ -17,10 +17,10 @@ def poses_columns(result: Result) -> list[Column]:
     if result.time is not None:
         columns.append(("t [s]", cells(result.time)))
     for coordinate, series in result.drivers.items():
-        own = result.units.read(result.unit("drivers", coordinate, "position"))
-        values = series.position * own.factor
+        shown = result.units.read(result.unit("drivers", coordinate, "position"))
+        values = series.position * shown.factor
         largest = float(np.max(np.abs(values), initial=0.0))
-        columns.append((f"{coordinate} [{own.name}]", cells(values, largest)))
+        columns.append((f"{coordinate} [{shown.name}]", cells(values, largest)))
     moving = Quantities(result)
     named = moving.outputs()
     if result.forces:
@@ -38,15 +38,15 @@ def poses_text(result: Result, width: int) -> list[str]:
     places = rows_of(len(result))
     chosen: list[tuple[str, Sequence[str], int]] = []
     used = 2
-    for title, own in columns:
-        size = max(len(title), *(len(own[k]) for k in places)) + 2
+    for title, texts in columns:
+        size = max(len(title), *(len(texts[k]) for k in places)) + 2
         if used + size > width and len(chosen) > 3:
             break
-        chosen.append((title, own, size))
+        chosen.append((title, texts, size))
         used += size
     lines = ["  " + "".join(f"{title:>{size}}" for title, _, size in chosen)]
     for k in places:
-        lines.append("  " + "".join(f"{own[k]:>{size}}" for _, own, size in chosen))
+        lines.append("  " + "".join(f"{texts[k]:>{size}}" for _, texts, size in chosen))
     hidden = len(columns) - len(chosen)
     notes = []
     if len(places) < len(result):

@@ -92,8 +92,8 @@ def quantity(value: float, kind: str, noise: float = 0.0, units: Units = SI) -> 
 
 def in_unit(value: float, si: str, digits: int, units: Units) -> str:
     """Return a number with the unit it is shown in."""
-    own = units.read(si)
-    return f"{value * own.factor:.{digits}g} {own.name}"
+    shown = units.read(si)
+    return f"{value * shown.factor:.{digits}g} {shown.name}"
 
 
 def driver_value(

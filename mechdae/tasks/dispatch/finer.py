@@ -39,9 +39,9 @@ def finer(result: Result, parts: int) -> Result:
 
 def _finer_sweep(result: Result, task: Sweep, parts: int) -> Sweep:
     """Return a sweep through more poses; of what is located along it only what has series."""
-    drivers = tuple(_finer_driver(result, own, parts) for own in task.all_drivers)
-    listed = any(len(own.at or ()) > 1 or own.times is not None for own in drivers)
-    measures = tuple(own for own in task.measures or () if own != "extremes") or None
+    drivers = tuple(_finer_driver(result, driver, parts) for driver in task.all_drivers)
+    listed = any(len(driver.at or ()) > 1 or driver.times is not None for driver in drivers)
+    measures = tuple(word for word in task.measures or () if word != "extremes") or None
     return replace(
         task, driver=None, drivers=drivers, measures=measures,
         poses=None if listed else (len(result) - 1) * parts + 1,

@@ -87,7 +87,7 @@ def _arrays(result: Result) -> dict[str, Any]:
     """Return what an NPZ holds."""
     arrays = {name: array for name, _, array in result.columns()}
     linear = result.data.get("linear", {})
-    arrays |= {f"linear.{key}": np.array(own) for key, own in linear.items() if key in LINEAR}
+    arrays |= {f"linear.{key}": np.array(value) for key, value in linear.items() if key in LINEAR}
     return {"status": np.asarray(result.status, dtype=str), **arrays}
 
 

@@ -68,7 +68,7 @@ def packed(result: Result) -> dict[str, Any]:
     arrays: dict[str, Any] = {}
     meta = _of_result(result, arrays) | {"format": FORMAT, "mechdae": __version__}
     motions = getattr(result, "motions", {})
-    meta["motions"] = [_of_motion(text, own, arrays) for text, own in motions.items()]
+    meta["motions"] = [_of_motion(text, motion, arrays) for text, motion in motions.items()]
     return {META: _bytes(meta), **arrays}
 
 
@@ -87,8 +87,10 @@ def unpacked(file: Mapping[str, Any]) -> Result:
     meta = meta_of(file)
     result = _result(meta, file)
     motions = {
-        own["problem"]: _motion(own, file, from_dict(tomllib.loads(own["problem"]), result.problem))
-        for own in meta["motions"]
+        meta_motion["problem"]: _motion(
+            meta_motion, file, from_dict(tomllib.loads(meta_motion["problem"]), result.problem)
+        )
+        for meta_motion in meta["motions"]
     }
     return result.as_kind(type(result), motions=motions) if motions else result
 
@@ -105,7 +107,7 @@ def _of_result(result: Result, arrays: dict[str, Any]) -> Json:
 
 
 def _fields(result: Result, arrays: dict[str, Any]) -> Json:
-    names = [own.name for own in fields(result) if own.name not in SEPARATE]
+    names = [entry.name for entry in fields(result) if entry.name not in SEPARATE]
     return {name: _packed(getattr(result, name), arrays) for name in names}
 
 
@@ -117,21 +119,22 @@ def _of_motion(text: str, motion: Any, arrays: dict[str, Texts]) -> Json:
             found = getattr(motion, name)
             several = found if isinstance(found, tuple) else (found,)
             parts[name] = [
-                {"class": type(own).__name__, "fields": _fields(own, arrays)} for own in several
+                {"class": type(result).__name__, "fields": _fields(result, arrays)}
+                for result in several
             ]
         except MechdaeError as error:
             parts[name] = str(error)
     return {"problem": text, "parts": parts}
 
 
-def _motion(own: Mapping[str, Any], file: Mapping[str, Any], problem: Problem) -> StoredMotion:
+def _motion(meta: Mapping[str, Any], file: Mapping[str, Any], problem: Problem) -> StoredMotion:
     """Return the motions of a design: they are those of its mechanism, not of the task's."""
     parts: Json = {}
-    for name, part in own["parts"].items():
+    for name, part in meta["parts"].items():
         if isinstance(part, str):
             parts[name] = part
         else:
-            found = tuple(_made(own, file, problem.mechanism) for own in part)
+            found = tuple(_made(item, file, problem.mechanism) for item in part)
             parts[name] = found if name in SEVERAL else found[0]
     return StoredMotion(problem, parts)
 
@@ -146,9 +149,9 @@ def _packed(value: Any, arrays: dict[str, Any]) -> Any:
         arrays[name] = value
         return {ARRAY: name}
     if isinstance(value, Mapping):
-        return {str(key): _packed(own, arrays) for key, own in value.items()}
+        return {str(key): _packed(item, arrays) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_packed(own, arrays) for own in value]
+        return [_packed(item, arrays) for item in value]
     if isinstance(value, np.generic):
         return value.item()
     return plain(value)
@@ -158,8 +161,8 @@ def _unpacked(value: float | str | Json, file: Mapping[str, Any]) -> Any:
     if isinstance(value, dict):
         if value.keys() == {ARRAY}:
             return file[value[ARRAY]]
-        return {key: _unpacked(own, file) for key, own in value.items()}
-    return [_unpacked(own, file) for own in value] if isinstance(value, list) else value
+        return {key: _unpacked(item, file) for key, item in value.items()}
+    return [_unpacked(item, file) for item in value] if isinstance(value, list) else value
 
 
 def _result(meta: Mapping[str, Any], file: Mapping[str, Any]) -> Result:
@@ -170,17 +173,17 @@ def _result(meta: Mapping[str, Any], file: Mapping[str, Any]) -> Result:
 
 def _made(meta: Mapping[str, Any], file: Mapping[str, Any], mechanism: Mechanism) -> Result:
     """Return the result of a class of this package."""
-    known = {own.__name__: own for own in vars(kinds).values() if isinstance(own, type)}
+    known = {kind.__name__: kind for kind in vars(kinds).values() if isinstance(kind, type)}
     kind = known[meta["class"]]
     assert issubclass(kind, Result)
-    values = {key: _unpacked(own, file) for key, own in meta["fields"].items()}
+    values = {key: _unpacked(item, file) for key, item in meta["fields"].items()}
     for key, value in values.items():
         if key in NAMED:
-            values[key] = Named(NAMED[key], {n: Series(own) for n, own in value.items()})
+            values[key] = Named(NAMED[key], {n: Series(arrays) for n, arrays in value.items()})
         elif key in SERIES:
             values[key] = Series(value)
         elif key in OF_SERIES:
-            values[key] = {n: Series(own) for n, own in value.items()}
+            values[key] = {n: Series(arrays) for n, arrays in value.items()}
         elif key in SUMMARIES:
             values[key] = Summary(value)
     values["events"] = events_of(values["events"])

@@ -37,10 +37,10 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
     assembler = sketched.assembler
     graph, p = assembler.graphs.blocks[b], assembler.p
     places = {(c.part, c.word): value for c, value in assembler.places.items()}
-    own, size = graph.own, assembler.natural[graph.own]
+    unknowns, size = graph.own, assembler.natural[graph.own]
     units = np.array([assembler.size if unit == "m" else 1.0 for unit in graph.block.units])
     pose, lengths = x.copy(), []
-    for k, i in enumerate(own):
+    for k, i in enumerate(unknowns):
         unknown = sketched.scene.unknowns[i]
         if unknown.kind is LENGTH:
             lengths.append(k)
@@ -56,8 +56,8 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
 
     sigma = 1.0
     if lengths:
-        columns = [own[k] for k in lengths]
-        held = [e for e in sketched.entries if _tells(e, columns, own, x)]
+        columns = [unknowns[k] for k in lengths]
+        held = [e for e in sketched.entries if _tells(e, columns, unknowns, x)]
         for _ in range(ITERATIONS):
             F, J = equations()
             gaps = [entry.gap(pose, u, p) for entry in held]
@@ -67,7 +67,7 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
             sigma = min(1.0, float(values[-1]))
             if np.abs(step).max() < CLOSE:
                 break
-    told, last, J = pose[own].copy(), np.inf, None
+    told, last, J = pose[unknowns].copy(), np.inf, None
     for _ in range(ITERATIONS):
         F, J = equations()
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
@@ -79,17 +79,17 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
             return None
         if moved >= last or moved == 0.0:
             break
-        pose[own] -= step * size
+        pose[unknowns] -= step * size
         last = moved
-    far = float(np.abs((pose[own] - told) / size).max(initial=0.0)) + ROUNDING
+    far = float(np.abs((pose[unknowns] - told) / size).max(initial=0.0)) + ROUNDING
     beta = float(np.linalg.svd(J, compute_uv=False)[-1])
-    return pose[own], FARTHER * far < sigma * APART * beta
+    return pose[unknowns], FARTHER * far < sigma * APART * beta
 
 
-def _tells(entry: SketchNumber, columns: list[int], own: list[int], x: Unknowns) -> bool:
+def _tells(entry: SketchNumber, columns: list[int], unknowns: list[int], x: Unknowns) -> bool:
     """Return whether an entry of the sketch holds some of the lengths, and nothing unsolved."""
     held = set(entry.value.held[0])
-    return bool(held & set(columns)) and held <= set(range(min(own))) | set(own)
+    return bool(held & set(columns)) and held <= set(range(min(unknowns))) | set(unknowns)
 
 
 def _slopes(

@@ -30,19 +30,27 @@ def in_space(assembler: Assembler, mode: Mode, u: Floats, q: dict[tuple[str, str
     scene, found = assembler.scene, {}
     tree: Any = scene.model
     driven = {driver.text for driver in scene.drivers}
-    balls = {own.owner for own in scene.recovered if own.name in QUATERNION}
-    for own in scene.recovered:
-        joint = scene.model.mechanism.joints.get(own.owner)
-        if joint is None or own.name not in joint.coordinates:
+    balls = {coordinate.owner for coordinate in scene.recovered if coordinate.name in QUATERNION}
+    for coordinate in scene.recovered:
+        joint = scene.model.mechanism.joints.get(coordinate.owner)
+        if joint is None or coordinate.name not in joint.coordinates:
             continue
-        if not tree.has_value(own.owner, own.name):
+        if not tree.has_value(coordinate.owner, coordinate.name):
             continue
-        name = own.owner if own.name == joint.usual else f"{own.owner}.{own.name}"
-        if own.kind is ANGLE:
-            digits = DECIMALS_OF_DRIVERS if f"{own.owner}.{own.name}" in driven else DECIMALS
-            found[f"{name}_deg"] = round(math.degrees(q[own.key]), digits) + 0.0
+        name = (
+            coordinate.owner
+            if coordinate.name == joint.usual
+            else f"{coordinate.owner}.{coordinate.name}"
+        )
+        if coordinate.kind is ANGLE:
+            digits = (
+                DECIMALS_OF_DRIVERS
+                if f"{coordinate.owner}.{coordinate.name}" in driven
+                else DECIMALS
+            )
+            found[f"{name}_deg"] = round(math.degrees(q[coordinate.key]), digits) + 0.0
         else:
-            found[name] = q[own.key]
+            found[name] = q[coordinate.key]
     if not balls:
         return found
     model: Any = scene.model

@@ -115,11 +115,15 @@ class WholeTurns:
 
     def start(self, i: int, x: Unknowns, u: Floats) -> float:
         """Return the sketched angle `i` on the turn that the sketch asks for, nan without one."""
-        own = self.angles.get(self.scene.unknowns[i].owner)
+        joined = self.angles.get(self.scene.unknowns[i].owner)
         if not self.told(i):
-            return np.nan if own is None else own
+            return np.nan if joined is None else joined
         wanted = self.wanted(i, x, u)
-        return wanted if own is None else own + 2 * np.pi * round((wanted - own) / (2 * np.pi))
+        return (
+            wanted
+            if joined is None
+            else joined + 2 * np.pi * round((wanted - joined) / (2 * np.pi))
+        )
 
     def number(self, i: int, x: Unknowns, u: Floats) -> int:
         """Return the whole turns of angle `i` between the sketch and a pose.
@@ -216,26 +220,30 @@ class BlockTurns:
 
     def apart(self, b: int, x: Floats, y: Floats) -> Any:
         """Return how far the unknowns of block `b` are apart, without turns [rad, sizes]."""
-        own = self.graphs[b].own
+        unknowns = self.graphs[b].own
         unit = np.where(self.solvers[b].angle, 2 * np.pi, 1.0)
-        gaps = self.lattices[b].remainder(((x - y)[own] / unit)[None])[0] * unit
+        gaps = self.lattices[b].remainder(((x - y)[unknowns] / unit)[None])[0] * unit
         periods = np.array(
             [0.0 if a else self.solvers[b].period(j) for j, a in enumerate(self.solvers[b].angle)]
         )
         with np.errstate(invalid="ignore", divide="ignore"):
             gaps -= np.where(periods > 0, periods * np.round(gaps / periods), 0.0)
-        return np.abs(gaps) / self.natural[own]
+        return np.abs(gaps) / self.natural[unknowns]
 
     def wanted(self, i: int, x: Unknowns, u: Floats) -> float:
         """Return the sketched value of an unknown that has a period, in its absence a middle."""
-        own = self.scene.unknowns[i]
-        if own.kind is PLACE:
-            return self._on_curves.get(own.owner, own.middle)
-        return self.whole.wanted(i, x, u) if own.kind is ANGLE else self.sketch.get(own.owner, 0.0)
+        coordinate = self.scene.unknowns[i]
+        if coordinate.kind is PLACE:
+            return self._on_curves.get(coordinate.owner, coordinate.middle)
+        return (
+            self.whole.wanted(i, x, u)
+            if coordinate.kind is ANGLE
+            else self.sketch.get(coordinate.owner, 0.0)
+        )
 
 
-def put(x: Unknowns, own: list[int], values: Any) -> Floats:
+def put(x: Unknowns, unknowns: list[int], values: Any) -> Floats:
     """Return x with the unknowns of a block replaced."""
     result = x.copy()
-    result[own] = values
+    result[unknowns] = values
     return result

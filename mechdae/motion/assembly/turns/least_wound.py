@@ -50,16 +50,16 @@ def least_wound(
     turned
         (angle, pose) -> how far it is turned from what is sketched [rad].
     """
-    values = [{name: turned(name, x) for own in angles for name in own} for x in near]
+    values = [{name: turned(name, x) for names in angles for name in names} for x in near]
 
     def turns(name: str, i: int, k: int) -> float:
         return (values[i][name] - values[k][name]) / (2 * math.pi)
 
     def further(i: int, k: int) -> bool:
         found = []
-        for own in angles:
+        for names in angles:
             whole = [
-                round(turn) for turn in (turns(n, i, k) for n in own)
+                round(turn) for turn in (turns(n, i, k) for n in names)
                 if abs(turn - round(turn)) < WHOLE
             ]  # fmt: skip
             if not whole:

@@ -91,10 +91,10 @@ class Undecided:
         """Return the modes in which each cylinder has a positive slide, all if there is none."""
         mechanism = self.scene.model.mechanism
         told = {e.coordinate.part for e in self.sketched.entries if not e.coordinate.is_angle}
-        own = {name for k in part for name in self.groups[k].joints} - told
-        entries = [self._of(f"{name}.slide") for name in cylinders(mechanism) if name in own]
+        untold = {name for k in part for name in self.groups[k].joints} - told
+        entries = [self._of(f"{name}.slide") for name in cylinders(mechanism) if name in untold]
         slides = [[entry.gap(x, u, self.assembler.p) for entry in entries if entry] for x in near]
-        out = [x for x, own in zip(near, slides, strict=True) if min(own, default=0.0) > 0]
+        out = [x for x, lengths in zip(near, slides, strict=True) if min(lengths, default=0.0) > 0]
         return out or near
 
     def _of(self, name: str) -> NumberOfSketch | None:
@@ -110,7 +110,7 @@ class Undecided:
         if not angles:
             return near
         told = {entry.coordinate.text: entry for entry in self.sketched.entries}
-        entries = {name: told.get(name) or self._of(name) for own in angles for name in own}
+        entries = {name: told.get(name) or self._of(name) for names in angles for name in names}
 
         def turned(name: str, x: Unknowns) -> float:
             entry = entries[name]
@@ -200,8 +200,8 @@ class Undecided:
         return next(self.groups[k] for k in part if self._differ(self.groups[k], poses))
 
     def _differ(self, group: Group, poses: list[Unknowns]) -> bool:
-        own = [i for b in self.assembler.blocks_of(group) for i in self.scene.blocks[b].x]
-        return any(not np.array_equal(poses[0][own], x[own]) for x in poses)
+        unknowns = [i for b in self.assembler.blocks_of(group) for i in self.scene.blocks[b].x]
+        return any(not np.array_equal(poses[0][unknowns], x[unknowns]) for x in poses)
 
     def _placed(self, body: str) -> list[str]:
         """Return the points of a body that have a place: not those of a link that spins freely."""

@@ -42,7 +42,7 @@ def turns_at_most(
     grow, slope = (F[2] - F[0]) / 2, (J[2] - J[0]) / 2
     curve = F[2] - 2 * F[1] + F[0]
     third = F[3] - 3 * F[2] + 3 * F[1] - F[0]
-    noise = SAME * max(float(np.abs(own).max()) for own in F)
+    noise = SAME * max(float(np.abs(residual).max()) for residual in F)
     if not np.isfinite(noise) or np.abs(third).max() > noise or np.ptp(curve) > noise:
         return math.inf
     if np.abs(curve).max() > noise:

@@ -66,17 +66,21 @@ class ContactSolver(BlockSolver):
     ) -> None:
         super().__init__(scene, graph, p, size, slopes)
         self._all_p = p
-        own = [scene.unknowns[i] for i in graph.own]
+        coordinates = [scene.unknowns[i] for i in graph.own]
         self._periods = scene.unknowns.periods[graph.own]
         self._sizes = scene.unknowns.sizes(size)[graph.own]
-        self._at = next(j for j, c in enumerate(own) if c.kind is PLACE)
+        self._at = next(j for j, c in enumerate(coordinates) if c.kind is PLACE)
         contacts = scene.model.contacts
-        self.contact = contacts[own[self._at].owner]
+        self.contact = contacts[coordinates[self._at].owner]
         # (place, angle of the tangent, their function) of every contact in the block
         self._tangents = []
-        for j, k in itertools.permutations(range(len(own)), 2):
-            if own[j].kind is PLACE and own[k].kind is ANGLE and own[j].owner == own[k].owner:
-                self._tangents.append((j, k, _along(scene, contacts[own[j].owner])))
+        for j, k in itertools.permutations(range(len(coordinates)), 2):
+            if (
+                coordinates[j].kind is PLACE
+                and coordinates[k].kind is ANGLE
+                and coordinates[j].owner == coordinates[k].owner
+            ):
+                self._tangents.append((j, k, _along(scene, contacts[coordinates[j].owner])))
         bound = {self._at, *(k for j, k, _ in self._tangents if j == self._at)}
         self._others = [j for j in range(self.n) if j not in bound]
         self._closed = not self._others or (len(self._others) == 1 and self._follows())

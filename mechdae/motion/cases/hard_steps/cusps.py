@@ -94,11 +94,11 @@ class CuspFinder:
     ) -> tuple[Floats, list[Floats]] | None:
         """Return e at the places and the solutions there, None where it does not exist."""
         finder = self.crossings
-        n, own = finder.graphs.nx, finder.graphs.blocks[b].own
+        n, unknowns = finder.graphs.nx, finder.graphs.blocks[b].own
         J = finder.graphs.blocks[b].value_at(state[:n], finder.u(s), finder.p)[1]
         scaling = finder.scaling(b, J)
         left, _, right = np.linalg.svd(scaling.equations(J * scaling.columns))
-        y = np.concatenate([state[:n][own] / scaling.columns, [0.0], right[-1]])
+        y = np.concatenate([state[:n][unknowns] / scaling.columns, [0.0], right[-1]])
         found = []
         for place in places:
             z = self._upstream(b, s, state, place)[finder.graphs.blocks[b].uses]
@@ -106,7 +106,7 @@ class CuspFinder:
             if y is None:
                 return None
             found.append(y)
-        return np.array(found)[:, len(own)], found
+        return np.array(found)[:, len(unknowns)], found
 
     def _upstream(self, b: int, s: float, state: Floats, place: float) -> Any:
         """Return the unknowns (nx,) at a place with earlier blocks solved for."""

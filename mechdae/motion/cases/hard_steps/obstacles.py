@@ -84,8 +84,8 @@ def to_end(front: Front, b: int, step: float, rest: float, goal: float) -> float
     hopeless = tries.hopeless or tries.laboured > MOST_SMALL_STEPS
     if step >= SMALLEST * path.largest and not hopeless:
         return None
-    own = path.graphs.blocks[b].own
-    if np.any(np.abs(front.x[own]) > path.far[own] / 2):
+    unknowns = path.graphs.blocks[b].own
+    if np.any(np.abs(front.x[unknowns]) > path.far[unknowns] / 2):
         kind = "pole"
     elif step >= SMALLEST * path.largest:
         kind = "unproved"
@@ -293,7 +293,9 @@ def go_back(front: Front, place: float) -> list[tuple[float, Floats]]:
     """
     path, sense = front.path, front.sense
     ends = [end.s for end in path.ends]
-    zone = next((own for own in reversed(path.zones) if own.up == front.up), None)  # the farthest
+    zone = next(
+        (zone for zone in reversed(path.zones) if zone.up == front.up), None
+    )  # the farthest
     marks = [path.began, path.origin[0], *ends, *(zone.nodes[0] if zone else ())]
     last = max(sense * mark for mark in marks if sense * (front.s - mark) >= 0)
     taken: list[tuple[float, Floats]] = []

@@ -53,7 +53,7 @@ def _on(front: Front, found: Stretch, place: float) -> Floats | None:
     guess = found.at((place - found.s) / found.step)
     start = np.concatenate([guess, np.zeros(2 * n + path.graphs.nb)])
     state, test, det, _ = path.step(start, place, 0.0)
-    own = np.concatenate([path.graphs.blocks[b].own for b in np.flatnonzero(alive)])
+    unknowns = np.concatenate([path.graphs.blocks[b].own for b in np.flatnonzero(alive)])
     near = np.abs(state[:n] - guess) <= found.radius * (1 + 1e-6) + 1e-300
     proved = path.proved(state, test, det, np.zeros(len(test)), front.sign)
-    return state if near[own].all() and proved[alive].all() else None
+    return state if near[unknowns].all() and proved[alive].all() else None

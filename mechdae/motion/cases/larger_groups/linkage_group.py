@@ -61,14 +61,14 @@ class LinkageGroup(GroupParts):
         for pin in self.pins:
             self._add_pin(pin)
         self.ends = [
-            tuple(self._pin_at(place(own)) for own in (joint.first, joint.second))
+            tuple(self._pin_at(place(reference)) for reference in (joint.first, joint.second))
             for joint in self.bars
         ]
         self.on_line = [self._pin_at(place(joint.second)) for joint in self.slots]
         self.driven_pins = [self._pin_at(LegPoint(c.part, c.point)) for _, c in self.rails]
-        for own in self.held:
-            if not own:
-                own[self._new_pin()] = None
+        for pins in self.held:
+            if not pins:
+                pins[self._new_pin()] = None
         self._turn_together()
         self.linkage = self._linkage()
 
@@ -78,20 +78,20 @@ class LinkageGroup(GroupParts):
 
     def _add_pin(self, spots: set[LegPoint]) -> None:
         number = self._new_pin()
-        for spot in sorted(spots, key=lambda own: (own.body, own.point)):
-            own = self.held[self.part[self.node_of(spot.body)]]
-            if number in own and self.node_of(spot.body) != GROUND:
+        for spot in sorted(spots, key=lambda spot: (spot.body, spot.point)):
+            pins = self.held[self.part[self.node_of(spot.body)]]
+            if number in pins and self.node_of(spot.body) != GROUND:
                 raise OtherShape  # a part is pinned to itself
-            own.setdefault(number, spot)
+            pins.setdefault(number, spot)
 
     def _pin_at(self, spot: LegPoint) -> int:
         """Return the pin at a point, a new one where there is none."""
-        own = self.held[self.part[self.node_of(spot.body)]]
-        for number, other in own.items():
+        pins = self.held[self.part[self.node_of(spot.body)]]
+        for number, other in pins.items():
             if other == spot:
                 return number
         number = self._new_pin()
-        own[number] = spot
+        pins[number] = spot
         return number
 
     def _turn_together(self) -> None:
@@ -109,7 +109,7 @@ class LinkageGroup(GroupParts):
         self.turns = tuple(turns[k] for k in leader)
 
     def _linkage(self) -> PinLinkage:
-        parts = [tuple(own) for own in self.held] + [tuple(pair) for pair in self.ends]
+        parts = [tuple(pins) for pins in self.held] + [tuple(pair) for pair in self.ends]
         bars = range(max(self.turns) + 1, max(self.turns) + 1 + len(self.bars))
         slides = [(one, next(iter(self.held[other]))) for one, other, _ in self.along]
         for joint, pin in zip(self.slots, self.on_line, strict=True):
@@ -148,7 +148,7 @@ class LinkageGroup(GroupParts):
         slid[:, list(order.slides)] = poses.slides
         frames = [at.frames(w, s) for w, s in zip(np.exp(1j * angles), slid, strict=True)]
         return GroupPoses(
-            [dict(at.coordinates(own)) for own in frames],
+            [dict(at.coordinates(frame)) for frame in frames],
             poses.proven,
             BASIS.get(poses.basis, "").format(poses.generic),
             generic=poses.generic,
@@ -169,7 +169,7 @@ class _Numbers(PlacedParts):
             for joint, pair in zip(shape.bars, shape.ends, strict=True)
         ]
         self.inside = [
-            {pin: 0j if own is None else self.spot(own) for pin, own in held.items()}
+            {pin: 0j if spot is None else self.spot(spot) for pin, spot in held.items()}
             for held in shape.held
         ] + bars
         """Of each part by pin its place in the part's frame."""
@@ -186,7 +186,7 @@ class _Numbers(PlacedParts):
         first = {turn: shape.turns.index(turn) for turn in set(shape.turns)}
         known, rest = set(first.values()), list(shape.along)
         while rest:
-            one, other, joint = next(own for own in rest if known & {own[0], own[1]})
+            one, other, joint = next(edge for edge in rest if known & {edge[0], edge[1]})
             rest.remove((one, other, joint))
             found.append((one, other, joint) if one in known else (other, one, joint))
             known |= {one, other}
@@ -225,9 +225,11 @@ class _Numbers(PlacedParts):
 
     def frames(self, turns: Complexes, slides: Floats) -> dict[str, tuple[complex, complex]]:
         """Return origin and direction of the parts' frames."""
-        linkage, own = self.shape.linkage, self.numbers()
+        linkage, numbers = self.shape.linkage, self.numbers()
         of_step = linkage.step_slides
-        a = own.a + (np.where(of_step >= 0, (slides * own.n)[of_step], 0) if len(slides) else 0)
+        a = numbers.a + (
+            np.where(of_step >= 0, (slides * numbers.n)[of_step], 0) if len(slides) else 0
+        )
         steps = a * turns[linkage.step_turns]
         places = {
             pin: sum((sign * steps[e] for e, sign in way.items()), 0j)

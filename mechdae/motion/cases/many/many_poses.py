@@ -104,9 +104,9 @@ class ManyPoses:
 
     def run(self) -> Poses:
         n, size = len(self.s), chunk_of(self.line)
-        own = [key for key in self.line.results if key not in self.layout.target]
-        rows = np.empty((len(own), min(n, size)))
-        self.scratch = dict(zip(own, rows, strict=True))
+        left = [key for key in self.line.results if key not in self.layout.target]
+        rows = np.empty((len(left), min(n, size)))
+        self.scratch = dict(zip(left, rows, strict=True))
         odd = [self._block(a, min(a + size, n)) for a in range(0, n, size)]
         self.evaluator.pose.evaluations += n
         rest = np.concatenate(odd)
@@ -143,8 +143,8 @@ class ManyPoses:
         s, store = self.s[some], self.table.store[:, some]
         shared = self.line.shared
         inputs = [p if i in shared else p[:, some] for i, p in enumerate(self.inputs)]
-        into = {own: row[: b - a] for own, row in self.scratch.items()}
-        into |= {own: store[row] for own, row in layout.target.items()}
+        into = {slot: row[: b - a] for slot, row in self.scratch.items()}
+        into |= {slot: store[row] for slot, row in layout.target.items()}
 
         def values(output: int, count: int) -> Any:
             return [self._value(inputs, into, output, i) for i in range(count)]
@@ -219,8 +219,8 @@ class ManyPoses:
             wide = CARRIED if self.evaluator.turning[k] else np.inf
             if kappa * b * e <= tiny[k] and e <= wide:
                 continue
-            own = (kappa * beta[k] * eta[k] > tiny[k]) | (eta[k] > wide)
-            result = own if result is None else result | own
+            refine = (kappa * beta[k] * eta[k] > tiny[k]) | (eta[k] > wide)
+            result = refine if result is None else result | refine
         return result if result is not None and np.any(result) else None
 
     @np.errstate(invalid="ignore", over="ignore")

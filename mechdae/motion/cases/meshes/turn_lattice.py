@@ -148,10 +148,10 @@ class GearedTurns(WholeTurns):
         if self.scene.unknowns[i].kind is not ANGLE:
             return []
         if i not in self._deciding:
-            own, found = self.scene.unknowns[i].owner, []
-            for body in sorted(self.geared, key=lambda name: name != own):
+            owner, found = self.scene.unknowns[i].owner, []
+            for body in sorted(self.geared, key=lambda name: name != owner):
                 angle = self.scene.turn_of(body)
-                together = self._rigid[body] == self._rigid.get(own)
+                together = self._rigid[body] == self._rigid.get(owner)
                 if together and angle is not None and self.scene.held(angle)[0] == [i]:
                     found.append((body, self._angle(body)))
             self._deciding[i] = found
@@ -168,24 +168,24 @@ def lattices(scene: Scene, blocks: Sequence[list[int]]) -> list[Lattice]:
     if not any(joints[name].meshes for name in inside):
         key = ("single turns", *map(tuple, blocks))
         known: list[Lattice] = scene.cache(
-            key, lambda: [Lattice(_units(scene, own), len(own)) for own in blocks]
+            key, lambda: [Lattice(_units(scene, unknowns), len(unknowns)) for unknowns in blocks]
         )
         return known
-    turned = [i for own in blocks for i in own if scene.unknowns[i].kind is ANGLE]
+    turned = [i for unknowns in blocks for i in unknowns if scene.unknowns[i].kind is ANGLE]
     place = {i: k for k, i in enumerate(turned)}
     rows = _echelon(_projected(scene, inside, turned))
     pivots = [next(k for k, value in enumerate(row) if value) for row in rows]
     found = []
-    for own in blocks:
-        columns = {place[i]: j for j, i in enumerate(own) if i in place}
+    for unknowns in blocks:
+        columns = {place[i]: j for j, i in enumerate(unknowns) if i in place}
         basis = []
         for row, pivot in zip(rows, pivots, strict=True):
             if pivot in columns:
-                vector = [0] * len(own)
+                vector = [0] * len(unknowns)
                 for k, j in columns.items():
                     vector[j] = row[k]
                 basis.append(vector)
-        found.append(Lattice(basis, len(own)))
+        found.append(Lattice(basis, len(unknowns)))
     return found
 
 
@@ -237,7 +237,7 @@ def _on_bearings(
         first, second = bearings(mechanism, joint)
         ratio = rational(joint.turn_ratio(values)) if joint.wheels > 1 else None
         if ratio is None:
-            sums += [{(own.joint, own.word): one} for own in (first, second)]
+            sums += [{(bearing.joint, bearing.word): one} for bearing in (first, second)]
         else:
             sums.append(
                 {
@@ -246,7 +246,7 @@ def _on_bearings(
                 }
             )
     sums += [{(driver.part, driver.word): one} for driver in scene.drivers]
-    rows = [[own.get(name, Fraction(0)) for name in place] for own in sums]
+    rows = [[terms.get(name, Fraction(0)) for name in place] for terms in sums]
     return names, [row for row in rows if any(row)]
 
 

@@ -86,7 +86,7 @@ def opened(
     """
     whole = problem if isinstance(problem, Problem) else load(problem)
     chosen = whole.task(task)
-    name = next(own for own, known in whole.tasks.items() if known is chosen)
+    name = next(name for name, known in whole.tasks.items() if known is chosen)
     mechanism = _plain(whole.mechanism)
     equations = _Equations(mechanism, *_driven(whole.mechanism, chosen, result, pose))
     if result is not None and pose is not None:
@@ -110,8 +110,8 @@ def _driven(
 ) -> tuple[list[NamedCoordinate], list[float]]:
     """Return the drivers that have a value at the start, and their values."""
     if result is not None and pose is not None and result.drivers:
-        own = {text: float(series.position[pose]) for text, series in result.drivers.items()}
-        return [coordinate(mechanism, text) for text in own], list(own.values())
+        drivers = {text: float(series.position[pose]) for text, series in result.drivers.items()}
+        return [coordinate(mechanism, text) for text in drivers], list(drivers.values())
     if isinstance(task, Driven):
         numbers = plan(mechanism, task)
         first = (
@@ -121,7 +121,9 @@ def _driven(
         pairs = list(zip(numbers.coordinates, values.tolist(), strict=True))
     else:
         known = mechanism.parameter_values
-        listed = [own for own in getattr(task, "drivers", None) or () if own.at is not None]
+        listed = [
+            driver for driver in getattr(task, "drivers", None) or () if driver.at is not None
+        ]
         pairs = [(coordinate(mechanism, d.coordinate), evaluate(d.at[0], known)) for d in listed]
     return [c for c, v in pairs if not np.isnan(v)], [v for _, v in pairs if not np.isnan(v)]
 
@@ -138,7 +140,11 @@ def _sketch(
     if not len(known):
         return drawn.angles, drawn.places
     near = int(known[np.argmin(np.abs(known - pose))])
-    found = {body: float(own.angle[near]) for body, own in result.bodies.items() if "angle" in own}
+    found = {
+        body: float(series.angle[near])
+        for body, series in result.bodies.items()
+        if "angle" in series
+    }
     return drawn.angles | found, {}
 
 
@@ -166,7 +172,7 @@ class _Equations:
         bent = ca.hessian(ca.dot(prices, phi), q)[0]
         bent = ca.diag(scaled) @ bent @ ca.diag(scaled)
         by_numbers = ca.gradient(ca.dot(prices, phi), ca.vertcat(model.p, u))
-        inputs, rest = [q, u, model.p], [ca.densify(own) for own in (phi, slope)]
+        inputs, rest = [q, u, model.p], [ca.densify(column) for column in (phi, slope)]
         self._values = Call(ca.Function("open", inputs, rest))
         self._bent = Call(ca.Function("bent", [*inputs, prices], [ca.densify(bent)]))
         self._by = ca.Function("by", [*inputs, prices], [ca.densify(by_numbers)])
@@ -255,24 +261,24 @@ class _Equations:
             left[owner] = float(np.hypot(left.get(owner, 0.0), value))
         worst = max(left.values())
         candidates = sorted(
-            (own for own in self.mechanism.joints if left.get(own, 0.0) > 1e-6 * worst),
-            key=lambda own: (self._order(own), -left[own]),
+            (name for name in self.mechanism.joints if left.get(name, 0.0) > 1e-6 * worst),
+            key=lambda name: (self._order(name), -left[name]),
         )
         found = []
         for name in candidates[:TRIED]:
-            own = self._opened((name,), start)
-            if own is not None:
-                found.append(own)
+            opened = self._opened((name,), start)
+            if opened is not None:
+                found.append(opened)
         if not found:
             chosen: tuple[str, ...] = ()
-            for name in sorted(candidates, key=lambda own: -left[own])[:MOST]:
+            for name in sorted(candidates, key=lambda name: -left[name])[:MOST]:
                 chosen = (*chosen, name)
-                own = self._opened(chosen, start) if len(chosen) > 1 else None
-                if own is not None:
-                    return own
+                opened = self._opened(chosen, start) if len(chosen) > 1 else None
+                if opened is not None:
+                    return opened
             raise SolveError("no joint alone leaves the others closed: several loops are open")
-        least = min(own.size for own in found)
-        return next(own for own in found if own.size <= least * (1 + 1e-6))
+        least = min(opened.size for opened in found)
+        return next(opened for opened in found if opened.size <= least * (1 + 1e-6))
 
     def _order(self, name: str) -> tuple[int, bool, bool]:
         """Return what is opened first: pins between moving links that are not driven."""
@@ -326,13 +332,13 @@ def _report(
     points = [f"{body}.{point}" for body, own in mechanism.bodies.items() for point in own.points]
     grounds = [f"{GROUND}.{point}" for point in mechanism.ground.points]
     angles = ca.vertcat(*[model.frame(body).angle for body in mechanism.bodies])
-    places = ca.horzcat(*[model.point(own) for own in (*points, *grounds)])
+    places = ca.horzcat(*[model.point(reference) for reference in (*points, *grounds)])
     function = ca.Function("placed", [model.q, model.p], [angles, places])
-    turned, placed = (np.array(own) for own in function(found.q, model.p_values))
+    turned, placed = (np.array(part) for part in function(found.q, model.p_values))
     at = dict(zip((*points, *grounds), placed.T, strict=True))
     gaps = [_gap(equations, joint, found.q, at) for joint in found.joints]
     short, long_ = _to_blame(equations, found)
-    words = ", ".join(f"{own['joint']} by {own['gap']:.4g} {own['unit']}" for own in gaps)
+    words = ", ".join(f"{gap['joint']} by {gap['gap']:.4g} {gap['unit']}" for gap in gaps)
     summary: Json = {
         "poses": 1,
         "status": {"unassembled": 1},
@@ -359,7 +365,9 @@ def _report(
             "body",
             {body: Series({"angle": turned[k]}) for k, body in enumerate(mechanism.bodies)},
         ),
-        points=Named("point", {own: Series({"position": at[own][None, :]}) for own in points}),
+        points=Named(
+            "point", {point: Series({"position": at[point][None, :]}) for point in points}
+        ),
         status=statuses(1, Status.UNASSEMBLED),
         summary=Summary(summary),
         fault=f"the mechanism does not close: drawn open at {words}{said(summary)}",
@@ -370,7 +378,7 @@ def _report(
 def said(summary: Json) -> str:
     """Return what is too short or too long, in words, empty where nothing is known."""
     parts = [
-        f"{word}: {', '.join(own['what'] for own in summary[key])}"
+        f"{word}: {', '.join(event['what'] for event in summary[key])}"
         for key, word in (("too_short", "too short"), ("too_long", "too long"))
         if summary[key]
     ]
@@ -382,8 +390,8 @@ def _gap(equations: _Equations, name: str, q: Unknowns, at: dict[str, Floats]) -
     joint = equations.mechanism.joints[name]
     first, second = at[joint.first], at[joint.second]
     phi, _ = equations.at(q)
-    own = np.array([owner == name for owner in equations.owners])
-    size = float(np.linalg.norm((phi * equations.sizes)[own]))
+    rows = np.array([owner == name for owner in equations.owners])
+    size = float(np.linalg.norm((phi * equations.sizes)[rows]))
     if not joint.coincide:
         way = second - first
         length = float(np.hypot(*way))
@@ -401,8 +409,8 @@ def _gap(equations: _Equations, name: str, q: Unknowns, at: dict[str, Floats]) -
         "joint": name,
         "gap": size,
         "unit": "m",
-        "from": [float(own) for own in first],
-        "to": [float(own) for own in second],
+        "from": [float(value) for value in first],
+        "to": [float(value) for value in second],
     }
 
 

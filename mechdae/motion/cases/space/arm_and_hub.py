@@ -33,14 +33,14 @@ class ArmAndHub:
         idle, joints = getattr(model, "idle", {}), model.mechanism.joints
         rods = [(*idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
         spun = {name for link in idle.values() for name in (link.joint, *link.others)}
-        own = [joints[name] for name in group.joints if name not in spun]
-        rods += [(j.first, j.second, model.numbers[f"{j.name}.length"]) for j in own if j.bar]
+        chain = [joints[name] for name in group.joints if name not in spun]
+        rods += [(j.first, j.second, model.numbers[f"{j.name}.length"]) for j in chain if j.bar]
         inner = {body for body in group.bodies if body not in idle}
-        hinges = [j for j in own if j.turns and len(j.coordinates) == 1]
-        balls = [j for j in own if j.ball]
+        hinges = [j for j in chain if j.turns and len(j.coordinates) == 1]
+        balls = [j for j in chain if j.ball]
         if (len(hinges), len(balls), len(rods), len(inner)) != (1, 2, 1, 2) or group.superfluous:
             raise OtherShape
-        if len(own) - len([j for j in own if j.bar]) != 3:
+        if len(chain) - len([j for j in chain if j.bar]) != 3:
             raise OtherShape
         (hinge,), (rod,) = hinges, rods
         (arm,) = inner & set(hinge.bodies) if len(inner & set(hinge.bodies)) == 1 else (None,)
@@ -94,10 +94,10 @@ class ArmAndHub:
         for turn in first:
             c, s = np.cos(turn), np.sin(turn)
             line = middle + c * X + s * Y - known
-            own, fixed = _frame(across, steer), _frame(line, frame[:, 2])
-            if own is None or fixed is None:
+            moving, fixed = _frame(across, steer), _frame(line, frame[:, 2])
+            if moving is None or fixed is None:
                 return None
-            local = own.T @ steer
+            local = moving.T @ steer
             centre = known + fixed[:, 0] * local[0]
             second = _turns(
                 centre - rod, fixed[:, 1] * local[1], fixed[:, 2] * local[1],
@@ -108,7 +108,7 @@ class ArmAndHub:
             arm = frame @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ C.T
             for other in second:
                 c2, s2 = np.cos(other), np.sin(other)
-                hub = fixed @ np.array([[1, 0, 0], [0, c2, -s2], [0, s2, c2]]) @ own.T
+                hub = fixed @ np.array([[1, 0, 0], [0, c2, -s2], [0, s2, c2]]) @ moving.T
                 poses.append(self._coordinates(at, turn, arm, hub))
         return GroupPoses(poses, True, BASIS, generic=MOST, bounded=True)
 
@@ -117,10 +117,10 @@ class ArmAndHub:
     ) -> dict[tuple[str, str], float]:
         """Return a pose as coordinates, from the arm's turn and the rotations of both bodies."""
         if self.on_arm:
-            base, own = arm @ at["arm ball"][:, 1:], hub @ at["hub ball"][:, 1:]
+            base, ball = arm @ at["arm ball"][:, 1:], hub @ at["hub ball"][:, 1:]
         else:
-            base, own = at["known ball"][:, 1:], hub @ at["hub known"][:, 1:]
-        Q = own.T @ base if self.hub_first else base.T @ own
+            base, ball = at["known ball"][:, 1:], hub @ at["hub known"][:, 1:]
+        Q = ball.T @ base if self.hub_first else base.T @ ball
         angle = (turn + np.pi) % (2 * np.pi) - np.pi
         found = {(self.hinge, "angle"): float(angle if self.forward else -angle)}
         for k, value in enumerate(quaternions(Q[None])[0]):

@@ -61,7 +61,7 @@ class OrientationChecks(Chooser):
         """
         if b is None or not self._of.get(group.index) or len(poses) < FEW:
             return poses, None
-        if set(self.scene.blocks[b].x) & {i for own in self.quaternions for i in own}:
+        if set(self.scene.blocks[b].x) & {i for components in self.quaternions for i in components}:
             poses = self._once(poses)
         return self.possible(b, poses, u), None
 
@@ -100,25 +100,27 @@ class OrientationChecks(Chooser):
         every, kept = np.array(poses), np.zeros(len(poses), bool)
         for k, x in enumerate(every):
             others = every[kept]
-            own = np.broadcast_to(x, others.shape).copy()
+            turned = np.broadcast_to(x, others.shape).copy()
             for places in self.quaternions:
                 opposite = others[:, places] @ x[places] < 0
-                own[np.ix_(opposite, places)] *= -1
-            gaps = np.abs(own - others).max(axis=1, initial=0.0)
+                turned[np.ix_(opposite, places)] *= -1
+            gaps = np.abs(turned - others).max(axis=1, initial=0.0)
             kept[k] = not (gaps < SAME).any()
         return [x for x, new in zip(poses, kept, strict=True) if new]
 
     def towards(self, x: Unknowns, other: Floats) -> Floats:
         """Return unknowns with the signs of quaternions that are nearer to those of others."""
         result = x.copy()
-        for own in self.quaternions:
-            if result[own] @ other[own] < 0:
-                result[own] = -result[own]
+        for components in self.quaternions:
+            if result[components] @ other[components] < 0:
+                result[components] = -result[components]
         return result
 
 
 def angles_from_sketch(scene: Scene, sketch: Sketch) -> dict[str, float]:
     """Return the sketched angles of spatial joints that are coordinates, by joint."""
     vectors = {j.name for j in scene.model.mechanism.joints.values() if j.pointer}
-    own = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.owner not in vectors}
-    return {c.part: v for c, v in sketch.places.items() if (c.part, c.word) in own and c.is_angle}
+    angles = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.owner not in vectors}
+    return {
+        c.part: v for c, v in sketch.places.items() if (c.part, c.word) in angles and c.is_angle
+    }

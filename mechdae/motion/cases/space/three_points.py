@@ -201,7 +201,7 @@ class ThreePoints:
         known = [course for course in courses if isinstance(course, PointCourse)]
         if len(known) < len(courses):  # two spheres that do not meet
             return GroupPoses([], True, NONE, generic=MOST[0], bounded=True)
-        if not all(own.straight or own.size > LEAST * max(sizes) for own in known):
+        if not all(course.straight or course.size > LEAST * max(sizes) for course in known):
             return None
         found = triangles(known, sizes)
         if found is None:
@@ -229,7 +229,7 @@ class ThreePoints:
         frames, here = dict[str, tuple[Any, Any]](), (np.zeros(3), np.eye(3))
         for joint, forward in leg.joints:
             near, far = ("first", "second") if forward else ("second", "first")
-            side, own = at[f"{near} {joint.name}"], at[f"{far} {joint.name}"]
+            side, point = at[f"{near} {joint.name}"], at[f"{far} {joint.name}"]
             r, R = here
             place, A = r + R @ side[:, 0], R @ side[:, 1:]
             value = self._value(joint, u, free) * (1 if forward else -1)
@@ -238,8 +238,8 @@ class ThreePoints:
             elif joint.turns:
                 c, s = np.cos(value), np.sin(value)
                 A = A @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-            turned = A @ own[:, 1:].T
-            here = (place - turned @ own[:, 0], turned)
+            turned = A @ point[:, 1:].T
+            here = (place - turned @ point[:, 0], turned)
             frames[joint.second_body if forward else joint.first_body] = here
         return frames
 
@@ -281,7 +281,7 @@ class ThreePoints:
         u: Floats,
     ) -> dict[tuple[str, str], float]:
         """Return a pose as coordinates, from the values of the three legs."""
-        ends = np.stack([own.at(value) for own, value in zip(courses, values, strict=True)])
+        ends = np.stack([course.at(value) for course, value in zip(courses, values, strict=True)])
         base, moved = (ends, points) if not self.inward else (points, ends)
         R = _triad(base) @ _triad(moved).T
         r = base.mean(axis=0) - R @ moved.mean(axis=0)

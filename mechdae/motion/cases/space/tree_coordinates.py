@@ -23,8 +23,8 @@ class TreeCoordinates:
     def __init__(self, scene: Scene, group: Group) -> None:
         self.model: Any = scene.model
         joints, blocks = self.model.mechanism.joints, scene.blocks
-        own = {i for block in blocks if block.group == group.index for i in block.x}
-        self.names = [scene.x_names[i] for i in sorted(own)]
+        unknowns = {i for block in blocks if block.group == group.index for i in block.x}
+        self.names = [scene.x_names[i] for i in sorted(unknowns)]
         self.joints = [joints[o] for o in dict.fromkeys(o for o, _ in self.names) if o in joints]
         self.bodies = [o for o in dict.fromkeys(o for o, _ in self.names) if o not in joints]
         plain = all(not getattr(joint, "crossed", False) for joint in self.joints)

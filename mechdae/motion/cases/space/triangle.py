@@ -91,18 +91,20 @@ def triangles(courses: Sequence[PointCourse], distances: Sequence[float]) -> Tri
         Of points 1 and 2, 2 and 3, 3 and 1 [m].
     """
     order = sorted(range(3), key=lambda k: courses[k].straight)
-    most = MOST[sum(own.straight for own in courses)]
+    most = MOST[sum(course.straight for course in courses)]
     squares = {frozenset(pair): length**2 for pair, length in zip(PAIRS, distances, strict=True)}
-    own = [courses[k] for k in order]
+    ordered = [courses[k] for k in order]
     found = [
-        _equation(own[i], own[j], TURNED[i], TURNED[j], squares[frozenset((order[i], order[j]))])
+        _equation(
+            ordered[i], ordered[j], TURNED[i], TURNED[j], squares[frozenset((order[i], order[j]))]
+        )
         for i, j in PAIRS
     ]
     C, terms = (np.stack([pair[k] for pair in found]) for k in (0, 1))
     size = np.abs(C).sum(axis=(1, 2))[:, None, None]
     if not (size[:, 0, 0] > LEAST * terms.sum(axis=(1, 2))).all():
         return None
-    system = _System(C / size, GRAIN * terms / size, [o.straight for o in own])
+    system = _System(C / size, GRAIN * terms / size, [o.straight for o in ordered])
     z = np.zeros((0, 3), complex)
     for k in range(3):  # where roots lie far apart another unknown may tell what one does not
         more = system.starts(k)
@@ -113,8 +115,8 @@ def triangles(courses: Sequence[PointCourse], distances: Sequence[float]) -> Tri
             break
     values = np.empty((len(real), 3))
     for i, k in enumerate(order):
-        if own[i].straight:
-            values[:, k] = real[:, i] * own[i].size
+        if ordered[i].straight:
+            values[:, k] = real[:, i] * ordered[i].size
         else:
             values[:, k] = (TURNED[i] + 2 * np.arctan(real[:, i]) + np.pi) % (2 * np.pi) - np.pi
     values = values[np.lexsort(values.T[::-1])] if len(values) else values
@@ -128,8 +130,8 @@ def _polynomial(course: PointCourse, turned: float) -> tuple[Floats, Floats]:
         return np.stack([course.centre, u, np.zeros(3)], axis=1), np.array([1.0, 0, 0])
     c, s = np.cos(turned), np.sin(turned)
     u, v = c * u + s * v, c * v - s * u
-    own = np.stack([course.centre + u, 2 * v, course.centre - u], axis=1)
-    return own, np.array([1.0, 0, 1.0])
+    quadratic = np.stack([course.centre + u, 2 * v, course.centre - u], axis=1)
+    return quadratic, np.array([1.0, 0, 1.0])
 
 
 def _equation(
@@ -189,15 +191,15 @@ class _System:
         powers = first[:, None] ** np.arange(3)
         second, third = _quadratic(powers @ a), _quadratic(powers @ b)
         found = np.empty((4, len(first), 3), complex)
-        for own, (m, n) in zip(found, product((0, 1), (0, 1)), strict=True):
-            own[:, k], own[:, i], own[:, j] = first, second[:, m], third[:, n]
+        for solution, (m, n) in zip(found, product((0, 1), (0, 1)), strict=True):
+            solution[:, k], solution[:, i], solution[:, j] = first, second[:, m], third[:, n]
         every: Complexes = found.reshape(-1, 3)
         return every[np.isfinite(every).all(axis=1)]
 
     def _of(self, i: int, j: int) -> Any:
         """Return the coefficients of the equation of two unknowns, by powers of the first."""
-        own = self.C[PAIRS.index((min(i, j), max(i, j)))]
-        return own if i < j else own.T
+        form = self.C[PAIRS.index((min(i, j), max(i, j)))]
+        return form if i < j else form.T
 
     @staticmethod
     def _first(a: Floats, b: Floats, C: Matrix, reach: float) -> Any:
@@ -232,10 +234,10 @@ class _System:
         moves = self.flip[turned.astype(int)] * size[..., None, None] ** np.arange(3)[:, None]
         C, noise = (
             [
-                np.einsum("ab,nax,nby->nxy", own[k], by[:, i], by[:, j])
+                np.einsum("ab,nax,nby->nxy", forms[k], by[:, i], by[:, j])
                 for k, (i, j) in enumerate(PAIRS)
             ]
-            for own, by in ((self.C, moves), (self.noise, np.abs(moves)))
+            for forms, by in ((self.C, moves), (self.noise, np.abs(moves)))
         )
         return z / size, turned, size, np.stack(C, axis=1), np.stack(noise, axis=1)
 
@@ -314,7 +316,7 @@ def _solve(J: Complexes, F: Complexes) -> Any:
     bc = np.cross(b, c)
     det = (a * bc).sum(axis=1)[:, None]
     ca, ab = np.cross(c, a), np.cross(a, b)
-    return np.stack([(own * F).sum(axis=1) for own in (bc, ca, ab)], axis=1) / det
+    return np.stack([(form * F).sum(axis=1) for form in (bc, ca, ab)], axis=1) / det
 
 
 def _quadratic(c: Complexes) -> Complexes:

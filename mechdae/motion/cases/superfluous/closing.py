@@ -60,8 +60,8 @@ class Closing:
         return batch
 
     def _equations(self) -> Batch:
-        scene, own = self.scene, [check.residual for check in self.checks]
-        rows = [*own, *(self.graphs.blocks[b].F for b in self.blocks)]
+        scene, residuals = self.scene, [check.residual for check in self.checks]
+        rows = [*residuals, *(self.graphs.blocks[b].F for b in self.blocks)]
         stacked = ca.densify(ca.vertcat(*rows)) if rows else ca.SX(0, 1)
         function = ca.Function("rows", [scene.x, scene.u, scene.model.p], [stacked])
         return Batch(function, shared=[2])
@@ -85,9 +85,9 @@ class Closing:
         rounding = rounding.reshape(shape).max(axis=1)
         values = np.abs(self.residuals(x, u, constants.p)[:, : len(self.checks)])
         result = np.empty(values.shape, bool)
-        for k, own in enumerate(slope):
-            used = np.flatnonzero(own)  # other unknowns need not have a value
-            allowed = rounding[k] + error[:, used] @ own[used]
+        for k, row in enumerate(slope):
+            used = np.flatnonzero(row)  # other unknowns need not have a value
+            allowed = rounding[k] + error[:, used] @ row[used]
             with np.errstate(invalid="ignore"):
                 result[:, k] = ~(values[:, k] <= CLOSURE * allowed)
         return result
@@ -114,13 +114,16 @@ class Closing:
             lengths = bar_lengths(self.scene.model.mechanism, graph.block.owners)
             gap = worst(straight(F, lengths)[0] / size, graph.block, constants.scale)
             return replace(gap, whole=float(np.linalg.norm(F / r)) * constants.scale)
-        own = np.array([check.group == group for check in self.checks], bool)
-        if not own.any() or not self.open(x[None], u[None], error[None], constants)[0][own].any():
+        checked = np.array([check.group == group for check in self.checks], bool)
+        if (
+            not checked.any()
+            or not self.open(x[None], u[None], error[None], constants)[0][checked].any()
+        ):
             return None
-        residuals = self.residuals(x[None], u[None], constants.p)[0][: len(own)]
+        residuals = self.residuals(x[None], u[None], constants.p)[0][: len(checked)]
         owners = [check.owner for check in self.checks]
         residuals = straight(residuals, bar_lengths(self.scene.model.mechanism, owners))[0]
-        values = np.where(own, np.abs(residuals), 0.0)
+        values = np.where(checked, np.abs(residuals), 0.0)
         check = self.checks[int(np.argmax(values))]
         sizes = np.array([1.0 if each.unit == "m" else constants.scale for each in self.checks])
         return Gap(
@@ -136,8 +139,8 @@ class Closing:
         values = np.abs(self.residuals(x, u, p))
         found = {}
         for unit in dict.fromkeys(units):
-            own = values[:, [k for k, other in enumerate(units) if other == unit]]
-            found[UNITS[unit]] = float(np.fmax.reduce(own, axis=None, initial=0.0))
+            of_unit = values[:, [k for k, other in enumerate(units) if other == unit]]
+            found[UNITS[unit]] = float(np.fmax.reduce(of_unit, axis=None, initial=0.0))
         return found
 
 

@@ -100,14 +100,14 @@ class RedundantSolver(BlockSolver):
         held = {i: set(np.flatnonzero(pattern[i]).tolist()) for i in order}
         steps, known = [], set[int]()
         while len(known) < self.n:
-            square = _smallest_square({i: own - known for i, own in held.items()})
+            square = _smallest_square({i: unknowns - known for i, unknowns in held.items()})
             columns = sorted(set().union(*[held[i] for i in square]) - known)
             if not columns or len(columns) != len(square):
                 return []
             known |= set(columns)
-            others = [i for i, own in held.items() if own <= known and i not in square]
+            others = [i for i, unknowns in held.items() if unknowns <= known and i not in square]
             steps.append(Step(columns, [*square, *others], self._solver(columns, square)))
-            held = {i: own for i, own in held.items() if not own <= known}
+            held = {i: unknowns for i, unknowns in held.items() if not unknowns <= known}
         return steps
 
     def _solver(self, columns: list[int], rows: list[int]) -> BlockSolver:
@@ -221,7 +221,7 @@ class RedundantSolver(BlockSolver):
         """Return x after steps of Gauss and Newton on some equations, or all, and what is left."""
         columns = list(range(self.n)) if columns is None else columns
         rows = list(range(self.graph.rows)) if rows is None else rows
-        own = [self.graph.own[j] for j in columns]
+        unknowns = [self.graph.own[j] for j in columns]
         row_size, x_size = self.row_size[rows], self.x_size[columns]
         before, last, left = x, np.inf, np.inf
         for _ in range(ITERATIONS):
@@ -237,7 +237,7 @@ class RedundantSolver(BlockSolver):
                 break
             last, left, before = size, here, x
             x = x.copy()
-            x[own] -= step * x_size
+            x[unknowns] -= step * x_size
         F = np.zeros(self.graph.rows)
         F[rows] = self.graph.value_at(x, u, self.values)[0][rows]
         whole = float(np.linalg.norm(F / self.row_size)) * self.size
@@ -259,8 +259,8 @@ def _smallest_square(held: dict[int, set[int]]) -> list[int]:
 
     `held` are the unknowns of each row.
     """
-    for i, own in held.items():
-        if len(own) == 1:
+    for i, unknowns in held.items():
+        if len(unknowns) == 1:
             return [i]
     for i, k in combinations(held, 2):
         if len(held[i] | held[k]) == 2:

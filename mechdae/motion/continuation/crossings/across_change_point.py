@@ -103,8 +103,8 @@ class Zone:
         found = quintic_rates(S, X, V, A, self.sides(s))
         if self.action == PASS:
             (crossing,) = self.crossings
-            for part, own in zip(found, passing(crossing, s, self.up), strict=True):
-                part[:, columns] = own
+            for part, piece in zip(found, passing(crossing, s, self.up), strict=True):
+                part[:, columns] = piece
         return found
 
     @property
@@ -244,13 +244,14 @@ class Builder:
         remainder = np.zeros(n)
         noise = np.maximum(self._noise(blocks, state, s), self._noise(blocks, landed, end))
         for c in crossings:
-            own = g.blocks[c.block].own
+            unknowns = g.blocks[c.block].own
             missed = np.maximum(
-                self._missed(first, s, centre, own), self._missed(second, end, centre, own)
+                self._missed(first, s, centre, unknowns),
+                self._missed(second, end, centre, unknowns),
             )
-            if c.exact and not np.all(missed <= noise[own]):
+            if c.exact and not np.all(missed <= noise[unknowns]):
                 return None  # otherwise no pose counts: branches that only come near bend away
-            remainder[own] = missed
+            remainder[unknowns] = missed
         return remainder
 
     def _passed(
@@ -262,22 +263,22 @@ class Builder:
         guesses of all others.
         """
         n, g, missed = self.graphs.nx, self.graphs, crossing.missed
-        remainder, own = np.zeros(n), g.blocks[crossing.block].own
+        remainder, unknowns = np.zeros(n), g.blocks[crossing.block].own
         if missed is None or crossing.other is None:
             return None
         bent = np.abs(crossing.own.bend) + np.abs(crossing.other.bend)
         gap = missed.across * np.abs(missed.v)
-        remainder[own] = bent * (missed.across * missed.unit) ** 2 + gap * missed.across
+        remainder[unknowns] = bent * (missed.across * missed.unit) ** 2 + gap * missed.across
         for side in (-1.0, 1.0):
             place = crossing.s + side * INNER * missed.unit
             there = passing(crossing, np.array([place]), sense > 0)[0][0]
             guess = middle[0] + middle[1] * (place - crossing.s)
-            guess[own] = there
+            guess[unknowns] = there
             start = np.concatenate([guess, np.zeros(2 * n + g.nb)])
-            solved = self.step(start, place, 0.0)[0][own]
+            solved = self.step(start, place, 0.0)[0][unknowns]
             if not np.all(np.abs(solved - there) <= CLOSE * np.max(np.abs(gap) + INNER)):
                 return None
-            remainder[own] = np.maximum(remainder[own], 2 * np.abs(solved - there))
+            remainder[unknowns] = np.maximum(remainder[unknowns], 2 * np.abs(solved - there))
         return remainder
 
     def _signed(self, b: int) -> bool:
@@ -332,21 +333,21 @@ class Builder:
                 error[graph.own] += np.abs(solve(J, Fz)) @ error[graph.uses]
         return error
 
-    def _missed(self, carried: Piece, s: float, centre: float, own: list[int]) -> Floats:
+    def _missed(self, carried: Piece, s: float, centre: float, unknowns: list[int]) -> Floats:
         """Return by how much an interpolant between s and a crossing may miss the solution.
 
         It is compared with poses that are solved for. The whole piece must be looked at: on an
         odd branch (a parallelogram's) the errors of both sides cancel at the crossing.
         """
         n, g = self.graphs.nx, self.graphs
-        worst = np.zeros(len(own))
+        worst = np.zeros(len(unknowns))
         for share in SAMPLED:
             place = s + share * (centre - s)
             guess = carried(place)[0]
             start = np.concatenate([guess, np.zeros(2 * n + g.nb)])
             solved = self.step(start, place, 0.0)[0][:n]
-            worst = np.fmax(worst, np.abs(solved - guess)[own])
-            worst[~np.isfinite(solved[own])] = np.inf
+            worst = np.fmax(worst, np.abs(solved - guess)[unknowns])
+            worst[~np.isfinite(solved[unknowns])] = np.inf
         return UNSEEN * worst
 
     def _together(
@@ -376,8 +377,8 @@ class Builder:
             if not each.passable or not self._leads_to(each, s, state):
                 return None, {}
             found.append(each)
-            own = g.blocks[b].own
-            at_s = tuple(part[own] for part in _parts(state, n))
+            unknowns = g.blocks[b].own
+            at_s = tuple(part[unknowns] for part in _parts(state, n))
             known[b] = piece(s, crossing.s, at_s, (each.x, each.own.slope, each.own.bend))
         return found, known
 

@@ -227,23 +227,23 @@ class CrossingFinder:
         result = [x.copy(), *(np.zeros(g.nx) for _ in range(3))]
         for k in blocks:
             graph = g.blocks[k]
-            own, nothing = graph.own, np.zeros(graph.size)
+            unknowns, nothing = graph.own, np.zeros(graph.size)
             if k in known:
                 for array, value in zip(result, known[k](s), strict=True):
-                    array[own] = value
+                    array[unknowns] = value
                 continue
             z = [array[graph.uses] for array in result]
             for _ in range(6):
-                F, J, *_ = self.jet(k, s, result[0][own], (nothing, nothing), z)
+                F, J, *_ = self.jet(k, s, result[0][unknowns], (nothing, nothing), z)
                 step = _quotient(J, F)
-                result[0][own] -= step
-                if np.abs(step).max() <= 1e-15 * (1 + np.abs(result[0][own]).max()):
+                result[0][unknowns] -= step
+                if np.abs(step).max() <= 1e-15 * (1 + np.abs(result[0][unknowns]).max()):
                     break
             rates = [nothing, nothing]
             for order in range(3):
-                parts = self.jet(k, s, result[0][own], rates, z)
+                parts = self.jet(k, s, result[0][unknowns], rates, z)
                 value = -_quotient(parts[1], parts[2 + order])
-                result[order + 1][own] = value
+                result[order + 1][unknowns] = value
                 if order < 2:
                     rates[order] = value
         return result[0], result[1], result[2], result[3]
@@ -267,7 +267,7 @@ class CrossingFinder:
         g = self.graphs
         n, graph, earlier = g.nx, g.blocks[b], g.ancestors(b)[:-1]
         x, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
-        own = graph.own
+        unknowns = graph.own
         equations = self._system(b)
 
         def upstream(place: float) -> tuple[Floats, list[Floats]]:
@@ -279,10 +279,10 @@ class CrossingFinder:
         here, whole, z = s, x, [array[graph.uses] for array in (x, v, a, np.zeros(n))]
         if any(k in known for k in earlier):  # singular there: the node does not tell their rates
             whole, z = upstream(s)
-        _, J, *_ = self.jet(b, s, x[own], (np.zeros(graph.size),) * 2, z)
+        _, J, *_ = self.jet(b, s, x[unknowns], (np.zeros(graph.size),) * 2, z)
         scaling = self.scaling(b, J)
         w = np.linalg.svd(scaling.equations(J * scaling.columns))[0][:, -1]
-        y = np.concatenate([x[own] / scaling.columns, [0.0], w])
+        y = np.concatenate([x[unknowns] / scaling.columns, [0.0], w])
         count, unit = graph.size, self.unit
         moved = np.inf
         for k in range(ITERATIONS):
@@ -311,7 +311,7 @@ class CrossingFinder:
             return None
         if np.linalg.norm(system[:-1]) > DOUBTFUL:
             return None
-        coming = None if behind else v[own] + a[own] * (here - s)
+        coming = None if behind else v[unknowns] + a[unknowns] * (here - s)
         found = self._branches(b, here, y, z, coming, scaling)
         if found is None:
             return None
@@ -414,10 +414,10 @@ class CrossingFinder:
         along = real[0]
         if slope is not None:
             along = float(right[-1] @ ((slope - t0) / columns)) * self.unit
-        own = min(real, key=lambda alpha: abs(alpha - along))
-        other = next((alpha for alpha in real if alpha != own), None)
-        apart = abs(own - other) if other is not None else 1.0 + abs(own)
-        if abs(along - own) > UNLIKE * apart:
+        nearest = min(real, key=lambda alpha: abs(alpha - along))
+        other = next((alpha for alpha in real if alpha != nearest), None)
+        apart = abs(nearest - other) if other is not None else 1.0 + abs(nearest)
+        if abs(along - nearest) > UNLIKE * apart:
             return None
         excluded = False
         if scaling.mix is not None:
@@ -436,7 +436,7 @@ class CrossingFinder:
             self._branch(b, s, x, t0 + alpha / self.unit * v, scaled, w, v, z, scaling)
             if alpha is not None
             else None
-            for alpha in (own, other)
+            for alpha in (nearest, other)
         ]
         if branches[0] is None or (other is not None and branches[1] is None):
             return None

@@ -81,10 +81,10 @@ class ExactPoses:
         for k in self.graphs.ancestors(b)[:-1]:
             if not self._settled(k, x, u):
                 return None
-        own, size = graph.own, self.sizes[graph.own]
+        unknowns, size = graph.own, self.sizes[graph.own]
         for _ in range(STEPS):
             inv, det, step = self._newton(b, x, u)
-            for i, change in zip(own, step, strict=True):
+            for i, change in zip(unknowns, step, strict=True):
                 x[i] -= change
             moved = float(max(abs(d / exactly(w)) for d, w in zip(step, size, strict=True)))
             if moved <= SETTLED:
@@ -93,12 +93,12 @@ class ExactPoses:
             return None
         w, r = self.columns[b], self.rows[b]
         scaled = np.array([[float(value) for value in row] for row in inv]) * r / w[:, None]
-        h = float(np.linalg.norm(scaled)) * self.constants.kappa[b] * moved * np.sqrt(len(own))
+        h = float(np.linalg.norm(scaled)) * self.constants.kappa[b] * moved * np.sqrt(len(unknowns))
         if not (h <= CERTAIN and np.sign(float(det)) == sign):
             return None
         v, a = self._rates(b, inv, x, driven, whole)
-        value = np.array([float(x[i]) for i in own])
-        error = np.spacing(np.abs(value)) + 2 * moved * np.sqrt(len(own)) * w
+        value = np.array([float(x[i]) for i in unknowns])
+        error = np.spacing(np.abs(value)) + 2 * moved * np.sqrt(len(unknowns)) * w
         return ExactPose(value, v, a, error + self._by_drivers(b, x, u, inv))
 
     def _settled(self, k: int, x: Vector, u: Vector) -> bool:
@@ -150,9 +150,9 @@ class ExactPoses:
         function, n, nothing = g.cache(("rates", b), make), graph.size, [Decimal(0)] * graph.size
         z = [[x[i] for i in graph.uses], *(part[graph.uses] for part in whole[1:])]
         at = [*z, *driven, self.constants.p]
-        own, v = [x[i] for i in graph.own], nothing
+        values, v = [x[i] for i in graph.own], nothing
         for order in range(2):
-            known = decimals(function, [own, v, nothing, *at])[order * n : (order + 1) * n]
+            known = decimals(function, [values, v, nothing, *at])[order * n : (order + 1) * n]
             found = [-value for value in product(inv, known)]
             if order == 0:
                 v = found

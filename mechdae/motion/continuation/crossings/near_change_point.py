@@ -87,16 +87,16 @@ class ZonePoses:
         still = (np.zeros((len(ends), self.graphs.nu)),) * len(self.graphs.driven)
         passed = pose(corners, ends, still)[1].reshape(len(used), 2, -1).max(axis=1)
         x, v, a, error = (np.empty((len(rows), self.graphs.nx)) for _ in range(4))
-        own = index[rows]
+        zones = index[rows]
         for k, inherited in zip(used, passed, strict=True):
-            here = np.flatnonzero(own == k)
+            here = np.flatnonzero(zones == k)
             zone = path.zones[k]
             columns = [i for b in sorted(zone.blocks) for i in self.graphs.blocks[b].own]
             x[here], v[here], a[here] = zone.carried(places[rows[here]], columns)
             error[here] = 2 * inherited + zone.remainder
             if zone.action == PASS:
                 self._sharpen(path, zone, s[rows[here]], here, (x, v, a, error))
-        kinds = [path.zones[k].blocks for k in own]
+        kinds = [path.zones[k].blocks for k in zones]
         for blocks in dict.fromkeys(kinds):
             here = np.array([i for i, kind in enumerate(kinds) if kind == blocks])
             some = rows[here]
@@ -117,7 +117,7 @@ class ZonePoses:
 
         (crossing,) = zone.crossings
         g, b = self.graphs, crossing.block
-        own, n = g.blocks[b].own, g.nx
+        unknowns, n = g.blocks[b].own, g.nx
         _, J, _ = g.blocks[b].value_at(
             zone.nodes[1][0], path.drivers(np.array([zone.low]))[0], path.constants.p
         )
@@ -131,7 +131,7 @@ class ZonePoses:
             if found is not None:
                 values = (found.x, found.v, found.a, found.error)
                 for whole, value in zip(parts, values, strict=True):
-                    whole[row, own] = value
+                    whole[row, unknowns] = value
 
     def _solved(
         self,
@@ -145,11 +145,11 @@ class ZonePoses:
         """Return the results at poses of a zone: unknowns of `blocks` by their expansion."""
         given = {i for b in blocks for i in self.graphs.blocks[b].own}
         outside = np.array([i for i in range(self.graphs.nx) if i not in given], int)
-        start, *own = expanded
+        start, *terms = expanded
         start[:, outside] = guess[:, outside]
         u, consts, function = path.drivers(s), path.constants.vector(), self._function(blocks)
         for _ in range(PASSES):
-            part = function(start, u, *rates, consts, *own)
+            part = function(start, u, *rates, consts, *terms)
             start = part[0]
         part[3][~np.isfinite(part[3])] = np.inf
         return part

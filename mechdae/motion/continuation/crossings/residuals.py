@@ -208,8 +208,10 @@ class Residuals:
         given = dict(model.mechanism.parameters)
         computed = np.array([isinstance(given.get(name), str) for name in model.p_names], bool)
         meant = [Decimal(repr(float(value))) for value in self.p]
-        few = np.array([len(own.normalize().as_tuple().digits) <= FIGURES for own in meant], bool)
-        rounded = [own - Decimal(float(v)) for own, v in zip(meant, self.p, strict=True)]
+        few = np.array(
+            [len(number.normalize().as_tuple().digits) <= FIGURES for number in meant], bool
+        )
+        rounded = [number - Decimal(float(v)) for number, v in zip(meant, self.p, strict=True)]
         short = np.array([gap == 0 for gap in rounded], bool) | few
         units = np.where(computed, COMPUTED, np.where(short, 0.0, KNOWN))
         shift = np.where(few & ~computed, floats(rounded), 0.0)

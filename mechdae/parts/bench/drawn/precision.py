@@ -36,10 +36,10 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     axes = empty(4.2, 0.13, 0.66)
     handles = []
     for method, (mark, colour) in WAYS.items():
-        own = [r for r in records if r["method"] == method]
-        if not own:
+        of_method = [r for r in records if r["method"] == method]
+        if not of_method:
             continue
-        own.sort(key=lambda record: -record["tolerance"])
+        of_method.sort(key=lambda record: -record["tolerance"])
         first = method == "mechdae"
         look: dict[str, Any] = {
             "marker": mark,
@@ -48,11 +48,11 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
             "color": colour,
             "linewidth": 1.6 if first else style.THIN,
         }
-        errors = [max(record["error"], SMALLEST) for record in own]
-        axes.loglog(errors, [record["ratio"] for record in own], **look)
+        errors = [max(record["error"], SMALLEST) for record in of_method]
+        axes.loglog(errors, [record["ratio"] for record in of_method], **look)
         handles.append(Line2D([], [], label=method, **look))
         if first:
-            for record, error in zip(own, errors, strict=True):
+            for record, error in zip(of_method, errors, strict=True):
                 text = f"{record['tolerance']:.0e}".replace("e-0", "e-")
                 place, beside = (error, record["ratio"]), {**BESIDE, "ha": "center", "va": "top"}
                 axes.annotate(text, place, (0, -8), **beside)
