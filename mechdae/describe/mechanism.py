@@ -464,23 +464,23 @@ def _check_kinds(mechanism: Mechanism) -> None:
 
 def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
     place = f"joints.{joint.name}"
-    for side in (joint.first, joint.second):
-        body, point = side.split(".")
+    sides = (joint.first, joint.second)
+    (first, _), (second, _) = ends = [side.split(".") for side in sides]
+    for side, (body, point) in zip(sides, ends, strict=True):
         if body != GROUND and body not in mechanism.bodies:
             raise UnknownName("body", body, [GROUND, *mechanism.bodies], where=f"{place}.between")
         points = mechanism.body(body).points
         if point not in points:
-            raise UnknownName(
-                "point", side, [f"{body}.{other}" for other in points], where=f"{place}.between"
-            )
-    if joint.first_body == joint.second_body:
+            listed = [f"{body}.{other}" for other in points]
+            raise UnknownName("point", side, listed, where=f"{place}.between")
+    if first == second:
         raise MechanismError(
-            f"joins '{joint.first_body}' to itself", where=place, hint="name two different bodies"
+            f"joins '{first}' to itself", where=place, hint="name two different bodies"
         )
     carrier = getattr(joint, "carrier", None)
     if carrier is not None and carrier != GROUND and carrier not in mechanism.bodies:
         raise UnknownName("body", carrier, [GROUND, *mechanism.bodies], where=f"{place}.carrier")
-    if carrier in (joint.first_body, joint.second_body):
+    if carrier in (first, second):
         raise MechanismError("the carrier is one of the two wheels", where=f"{place}.carrier")
     pitch = getattr(joint, "point", None)
     if pitch is not None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Collection, Iterable, Sequence
 from copy import copy
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -263,7 +264,15 @@ class Model:
 
     def point(self, reference: str) -> Sym:
         """Return the place of ``body.point`` in the fixed frame."""
-        return self.frame(reference.split(".")[0]).point(self.local(reference))
+        if reference not in self._points:
+            frame = self.frame(reference.split(".")[0])
+            self._points[reference] = frame.point(self.local(reference))
+        return self._points[reference]
+
+    @cached_property
+    def _points(self) -> dict[str, Sym]:
+        """Places of points that were asked for: frames do not change."""
+        return {}
 
     def reported(self, chosen: Selection, listed: bool) -> Selection:
         """Return what of a selection has a value; `listed`: the task names it."""

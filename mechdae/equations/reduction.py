@@ -19,7 +19,6 @@ import casadi as ca
 from mechdae.additions import of_cases
 from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.spinning_links import rollers
 from mechdae.equations.coordinates import Coordinates
 from mechdae.equations.forces.inertia import massive
 from mechdae.equations.groups import Group, assur_groups, own_freedom
@@ -195,6 +194,7 @@ class Scene:
         mechanism = self.model.mechanism
         if len(held) == len(mechanism.bodies):
             return []
+        (rollers,) = of_cases("rollers")
         return [name for name in rollers(mechanism) if name not in held]
 
     @property

@@ -64,8 +64,9 @@ class Nested:
         if not isinstance(value, Mapping) or not tables:
             hint = self.one or self.hint
             raise InputError(f"a {self.what} is needed, not {describe(value)}", hint=hint)
-        kind, rest = ("", value) if "" in self.classes else chosen(value, self.classes, self.what)
-        return read(self.classes[kind], rest, "")
+        if "" in self.classes:
+            return read(self.classes[""], value, "")
+        return read(*chosen(value, self.classes, self.what), "")
 
 
 NESTED: dict[str, Nested] = {}
@@ -77,16 +78,17 @@ def nest(word: str, nested: Nested) -> None:
     NESTED[word], COERCE[word] = nested, nested.coerce
 
 
-def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, Json]:
-    """Return the kind that a table names, and its other entries."""
+def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[Any, Json]:
+    """Return the class of the kind that a table names, and the table's other entries."""
     if not isinstance(table, Mapping):
         raise InputError("a table is needed")
     kind = table.get("kind")
     if not isinstance(kind, str):
         raise InputError(f"the key 'kind' is missing: {', '.join(kinds)}")
-    if kind not in kinds:
+    known = kinds.get(kind)
+    if known is None:
         raise import_module(HINTS).unknown_kind(kind, kinds, word)
-    return kind, {entry: value for entry, value in table.items() if entry != "kind"}
+    return known, {entry: value for entry, value in table.items() if entry != "kind"}
 
 
 def split_unit(key: str) -> tuple[str, str]:

@@ -181,10 +181,9 @@ def _read_body(name: str, table: Any) -> Body:
 
 def _chosen(table: Json, place: str, kinds: Mapping[str, Any], word: str) -> Any:
     try:
-        kind, rest = chosen(table, kinds, word)
+        return chosen(table, kinds, word)
     except MechdaeError as problem:
         raise problem.inside(place) from None
-    return kinds[kind], rest
 
 
 def _read_joint(name: str, table: Any, dimension: int) -> Joint:

@@ -110,9 +110,9 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
             check_parameters(mechanism, tasks, typed)
         except MechdaeError as error:
             raise error.inside("parameters") from None
-    along = _units_along(mechanism, tasks)
-    for k, table in enumerate(data.get("expected", [])):
-        value = _unit_of_path(mechanism, str(table.get("what", "")))
+    along, expected = _units_along(mechanism, tasks), data.get("expected", [])
+    values = [_unit_of_path(mechanism, str(table.get("what", ""))) for table in expected]
+    for k, (table, value) in enumerate(zip(expected, values, strict=True)):
         at = along.get(table.get("task", ""))
         try:
             check_suffixes(table, {"value": value, "abs": value, "time": "s", "at": at})

@@ -6,7 +6,7 @@ Places, extent, and what makes it no curve.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import replace
 from typing import ClassVar, TypeGuard
 
@@ -60,9 +60,8 @@ class Curve(Joint):
         first, last = self.range or (0.0, TURN)
         return first, last
 
-    def numbers(self) -> Iterator[tuple[str, Number]]:
-        yield from super().numbers()
-        yield from zip(("start", "end"), self.ends, strict=True)
+    def numbers(self) -> tuple[tuple[str, Number], ...]:
+        return (*super().numbers(), *zip(("start", "end"), self.ends, strict=True))
 
     def with_number(self, entry: str, number: Number) -> Joint:
         first, last = self.ends

@@ -7,7 +7,7 @@ coordinate is second minus first, the reaction listed for it acts on the second 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import fields, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -178,13 +178,11 @@ class Joint(Value):
         carrier = getattr(self, "carrier", None)
         return (self.first_body, self.second_body, *((carrier,) if carrier else ()))
 
-    def numbers(self) -> Iterator[tuple[str, Number]]:
-        """Yield the joint's numbers with the last part of their automatic name."""
+    def numbers(self) -> tuple[tuple[str, Number], ...]:
+        """Return the joint's numbers with the last part of their automatic name."""
         kind: Any = type(self)
-        for name in _number_keys(kind):
-            value = getattr(self, name)
-            if value is not None:
-                yield name, value
+        given = [(name, getattr(self, name)) for name in _number_keys(kind)]
+        return tuple([(name, value) for name, value in given if value is not None])
 
     def settled(self, values: Mapping[str, float]) -> tuple[Hashable, ...]:
         """Return what of the mechanism's values belongs to the structure."""

@@ -56,11 +56,13 @@ class SpatialJoint(Joint):
             if entry.metadata.get("kind") == "direction" and getattr(self, entry.name) is not None:
                 yield entry.name, getattr(self, entry.name)
 
-    def numbers(self) -> Iterator[tuple[str, Number]]:
-        yield from super().numbers()
-        for name, direction in self.directions():
-            for axis, number in zip(AXES, direction, strict=True):
-                yield f"{name}.{axis}", number
+    def numbers(self) -> tuple[tuple[str, Number], ...]:
+        directions = [
+            (f"{name}.{axis}", number)
+            for name, direction in self.directions()
+            for axis, number in zip(AXES, direction, strict=True)
+        ]
+        return (*super().numbers(), *directions)
 
     def with_number(self, entry: str, number: Number) -> Joint:
         name, _, axis = entry.partition(".")

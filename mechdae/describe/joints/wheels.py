@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -52,12 +52,12 @@ class Gear(Joint):
                     f"numbers of teeth are whole and above 0, not {count:g}", where="teeth"
                 )
 
-    def numbers(self) -> Iterator[tuple[str, Number]]:
-        yield from super().numbers()
-        if self.teeth is not None:
-            first, second = self.teeth
-            sign = "-" if self.mesh == "external" else ""
-            yield "ratio", f"{sign}({second})/({first})"
+    def numbers(self) -> tuple[tuple[str, Number], ...]:
+        if self.teeth is None:
+            return super().numbers()
+        first, second = self.teeth
+        sign = "-" if self.mesh == "external" else ""
+        return (*super().numbers(), ("ratio", f"{sign}({second})/({first})"))
 
     def with_number(self, entry: str, number: Number) -> Joint:
         if entry == "ratio":

@@ -9,6 +9,7 @@ ADDS: Adds = {
     "contacts": {"curves": Added(f"{HERE}.curve_contacts:contacts")},
     "blocks": {"superfluous": Added(f"{HERE}.redundant_constraints:redundant_blocks")},
     "left out": {"loose": Added(f"{HERE}.left_out:left_out")},
+    "rollers": {"loose": Added("mechdae.describe.spinning_links:rollers")},
     "groups": {"loose": Added(f"{HERE}.left_out:groups_without")},
     "bodies": {"asked for": Added(f"{HERE}.left_out:bodies_asked_for")},
 }

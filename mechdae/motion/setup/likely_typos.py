@@ -73,8 +73,11 @@ def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
 
 def long_length(mechanism: Mechanism) -> str:
     """Return a message about a length that dwarfs all others together, else an empty text."""
-    sizes = sorted(_lengths(mechanism), key=lambda item: item[0], reverse=True)
-    sizes = [item for item in sizes if item[0] > 0]
+    return _longest([item for item in _lengths(mechanism) if item[0] > 0])
+
+
+def _longest(lengths: list[tuple[float, Callable[[], str]]]) -> str:
+    sizes = sorted(lengths, key=lambda item: item[0], reverse=True)
     if len(sizes) < LEAST:
         return ""
     (largest, told), others = sizes[0], sum(size for size, _ in sizes[1:])
@@ -92,9 +95,9 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
     One more than ten times all others together, one below a thousandth of the largest, radii and
     other sizes of joints and loads more than ten times the largest; links of negative length.
     """
-    long = long_length(mechanism)
-    notes = [*_backward(mechanism), *([long] if long else [])]
     sizes = [item for item in _lengths(mechanism) if item[0] > 0]
+    long = _longest(sizes)
+    notes = [*_backward(mechanism), *([long] if long else [])]
     if long or not sizes:
         return notes
     largest = max(size for size, _ in sizes)
