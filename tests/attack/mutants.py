@@ -233,7 +233,7 @@ def no_sign(monkeypatch):
     "bound", (("exact", 5420), ("exact", 25169)),
 )  # fmt: skip
 def expansion_not_compared(monkeypatch):
-    from mechdae.motion.continuation.crossings.across_change_point import Builder
+    from mechdae.motion.cases.hard_steps.crossings.across_change_point import Builder
 
     monkeypatch.setattr(
         Builder, "_missed", lambda self, carried, s, centre, own: np.zeros(len(own))
@@ -245,7 +245,7 @@ def expansion_not_compared(monkeypatch):
     "velocity", (("exact", 15640), ("exact", 26124)),
 )  # fmt: skip
 def change_point_not_led_back(monkeypatch):
-    from mechdae.motion.continuation.crossings.across_change_point import Builder
+    from mechdae.motion.cases.hard_steps.crossings.across_change_point import Builder
 
     expansion_not_compared(monkeypatch)
     monkeypatch.setattr(Builder, "_leads_to", lambda *_: True)
@@ -256,7 +256,7 @@ def change_point_not_led_back(monkeypatch):
     (("exact", 14016), ("exact", 36304)),
 )  # fmt: skip
 def wrong_rates_next_to_a_change_point(monkeypatch):
-    from mechdae.motion.continuation.crossings import across_change_point
+    from mechdae.motion.cases.hard_steps.crossings import across_change_point
 
     right = across_change_point.quintic_rates
 
@@ -424,7 +424,7 @@ def swallowed_limit_of_a_triad(monkeypatch):
     (("triads", 2959), ("triads", 29737)),
 )
 def hidden_limit(monkeypatch):
-    from mechdae.motion.continuation.fold_approach import FoldApproach
+    from mechdae.motion.cases.hard_steps.fold_approach import FoldApproach
 
     monkeypatch.setattr(FoldApproach, "_proved", lambda *args: True)
 

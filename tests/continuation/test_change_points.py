@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.motion.continuation.crossings.change_points import piece
+from mechdae.motion.cases.hard_steps.crossings.change_points import piece
 from mechdae.results import Result
 from tests.shared.mechanisms import four_bar
 

@@ -11,8 +11,8 @@ import pytest
 
 from mechdae.kernels.bounds.series import NoSeries
 from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded
+from mechdae.motion.cases.hard_steps.quintic_steps import pieces
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.continuation.quintic_steps import pieces
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.sweep import run
 from mechdae.parts.bench.chain import chain

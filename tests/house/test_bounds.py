@@ -41,7 +41,7 @@ ENDLESS = {
     ("motion/continuation/follower.py", "_careful"): (
         "the step is halved down to `SMALLEST`", "a limit, `pole` or `unproved`"
     ),
-    ("motion/continuation/fold_approach.py", "lead"): ("`STEPS` on the curve",
+    ("motion/cases/hard_steps/fold_approach.py", "lead"): ("`STEPS` on the curve",
         "no way into the fold"),
     ("motion/cases/hard_steps/obstacles.py", "_approach"): (
         "what is left shrinks by 1e-3 of itself at least, down to `APPROACH`", "the limit, or not"

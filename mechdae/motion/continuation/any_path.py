@@ -15,7 +15,7 @@ from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.cases.curves.curve_ends import CurveEnds
-    from mechdae.motion.continuation.crossings.across_change_point import Zone
+    from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
     from mechdae.motion.continuation.limit_positions import Limit
 
 FAR = 100.0

@@ -20,8 +20,8 @@ from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Sym, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.motion.cases.hard_steps.crossings.near_change_point import ZonePoses
     from mechdae.motion.cases.superfluous.closing import Closing
-    from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
     from mechdae.motion.continuation.limit_positions import Limit
 
 H_LIMIT = 0.2
@@ -102,9 +102,9 @@ class Evaluator(BeyondEnds):
     @cached_property
     def zones(self) -> ZonePoses:
         """What writes poses near change points."""
-        from mechdae.motion.continuation.crossings.near_change_point import ZonePoses
-
-        return ZonePoses(self.graphs)
+        (make,) = of_cases("poses near change points")
+        found: ZonePoses = make(self.graphs)
+        return found
 
     def at(self, path: AnyPath, s: Any, rates: Rates = ()) -> Poses:
         """Return the poses at path parameters `s` (n,).

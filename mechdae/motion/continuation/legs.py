@@ -8,18 +8,20 @@ proved in one step is followed like any other path.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.kernels.graphs.steps import STRIDE, Graphs
 from mechdae.motion.continuation.any_path import AnyPath, Counts, Reach
-from mechdae.motion.continuation.crossings.across_change_point import Zone
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
 
 SHORT = 8.0
 """Legs longer than so many largest steps are not tried in one step."""

@@ -7,7 +7,7 @@ path turns back there as s = s* + c sigma^2, x = x* + v sigma + ...
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -15,11 +15,13 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Call
 from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
-from mechdae.motion.continuation.crossings.change_points import Crossing
 from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Jacobian, Matrix, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.motion.cases.hard_steps.crossings.change_points import Crossing
 
 ITERATIONS = 30
 REFINED = 2

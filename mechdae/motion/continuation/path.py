@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechdae.additions import of_cases
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.continuation.any_path import AnyPath, Counts, Reach
@@ -21,9 +22,9 @@ from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.motion.continuation.finders import Finders
+    from mechdae.motion.cases.hard_steps.finders import Finders
+    from mechdae.motion.cases.hard_steps.quintic_steps import QuinticSteps
     from mechdae.motion.continuation.limit_positions import Limit
-    from mechdae.motion.continuation.quintic_steps import QuinticSteps
 
 DEEP = 12
 """Blocks one behind the other above which steps that tangents do not prove are looked at again."""
@@ -115,18 +116,17 @@ class Path(AnyPath):
     @cached_property
     def finders(self) -> Finders:
         """What finds what lies ahead where steps shrink, and leads past it."""
-        from mechdae.motion.continuation.finders import Finders
-
-        return Finders(self, self.step)
+        (make,) = of_cases("finders of obstacles")
+        found: Finders = make(self, self.step)
+        return found
 
     @cached_property
     def quintics(self) -> QuinticSteps | None:
         """What proves steps of long chains of blocks, None for other mechanisms."""
         if max(self.graphs.depths, default=0) <= DEEP:
             return None
-        from mechdae.motion.continuation.quintic_steps import QuinticSteps
-
-        steps = QuinticSteps(self.graphs, self.constants)
+        (make,) = of_cases("steps of long chains")
+        steps: QuinticSteps = make(self.graphs, self.constants)
         return steps if steps.kinds else None
 
     def proved_between(

@@ -14,7 +14,7 @@ from mechdae.motion.kinematics.prepared import Setting
 from mechdae.types import Booleans, Floats, Json
 
 if TYPE_CHECKING:
-    from mechdae.motion.continuation.crossings.across_change_point import Zone
+    from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
 
 
 def limit_events(setting: Setting, path: AnyPath, low: float, high: float) -> list[Json]:

@@ -17,7 +17,7 @@ from mechdae.parts.proof.space import SpatialFrames
 from mechdae.types import Floats, Json
 
 if TYPE_CHECKING:
-    from mechdae.motion.continuation.crossings.across_change_point import Zone
+    from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
 
 
 BEFORE = 1e-3

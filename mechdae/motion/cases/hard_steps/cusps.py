@@ -18,7 +18,7 @@ import numpy as np
 from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.singular import vertex
 from mechdae.kernels.run.functions import Call
-from mechdae.motion.continuation.crossings.change_points import CrossingFinder, Scaling
+from mechdae.motion.cases.hard_steps.crossings.change_points import CrossingFinder, Scaling
 from mechdae.records import dataclass
 from mechdae.types import Complexes, Floats
 

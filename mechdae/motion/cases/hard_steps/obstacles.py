@@ -14,9 +14,9 @@ import numpy as np
 
 from mechdae.kernels.graphs.steps import STRIDE
 from mechdae.motion.cases.hard_steps import stretches
+from mechdae.motion.cases.hard_steps.crossings.across_change_point import Bridge
+from mechdae.motion.cases.hard_steps.crossings.change_points import Crossing
 from mechdae.motion.cases.hard_steps.cusps import CuspFinder, Touch
-from mechdae.motion.continuation.crossings.across_change_point import Bridge
-from mechdae.motion.continuation.crossings.change_points import Crossing
 from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.motion.continuation.path import APPROACH, SHRUNK, SMALLEST, Front
 from mechdae.motion.continuation.step_sizes import PASS, ZONE

@@ -22,8 +22,8 @@ from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.singular import crossing, jets
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Call
-from mechdae.motion.continuation.crossings.missed import LEAST, Missed
-from mechdae.motion.continuation.crossings.residuals import Residuals
+from mechdae.motion.cases.hard_steps.crossings.missed import LEAST, Missed
+from mechdae.motion.cases.hard_steps.crossings.residuals import Residuals
 from mechdae.motion.continuation.interpolate import upper_coefficients
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants

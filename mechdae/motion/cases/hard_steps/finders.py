@@ -6,10 +6,10 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
+from mechdae.motion.cases.hard_steps.crossings.across_change_point import Builder
+from mechdae.motion.cases.hard_steps.crossings.change_points import CrossingFinder
+from mechdae.motion.cases.hard_steps.fold_approach import FoldApproach
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.crossings.across_change_point import Builder
-from mechdae.motion.continuation.crossings.change_points import CrossingFinder
-from mechdae.motion.continuation.fold_approach import FoldApproach
 from mechdae.motion.continuation.limit_positions import LimitFinder
 from mechdae.motion.continuation.series_steps import Expansion
 

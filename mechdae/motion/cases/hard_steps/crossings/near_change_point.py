@@ -14,13 +14,13 @@ import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Batch
+from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
 from mechdae.motion.continuation.any_path import AnyPath
-from mechdae.motion.continuation.crossings.across_change_point import Zone
 from mechdae.motion.continuation.step_sizes import PASS
 from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.motion.continuation.crossings.exact_poses import ExactPose
+    from mechdae.motion.cases.hard_steps.crossings.exact_poses import ExactPose
 
 Rates = tuple[Any, ...]
 PASSES = 2
@@ -113,7 +113,7 @@ class ZonePoses:
 
         The drivers have their values at `s`. What is not proved stays as it is.
         """
-        from mechdae.motion.continuation.crossings.exact_poses import ExactPoses
+        from mechdae.motion.cases.hard_steps.crossings.exact_poses import ExactPoses
 
         (crossing,) = zone.crossings
         g, b = self.graphs, crossing.block

@@ -15,14 +15,14 @@ import numpy as np
 
 from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.blocks import ADJUGATE_LIMIT
-from mechdae.motion.continuation.crossings.change_points import (
+from mechdae.motion.cases.hard_steps.crossings.change_points import (
     Branch,
     Crossing,
     CrossingFinder,
     Piece,
     piece,
 )
-from mechdae.motion.continuation.crossings.missed import INNER
+from mechdae.motion.cases.hard_steps.crossings.missed import INNER
 from mechdae.motion.continuation.interpolate import quintic_rates
 from mechdae.motion.continuation.step_sizes import PASS
 from mechdae.motion.setup.scales import Constants
