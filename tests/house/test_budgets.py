@@ -10,12 +10,12 @@ PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 10_900,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_050,
-    "equations": 8_040,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_200,
+    "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
+    "results": 3_210,
     "draw": 18_850,
-    "kernels": 7_500,
-    "motion": 22_000,
-    "forces": 3_740,
+    "kernels": 7_520,
+    "motion": 22_080,
+    "forces": 4_140,
     "dynamics": 8_180,
     "design": 16_050,
     "tasks": 2_150,
@@ -23,7 +23,7 @@ BUDGETS = {
     "parts": 24_550,
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 715
+ALONE = 717
 """Lines of the modules that stand alone: errors, records, types, additions."""
 TOTAL = 131_570
 LONGEST = 500
