@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.equations import reduction
+from mechdae.describe import spinning_links
 from mechdae.equations.cases import left_out
 from mechdae.tasks.show import structure
 from tests.shared.paths import ROOT
@@ -209,7 +209,7 @@ def test_rollers_at_random_change_nothing(seed: int) -> None:
 
 
 def test_a_roller_that_is_not_known_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    for room in (reduction, left_out):
+    for room in (spinning_links, left_out):
         monkeypatch.setattr(room, "rollers", lambda _: [])
     with pytest.raises(md.MechdaeError, match="missing"):
         turned(drawn(0)[0])
