@@ -121,7 +121,7 @@ def _study(problem: Problem, task: Study | str | None, sets: bool) -> tuple[str,
     if isinstance(task, Study):
         return "study", task
     if task is None:
-        known = [(name, study) for name, study in problem.tasks.items() if isinstance(study, Study)]
+        known = [(name, task) for name, task in problem.tasks.items() if isinstance(task, Study)]
         if sets or not known:
             return "study", Study()
         return known[0]

@@ -243,7 +243,7 @@ SLIPS = [
     Slip("equations.tree.tree_model", "CutJoint(P2 - P1,", "CutJoint(P2 + P1,", cut_hinge, CLOSURE),
     Slip("kernels.bounds.reaches", "return across(place, freedom.axis) + after[last]",
          "return across(place, freedom.axis)", reach, REACHES),
-    Slip("kernels.bounds.reaches", "2 * ball(part) * side.after[k]", "ball(part) * side.after[k]",
+    Slip("kernels.bounds.reaches", "2 * ball(part) * end.after[k]", "ball(part) * end.after[k]",
          plate, REACHES),
     Slip("kernels.graphs.row_reaches", "second + share * bends.second", "second + 0 * bends.second",
          eliminated, REACHES),

@@ -158,8 +158,8 @@ class _Expansion:
                     where=f"joints.{joint.name}",
                     hint="rename it",
                 )
-        by_name = {joint.name: joint for joint in joints}
-        self.joints: Table[Joint] = Table({**closure.joints, **by_name})
+        joint_of = {joint.name: joint for joint in joints}
+        self.joints: Table[Joint] = Table({**closure.joints, **joint_of})
         self.aliases, self.directed = self._aliases()
 
     # -- checks ----------------------------------------------------------------------------------

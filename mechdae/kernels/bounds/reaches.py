@@ -201,14 +201,14 @@ def _second(way: Way, i: int, j: int, start: Side, tip: Side, ball: Norm) -> Sym
     return _share(i, first, start, ball) * _share(j, last, tip, ball) * stretch
 
 
-def _share(k: int, part: Freedom, side: Side, ball: Norm) -> Sym:
+def _share(k: int, part: Freedom, end: Side, ball: Norm) -> Sym:
     """Return the bound of the derivative of what lies on one side by a coordinate of part k."""
     if part.word == "ball":
-        return 2 * ball(part) * side.after[k]
-    slid = ONE if side.point else ZERO
+        return 2 * ball(part) * end.after[k]
+    slid = ONE if end.point else ZERO
     if part.word == "slide":
         return slid
-    return side.moved[k] + ca.fabs(part.lead) * slid if part.word == "screw" else side.moved[k]
+    return end.moved[k] + ca.fabs(part.lead) * slid if part.word == "screw" else end.moved[k]
 
 
 def _turned(links: list[RigidPart], free: list[tuple[int, Freedom]]) -> int:

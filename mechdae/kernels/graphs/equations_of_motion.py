@@ -250,8 +250,8 @@ class Kernel:
         for j in range(self.rubs):
             b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
             columns.append(ca.vertcat(b, tau))
-            entries = [ca.densify(effects[:, j]), b, tau, SX(0), unit[j]]
-            slopes.append(form(*at[:4], *entries, self.c))
+            inputs = [ca.densify(effects[:, j]), b, tau, SX(0), unit[j]]
+            slopes.append(form(*at[:4], *inputs, self.c))
         results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
         return without_repeats("coupling", at, [ca.densify(p) for p in results])
 

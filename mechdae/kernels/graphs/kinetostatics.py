@@ -181,12 +181,12 @@ class Balance:
         """
         feedback = self.feedbacks[k]
         if self.model.space.behind:
-            reaction = [acting.get((feedback.joint, c), SX(0)) for c in range(6)]
+            wrench = [acting.get((feedback.joint, c), SX(0)) for c in range(6)]
             for i, value in lam.items():
                 for c in range(6):
                     entry = self.column[i].get((feedback.joint, c))
-                    reaction[c] = reaction[c] if entry is None else reaction[c] - entry * value
-            return feedback.forms @ ca.vertcat(*reaction)
+                    wrench[c] = wrench[c] if entry is None else wrench[c] - entry * value
+            return feedback.forms @ ca.vertcat(*wrench)
         own = ca.vertcat(*[lam.get(i, SX(0)) for i in self.rows_of[feedback.joint]])
         return feedback.forms @ own
 
@@ -399,8 +399,8 @@ class Balance:
         """Return the normal force of guides, slots and curves, + along the left normal."""
         found = []
         for name in self.guides:
-            reaction = ca.vertcat(*[lam[i] for i in self.rows_of[name]])
-            found.append(-normal_form(self.model.ends[name]) @ reaction)
+            multipliers = ca.vertcat(*[lam[i] for i in self.rows_of[name]])
+            found.append(-normal_form(self.model.ends[name]) @ multipliers)
         return found
 
     @property

@@ -141,10 +141,10 @@ def _line_and_circles(u: Floats, circles: list[Circle], d: Floats) -> list[Matri
     p /= np.linalg.norm(p, axis=1, keepdims=True)
     frame = np.stack([p, np.cross(u, p)], axis=1)
 
-    def matrix(circle: Circle) -> Any:
-        return np.einsum("nij,njk->nik", frame, np.stack([circle.first, circle.second], axis=2))
+    def matrix(locus: Circle) -> Any:
+        return np.einsum("nij,njk->nik", frame, np.stack([locus.first, locus.second], axis=2))
 
-    areas = np.stack([np.abs(np.linalg.det(matrix(circle))) for circle in circles])
+    areas = np.stack([np.abs(np.linalg.det(matrix(locus))) for locus in circles])
     which = np.argmax(areas, axis=0)
     inverted = circles[0].taken([circles[1]], which)
     hidden = circles[0].taken([circles[1]], 1 - which)
@@ -186,7 +186,7 @@ def _line_and_circles(u: Floats, circles: list[Circle], d: Floats) -> list[Matri
 
 def _circles(circles: list[Circle], d: Floats, i: Integers, wide: bool) -> list[Matrices]:
     """Hide circle i, for two others that are crossed well; the eliminant has degree four."""
-    circle, one, other = (circles[0].taken(circles[1:], (i + k) % 3) for k in range(3))
+    locus, one, other = (circles[0].taken(circles[1:], (i + k) % 3) for k in range(3))
     n1, n2 = one.normal, other.normal
     m = np.cross(n1, n2)
     with np.errstate(all="ignore"):
@@ -195,7 +195,7 @@ def _circles(circles: list[Circle], d: Floats, i: Integers, wide: bool) -> list[
     radius1, radius2 = one.radius[:, None] ** 2, other.radius[:, None] ** 2
 
     def parts(t: Floats) -> tuple[Floats, ...]:
-        s = (d - one.centre - other.centre)[:, None, :] - circle.at(t)
+        s = (d - one.centre - other.centre)[:, None, :] - locus.at(t)
         with np.errstate(all="ignore"):
             mu2 = _dot(s, n1[:, None, :]) / _dot(n1, p2)[:, None]
             mu1 = _dot(s, n2[:, None, :]) / _dot(n2, p1)[:, None]
@@ -222,6 +222,6 @@ def _circles(circles: list[Circle], d: Floats, i: Integers, wide: bool) -> list[
         + (sigma - along)[..., None] * m[:, None, :]
         + mu2[..., None] * p2[:, None, :]
     )
-    found = np.stack([circle.at(t), first, second])
+    found = np.stack([locus.at(t), first, second])
     rows = np.arange(len(d))
     return [found[(k - i) % 3, rows] for k in range(3)]

@@ -51,9 +51,9 @@ def generic_count(links: Sequence[Sequence[int]]) -> int:
 def ranks(matrix: list[list[int]], n: int) -> list[int]:
     """Return by set of coordinates (a mask) the rank of the null space of a matrix on them."""
     full = (1 << n) - 1
-    ranks = [_rank([[row[j] for j in range(n) if mask >> j & 1] for row in matrix])
+    rank_of = [_rank([[row[j] for j in range(n) if mask >> j & 1] for row in matrix])
            for mask in range(1 << n)]  # fmt: skip
-    return [mask.bit_count() - ranks[full] + ranks[full ^ mask] for mask in range(1 << n)]
+    return [mask.bit_count() - rank_of[full] + rank_of[full ^ mask] for mask in range(1 << n)]
 
 
 def _rank(rows: list[list[int]]) -> int:

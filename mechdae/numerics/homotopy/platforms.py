@@ -99,7 +99,7 @@ def platform_poses(
     legs
         Their distances (6,) [m].
     """
-    a, b, lengths = (np.asarray(points, float) for points in (base, platform, legs))
+    a, b, lengths = (np.asarray(given, float) for given in (base, platform, legs))
     if a.shape != (6, 3) or b.shape != (6, 3) or lengths.shape != (6,):
         raise InputError("six points of three coordinates on either body and six legs are needed")
     if not (lengths > 0).all():

@@ -72,9 +72,7 @@ def from_first_leg(base: Any, platform: Any, squares: Any) -> Complexes:
 def points(p: Any) -> tuple[Complexes, Complexes]:
     """Return base and platform (6, 3) of a platform's numbers."""
     nothing = np.zeros((1, 3))
-    base, platform = (
-        np.concatenate([nothing, points.reshape(5, 3)]) for points in (p[:15], p[15:30])
-    )
+    base, platform = (np.concatenate([nothing, rows.reshape(5, 3)]) for rows in (p[:15], p[15:30]))
     return base, platform
 
 

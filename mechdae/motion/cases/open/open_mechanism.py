@@ -266,19 +266,19 @@ class _Equations:
         )
         found = []
         for name in candidates[:TRIED]:
-            opened = self._opened((name,), start)
-            if opened is not None:
-                found.append(opened)
+            attempt = self._opened((name,), start)
+            if attempt is not None:
+                found.append(attempt)
         if not found:
             chosen: tuple[str, ...] = ()
             for name in sorted(candidates, key=lambda name: -left[name])[:MOST]:
                 chosen = (*chosen, name)
-                opened = self._opened(chosen, start) if len(chosen) > 1 else None
-                if opened is not None:
-                    return opened
+                attempt = self._opened(chosen, start) if len(chosen) > 1 else None
+                if attempt is not None:
+                    return attempt
             raise SolveError("no joint alone leaves the others closed: several loops are open")
-        least = min(opened.size for opened in found)
-        return next(opened for opened in found if opened.size <= least * (1 + 1e-6))
+        least = min(attempt.size for attempt in found)
+        return next(attempt for attempt in found if attempt.size <= least * (1 + 1e-6))
 
     def _order(self, name: str) -> tuple[int, bool, bool]:
         """Return what is opened first: pins between moving links that are not driven."""

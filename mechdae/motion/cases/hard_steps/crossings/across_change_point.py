@@ -103,8 +103,8 @@ class Zone:
         found = quintic_rates(S, X, V, A, self.sides(s))
         if self.action == PASS:
             (crossing,) = self.crossings
-            for part, piece in zip(found, passing(crossing, s, self.up), strict=True):
-                part[:, columns] = piece
+            for part, passed in zip(found, passing(crossing, s, self.up), strict=True):
+                part[:, columns] = passed
         return found
 
     @property
