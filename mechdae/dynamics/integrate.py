@@ -178,18 +178,6 @@ class Integrator(ABC):
         """Return the rates of x on the constraints and with locks."""
         return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
 
-    def located(
-        self, state: Floats, h: float, signs: Floats, value: Callable[[Any], float]
-    ) -> Floats:
-        """Return the state inside a step where a value over states vanishes.
-
-        The step is repeated with other sizes: the root is as exact as the integration. The value
-        has different signs at both ends.
-        """
-        if h <= 0:
-            return state
-        return self.met(state, (0.0, state), (h, self.stepped(state, h, signs)), signs, value)
-
     def met(
         self,
         state: Floats,

@@ -41,8 +41,9 @@ class Fixed:
         speeds = self.lay.of(states, "v")[:, 0]
         i = int(np.flatnonzero(speeds[:-1] * speeds[1:] < 0)[0])
         h = float(self.lay.of(states[i + 1], "t") - self.lay.of(states[i], "t"))
-        found = self.own.located(
-            states[i], h, self.signs, lambda state: float(state[self.lay["v"]][0])
+        ends = (0.0, states[i]), (h, self.own.stepped(states[i], h, self.signs))
+        found = self.own.met(
+            states[i], *ends, self.signs, lambda state: float(state[self.lay["v"]][0])
         )
         return float(self.lay.of(found, "t"))
 

@@ -16,8 +16,8 @@ BUDGETS = {
     "kernels": 7_520,
     "motion": 22_080,
     "forces": 4_140,
-    "dynamics": 8_180,
-    "design": 16_050,
+    "dynamics": 8_160,
+    "design": 15_800,
     "tasks": 2_150,
     "cli": 1_500,
     "parts": 24_550,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 717
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_570
+TOTAL = 131_540
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

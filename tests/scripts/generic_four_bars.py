@@ -19,7 +19,7 @@ import numpy as np
 
 from mechdae.design.synthesis.exact.complete import Known, generic, traced
 from mechdae.design.synthesis.exact.conditions import PathConditions
-from mechdae.design.synthesis.exact.four_bars import STORE, name_of, read, written
+from mechdae.design.synthesis.exact.four_bars import STORE, name_of, read
 from mechdae.numerics.homotopy.boxes import apart, enclosed
 
 CASES = ((9, ()), (5, ("pivot_x", "pivot_y", "other_x", "other_y")))
@@ -71,7 +71,12 @@ def run(count: int, given: tuple[str, ...], folder: Path) -> tuple[dict, dict]:
         "trips": progress.sizes, "seconds_search_and_trace": round(seconds, 1),
         "seconds": round(progress.spent(), 1),
     }  # fmt: skip
-    return written(found), facts
+    name = name_of(count, given)
+    stored = {
+        f"{name}/p": found.p.astype(np.complex64), f"{name}/z": found.z.astype(np.complex64),
+        f"{name}/bent": np.array(found.bent),
+    }  # fmt: skip
+    return stored, facts
 
 
 def main() -> None:

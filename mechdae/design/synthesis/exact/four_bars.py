@@ -48,15 +48,6 @@ def name_of(count: int, given: tuple[str, ...]) -> str:
     return "-".join([str(count), *given])
 
 
-def written(found: GenericSolutions) -> dict[str, Any]:
-    """Return the arrays that are stored of generic solutions, by name."""
-    name = name_of(found.family.count, found.family.given)
-    return {
-        f"{name}/p": found.p.astype(np.complex64), f"{name}/z": found.z.astype(np.complex64),
-        f"{name}/bent": np.array(found.bent),
-    }  # fmt: skip
-
-
 @cache
 def paths(count: int, given: tuple[str, ...] = ()) -> GenericSolutions:
     """Return generic solutions of points and given dimensions."""

@@ -5,7 +5,7 @@ free: 2 k equations |P_j - c e^(i theta_j) - A0| = L2, |P_j - (c - r3) e^(i thet
 with 9 + k unknowns. With 9 - k dimensions given there are finitely many solutions: 1442 complex
 ones for nine points (Wampler, Morgan & Sommese 1992; three cognates and two driven pivots each),
 33 for five points with both fixed pivots given (Morgan & Wampler 1990). Points are not ordered
-and branches not prescribed here: `linkage.faults` tells which solutions move well.
+and branches not prescribed here.
 """
 
 from __future__ import annotations
@@ -18,11 +18,8 @@ import numpy as np
 from mechdae.design.synthesis.fourbar.dyads import scale_of, scaled_dimensions
 from mechdae.design.synthesis.fourbar.linkage import (
     Linkage,
-    faults,
     invariants,
     linkage,
-    transmission,
-    variants,
 )
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
@@ -57,16 +54,6 @@ class Exact:
 
     designs: tuple[Linkage, ...]
     search: DistinctSolutions
-
-    def mechanisms(self, full_turn: bool = True) -> tuple[Linkage, ...]:
-        """Return the designs and their cognates that move without fault, best first.
-
-        Each as driven at each pivot; ranked by the least transmission angle. For given dimensions
-        use ``designs``: cognates have others.
-        """
-        every = [one for design in self.designs for one in variants(design)]
-        sound = [one for one in every if not faults(one, full_turn)]
-        return tuple(sorted(sound, key=transmission, reverse=True))
 
 
 class PathRows:

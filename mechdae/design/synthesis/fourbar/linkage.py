@@ -1,11 +1,9 @@
-"""A four-bar that moves a plane through poses, read from the places of its joints.
+"""A four-bar that moves a plane through poses, read from the places of its joints; its cognates.
 
-What exact synthesis finds: it assembles at every target, which says nothing about the way
-between them. ``faults`` names what closed forms tell about that way.
-
-Their fixed pivots are the foci A0, B0 and C0 = A0 + (B0 - A0)(P - A)/(B - A) of the curve: the
-triangle of the fixed pivots is similar to that of the coupler. Each of the three may be driven
-at either pivot.
+Exact synthesis finds it: it assembles at every target, which says nothing about the way between
+them. Roberts' cognates are the three four-bars that trace one coupler curve. Their fixed pivots
+are the foci A0, B0 and C0 = A0 + (B0 - A0)(P - A)/(B - A) of the curve: the triangle of the fixed
+pivots is similar to that of the coupler. Each of the three may be driven at either pivot.
 """
 
 from __future__ import annotations
@@ -20,8 +18,6 @@ from mechdae.records import dataclass
 from mechdae.types import Complexes, Floats
 
 TURN = 2 * np.pi
-LEAST = 1e-12
-"""Cosine range and signs nearer to their limit are taken for the limit."""
 SAME = 1e-7
 """Relative difference below which invariants agree."""
 
@@ -111,55 +107,6 @@ def joints(design: Linkage) -> tuple[Complexes, Complexes, Complexes]:
     B = design.other_pivot + turn * r4 * np.exp(1j * design.rockers)
     P = A + turn * design.point * np.exp(1j * design.couplers)
     return A, B, P
-
-
-def kind(lengths: Any) -> str:
-    """Return Grashof's class: crank-rocker, drag-link, double-, triple-rocker or rocker-crank."""
-    s = np.sort(lengths)
-    if s[0] + s[3] > s[1] + s[2]:
-        return "triple-rocker"
-    return ("drag-link", "crank-rocker", "double-rocker", "rocker-crank")[int(np.argmin(lengths))]
-
-
-def transmission(design: Linkage) -> float:
-    """Return the least transmission angle [rad]: over the turn, or at the poses without one."""
-    r1, r2, r3, r4 = design.lengths
-    if kind(design.lengths) in ("crank-rocker", "drag-link"):
-        d2 = np.array([(r1 - r2) ** 2, (r1 + r2) ** 2])
-    else:
-        d2 = np.abs(r1 - r2 * np.exp(1j * design.turns)) ** 2
-    cosine = np.abs(r3**2 + r4**2 - d2) / (2 * r3 * r4)
-    return float(np.arccos(min(float(cosine.max()), 1.0)))
-
-
-def faults(design: Linkage, full_turn: bool = True) -> tuple[str, ...]:
-    """Return what is wrong with the motion between the poses, () for a sound four-bar.
-
-    "branch": the poses are on both sides of the dead points; "order": the crank does not visit
-    them in order within a turn; "full turn": it does not turn fully; "circuit": it does not
-    assemble on its way (asked where a full turn is not).
-    """
-    found = []
-    if design.branch == 0:
-        found.append("branch")
-    if design.sense == 0:
-        found.append("order")
-    turning = kind(design.lengths) in ("crank-rocker", "drag-link")
-    if full_turn and not turning:
-        found.append("full turn")
-    elif not turning and not _assembles(design):
-        found.append("circuit")
-    return tuple(found)
-
-
-def _assembles(design: Linkage) -> bool:
-    """Whether the loop closes over the whole arc of the crank between first and last pose."""
-    r1, r2, r3, r4 = design.lengths
-    low, high = float(design.turns.min()), float(design.turns.max())
-    ends = [low, high, *np.pi * np.arange(np.ceil(low / np.pi), np.floor(high / np.pi) + 1)]
-    d = np.abs(r1 - r2 * np.exp(1j * np.array(ends)))
-    slack = LEAST * float(np.max(design.lengths))
-    return bool((d >= abs(r3 - r4) - slack).all() and (d <= r3 + r4 + slack).all())
 
 
 def foci(design: StartingFourBar) -> Any:
