@@ -96,3 +96,31 @@ def test_a_sketch_among_hundreds_of_modes_is_on_the_nearest() -> None:
     result = md.solve(mechanism, md.Sweep(drivers=[held], derivatives=0))
     pose = {name: series.position[0] / modes.unit for name, series in result.points.items()}
     assert modes.same(pose, modes.places(0))
+
+
+@pytest.mark.parametrize("off", [0.0, 0.01])
+def test_places_tell_the_turn_of_a_screw_that_closes_at_each(off: float) -> None:
+    """Slides across and along take up any turn of a nut: only sketched places tell which one.
+
+    The modes are found in dual quaternions; those that differ by whole turns are told apart.
+    """
+    rng = np.random.default_rng((158, 7))
+    drawn = draw(structure(rng, wheels=False), rng, SETS, near=0.0)
+    modes, driver = Modes(drawn, 3, np.random.default_rng(1)), driver_of(drawn)
+    turned = {round(modes.values(k)["J2.angle"] % (2 * np.pi), 3) for k in modes.every}
+    assert len(turned) < len(modes.every), "some differ by a turn of the screw alone"
+    for k in modes.every:
+        sketch = {name: value + off * modes.unit * rng.uniform(-1, 1) * (name != driver)
+                  for name, value in modes.told(k).items()
+                  if name == driver or name.count(".") == 2}  # fmt: skip
+        held = (md.Driver(driver, at=[sketch[driver]]),)
+        tasks = {"sweep": md.Sweep(drivers=held, derivatives=0), "modes": md.Modes(drivers=held)}
+        mechanism = replace(drawn.mechanisms[3], sketch=Table(sketch))
+        problem = md.Problem(mechanism, tasks=Table(tasks))
+        for name in tasks:
+            result = md.solve(problem, name)
+            poses = [
+                {point: series.position[j] / modes.unit for point, series in result.points.items()}
+                for j in range(len(result.status))
+            ]
+            assert any(modes.same(pose, modes.places(k)) for pose in poses), name

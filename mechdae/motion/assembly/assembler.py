@@ -150,6 +150,8 @@ class Assembler:
                         return others.answer
                     proven &= others.proven
                 proven &= not self.turns.endless[b]
+            if nearby:
+                ahead = self.turns.further(b, ahead)
             poses, missed = self._possible(group, b, ahead, u)
             failure = missed or failure
         if others is not None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Protocol
 
 import casadi as ca
@@ -21,6 +22,7 @@ from mechdae.kernels.run.functions import local
 from mechdae.motion.assembly.choosers import Assembling
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.mode_labels import ModeLabels
+from mechdae.motion.assembly.nearest_mode import Sketched
 from mechdae.records import dataclass
 from mechdae.types import Floats
 
@@ -78,6 +80,9 @@ class ModeAssembling(Assembling, Protocol):
     """One that names the modes too."""
 
     labels: ModeLabels
+
+    @property
+    def sketched(self) -> Sketched: ...
 
 
 class ModeTree:
@@ -245,6 +250,19 @@ class ModeTree:
         """Return the first `most` modes, all without a number."""
         return list(itertools.islice(self, most))
 
+    @cached_property
+    def _of_sketch(self) -> dict[str, Floats]:
+        """The pose that is assembled on the sketch by its label, where turns without end move it.
+
+        Of the poses of one mode that differ by such turns it is the one that is listed.
+        """
+        if not any(self.assembler.turns.endless):
+            return {}
+        nearest = self.assembler.sketched.nearest(self.u)
+        if nearest.failure is not None or nearest.doubtful:
+            return {}
+        return {self.assembler.labels.of_pose(nearest.x, self.u): nearest.x}
+
     def having(self, wanted: Sequence[str]) -> Iterator[Mode]:
         """Give the modes whose labels begin with those `wanted`."""
         waiting: list[tuple[list[GroupChoice], Floats, tuple[str, ...]]] = []
@@ -253,7 +271,8 @@ class ModeTree:
         while waiting:
             choices, x, labels = waiting.pop()
             if not choices:
-                yield Mode(x, labels)
+                mode = Mode(x, labels)
+                yield Mode(self._of_sketch.get(mode.label, x), labels)
                 continue
             first = min(choices, key=lambda choice: choice.group)
             others = [choice for choice in choices if choice is not first]

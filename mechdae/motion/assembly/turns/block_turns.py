@@ -22,6 +22,8 @@ from mechdae.types import Floats, Unknowns
 
 SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
+FURTHER = 2
+"""Whole turns, to either side, among which the one nearest to a sketch is looked for."""
 SILENT = 1e-3
 """What the turns of a body count that the sketch does not name, beside those that it does."""
 NOISE = 1e-6
@@ -45,6 +47,9 @@ class SingleTurns:
         self.size, self.single = len(angles), list(angles)
         self.basis = np.eye(self.size)[list(angles)]
         self._each = np.array(angles, float)
+
+    moving: Sequence[Floats] = ()
+    """Vectors of turns that leave the block as it is and move bodies solved later."""
 
     def remainder(self, gaps: Floats, weights: Floats | None = None) -> Floats:
         """Return gaps (k, n) [turns] less the vectors nearest to them.
@@ -181,6 +186,13 @@ class BlockTurns:
             self._classes[b, single] = self.lattices[b].classes(periods)
         turns = 2 * np.pi * self._classes[b, single]
         return [self._nearest(b, solution + turn, x, u) for turn in turns]
+
+    def further(self, b: int, poses: list[Unknowns]) -> list[Unknowns]:
+        """Return poses of block `b`, and those whole turns away that move bodies solved later."""
+        turns = [k * 2 * np.pi * vector for vector in self.lattices[b].moving
+                 for k in range(-FURTHER, FURTHER + 1) if k]  # fmt: skip
+        own = self.graphs[b].own
+        return [*poses, *(put(x, own, x[own] + turn) for x in poses for turn in turns)]
 
     def _nearest(self, b: int, solution: Floats, x: Unknowns, u: Floats) -> Any:
         """Return the solution with whole turns that make no difference, nearest to the sketch."""

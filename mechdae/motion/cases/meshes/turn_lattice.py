@@ -113,7 +113,10 @@ def with_periods(lattice: Lattice, periods: Sequence[float]) -> Lattice:
         return lattice
     rows = [[int(v) for v in row] for row in lattice.basis]
     rows += [[own[j] * (k == j) for k in range(len(own))] for j in range(len(own)) if own[j]]
-    return Lattice(_echelon(rows), lattice.size)
+    wider = Lattice(_echelon(rows), lattice.size)
+    away = np.abs(lattice.remainder(wider.basis)).max(axis=1) > 0.25
+    wider.moving = wider.basis[away]
+    return wider
 
 
 class GearedTurns(WholeTurns):
