@@ -157,7 +157,6 @@ RECURSIONS = {
     ("numerics/homotopy/canonical.py", "least"): "more colours each time",
     ("numerics/homotopy/sliding_count.py", "grown"): "the place rises",
     ("design/jobs/log.py", "_differences"): "values inside of values",
-    ("motion/kinematics/shapes.py", "_within"): "what is kept inside of what is kept",
     ("results/result.py", "path_unit"): "a path gets shorter",
     ("results/units.py", "path_unit"): "a path gets shorter",
     ("tasks/dispatch/solve.py", "available"): "tasks inside of tasks",
