@@ -31,7 +31,6 @@ from mechdae import __version__
 from mechdae.numerics.dominance import hypervolume, undominated
 from mechdae.parts.types.described.composition import asked_of
 from mechdae.parts.types.schemes.aims import Aim
-from mechdae.parts.types.schemes.archive import SizedScheme
 from mechdae.parts.types.schemes.closure import material, shortest, turned
 from mechdae.parts.types.schemes.descent import SHORT
 from mechdae.parts.types.schemes.designs import certified, problem_of_scheme, tracer
@@ -39,7 +38,7 @@ from mechdae.parts.types.schemes.placed_design import PlacedDesign
 from mechdae.parts.types.schemes.scheme import read
 from mechdae.parts.types.schemes.search import SchemeSearch
 from mechdae.parts.types.schemes.shape import Wanted, distances
-from mechdae.parts.types.schemes.work_items import FoundSets, computed
+from mechdae.parts.types.schemes.work_items import FoundSets, SizedScheme, computed
 from tests.reference.circles import followed, of_file
 
 TURN = 2 * np.pi

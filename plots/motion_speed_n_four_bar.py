@@ -8,14 +8,14 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from mechdae.draw import save
-from mechdae.parts.bench.drawn.precision import draw
+from mechdae.parts.bench.drawn.speed import draw_precision
 
 DATA = Path(__file__).resolve().parents[1] / "docs" / "data" / "motion-n-four-bar.json"
 
 
 def figure() -> Figure:
     """Return the figure."""
-    drawn = draw(json.loads(DATA.read_text(encoding="utf-8"))).get_figure(root=True)
+    drawn = draw_precision(json.loads(DATA.read_text(encoding="utf-8"))).get_figure(root=True)
     assert isinstance(drawn, Figure)
     return drawn
 

@@ -17,9 +17,8 @@ import time
 import numpy as np
 
 from mechdae.design.synthesis.exact.four_bars import guiding_links
-from mechdae.design.synthesis.fourbar.dyads import poses_of
 from mechdae.design.synthesis.fourbar.exact import exact_path
-from mechdae.design.synthesis.fourbar.linkage import variants
+from mechdae.design.synthesis.fourbar.linkage import poses_of, variants
 from tests.reference import closure_fourbar as closure
 from tests.shared import attack
 from tests.shared.paths import DATA

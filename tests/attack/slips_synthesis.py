@@ -8,9 +8,9 @@ import numpy as np
 
 import mechdae as md
 from mechdae.design.synthesis.exact.four_bars import guiding_links
-from mechdae.design.synthesis.fourbar.dyads import PlanePoses
 from mechdae.design.synthesis.fourbar.freudenstein import function_starts
 from mechdae.design.synthesis.fourbar.linkage import (
+    PlanePoses,
     are_cognates,
     cognates,
     linkage,

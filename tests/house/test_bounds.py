@@ -152,7 +152,7 @@ RECURSIONS = {
     ("describe/values.py", "sequence"): "an array becomes a list",
     ("describe/values.py", "evaluated"): "items of a tuple",
     ("draw/graphs/map.py", "_levels"): "the second call is with False",
-    ("dynamics/expressions.py", "over_states"): "named expressions without circles",
+    ("dynamics/output_values.py", "over_states"): "named expressions without circles",
     ("forces/task.py", "with_forces"): "tasks inside of tasks",
     ("numerics/homotopy/canonical.py", "least"): "more colours each time",
     ("numerics/homotopy/sliding_count.py", "grown"): "the place rises",

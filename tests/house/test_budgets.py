@@ -16,16 +16,16 @@ BUDGETS = {
     "kernels": 7_520,
     "motion": 22_120,  # sketched places tell the whole turns of screws
     "forces": 4_140,
-    "dynamics": 8_160,
-    "design": 15_800,
+    "dynamics": 8_150,
+    "design": 15_770,
     "tasks": 2_150,
     "cli": 1_500,
-    "parts": 24_550,
+    "parts": 24_530,
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 717
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_540
+TOTAL = 131_500
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

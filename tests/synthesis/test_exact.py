@@ -12,15 +12,17 @@ import numpy as np
 import pytest
 
 from mechdae.design.synthesis.exact.four_bars import guiding_links
-from mechdae.design.synthesis.fourbar.dyads import PlanePoses, paired, poses_of
 from mechdae.design.synthesis.fourbar.exact import PathRows, exact_path
 from mechdae.design.synthesis.fourbar.linkage import (
+    PlanePoses,
     are_cognates,
     cognates,
     foci,
     grouped,
     joints,
     linkage,
+    paired,
+    poses_of,
     swapped,
     variants,
     visited,

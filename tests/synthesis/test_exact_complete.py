@@ -27,9 +27,8 @@ from mechdae.design.synthesis.exact.complete import (
 )
 from mechdae.design.synthesis.exact.conditions import PathConditions
 from mechdae.design.synthesis.exact.four_bars import four_bars_through, guiding_links, with_cognates
-from mechdae.design.synthesis.fourbar.dyads import poses_of
 from mechdae.design.synthesis.fourbar.exact import exact_path
-from mechdae.design.synthesis.fourbar.linkage import joints
+from mechdae.design.synthesis.fourbar.linkage import joints, poses_of
 from mechdae.design.synthesis.job.run import Job, Log, fingerprint
 from mechdae.errors import InputError
 from mechdae.numerics.homotopy.boxes import apart, enclosed

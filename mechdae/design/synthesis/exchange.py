@@ -18,7 +18,7 @@ from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.nlp import NewValues, Nlp
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.starts.spread import Spread
-from mechdae.design.synthesis.watch import fallen
+from mechdae.design.synthesis.trace import fallen
 from mechdae.types import Floats
 
 ROUNDS = 8

@@ -33,9 +33,9 @@ from mechdae.design.synthesis.quantity import Quantity
 from mechdae.design.synthesis.robust.asked import nominal_notes, robust_goals
 from mechdae.design.synthesis.space import TURN, DesignSpace
 from mechdae.design.synthesis.starts.spread import Spread
+from mechdae.design.synthesis.trace import watched
 from mechdae.design.synthesis.verification.quantities import quantity_of
 from mechdae.design.synthesis.verify import sketched
-from mechdae.design.synthesis.watch import watched
 from mechdae.equations.model import Model
 from mechdae.equations.tree.bars import check_bars
 from mechdae.errors import InputError, UnknownName

@@ -22,7 +22,7 @@ from mechdae.describe.coordinates import RELATIVE, coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.motion import Equilibrium
-from mechdae.dynamics.expressions import over_states
+from mechdae.dynamics.output_values import over_states
 from mechdae.dynamics.rest.balance import RANK
 from mechdae.dynamics.rest.equilibrium import at_rest
 from mechdae.dynamics.rest.small_motions import SETTLED

@@ -24,7 +24,7 @@ from mechdae.describe.loads import Force, Torque
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.expressions import over_states
+from mechdae.dynamics.output_values import over_states
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.equations.forces.generalised import couple, push
 from mechdae.equations.gradients import gradients

@@ -11,8 +11,8 @@ import numpy as np
 
 from mechdae.describe.tasks.motion import Watched, crossings
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
+from mechdae.dynamics.output_values import over_states
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.errors import within
 from mechdae.records import dataclass

@@ -16,7 +16,7 @@ from mechdae.describe.coordinates import split_rate
 from mechdae.describe.expression import names_in
 from mechdae.describe.tasks.motion import Motion
 from mechdae.dynamics.equations import MotionProblem
-from mechdae.dynamics.expressions import over_states
+from mechdae.dynamics.output_values import over_states
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.task import motion, prepared
 from mechdae.errors import MechdaeError

@@ -9,8 +9,7 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.design.synthesis.exact import coupler_curve as curve
-from mechdae.design.synthesis.exact.conditions import PathConditions
-from mechdae.design.synthesis.exact.dyad_conditions import COUNT, DyadConditions
+from mechdae.design.synthesis.exact.conditions import COUNT, DyadConditions, PathConditions
 from mechdae.numerics.homotopy.boxes import Enclosed, apart, enclosed
 from mechdae.numerics.homotopy.families import arrived, round_trip, there, united, way
 from mechdae.numerics.homotopy.far_ends import far_ends

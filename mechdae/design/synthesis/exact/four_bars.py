@@ -19,18 +19,19 @@ from mechdae.design.synthesis.exact.complete import (
     generic_dyads,
     here,
 )
-from mechdae.design.synthesis.exact.conditions import LENGTH, PathConditions
+from mechdae.design.synthesis.exact.conditions import LENGTH, DyadConditions, G, PathConditions, W
 from mechdae.design.synthesis.exact.coupler_curve import A, B, X, Y
-from mechdae.design.synthesis.exact.dyad_conditions import DyadConditions, G, W
-from mechdae.design.synthesis.fourbar.dyads import (
+from mechdae.design.synthesis.fourbar.exact import check_path
+from mechdae.design.synthesis.fourbar.linkage import (
     LEAST,
     GuidingLink,
+    Linkage,
     PlanePoses,
+    linkage,
     scale_of,
     scaled_dimensions,
+    variants,
 )
-from mechdae.design.synthesis.fourbar.exact import check_path
-from mechdae.design.synthesis.fourbar.linkage import Linkage, linkage, variants
 from mechdae.errors import InputError
 from mechdae.numerics.homotopy.boxes import apart, enclosed
 from mechdae.numerics.homotopy.trace_check import LINEAR

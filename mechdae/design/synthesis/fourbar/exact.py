@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.design.synthesis.fourbar.dyads import scale_of, scaled_dimensions
 from mechdae.design.synthesis.fourbar.linkage import (
     Linkage,
     invariants,
     linkage,
+    scale_of,
+    scaled_dimensions,
 )
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all

@@ -15,9 +15,8 @@ import numpy as np
 from mechdae.describe.tasks.goals import Visits
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.exact.four_bars import four_bars_through, guiding_links, with_cognates
-from mechdae.design.synthesis.fourbar.dyads import paired, poses_of
 from mechdae.design.synthesis.fourbar.exact import exact_path
-from mechdae.design.synthesis.fourbar.linkage import Linkage
+from mechdae.design.synthesis.fourbar.linkage import Linkage, paired, poses_of
 from mechdae.design.synthesis.fourbar.starts import FourBarStarts
 from mechdae.errors import InputError
 from mechdae.records import dataclass

@@ -92,13 +92,12 @@ def _tasks(options: argparse.Namespace) -> list[dict[str, Any]]:
 def _draw(options: argparse.Namespace, moving: list[Json], released: list[dict[str, Any]]) -> None:
     """Write pictures of sweeps and of motions."""
     from mechdae.draw import save
-    from mechdae.parts.bench.drawn.precision import draw as draw_motion
-    from mechdae.parts.bench.drawn.speed import draw
+    from mechdae.parts.bench.drawn.speed import draw, draw_precision
 
     folder = Path(options.out)
     for name, make, shown in (
         ("bench", draw, moving),
-        ("bench-motion", draw_motion, released),
+        ("bench-motion", draw_precision, released),
     ):
         if shown:
             picture = save(make(shown), folder / f"{name}.svg")

@@ -11,7 +11,6 @@ from mechdae.describe import Problem
 from mechdae.numerics.dominance import best_of, hypervolume, undominated
 from mechdae.parts.types.described.composition import OBJECTIVES, CompositionDemand
 from mechdae.parts.types.schemes.aims import ANGLE, CURVE, PATH, Aim
-from mechdae.parts.types.schemes.archive import ROUNDED, Archive, SizedScheme
 from mechdae.parts.types.schemes.closure import turned
 from mechdae.parts.types.schemes.designs import (
     at_targets,
@@ -31,6 +30,7 @@ from mechdae.parts.types.schemes.scheme import Scheme
 from mechdae.parts.types.schemes.shape import Wanted, distances
 from mechdae.parts.types.schemes.targets.visits import errors_of
 from mechdae.parts.types.schemes.verified import verified
+from mechdae.parts.types.schemes.work_items import ROUNDED, Archive, SizedScheme
 from mechdae.records import dataclass
 
 ANGLES = 360

@@ -11,12 +11,18 @@ import numpy as np
 from mechdae import __version__
 from mechdae.parts.types.described.composition import LARGEST, LEAST, CompositionDemand
 from mechdae.parts.types.schemes.aims import aim_of
-from mechdae.parts.types.schemes.archive import Archive, SizedScheme
 from mechdae.parts.types.schemes.growth import Change, grown, merged
 from mechdae.parts.types.schemes.losses import rubbing_of
 from mechdae.parts.types.schemes.scheme import Scheme, read
 from mechdae.parts.types.schemes.types import chain_names, named, schemes_of
-from mechdae.parts.types.schemes.work_items import REFINE, SCREEN, FoundSets, SchemePiece
+from mechdae.parts.types.schemes.work_items import (
+    REFINE,
+    SCREEN,
+    Archive,
+    FoundSets,
+    SchemePiece,
+    SizedScheme,
+)
 from mechdae.types import Complexes, Json
 
 Run = Callable[[Sequence[SchemePiece]], list[FoundSets]]
