@@ -152,7 +152,8 @@ class FunctionRows:
         by_a = 2 * a - 2 * np.cos(phi) - 2 * c * np.cos(phi - psi)
         by_c = 2 * c + 2 * np.cos(psi) - 2 * a * np.cos(phi - psi)
         n, k = error.shape
-        F, J = np.zeros((n, k + 3, 1)), np.zeros((n, k + 3, 1, 5))
+        F = np.zeros((n, k + 3, 1))
+        J = np.moveaxis(np.zeros((5, n, k + 3, 1)), 0, 3)  # derivatives by an unknown lie together
         F[:, :k, 0] = error
         columns = [a * by_a, -2 * b * b + 0 * phi, c * by_c, by_phi]
         with np.errstate(invalid="ignore", divide="ignore"):
