@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import threading
+import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import (
@@ -22,6 +23,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
+from mechdae import __version__
 from mechdae.errors import InputError, MechdaeError, SolveError, UnavailableError
 from mechdae.records import dataclass
 
@@ -200,6 +202,16 @@ class Failure:
     trace: str = ""
     error: MechdaeError | None = None
     """What is raised in the place of a `SolveError`."""
+
+
+def elsewhere(version: str, piece: Callable[[], Any]) -> Any:
+    """Return what a piece gives in a process that may run another version, or a `Failure`."""
+    if version != __version__:
+        return Failure(f"mechdae {__version__} runs there, {version} here")
+    try:
+        return piece()
+    except Exception as error:  # told to the one who asked, whatever it is
+        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
 def failed(outcome: Any, piece: str) -> Any:

@@ -10,6 +10,7 @@ import json
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -101,21 +102,16 @@ class JobLog:
         )
 
 
-class kept:  # noqa: N801  (used like a function)
+@contextmanager
+def kept(path: Path) -> Iterator[None]:
     """Tell of a file that cannot be written as what it is for a job: an end, nothing lost."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        if isinstance(error, OSError):
-            raise SolveError(
-                f"{self.path} cannot be written: {error.strerror or error}",
-                hint=f"what is finished is kept in {self.path.parent}: make room, and begin again",
-            ) from error
+    try:
+        yield
+    except OSError as error:
+        raise SolveError(
+            f"{path} cannot be written: {error.strerror or error}",
+            hint=f"what is finished is kept in {path.parent}: make room, and begin again",
+        ) from error
 
 
 def _entry(line: bytes) -> Json | None:

@@ -8,18 +8,16 @@ class once and keeps it. This module loads casadi only when a start is solved.
 from __future__ import annotations
 
 import re
-import traceback
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from mechdae import __version__
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import alone
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis
-from mechdae.design.jobs.distribute import Failure
+from mechdae.design.jobs.distribute import elsewhere
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
@@ -56,28 +54,22 @@ def text_of(problem: Problem, name: str, task: Synthesis) -> str:
 
 def followed(work: PathWork) -> Any:
     """Return where paths lead to, or a `Failure`; runs in any process that has the same mechdae."""
-    if work.version != __version__:
-        return Failure(f"mechdae {__version__} runs there, {work.version} here")
     from mechdae.design.synthesis.exact.complete import followed as ends
 
-    try:
-        return ends(work)
-    except Exception as error:  # told to the one who asked, whatever it is
-        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
+    return elsewhere(work.version, lambda: ends(work))
 
 
-def solved(work: Work) -> Optimum | Failure:
+def solved(work: Work) -> Any:
     """Return the optimum of a start; runs in any process that has the same mechdae."""
-    if work.version != __version__:
-        return Failure(f"mechdae {__version__} runs there, {work.version} here")
+    return elsewhere(work.version, lambda: _solved(work))
+
+
+def _solved(work: Work) -> Optimum:
     from mechdae.design.synthesis.ipopt import ALONE
 
-    try:
-        with ALONE:
-            nlp = _built(work.text, work.task)(work.kind)
-            return nlp.solve(nlp.point(work.values), work.given)
-    except Exception as error:  # told to the one who asked, whatever it is
-        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
+    with ALONE:
+        nlp = _built(work.text, work.task)(work.kind)
+        return nlp.solve(nlp.point(work.values), work.given)
 
 
 class _Classes:

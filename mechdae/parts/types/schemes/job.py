@@ -125,15 +125,15 @@ class PieceJob:
             self._known |= self._log.known(pieces)
         known = {k: piece.digest for k, piece in enumerate(pieces)}
 
-        def take(k: int, own: FoundSets) -> None:
+        def take(k: int, sets: FoundSets) -> None:
             if k in found:
                 return
             if self._log is not None:
-                self._log.put(pieces[k], own)
-            found[k] = self._known[known[k]] = own
+                self._log.put(pieces[k], sets)
+            found[k] = self._known[known[k]] = sets
             self._done += 1
-            if pieces[k].do == "refine" and len(own.error):
-                least = float(own.error.min()) * pieces[k].aim.unit
+            if pieces[k].do == "refine" and len(sets.error):
+                least = float(sets.error.min()) * pieces[k].aim.unit
                 self._best = least if self._best is None else min(self._best, least)
             if self._progress is not None:
                 self._progress(self._done, self._total, self._best)
@@ -163,7 +163,7 @@ class PieceLog(JobLog):
     def known(self, pieces: Sequence[SchemePiece]) -> dict[str, FoundSets]:
         """Return what is finished of some pieces, by their digests."""
         digests = [piece.digest for piece in pieces]
-        return {own: self._found[own] for own in digests if own in self._found}
+        return {digest: self._found[digest] for digest in digests if digest in self._found}
 
     def put(self, piece: SchemePiece, found: FoundSets) -> None:
         """Write a finished piece."""
@@ -179,14 +179,14 @@ class PieceLog(JobLog):
             flat = np.array(entry["places"], float)
             places = flat.view(complex).reshape(-1, size)  # keeps the sign of zeros
             rows = {name: np.array(entry[name], float) for name in MEASURES}
-            if any(len(own) != len(places) for own in rows.values()):
+            if any(len(row) != len(places) for row in rows.values()):
                 return
             self._found.setdefault(str(entry["piece"]), FoundSets(places, **rows))
         except (ValueError, KeyError, TypeError):
             return
 
 
-MEASURES = tuple(own.name for own in fields(FoundSets) if own.name != "places")
+MEASURES = tuple(field.name for field in fields(FoundSets) if field.name != "places")
 
 
 def _plain(found: FoundSets) -> dict[str, Any]:

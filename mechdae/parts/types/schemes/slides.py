@@ -19,7 +19,7 @@ from mechdae.types import Complexes, Floats, Matrices
 class Moved:
     """A batch of arrays by point: places in the first pose and at angles, and derivatives.
 
-    ``start``, ``x`` (n, b, 1) and (n, b, t) complex. ``own``, ``found``: derivatives of places in
+    ``start``, ``x`` (n, b, 1) and (n, b, t) complex. ``rates``, ``found``: derivatives of places in
     the first pose (n, p), and of those at angles (b, t, p) each.
     """
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import traceback
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from mechdae import __version__
-from mechdae.design.jobs.distribute import Failure
+from mechdae.design.jobs.distribute import elsewhere
 from mechdae.numerics.dominance import undominated
 from mechdae.parts.types.schemes import refine, screening
 from mechdae.parts.types.schemes.aims import CURVE, PATH, Aim
@@ -94,14 +92,10 @@ class FoundSets:
     loss: Any
 
 
-def computed(piece: SchemePiece) -> FoundSets | Failure:
+def computed(piece: SchemePiece) -> Any:
     """Return what a piece gives; runs in any process that has the same mechdae."""
-    if piece.version != __version__:
-        return Failure(f"mechdae {__version__} runs there, {piece.version} here")
-    try:
-        return _screened(piece) if piece.do == SCREEN else _refined(piece)
-    except Exception as error:  # told to the one who asked, whatever it is
-        return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
+    do = _screened if piece.do == SCREEN else _refined
+    return elsewhere(piece.version, lambda: do(piece))
 
 
 def _screened(piece: SchemePiece) -> FoundSets:
