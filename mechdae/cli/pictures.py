@@ -19,13 +19,7 @@ LONGEST = 150
 
 
 def options_for(kind: str, asked: Mapping[str, int | str | list[str]]) -> Json:
-    """Return the options of the drawing function.
-
-    Raises
-    ------
-    InputError
-        Options that the kind of picture does not have.
-    """
+    """Return the options of the drawing function."""
     options = checked(kind, asked, "--")
     if "design" in options:
         if options["design"] < 1:

@@ -43,14 +43,8 @@ def changes(
 ) -> list[Change]:
     """Return the places at which marks change, in their order.
 
-    Parameters
-    ----------
-    grid, marks, values
-        Rising places (n,), whole numbers (n, k) and continuous ones (n, m) there.
-    guides
-        For each of the whole numbers.
-    look
-        From places to marks and values there.
+    `grid`, `marks`, `values`: rising places (n,), whole numbers (n, k) and continuous ones (n, m)
+    there.
     """
     k = np.flatnonzero((marks[1:] != marks[:-1]).any(axis=1))
     rest = Intervals(grid[k], grid[k + 1], marks[k], marks[k + 1], values[k], values[k + 1])

@@ -51,10 +51,7 @@ def thinned(values: Any, most: int) -> list[int]:
     Of more that one goes whose loss takes least from the hypervolume, one after the other; the ends
     stay.
 
-    Parameters
-    ----------
-    values
-        (n, 2) points that do not dominate each other, sorted by the first.
+    `values` (n, 2): points that do not dominate each other, sorted by the first.
     """
     values = np.asarray(values, float)
     kept = list(range(len(values)))
@@ -68,12 +65,8 @@ def thinned(values: Any, most: int) -> list[int]:
 def hypervolume(values: Points | list[list[int]], reference: Floats | list[int]) -> float:
     """Return the room that points dominate up to a reference, the less the better.
 
-    Parameters
-    ----------
-    values
-        (n, m) points, m up to 3; what is beyond the reference in one of them counts nothing.
-    reference
-        (m,) worst values.
+    `values` (n, m): points, m up to 3; what is beyond the reference in one of them counts nothing.
+    `reference` (m,): worst values.
 
     Notes
     -----

@@ -81,26 +81,9 @@ def solve_all(
 ) -> DistinctSolutions:
     """Return the distinct isolated real solutions that starts lead to.
 
-    Parameters
-    ----------
-    rows
-        (x, t) -> residuals and derivatives of many points; lengths of order one.
-    draw
-        (generator, n) -> x (n, q) and t (n, k), or (n, 0) where poses have no own unknown.
-    starts
-        How many to draw.
-    key
-        x (n, q) -> numbers (n, m) that agree for solutions which are the same; None: x.
-    usable
-        x (n, q) -> which are no degenerate solutions; None: all.
-    seed
-        Of the starts: the same seed gives the same solutions in the same order.
-    iterations
-        At most, for each start.
-    enough
-        End after the batch in which as many solutions are known.
-    batch
-        Starts that go at once; the answer depends on it as on the seed.
+    `draw`: (generator, n) -> x (n, q) and t (n, k), or (n, 0) where poses have no own unknown.
+    `key`: x (n, q) -> numbers (n, m) that agree for solutions which are the same; None: x.
+    `usable`: x (n, q) -> which are no degenerate solutions; None: all.
     """
     generator = np.random.default_rng(seed)
     found = _Known(rows, key or (lambda x: x))

@@ -14,16 +14,9 @@ def linear_fit(
 ) -> Complexes:
     """Return the c (n, m) of least sum |A c - b|^2 + damping |c/sizes|^2.
 
-    Parameters
-    ----------
-    A : (n, k, m) array
-        Real or complex columns of each problem.
-    b : (k,) or (n, k) array
-        Targets of all problems, or of each.
-    ridge, least
-        The damping: a share of the trace of A* A over sizes, and a number.
-    sizes : (m,) array
-        What the unknowns are measured by, to a power of two: that leaves all bits.
+    `A` (n, k, m): real or complex columns of each problem. `b` (k,) or (n, k): targets. `ridge`,
+    `least`: the damping: a share of the trace of A* A over sizes, and a number. `sizes` (m,): what
+    the unknowns are measured by, to a power of two: that leaves all bits.
     """
     even = np.exp2(np.round(np.log2(sizes)))
     A = A * even

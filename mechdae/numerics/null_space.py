@@ -70,14 +70,9 @@ def equilibrated_null_space(B: Matrix, share: float = ZERO) -> Floats:
 def natural_null_space(B: Any, sizes: Floats, units: Floats, share: float = ZERO) -> Any:
     """Return the same for columns that may vanish: their unknowns are free.
 
-    Parameters
-    ----------
-    sizes : (m,) array
-        Natural sizes of the rows' coordinates, by which they are multiplied.
-    units : (n,) array
-        Natural sizes of the columns, by which they are divided.
-    share
-        Of the largest singular value up to which one counts as zero.
+    `sizes` (m,): natural sizes of the rows' coordinates, by which they are multiplied. `units`
+    (n,): natural sizes of the columns, by which they are divided. `share`: of the largest singular
+    value up to which one counts as zero.
     """
     scaled = sizes[:, None] * B / units
     norms = np.linalg.norm(scaled, axis=0)

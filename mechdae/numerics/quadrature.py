@@ -60,20 +60,11 @@ def integrate(
 ) -> tuple[Any, Any]:
     """Return the integrals (m,) of functions over all charts and estimates of their errors.
 
-    Parameters
-    ----------
-    function
-        From places (n,) to values (n, m).
-    charts
-        Intervals to begin with.
-    size
-        From the integrals so far to what the error of each is compared with, (m,).
-    gross
-        From the integrals so far to the size of the numbers from which each function is
-        computed, (m,): their rounding is no error that halving could mend. `size` if left out.
-
-    Panels are halved until the rules of 7 and 15 nodes agree; the estimate is the sum of
-    their differences, far above the true error of the finer rule.
+    `function`: from places (n,) to values (n, m). `size`: from the integrals so far to what the
+    error of each is compared with, (m,). `gross`: from the integrals so far to the size of the
+    numbers from which each function is computed, (m,): their rounding is no error that halving
+    could mend; `size` if left out. Panels are halved until the rules of 7 and 15 nodes agree; the
+    estimate is the sum of their differences, far above the true error of the finer rule.
     """
     panels = [(chart, 0.0, 1.0) for chart in charts]
     total: Any = 0.0

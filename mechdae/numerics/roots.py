@@ -26,18 +26,9 @@ def refined(
 ) -> tuple[Floats, Floats]:
     """Return zeros (n,) of functions in their brackets by Newton's method held in them.
 
-    Parameters
-    ----------
-    evaluate
-        From which functions (k,) and places (k,) to values and slopes there, (k,) each.
-    a, b : (n,) arrays
-        The brackets.
-    rising : (n,) array of bool
-        Which functions rise through their zero.
-    unit
-        What steps are compared with, a number or (n,).
-    first
-        Where to begin (n,), the middles if left out.
+    `evaluate`: from which functions (k,) and places (k,) to values and slopes there, (k,) each.
+    `rising` (n,): which functions rise through their zero. `unit`: what steps are compared with, a
+    number or (n,). `first`: where to begin (n,), the middles if left out.
 
     Returns
     -------
@@ -80,12 +71,8 @@ def halved(
 ) -> tuple[float, float]:
     """Return the places between which a change lies, nearest to each other.
 
-    Parameters
-    ----------
-    before
-        Whether a place is on the side of `low`, which may be the larger one.
-    close
-        Distance at which they are near enough.
+    `before`: whether a place is on the side of `low`, which may be the larger one. `close`:
+    distance at which they are near enough.
     """
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -106,12 +93,8 @@ def root_between(
 
     Inverse quadratic interpolation where it is safe, else bisection.
 
-    Parameters
-    ----------
-    at
-        Values at both ends, of different signs.
-    grain
-        From a place to the distance from it that is rounding.
+    `at`: values at both ends, of different signs. `grain`: from a place to the distance from it
+    that is rounding.
     """
     one, two, (f2, f1) = high, low, at
     three, f3 = one, 0.0

@@ -16,15 +16,10 @@ DROPPED = 1e-13
 def angles_of_roots(g: Callable[[Any], Any], count: int, degree: int, near: float) -> Floats:
     """Return the angles t at which g vanishes, (count, 2*degree), `nan` where there are fewer.
 
-    Parameters
-    ----------
-    g
-        Takes angles (count, m), returns values (count, m): polynomials in cos t, sin t.
-    count, degree
-        How many of them there are, and the degree of each at most.
-    near
-        Roots w = exp(i t) of the polynomial in w are taken for real where |log |w|| < near: double
-        ones lie off the circle by the root of the rounding.
+    `g`: takes angles (count, m), returns values (count, m): polynomials in cos t, sin t. `count`,
+    `degree`: how many of them there are, and the degree of each at most. `near`: roots w = exp(i t)
+    of the polynomial in w are taken for real where |log |w|| < near: double ones lie off the circle
+    by the root of the rounding.
     """
     samples = 4 * degree + 4
     t = 2 * np.pi * np.arange(samples) / samples

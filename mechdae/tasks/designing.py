@@ -23,13 +23,7 @@ def _looks_for_designs(task: Task) -> bool:
 
 
 def designing_task(problem: Problem, task: str | None) -> tuple[str, Task]:
-    """Return name and task that is meant: the one named, or the first that looks for designs.
-
-    Raises
-    ------
-    InputError
-        The task is of another kind, or there is none.
-    """
+    """Return name and task that is meant: the one named, or the first that looks for designs."""
     name = task_named(problem, task, _looks_for_designs)
     return name, problem.tasks[name]
 

@@ -25,15 +25,7 @@ GOOD = ("ok", "limit", "ambiguous", "jammed")
 
 @dataclass(frozen=True)
 class ExportedMotion:
-    """A task with all bodies of its mechanism.
-
-    Attributes
-    ----------
-    problem, task, result
-        What was computed; nothing is left out, whatever the task asks for.
-    setting, run
-        Of sweeps and of the motion of reactions; None of motions under forces.
-    """
+    """A task with all bodies of its mechanism."""
 
     problem: Problem
     task: str
@@ -63,13 +55,7 @@ class ExportedMotion:
         return rows[0]
 
     def single(self, what: str) -> tuple[Setting, Run]:
-        """Return what a sweep of one driver was computed with.
-
-        Raises
-        ------
-        InputError
-            Another kind of task: `what` is not made of it.
-        """
+        """Return what a sweep of one driver was computed with."""
         setting, run = self.setting, self.run
         if setting is None or run is None or not setting.graphs.single:
             raise InputError(
@@ -81,15 +67,7 @@ class ExportedMotion:
 
 
 def motion_of(problem: Problem, name: str | None) -> ExportedMotion:
-    """Return the motion of a task, by default of the first one that moves along a path.
-
-    Raises
-    ------
-    InputError
-        No such task, or one of another kind.
-    SolveError
-        The mechanism does not assemble.
-    """
+    """Return the motion of a task, by default of the first one that moves along a path."""
     if name is None:
         able = [name for name, task in problem.tasks.items() if task.kind in KINDS]
         able.sort(key=lambda name: _rank(problem.task(name)))

@@ -46,27 +46,11 @@ def for_picture(
 ) -> Result:
     """Return the result of a task as a picture needs it.
 
-    Parameters
-    ----------
-    name
-        Of the task.
-    needs
-        "bodies": all of them, also where the task names outputs; those that no output depends on
-        are named as not in the scene, and left out where they spoil the task, which is the only
-        case in which it is solved again. "series": those of ``paths``, with measures and outputs
-        that give them. "extremes": located between the poses, where the driver allows it. "small
-        motions" of an equilibrium.
-    paths
-        Series below the task.
-    mode
-        Label of the assembly mode to start on.
-    measures
-        Further ones that the picture shows.
-
-    Raises
-    ------
-    MechdaeError
-        The task cannot be solved.
+    `needs`: "bodies": all of them, also where the task names outputs; those that no output depends
+    on are named as not in the scene, and left out where they spoil the task, which is the only case
+    in which it is solved again. "series": those of ``paths``, with measures and outputs that give
+    them. "extremes": located between the poses, where the driver allows it. "small motions" of an
+    equilibrium.
     """
     task = problem.task(name)
     if "small motions" in needs and isinstance(task, Equilibrium):

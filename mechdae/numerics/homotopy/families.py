@@ -54,10 +54,7 @@ def way(family: Family, start: Complexes, end: Complexes, bend: Complexes | None
 def arrived(system: System, x: Complexes) -> Complexes:
     """Return where solutions lead to; rows of `nan` where paths were lost or end in no simple one.
 
-    Parameters
-    ----------
-    system
-        At t = 0 with the solutions x (n, k).
+    `system`: at t = 0 with the solutions x (n, k).
     """
     ends = track(system, x, relative=True)
     with np.errstate(all="ignore"):

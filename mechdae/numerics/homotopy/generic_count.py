@@ -30,10 +30,8 @@ LARGEST = 13
 def generic_count(links: Sequence[Sequence[int]]) -> int:
     """Return the number of complex poses of a linkage that is rigid when one link is fixed.
 
-    Parameters
-    ----------
-    links
-        Numbers of the pins on each link, the fixed one among them; a bar is a link of two pins.
+    `links`: numbers of the pins on each link, the fixed one among them; a bar is a link of two
+    pins.
     """
     steps = [(j, pins[0], pin) for j, pins in enumerate(links) for pin in pins[1:]]
     _, found = walk([(u, v) for _, u, v in steps])

@@ -35,14 +35,9 @@ FAR, FAR_SLIDE = 20.0, 1e6
 class PinLinkage:
     """Parts with their pins, and what turns together.
 
-    Attributes
-    ----------
-    parts
-        Numbers of the pins on each part; the first one is fixed.
-    turns
-        Number of each part's turn; that of the fixed part is 0.
-    slides
-        (part, pin): the pin is on a line of the part.
+    ``parts``: numbers of the pins on each part; the first one is fixed. ``turns``: number of each
+    part's turn; that of the fixed part is 0. ``slides`` (part, pin): the pin is on a line of the
+    part.
     """
 
     parts: tuple[tuple[int, ...], ...]

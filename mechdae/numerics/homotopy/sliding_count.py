@@ -32,12 +32,8 @@ POSITIVE = 1e-9
 def sliding_count(loops: Floats, step_turns: Integers, step_slides: Integers) -> int | None:
     """Return the number of complex poses for generic dimensions, None where it is not counted.
 
-    Parameters
-    ----------
-    loops : (l, n) array
-        Signs of the steps in independent loops.
-    step_turns, step_slides : (n,) arrays
-        Numbers of each step's turn (0: fixed) and of its slide or -1.
+    `loops` (l, n): signs of the steps in independent loops. `step_turns`, `step_slides` (n,):
+    numbers of each step's turn (0: fixed) and of its slide or -1.
     """
     turns, slides = int(max(step_turns)) + 1, int(max(step_slides)) + 1
     n = turns + slides

@@ -54,14 +54,8 @@ def trace_test(
 ) -> TraceTest:
     """Test whether the points (n, k) of a curve at s = 0 are all.
 
-    Parameters
-    ----------
-    pencil
-        (s0, s1) -> equations with hyperplanes from s0 to s1.
-    coordinates
-        Of points (n, k): general linear forms (n, q) by the second form of the pencil.
-    step
-        Size of s.
+    `pencil`: (s0, s1) -> equations with hyperplanes from s0 to s1. `coordinates`: of points (n, k):
+    general linear forms (n, q) by the second form of the pencil. `step`: size of s.
     """
     best = TraceTest(0, 1.0)
     for _ in range(TRIES):

@@ -57,12 +57,8 @@ def wrist_at(links: Floats) -> int:
 def wrist_poses(links: Floats, hand: Floats) -> WristPoses:
     """Return all joint angles of an arm three of whose axes meet, at one end of it.
 
-    Parameters
-    ----------
-    links
-        Rows (6, 3) of Denavit and Hartenberg: a [m], alpha [rad], d [m].
-    hand
-        Rotation and origin of the hand (3, 4).
+    `links`: rows (6, 3) of Denavit and Hartenberg: a [m], alpha [rad], d [m]. `hand`: rotation and
+    origin of the hand (3, 4).
     """
     if wrist_at(links) > 0:
         return _forwards(links, hand)

@@ -16,14 +16,7 @@ if TYPE_CHECKING:
 def poses_of_group(m: SpatialMechanism, z: list[Any], group: GroupPoses) -> list[list[Any]]:
     """Return poses that differ from a pose in the bodies of one group, solved by paths.
 
-    Parameters
-    ----------
-    m
-        The mechanism as a checker has it.
-    z
-        One pose, real or complex; last the parameter.
-    group : GroupPoses
-        What its paths led to.
+    `z`: one pose, real or complex; last the parameter. `group`: what its paths led to.
     """
     if group.axes is not None:
         return hinge_row_poses(m, z, group.row, group.axes)
@@ -52,16 +45,9 @@ def hinge_row_poses(
 ) -> list[list[Any]]:
     """Return poses that differ from a pose in the bodies of a row of hinges.
 
-    Parameters
-    ----------
-    m
-        The mechanism as a checker has it.
-    z
-        One pose, real or complex; last the parameter.
-    row
-        Joints from one known body to the other, and whether the first body comes first there.
-    axes : (n, k, 3) complex array
-        Directions of the joints' axes in the poses.
+    `z`: one pose, real or complex; last the parameter. `row`: joints from one known body to the
+    other, and whether the first body comes first there. `axes` (n, k, 3): directions of the joints'
+    axes in the poses.
     """
     joints = [m.joints[name] for name, _ in row]
     base, start = m.placed([v.real for v in z]), joints[0]["ends"][0 if row[0][1] else 1]

@@ -21,13 +21,7 @@ NEAR = 1e-6
 
 
 def meeting(mechanism: dict[str, Json], bodies: dict[str, list[str]], s: float) -> Json:
-    """Return the exact pose near `bodies` at a change point, with the driver at `s`.
-
-    Raises
-    ------
-    UnavailableError
-        Angles are no right angles, or equations do not vanish exactly there.
-    """
+    """Return the exact pose near `bodies` at a change point, with the driver at `s`."""
     angles = {body: float(Fraction(place[2])) for body, place in bodies.items()} | {"": s}
     counts = {body: round(angle / (math.pi / 2)) for body, angle in angles.items()}
     if any(abs(angles[body] - count * math.pi / 2) > NEAR for body, count in counts.items()):

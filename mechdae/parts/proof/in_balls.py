@@ -123,11 +123,6 @@ def complex_poses(
     """Return places to look at for all complex poses, the real ones first: (re, im) of each number.
 
     Poses of groups that were `solved` by paths are tried before random ones.
-
-    Raises
-    ------
-    UnavailableError
-        No theorem tells how many poses a group has, or random starts do not lead to all of them.
     """
     search = PoseSearch(content)
     starts = [[acb(v) for v in search.m.claimed(mode, search.u, "modes")] for mode in real]
@@ -144,13 +139,7 @@ def complex_poses(
 
 
 def check_count(mechanism: Json, groups: list[list[str]]) -> str:
-    """Return what proves that modes are all: "" for theorems of the checker, or boxes.
-
-    Raises
-    ------
-    UnavailableError
-        The first group of which neither does.
-    """
+    """Return what proves that modes are all: "" for theorems of the checker, or boxes."""
     try:
         counted(mechanism_of(mechanism, square=False), groups)
     except UnavailableError:

@@ -49,13 +49,7 @@ def formulas(
     known: dict[int, str] = OPERATIONS,
     what: str = "laws",
 ) -> list[Formula]:
-    """Return the values of a casadi function of s, and of `numbers`, as formulas.
-
-    Raises
-    ------
-    UnavailableError
-        An operation that is not `known`; `what` has it.
-    """
+    """Return the values of a casadi function of s, and of `numbers`, as formulas."""
 
     def operation(code: int, inputs: list[Any]) -> Formula:
         if code in known:
@@ -79,13 +73,7 @@ def as_text(value: Any) -> str:
 
 
 def planar_mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
-    """Return bodies, joints and drivers of a scene; of each driver its law.
-
-    Raises
-    ------
-    UnavailableError
-        Open curves, functions in curves that no checker knows.
-    """
+    """Return bodies, joints and drivers of a scene; of each driver its law."""
     mechanism = scene.model.mechanism
     values = mechanism.values()
     bodies = [body for group in scene.groups for body in group.bodies]

@@ -33,17 +33,7 @@ def checker_text() -> str:
 
 
 def _add(name: str, imported: dict[str, set[str]], texts: dict[str, str]) -> None:
-    """Add the text of a module without its imports, behind those of modules it imports.
-
-    Parameters
-    ----------
-    name
-        The module; its text is added once.
-    imported
-        Names imported from other modules, by module; of "" modules themselves.
-    texts
-        Texts by module, in their order.
-    """
+    """Add the text of a module without its imports, behind those of modules it imports."""
     if name in texts:
         return
     source = (FOLDER / f"{name}.py").read_text(encoding="utf-8")

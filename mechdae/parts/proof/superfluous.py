@@ -35,18 +35,8 @@ def with_motion(
 ) -> tuple[Json, list[list[str]]]:
     """Return a mechanism with equations left out and its motion, and its groups in their order.
 
-    Parameters
-    ----------
-    mechanism
-        As a certificate has it; `bodies` is its pose at `at`.
-    groups
-        Bodies of each Assur group: redundant ones are divided into dyads and single bodies.
-
-    Raises
-    ------
-    UnavailableError
-        Its motion is no sum of whole harmonics, numbers do not fit each other exactly, or other
-        equations than those of pins are superfluous.
+    `mechanism`: as a certificate has it; `bodies` is its pose at `at`. `groups`: bodies of each
+    Assur group: redundant ones are divided into dyads and single bodies.
     """
     m: Any = mechanism_of(mechanism, square=False)
     left, found = _left_out(m, groups, bodies)

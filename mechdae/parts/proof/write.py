@@ -54,13 +54,7 @@ LOOKED_AT = 64
 
 
 def certificate_of(problem: Problem, name: str) -> Json:
-    """Return the certificate of a task as plain data; it is not checked yet.
-
-    Raises
-    ------
-    UnavailableError
-        The task, or a joint of it, is none of those that certificates are written for.
-    """
+    """Return the certificate of a task as plain data; it is not checked yet."""
     task = problem.task(name)
     content = {
         "certificate": 2,

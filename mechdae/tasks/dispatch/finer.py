@@ -17,13 +17,7 @@ from mechdae.tasks.dispatch.solve import solve
 
 
 def finer(result: Result, parts: int) -> Result:
-    """Return the same task with `parts` steps from each pose of a result to the next.
-
-    Raises
-    ------
-    SolveError
-        The result has no poses in a row, or does not say what its task was.
-    """
+    """Return the same task with `parts` steps from each pose of a result to the next."""
     task = result.definition
     if not isinstance(task, Sweep | Motion) or len(result) < 2:
         raise SolveError("there is nothing between the poses of this result")

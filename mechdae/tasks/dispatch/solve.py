@@ -22,21 +22,10 @@ from mechdae.results import Result
 class TaskKind:
     """A kind of task; functions are named ``module:function`` and loaded when they are used.
 
-    Parameters
-    ----------
-    run
-        Computes a `Result` of a problem, the name of the task and the task.
-    show
-        Says what the task will build, for `mechdae show`: of problem, task and model.
-    trial
-        Raises for what would stop the task, for `mechdae check`: of problem and task; the same
-        as ``run`` where only that tells.
-    spread
-        Whether it consists of many computations, which take ``workers`` and ``progress``.
-    design
-        Looks for designs as a job: of problem, task and a `design.jobs.call.JobCall`.
-    log
-        Name of the file with what such a job has finished.
+    `run`: computes a `Result` of a problem, the name of the task and the task. `show`: says what
+    the task will build, for `mechdae show`: of problem, task and model. `spread`: whether it
+    consists of many computations, which take ``workers`` and ``progress``. `design`: looks for
+    designs as a job: of problem, task and a `design.jobs.call.JobCall`.
     """
 
     run: str
@@ -91,23 +80,7 @@ def solve(
 ) -> Result:
     """Return the result of one task of a kind in `kinds`.
 
-    Parameters
-    ----------
-    problem
-        A problem, the name of a predefined one, a file, or a mechanism.
-    task
-        Name of a task of the problem (default: its first), or a task as a value.
-    kinds
-        Kind of task -> its functions.
-    options
-        What the function takes besides problem, name and task.
-
-    Raises
-    ------
-    InputError
-        Something in the description or the call is wrong.
-    SolveError
-        The mechanism cannot be assembled at its sketch.
+    `kinds`: kind of task -> its functions.
     """
     whole = as_problem(problem, task)
     name, chosen = task_of(whole, task)

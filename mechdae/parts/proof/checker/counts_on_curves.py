@@ -49,10 +49,7 @@ class CurveContacts:
     def height(self, share: arb) -> Any:
         """Return how far the body is off its guide, with its derivative by s.
 
-        Parameters
-        ----------
-        share
-            The place of the contact, as part of the whole curve, in balls.
+        `share`: the place of the contact, as part of the whole curve, in balls.
         """
         m, joint = self.m, self.joint
         s = Dual(share * arb.pi() * 2 + START, {0: ONE})
