@@ -34,7 +34,7 @@ class Reader:
     ) -> None:
         self.mechanism, self.known, self.exact = mechanism, known, exact
 
-    def use(self, number: Any, powers: Powers | None, weak: bool = False) -> None:
+    def use(self, number: float | str | None, powers: Powers | None, weak: bool = False) -> None:
         """Take note of a number whose unit is known, or of what stands in it.
 
         What is `weak` gives way to what is known already: the numbers in a product may have

@@ -92,7 +92,7 @@ class Coordinates(tuple[Coordinate, ...]):
         return self.of_kind(ANGLE)
 
     @cached_property
-    def lengths(self) -> Any:
+    def lengths(self) -> Booleans:
         """Which are lengths, (n,) booleans."""
         return self.of_kind(LENGTH)
 

@@ -382,7 +382,7 @@ def _damped(load: Any) -> bool:
     return isinstance(load, Spring) and load.damping != 0
 
 
-def _broken_line(signal: Any) -> Any:
+def _broken_line(signal: Any) -> Sym:
     """Return the value of a table by straight lines, over its abscissa."""
     points = signal.load.points
     at, first, last = signal.at, points[0][0], points[-1][0]

@@ -58,7 +58,7 @@ class Stage:
         """Return the forms (n, rows) of each for sizes (n, feedbacks)."""
         return forms_of(self.start, self.slope, sizes[:, self.places])
 
-    def slopes(self, sizes: Floats) -> Any:
+    def slopes(self, sizes: Floats) -> Floats:
         """Return d size / d m, (n, k, k), at sizes (n, feedbacks)."""
         return slopes_of(self.laws, self.start, self.slope, sizes[:, self.places])
 
@@ -80,7 +80,7 @@ class Grown:
     joints: list[str]
 
 
-def some(inputs: Sequence[Floats], rows: Integers | list[int] | slice) -> list[Any]:
+def some(inputs: Sequence[Floats], rows: Integers | list[int] | slice) -> list[Floats]:
     """Return the inputs of the balance at some of the poses."""
     return [array[rows] if array.ndim == 2 else array for array in inputs]
 

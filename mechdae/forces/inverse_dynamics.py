@@ -81,7 +81,7 @@ class LoadedPoses:
         return self.v[:, self.nx :]
 
     @property
-    def times(self) -> Any:
+    def times(self) -> Floats:
         """Times (n, 1), 0 without any."""
         return np.zeros((len(self), 1)) if self.t is None else np.reshape(self.t, (-1, 1))
 
@@ -397,7 +397,7 @@ class InverseDynamics:
             if timed.ends is not None:
                 yield timed.name.removeprefix("load "), timed.ends, motion.times[:, 0]
 
-    def signs(self, motion: LoadedPoses) -> Any:
+    def signs(self, motion: LoadedPoses) -> Floats:
         """Return the sign of each sliding speed, (n, slips).
 
         Where a speed vanishes it is the sign of the coming motion; zero between bodies that do
@@ -434,16 +434,16 @@ class InverseDynamics:
             signs[rows] = np.where(doubtful[:, rows].T, chosen, signs[rows])
         return signs
 
-    def _p(self, motion: LoadedPoses) -> Any:
+    def _p(self, motion: LoadedPoses) -> Floats:
         """Return the numbers of poses, (np,) or (n, np)."""
         return self.p if motion.p is None else motion.p
 
-    def _length(self, motion: LoadedPoses) -> Any:
+    def _length(self, motion: LoadedPoses) -> float:
         """Return a length of the mechanism at poses, one number or (n,)."""
         return self.length if motion.length is None else motion.length
 
     @staticmethod
-    def _both(spin: Floats, speed: Floats, length: Floats | float) -> tuple[Any, Any]:
+    def _both(spin: Floats, speed: Floats, length: Floats | float) -> tuple[Floats, Floats]:
         """Return the largest angular speed and speed: each brings about the other."""
         speed = np.maximum(speed, spin * length)
         turning = np.divide(speed, length, out=np.zeros_like(speed), where=np.not_equal(length, 0))
@@ -470,7 +470,7 @@ class InverseDynamics:
 
         return self._stored("refined", refined), self._stored("exact speeds", speeds)
 
-    def _settled(self, motion: LoadedPoses) -> tuple[Any, float]:
+    def _settled(self, motion: LoadedPoses) -> tuple[Floats, float]:
         """Return sliding speeds in 80-bit floats, and what is rounding in them."""
         refine, speeds = self._exactly
         g = self.evaluator.graphs

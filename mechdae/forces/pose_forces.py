@@ -61,7 +61,7 @@ class PoseForces:
         """Whether friction acts on the reactions it comes from."""
         return self.whole is not self.free
 
-    def leave_out(self, poses: Any) -> None:
+    def leave_out(self, poses: Booleans) -> None:
         """Let some poses (n,) have no forces."""
         for loaded in (self.free, self.whole):
             loaded.put(np.flatnonzero(poses), np.nan)

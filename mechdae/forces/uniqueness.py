@@ -28,7 +28,7 @@ from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.functions import Batch
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers, Matrices, Matrix, Reactions, Sym, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrices, Matrix, Reactions, Sym, Unknowns
 
 SX_NOWHERE = ca.SX(6, 1)
 """A way of no length: joints that do not move have a matrix of ways too."""
@@ -289,7 +289,7 @@ def _stressed(statics: InverseDynamics, q: Unknowns, there: Integers) -> Stresse
 
 
 def natural_stresses(
-    B: Floats, used: Any, sizes: Floats, units: Floats, share: float = ZERO
+    B: Floats, used: Booleans | list[int], sizes: Floats, units: Floats, share: float = ZERO
 ) -> Floats:
     """Return a basis (columns, k) of what balances without any load, of the columns `used`.
 
@@ -333,14 +333,14 @@ def unique_space(C: Matrix, CN: Floats) -> tuple[Floats, int]:
     return tidy((able @ left[:, known:]).T), rank
 
 
-def _across(C: Any, moves: Any) -> Any:
+def _across(C: Any, moves: Floats) -> Any:
     """Return columns without their parts along the ways, normal to each other, of a joint."""
     sizes = np.linalg.norm(moves, axis=0)
     free = moves[:, sizes > 0] / sizes[sizes > 0]
     return C - free @ (free.T @ C)
 
 
-def _unit(rows: Any) -> Any:
+def _unit(rows: Floats) -> Floats:
     return rows / np.linalg.norm(rows, axis=1)[:, None] if len(rows) else rows
 
 

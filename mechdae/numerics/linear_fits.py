@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.types import Complexes, Floats
 
 
 def linear_fit(
-    A: Any, b: Complexes, ridge: float = 0.0, least: float = 0.0, sizes: Floats | float = 1.0
+    A: Floats, b: Complexes, ridge: float = 0.0, least: float = 0.0, sizes: Floats | float = 1.0
 ) -> Complexes:
     """Return the c (n, m) of least sum |A c - b|^2 + damping |c/sizes|^2.
 

@@ -67,7 +67,7 @@ def equilibrated_null_space(B: Matrix, share: float = ZERO) -> Floats:
     return whole
 
 
-def natural_null_space(B: Any, sizes: Floats, units: Floats, share: float = ZERO) -> Any:
+def natural_null_space(B: Floats, sizes: Floats, units: Floats, share: float = ZERO) -> Any:
     """Return the same for columns that may vanish: their unknowns are free.
 
     `sizes` (m,): natural sizes of the rows' coordinates, by which they are multiplied. `units`

@@ -42,7 +42,7 @@ class Substitution:
     fold: int = 0
     """-1: a limit position at the low end, 1: at the high end."""
 
-    def place(self, t: Floats) -> tuple[Any, Any]:
+    def place(self, t: Floats) -> tuple[Floats, Floats]:
         """Return s(t) and ds/dt."""
         width = self.high - self.low
         if self.fold < 0:

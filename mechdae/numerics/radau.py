@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.types import Floats
+
 S = 6.0**0.5
 STAGES = np.array([(4 - S) / 10, (4 + S) / 10, 1.0])
 WEIGHTS = np.array([(16 - S) / 36, (16 + S) / 36, 1 / 9])
@@ -57,7 +59,7 @@ def steps(
     rates: Rates,
     slopes: Rates,
     t: float,
-    y: Any,
+    y: Floats,
     end: float,
     tolerance: float,
     first: float,
@@ -136,8 +138,8 @@ def steps(
 
 
 def _stages(
-    rates: Rates, slope: Any, t: float, y: Any, h: float, Z: Any, tolerance: float
-) -> tuple[Any, bool, int, float]:
+    rates: Rates, slope: Floats, t: float, y: Floats, h: float, Z: Floats, tolerance: float
+) -> tuple[Floats, bool, int, float]:
     """Return stages less y (3, n), whether they are solved, Newton steps, how fast these shrink."""
     n = len(y)
     inverse = np.linalg.inv(np.eye(3 * n) - h * np.kron(MATRIX, slope))
@@ -161,7 +163,7 @@ def _stages(
     return Z, False, NEWTON, ratio
 
 
-def _size(error: Any, tolerance: float) -> float:
+def _size(error: Floats, tolerance: float) -> float:
     return float(np.sqrt(np.mean(error**2))) / tolerance
 
 
@@ -174,7 +176,7 @@ def _growth(h: float, size: float, before: tuple[float, float] | None) -> float:
     return float(min(1.0, h / before[0] * (before[1] / size) ** 0.25) * size**-0.25)
 
 
-def _beyond(Q: Any, start: Any, y: Any, h: float) -> Callable[[float], Any]:
+def _beyond(Q: Floats, start: Floats, y: Floats, h: float) -> Callable[[float], Any]:
     """Return the stages less y of the next step as the polynomial of the last one has them."""
 
     def guess(length: float) -> Any:

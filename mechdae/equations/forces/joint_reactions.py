@@ -57,8 +57,8 @@ def lock_columns(r: Any) -> list[Wrench]:
 
 
 def reactions_of(
-    r: Any, names: Sequence[str], acceleration: Any, multipliers: Any, locks: Any, sizes: Any
-) -> Any:
+    r: Any, names: Sequence[str], acceleration: Sym, multipliers: Sym, locks: Sym, sizes: Sym
+) -> Sym:
     """Return force and moment of joints below one another, over (x, v, t, signs, p).
 
     In the plane a joint's own multipliers tell them, forces that hold its slips and friction.

@@ -78,7 +78,7 @@ def _along_rack(ends: Ends) -> Any:
     return ca.vertcat(ends.second.direction(ca.vertcat(ca.cos(a), ca.sin(a))), SX(0))
 
 
-def _apart(ends: Ends) -> Any:
+def _apart(ends: Ends) -> Sym:
     return ca.vertcat(ends.gap / ca.sqrt(ca.sumsqr(ends.gap)), SX(0))
 
 
@@ -99,11 +99,11 @@ def _gap_in_space(model: Any, joint: Joint) -> Sym:
     return ca.vertcat(gap / ca.norm_2(gap), SX(3, 1))
 
 
-def _off_plane(model: Any, joint: Joint) -> Any:
+def _off_plane(model: Any, joint: Joint) -> Sym:
     return ca.vertcat(model.axes_of(joint.name)[0][:, 2], SX(3, 1))
 
 
-def _on_carrier(model: Any, joint: Joint) -> Any:
+def _on_carrier(model: Any, joint: Joint) -> Sym:
     """Return the axis of the second member on the carrier and, of a wheel, its moment about it."""
     bearing = bearings(model.mechanism, joint)[1]
     axis = bearing.sense * model.axes_of(bearing.joint)[0][:, 2]

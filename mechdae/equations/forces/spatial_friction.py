@@ -60,7 +60,7 @@ class _Pair:
         A1 = model.axes_of(name)[0]
         self.n, self.m, self.a = (A1[:, k] for k in range(3))
 
-    def number(self, entry: str) -> Any:
+    def number(self, entry: str) -> Sym:
         """Return one of the joint's numbers, None where it is not given."""
         given = self.laws._given(self.name, entry)
         return self.model.numbers[f"{self.name}.{entry}"] if given else None

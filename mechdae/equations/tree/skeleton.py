@@ -7,7 +7,6 @@ a tree of joints are the same. It is never evaluated at a pose.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import casadi as ca
 
@@ -100,7 +99,7 @@ class Skeleton(Model):
         turned = {"angle": ca.dot(sides[0][:, 1], sides[1][:, 0])}
         return CutJoint(gap, sides[0], sides[1], turned, length, pitch)
 
-    def _mesh(self, name: str) -> Any:
+    def _mesh(self, name: str) -> Sym:
         """Return a stand-in for the equation of wheels: it holds the same bodies."""
         found = bearings(self.mechanism, self.mechanism.joints[name])
         return sum(

@@ -228,7 +228,7 @@ class TreeModel(Spinning, TreeForces):
         way = span(joint, self.numbers, symbols)
         return {word: ca.jacobian(way, symbol) for word, symbol in symbols.items()}
 
-    def _lead(self, name: str) -> Any:
+    def _lead(self, name: str) -> Sym:
         pitch = self.numbers.get(f"{name}.pitch")
         return None if pitch is None else pitch / (2 * ca.pi)
 

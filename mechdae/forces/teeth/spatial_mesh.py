@@ -90,7 +90,7 @@ class SpatialMesh:
         centre = self.O1 + gap / (1 - ca.dot(self.a1, self.a2) * self.ratio) + up
         return centre if P is None else P, _unit(gap)
 
-    def _on_cones(self, P: Any) -> tuple[Any, Any]:
+    def _on_cones(self, P: Sym) -> tuple[Sym, Sym]:
         way = _unit(self.ratio * self.a1 - self.a2)
         if P is None:
             gap, cosine = self.O2 - self.O1, ca.dot(self.a1, self.a2)
@@ -154,12 +154,12 @@ class SpatialMesh:
         """Return what a unit of the couple about the axis that the members roll about does."""
         return self._couple(self._axis)
 
-    def _couple(self, moment: Any) -> Wrench:
+    def _couple(self, moment: Sym) -> Wrench:
         ends = (self.joint.first_body, self.joint.second_body)
         acting = couples(self.model, *ends, moment)
         return add(acting, entries((self.joint.name,), SX(3, 1), moment))
 
-    def lost(self, loss: Any, side: int, sign: Any) -> tuple[Any, Wrench]:
+    def lost(self, loss: Sym, side: int, sign: Sym) -> tuple[Sym, Wrench]:
         """Return arm and generalised force of the loss per unit of tangential force.
 
         A couple between the wheels about the axis they roll about takes the share of the power

@@ -274,7 +274,7 @@ def _sum(*terms: Sym) -> Sym:
     return reduce(_plus, terms)
 
 
-def _bounded(code: int, inputs: list[tuple[Sym, Sym, Sym | None]]) -> tuple[Any, Any, Any]:
+def _bounded(code: int, inputs: list[tuple[Sym, Sym, Sym | None]]) -> tuple[Sym, Sym, Sym]:
     """Return magnitude, no error and (for parameters only) value of one operation."""
     if all(value is not None for _, _, value in inputs):
         if code not in SYMBOLIC:
@@ -301,7 +301,7 @@ def _bounded(code: int, inputs: list[tuple[Sym, Sym, Sym | None]]) -> tuple[Any,
 
 def _bounded_with_rounding(
     code: int, inputs: list[tuple[Sym, Sym, Sym | None]]
-) -> tuple[Any, Any, Any]:
+) -> tuple[Sym, Sym, Sym]:
     """Return magnitude, error and (for parameters only) value of one operation."""
     size, _, value = _bounded(code, inputs)
     a, ea, _ = inputs[0]

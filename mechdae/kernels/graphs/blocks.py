@@ -140,7 +140,7 @@ class Equations:
                 work[into[0]] = self._step(code, [work[i] for i in out_of])
         self.rows = [self._place(value) for value in rows]
 
-    def _step(self, code: int, inputs: Sequence[Any]) -> Any:
+    def _step(self, code: int, inputs: Sequence[Any]) -> tuple[Sym, Sym] | int:
         """Return (expression, noise) of what is a number, else the place of a new step."""
         if all(isinstance(value, tuple) for value in inputs):
             result = symbolic(code, *[value[0] for value in inputs])
@@ -273,12 +273,18 @@ class BlockGraph:
         F, J, Fz = self._dense(*inputs, np.sin(turned), np.cos(turned))
         return F, J.reshape(self.rows, -1), Fz.reshape(self.rows, -1)
 
-    def step_at(self, x: Sym, u: Any, p: Any) -> Any:
+    def step_at(self, x: Sym, u: Floats, p: Floats) -> Any:
         """Return Newton's step J^-1 F at one pose, that of least squares of a redundant block."""
         F, J, _ = self.value_at(x, u, p)
         return np.linalg.lstsq(J, F)[0] if self.redundant else np.linalg.solve(J, F)
 
-    def first_rate(self, at: Any, known: Any, used: Sequence[Sym], driven: Any) -> Any:
+    def first_rate(
+        self,
+        at: Sequence[Sym],
+        known: Any,
+        used: Sequence[Sym],
+        driven: Any,
+    ) -> Sym:
         """Return the right-hand side of J x'; `at` as of `at`.
 
         `known` are the lower rates of the block, `used` the rates of the earlier unknowns, `driven`
@@ -314,7 +320,7 @@ class BlockGraph:
 
 
 def row_reaches(
-    scene: Scene, values: Sym, reaches: Sequence[Any], moving: list[Any]
+    scene: Scene, values: Sym, reaches: Sequence[Any], moving: list[Sym]
 ) -> RowReaches | None:
     """Return what bounds scalars by their reaches; None where their terms do, as in the plane."""
     if not any(reach is not None for reach in reaches):

@@ -141,7 +141,7 @@ class Kernel:
         found: Batch = self.cache(("batch", name, *shared), made)
         return lambda *at: found(*at, self.numbers)
 
-    def value(self, name: str, *at: Floats | float) -> list[Any]:
+    def value(self, name: str, *at: Floats | float) -> list[Floats]:
         """Return the results of ``place``, ``parts``, ... at a state as dense matrices."""
 
         def dense() -> Graph:

@@ -7,8 +7,6 @@ steps, and sum |dsize/dm| < 1 proves that there is no other solution (Banach).
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
 from mechdae.equations.forces.feedback import ACROSS
@@ -78,7 +76,11 @@ def first_sizes(laws: list[str], start: list[Sym], slope: list[list[Sym]]) -> li
 
 
 def sizes_by_newton(
-    laws: list[str], start: list[Sym], slope: list[list[Sym]], steps: int, first: Any = None
+    laws: list[str],
+    start: list[Sym],
+    slope: list[list[Sym]],
+    steps: int,
+    first: list[Sym] | None = None,
 ) -> list[Sym]:
     """Return the sizes after some steps of Newton's method, from their values at m = 0."""
     m = first or [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]

@@ -170,7 +170,7 @@ class OtherForms:
     def _slide(self, alpha: int, beta: int, z: Unknowns, u: Floats) -> Solutions | None:
         """Eliminate an unknown that enters linearly with a coefficient that turns."""
 
-        def parts(a: Floats) -> tuple[Any, Any]:
+        def parts(a: Floats) -> tuple[Floats, Floats]:
             x = np.zeros((len(a), 2), a.dtype)
             x[:, alpha], x[:, beta] = a, 0 * a
             fixed = self.F(x, z, u)
@@ -181,7 +181,7 @@ class OtherForms:
             fixed, slope = parts(a)
             return fixed[:, 0] * slope[:, 1] - fixed[:, 1] * slope[:, 0]
 
-        def complete(a: Floats) -> Any:
+        def complete(a: Floats) -> Floats:
             fixed, slope = parts(a)
             x = np.zeros((len(a), 2))
             x[:, alpha] = a

@@ -74,7 +74,7 @@ class BeyondEnds:
                     result |= np.abs(s - middle) <= near / 2 + slack
         return result
 
-    def limits(self, path: AnyPath, s: Any) -> dict[int, list[Limit]]:
+    def limits(self, path: AnyPath, s: Floats) -> dict[int, list[Limit]]:
         """Return the poses that are limit positions, with their limits."""
         found: dict[int, list[Limit]] = {}
         for reach in path.reach.values():

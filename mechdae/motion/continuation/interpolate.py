@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -26,7 +26,9 @@ class Fold(Protocol):
     def c(self) -> float: ...
 
 
-def upper_coefficients(rise: Any, v0: Any, v1: Any, a0: Any, a1: Any) -> tuple[Any, Any, Any]:
+def upper_coefficients(
+    rise: Floats, v0: Floats, v1: Floats, a0: Floats, a1: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return c3, c4, c5 of x0 + v0 t + a0 t^2/2 + c3 t^3 + c4 t^4 + c5 t^5 over 0 <= t <= 1.
 
     `rise` is x1 - x0; rates are those by t.

@@ -158,7 +158,7 @@ class Legs(AnyPath):
         k = np.floor(s).astype(int)
         return self.corners[k] + (s - k)[:, None] * self._padded[k]
 
-    def motion(self, s: float) -> list[Any]:
+    def motion(self, s: float) -> list[Floats]:
         """Return the drivers' values (nd,) at a corner; it is a pose by itself: no derivatives."""
         u = self.drivers(np.array([s]))[0]
         return [u, *[np.zeros(len(u))] * 3]

@@ -123,7 +123,7 @@ class LimitFinder:
         chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
         return chain, [chain.index(i) for i in g.blocks[b].own]
 
-    def evaluate(self, b: int, y: Any) -> list[Floats]:
+    def evaluate(self, b: int, y: Floats) -> list[Floats]:
         """Return what `Graphs.fold` gives of a block at y."""
         call = self.graphs.cache(("fold", b), lambda: Call(self.graphs.fold(b)))
         system, slope, J, F_y, bend = call(y, self.whole)
@@ -223,7 +223,7 @@ class LimitFinder:
                 return True
         return False
 
-    def _refine(self, b: int, y: Any) -> None:
+    def _refine(self, b: int, y: Floats) -> None:
         """Improve a fold in place by steps with a residual in 80-bit floats.
 
         Next to branches that nearly cross, the place is off by the residual's rounding over

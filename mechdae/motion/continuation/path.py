@@ -190,7 +190,7 @@ class Path(AnyPath):
             self.curves.restart()
         self.tries = Tries()
 
-    def step(self, state: Floats, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
+    def step(self, state: Floats, s: float, ds: float) -> tuple[Floats, Floats, Floats, Floats]:
         """Return state, test, det and miss after one step."""
         ds = (s + ds) - s  # as far as the places are apart, which are rounded
         self._place[0], self._place[1] = s, ds
@@ -250,7 +250,7 @@ class Path(AnyPath):
         course = self.graphs.course
         return course.sampled(s)[0] if course else self.u0 + s[:, None] * self.d
 
-    def motion(self, s: float) -> list[Any]:
+    def motion(self, s: float) -> list[Floats]:
         """Return the drivers' values and three derivatives with respect to s, each (nd,)."""
         course = self.graphs.course
         if course:
@@ -364,12 +364,12 @@ class Front:
         return self.path.s[-1] if self.up else self.path.s[0]
 
     @property
-    def state(self) -> Any:
+    def state(self) -> Floats:
         """The last node."""
         return self.path.state[-1] if self.up else self.path.state[0]
 
     @property
-    def x(self) -> Any:
+    def x(self) -> Floats:
         """Unknowns (nx,) of the last node."""
         return self.state[: self.path.graphs.nx]
 
@@ -379,7 +379,7 @@ class Front:
         return self.path.alive(self.ended)
 
     @property
-    def sign(self) -> Any:
+    def sign(self) -> Floats:
         """Signs of the blocks' determinants."""
         return self.path.front[self.up]
 
@@ -387,7 +387,7 @@ class Front:
         """Put a node behind the last one."""
         self.path.append(s, state, self.up)
 
-    def step(self, step: float) -> tuple[Any, Any]:
+    def step(self, step: float) -> tuple[Floats, Booleans]:
         """Return the state after a step, and which blocks (nb,) it is proved for."""
         path, ds = self.path, self.sense * step
         after, test, det, miss = path.step(self.state, self.s, ds)

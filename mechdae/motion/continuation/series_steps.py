@@ -163,7 +163,7 @@ class Expansion:
 
     def _values(
         self, b: int, c: Floats, u: Floats, d: Floats, count: int
-    ) -> tuple[Any, Any, Any, Any]:
+    ) -> tuple[Floats, Floats, Floats, Floats]:
         """Return F (count, n) and J (count, n, n) along a polynomial, and what they leave out."""
         graph, function = self.graphs.blocks[b], self._function(b)
         assert function is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,7 +29,7 @@ SINGULAR = 1e6
 """Condition from which a pose is next to a singular one."""
 
 
-def turn_back(path: Path, evaluator: Evaluator, values: Any) -> None:
+def turn_back(path: Path, evaluator: Evaluator, values: Floats) -> None:
     """Follow a path with one end the other way round, where not all values are before that end."""
     arc = arc_of(path)
     if (arc.low is None) == (arc.high is None) or arc.holds(values).all():

@@ -114,7 +114,7 @@ class Run:
     spans: Spans | None = None
 
     @property
-    def start(self) -> tuple[Any, Any]:
+    def start(self) -> tuple[Floats, Floats]:
         """Unknowns and driver values of the pose the path starts from."""
         s, x = self.path.origin
         return x, self.path.drivers(np.array([s]))[0]

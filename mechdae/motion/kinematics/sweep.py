@@ -91,7 +91,7 @@ def along(
     evaluator = Evaluator(graphs, setting.outputs)
     summary = Summary()
 
-    def follow(numbers: Constants) -> tuple[Path, Any]:
+    def follow(numbers: Constants) -> tuple[Path, Floats]:
         path = Path(graphs, numbers, np.zeros(graphs.nu), np.ones(graphs.nu), path_range.largest)
         path.on_change_point = setting.on_change_point
         path.begin(x, path_range.begin)

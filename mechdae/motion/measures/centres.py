@@ -57,7 +57,7 @@ class Planes:
     `values` are y, y' of the poses; a body's point is its anchor.
     """
 
-    def __init__(self, outputs: Outputs, values: list[Any], scale: float) -> None:
+    def __init__(self, outputs: Outputs, values: list[Floats], scale: float) -> None:
         self.outputs, self.scale, self.count = outputs, scale, len(values[0])
         model = outputs.scene.model
         self.anchors: dict[str, Floats] = {}

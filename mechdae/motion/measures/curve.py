@@ -29,7 +29,7 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 """Share of a length that the rounding of speeds may add up to."""
 
 
-def directions(outputs: Outputs, values: list[Any], unit: float) -> dict[str, dict[str, Floats]]:
+def directions(outputs: Outputs, values: list[Floats], unit: float) -> dict[str, dict[str, Floats]]:
     """Return ``tangent`` [rad] and ``curvature`` [1/m] of each point at given poses.
 
     `values` are y and its derivatives, three in space. Both are nan where the velocity vanishes. In

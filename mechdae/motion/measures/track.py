@@ -255,7 +255,7 @@ class Track:
     ) -> Floats:
         """Return the zeros of functions in their brackets [a, b]; nan where one is lost."""
 
-        def evaluate(rows: Integers, places: Any) -> tuple[Floats, Floats]:
+        def evaluate(rows: Integers, places: Floats) -> tuple[Floats, Floats]:
             which = np.arange(len(rows))
             f, df = (part[which, columns[rows]] for part in family(self.at(places)))
             return f, df

@@ -21,7 +21,7 @@ class Vector3:
     known: Mapping[str, Floats]
 
     @property
-    def u(self) -> Any:
+    def u(self) -> Floats:
         """Direction (n, 3)."""
         e, a = self.known["elevation"], self.known["azimuth"]
         return np.stack([np.cos(e) * np.cos(a), np.sin(e), np.cos(e) * np.sin(a)], axis=-1)
@@ -38,7 +38,7 @@ class Vector3:
         a = self.known["azimuth"]
         return np.stack([np.cos(a), np.zeros_like(a), np.sin(a)], axis=-1)
 
-    def value(self, found: Mapping[str, Floats]) -> Any:
+    def value(self, found: Mapping[str, Floats]) -> Floats:
         """Return the vector (..., 3) with its unknowns found, arrays (n, k)."""
         length, e, a = (
             found[word] if word in found else self.known[word][:, None]
@@ -87,7 +87,7 @@ class Vector3:
         found = {"azimuth": azimuth}
         return found if self.unknown == "b" else {"length": length, **found}
 
-    def columns(self, found: Mapping[str, Floats]) -> list[Any]:
+    def columns(self, found: Mapping[str, Floats]) -> list[Floats]:
         """Return the derivatives (n, k, 3) of the vector by its unknowns."""
         length, e, a = np.broadcast_arrays(
             *(

@@ -115,11 +115,11 @@ def _all(
     return _distinct(vectors, polished, gap, determinant, d)
 
 
-def _with(found: ModuleSolutions, rows: Any, more: ModuleSolutions) -> ModuleSolutions:
+def _with(found: ModuleSolutions, rows: Integers, more: ModuleSolutions) -> ModuleSolutions:
     """Return the solutions with some rows in place of their own."""
     most = max(found.gap.shape[1], more.gap.shape[1])
 
-    def put(one: Any, other: Any) -> Any:
+    def put(one: Floats, other: Floats) -> Floats:
         result = np.full((len(one), most), np.nan)
         result[:, : one.shape[1]] = one
         result[rows] = np.nan

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -160,7 +159,7 @@ class NamedOutputs:
         return ca.jtimes(expression, at, along)
 
     def evaluate(
-        self, coordinates: list[Floats], time: Any, certified: Booleans
+        self, coordinates: list[Floats], time: Floats | None, certified: Booleans
     ) -> tuple[Named, list[str]]:
         """Return values and rates of all outputs, and notes on those without a finite value.
 

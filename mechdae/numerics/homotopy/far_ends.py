@@ -8,6 +8,7 @@ import numpy as np
 
 from mechdae.numerics.homotopy.tracker import System, track
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats
 
 DECADES = (3, 4, 5, 6)
 """The way is followed to 1 - 10^-k of its length."""
@@ -30,7 +31,7 @@ class FarEnds:
     finite: Any
 
 
-def far_ends(system: System, x: Any) -> FarEnds:
+def far_ends(system: System, x: Complexes) -> FarEnds:
     """Return where paths of solutions (n, k) at t = 0 go that do not arrive at t = 1.
 
     Two steady powers in a row are evidence, no proof.
@@ -54,7 +55,7 @@ def far_ends(system: System, x: Any) -> FarEnds:
 def _part(system: System, start: float, end: float) -> System:
     """Return a part of a way, from t = 0 to 1."""
 
-    def part(x: Any, t: Any) -> tuple[Any, Any, Any]:
+    def part(x: Complexes, t: Floats) -> tuple[Any, Any, Any]:
         F, J, rate = system(x, start + t * (end - start))
         return F, J, rate * (end - start)
 

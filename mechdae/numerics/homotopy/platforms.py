@@ -147,11 +147,11 @@ def _whole(
     return bool(charted.simple.all() and told.all() and all_apart(charted))
 
 
-def _pure(v: Any) -> Complexes:
+def _pure(v: Complexes | Floats) -> Complexes:
     return np.concatenate([[0.0], v])[None]
 
 
-def _turned(X: Unknowns, v: Any) -> Any:
+def _turned(X: Unknowns, v: Floats) -> Any:
     """Return a vector (3,) of the platform in poses (n, 8), as (n, 3)."""
     e = X[:, :4]
     turned = product(product(e, _pure(v)), conjugate(e))[:, 1:]

@@ -49,7 +49,7 @@ class ChartedSolutions:
     alone: Any
 
 
-def _form(pairs: Any) -> Any:
+def _form(pairs: list[tuple[int, int]]) -> Floats:
     result = np.zeros((8, 8))
     for i, j in pairs:
         result[i, j] += 0.5
@@ -62,14 +62,16 @@ EE, EF, FF = (
 )  # fmt: skip
 
 
-def from_first_leg(base: Any, platform: Any, squares: Any) -> Complexes:
+def from_first_leg(
+    base: Complexes | Floats, platform: Complexes | Floats, squares: Complexes | Floats
+) -> Complexes:
     """Return the numbers (36,) of a platform: points 2 to 6 from the first, squared legs."""
     return np.concatenate(
         [(base[1:] - base[0]).ravel(), (platform[1:] - platform[0]).ravel(), squares]
     )
 
 
-def points(p: Any) -> tuple[Complexes, Complexes]:
+def points(p: Complexes | Floats) -> tuple[Complexes, Complexes]:
     """Return base and platform (6, 3) of a platform's numbers."""
     nothing = np.zeros((1, 3))
     base, platform = (np.concatenate([nothing, rows.reshape(5, 3)]) for rows in (p[:15], p[15:30]))

@@ -20,7 +20,7 @@ from mechdae.types import Complexes, Floats, Matrices, Unknowns
 MOST = 40
 
 
-def product(p: Any, q: Any) -> Complexes:
+def product(p: Complexes | Floats, q: Complexes | Floats) -> Complexes:
     """Return the quaternion product of arrays (..., 4), real part first."""
     a, b = p[..., :1], q[..., :1]
     u, v = p[..., 1:], q[..., 1:]

@@ -71,7 +71,7 @@ def _near(x: Complexes, far: Complexes | float) -> Any:
 
 
 def _ahead(
-    last: Complexes, here: Any, rates: tuple[Complexes, Complexes], gap: Floats, h: Floats
+    last: Complexes, here: Complexes, rates: tuple[Complexes, Complexes], gap: Floats, h: Floats
 ) -> Any:
     """Return the cubic through two points and tangents, a step h beyond the second."""
     before, now = rates

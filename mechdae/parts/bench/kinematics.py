@@ -47,7 +47,7 @@ TASK = "measured"
 Way = Callable[[], Any]
 
 
-def true_error(graphs: Graphs, x: Any, u: Floats, p: Any) -> Floats:
+def true_error(graphs: Graphs, x: Floats, u: Floats, p: Floats) -> Floats:
     """Return the distance of each unknown from the exact solution, (n, nx).
 
     Block after block: J step = F - F_z step of earlier blocks.

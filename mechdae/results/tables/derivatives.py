@@ -49,7 +49,7 @@ class _Scale:
         self.own = result.units.of(result.path_unit(path))
         self._given = parameter_units(result.mechanism) if result.units.asked else {}
 
-    def __call__(self, title: str, values: Floats | float, *by: str) -> tuple[str, Any]:
+    def __call__(self, title: str, values: Floats | float, *by: str) -> tuple[str, Floats | float]:
         """Return title with unit, and values; ``by`` are the parameters of a derivative."""
         if not self.units.asked:
             return title, values

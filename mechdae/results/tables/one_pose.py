@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.results import DEGREES, KINDS, TURNS, Result
 from mechdae.results.tables.forces import is_force, motion_is_aside, single_forces
 from mechdae.results.tables.moving import Quantities
+from mechdae.types import Floats
 
 
-def _vector(values: Any) -> str:
+def _vector(values: Floats) -> str:
     return "(" + ", ".join(f"{value: .12g}" for value in values) + ")"
 
 

@@ -63,7 +63,7 @@ class SingleTurns:
         with np.errstate(invalid="ignore", divide="ignore"):
             return gaps - np.where(turn > 0, turn * np.round(gaps / turn), 0.0)
 
-    def classes(self, periods: Sequence[float]) -> Any:
+    def classes(self, periods: Sequence[float]) -> Floats:
         """Return vectors of turns (k, n), one for each class that differs from the others, or None.
 
         They are made of `periods` [rad], 0 for what does not turn; None: there are too many.
@@ -254,7 +254,7 @@ class BlockTurns:
         )
 
 
-def put(x: Unknowns, unknowns: list[int], values: Any) -> Floats:
+def put(x: Unknowns, unknowns: list[int], values: Floats | list[float]) -> Floats:
     """Return x with the unknowns of a block replaced."""
     result = x.copy()
     result[unknowns] = values

@@ -217,7 +217,7 @@ class ContactSolver(BlockSolver):
         F = self.F(x, z, u) if len(x) else np.zeros((0, self.n))
         return x[np.abs(F).max(axis=1, initial=0.0) <= CLOSED * self.size]
 
-    def _values(self, x: Unknowns, z: Unknowns, u: Floats) -> tuple[Any, Any]:
+    def _values(self, x: Unknowns, z: Unknowns, u: Floats) -> tuple[Floats, Floats]:
         k, n = len(x), self.n
         fixed = [np.tile(np.asarray(v, float)[:, None], k) for v in (z, u, self._all_p)]
         mapped = self._both.map(k) if k > 1 else self._both
@@ -290,7 +290,7 @@ class Contacts(Chooser):
             ("tangent", contact.joint.name), lambda: ca.Function("t", inputs, [contact.tangent])
         )
 
-    def of_group(self, group: Group, poses: list[Floats], u: Floats) -> list[Any]:
+    def of_group(self, group: Group, poses: list[Floats], u: Floats) -> list[Floats]:
         """Return the poses at which all contacts of a group touch."""
         return [x for x in poses if self._touch(group, x, u)]
 

@@ -108,7 +108,7 @@ class CuspFinder:
             found.append(y)
         return np.array(found)[:, len(unknowns)], found
 
-    def _upstream(self, b: int, s: float, state: Floats, place: float) -> Any:
+    def _upstream(self, b: int, s: float, state: Floats, place: float) -> Floats:
         """Return the unknowns (nx,) at a place with earlier blocks solved for."""
         n, ds = self.crossings.graphs.nx, place - s
         x, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
@@ -135,7 +135,7 @@ class CuspFinder:
 
         return abs((second(v) + second(-v)) / 2 - second(0 * v))
 
-    def _solve(self, b: int, y: Any, w0: Any, z: Any, u: Any, scaling: Scaling) -> Any:
+    def _solve(self, b: int, y: Any, w0: Floats, z: Floats, u: Floats, scaling: Scaling) -> Any:
         graphs = self.crossings.graphs
         call = graphs.cache(("cusp", b), lambda: Call(vertex(graphs.scene, graphs.blocks[b])))
         for _ in range(12):

@@ -187,7 +187,7 @@ def _refuse_place(t: float) -> None:
     )
 
 
-def _grid(times: Any) -> Any:
+def _grid(times: Floats) -> Any:
     """Return the times of the poses and `SAMPLES` more between the first and the last."""
     samples = np.linspace(times.min(), times.max(), SAMPLES).tolist()
     return np.array(sorted({*samples, *times.tolist()}))

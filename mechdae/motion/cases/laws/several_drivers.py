@@ -44,7 +44,7 @@ def walked(setting: Setting, x: Unknowns, corners: Floats) -> Legs:
     """Return the proved straight legs through the drivers' values `corners` (m, nd)."""
     graphs = setting.graphs.straight
 
-    def follow(numbers: Constants) -> tuple[Legs, Any]:
+    def follow(numbers: Constants) -> tuple[Legs, Legs]:
         legs = Legs(graphs, numbers, corners, setting.driver_sizes)
         legs.leg.on_change_point = setting.on_change_point
         legs.walk(x)
@@ -100,7 +100,7 @@ def _met(legs: Legs, at: float) -> Limit | None:
     return ended[0]
 
 
-def _same(setting: Setting, one: Any, other: Any) -> bool:
+def _same(setting: Setting, one: Floats, other: Floats) -> bool:
     sizes = setting.scene.unknowns.sizes(setting.scene.model.mechanism.scale)
     period = setting.scene.unknowns.periods
     whole = np.where(period > 0, period, 1.0)
@@ -167,7 +167,9 @@ def _rates(setting: Setting) -> tuple[Floats, ...]:
     return tuple(np.broadcast_to(r, shape) for r in (plan.speed, plan.acceleration, plan.jerk))
 
 
-def on_course(setting: Setting, task: Sweep, u: Any, x: Any, along: Callable[..., Run]) -> Run:
+def on_course(
+    setting: Setting, task: Sweep, u: Floats, x: Floats, along: Callable[..., Run]
+) -> Run:
     """Return the run along the drivers' path: a course, one value, or straight lines.
 
     `along` gives that along one parameter.

@@ -33,7 +33,7 @@ Line = CompiledLine | NumpyFunction
 
 
 def in_blocks(
-    evaluator: Evaluator, path: AnyPath, s: Any, rates: Rates, timed: list[float] | None
+    evaluator: Evaluator, path: AnyPath, s: Floats, rates: Rates, timed: list[float] | None
 ) -> Poses | None:
     """Return many poses with their bounds, None where they are to be evaluated one by one."""
     if not isinstance(path, Path) or (timed is not None and any(timed[1:])):
@@ -228,7 +228,7 @@ class ManyPoses:
         self,
         s: Floats,
         x: list[Unknowns],
-        det: Any,
+        det: list[Floats],
         sizes: Any,
         most: Sequence[tuple[float, float]],
     ) -> Booleans | bool:

@@ -6,8 +6,6 @@ turns. On a continuous path that cannot change; every assembly has to be tested.
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -87,7 +85,11 @@ class OrientationChecks(Chooser):
         return told
 
     def _positive(
-        self, key: Any, values: list[Sym], poses: list[Unknowns], u: Floats
+        self,
+        key: tuple[str, int, str] | tuple[str, int],
+        values: list[Sym],
+        poses: list[Unknowns],
+        u: Floats,
     ) -> list[Floats]:
         function = local(self.scene, key, lambda: ca.vertcat(*values))
         p = self.scene.model.p_values

@@ -73,7 +73,7 @@ class Scaling:
         return scaled if self.mix is None else self.mix @ scaled
 
     @property
-    def vectors(self) -> tuple[Any, Any, Any]:
+    def vectors(self) -> tuple[Floats, Floats, Floats]:
         """Inputs of the kernels: columns, rows, mix."""
         mix = np.zeros(0) if self.mix is None else self.mix.ravel(order="F")
         return self.columns, self.rows, mix
@@ -180,11 +180,11 @@ class CrossingFinder:
         """A radian of the driver, or a length of the mechanism."""
         return self.largest * NODES_PER_TURN / (2 * np.pi)
 
-    def columns(self, b: int) -> Any:
+    def columns(self, b: int) -> Floats:
         """Return the units of a block's unknowns, their natural sizes."""
         return self.graphs.scene.unknowns.sizes(self.scale)[self.graphs.blocks[b].own]
 
-    def rows(self, b: int) -> Any:
+    def rows(self, b: int) -> Floats:
         units = self.graphs.blocks[b].block.units
         return np.array([self.scale if unit == "m" else 1.0 for unit in units])
 
@@ -218,7 +218,7 @@ class CrossingFinder:
 
     def follow(
         self, blocks: list[int], s: float, x: Unknowns, known: Mapping[int, Piece]
-    ) -> tuple[Any, Any, Any, Any]:
+    ) -> tuple[Floats, Floats, Floats, Floats]:
         """Return x, x', x'', x''' (nx,) of `blocks` (in solve order) at s, from a guess `x`.
 
         `known` holds blocks that are singular there, as polynomials in s.
@@ -376,7 +376,7 @@ class CrossingFinder:
         return Missed(form.A, form.B, form.C, residual, form.tangent, form.v, self.unit)
 
     def _branches(
-        self, b: int, s: float, y: Floats, z: list[Unknowns], slope: Any, scaling: Scaling
+        self, b: int, s: float, y: Floats, z: list[Unknowns], slope: Floats | None, scaling: Scaling
     ) -> tuple[Crossing, _Form, Floats] | None:
         """Return the crossing with its two branches, A, B, C, and w.
 

@@ -168,7 +168,7 @@ class ExactPoses:
             return 0.0
         graph, g = self.graphs.blocks[b], self.graphs
 
-        def make() -> Any:
+        def make() -> Graph:
             slope = ca.densify(ca.jacobian(graph.F, g.scene.u))
             return ca.Function("by_u", [graph.x, graph.z, g.scene.u, graph.p], [slope])
 

@@ -17,7 +17,7 @@ from mechdae.kernels.run.functions import Batch
 from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.step_sizes import PASS
-from mechdae.types import Booleans, Floats, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.cases.hard_steps.crossings.exact_poses import ExactPose
@@ -107,7 +107,7 @@ class ZonePoses:
                 whole[some] = new
 
     def _sharpen(
-        self, path: AnyPath, zone: Zone, s: Any, rows: Any, parts: tuple[Any, ...]
+        self, path: AnyPath, zone: Zone, s: Floats, rows: Integers, parts: tuple[Any, ...]
     ) -> None:
         """Solve for the crossing block in 50 digits in `rows` of x, x', x'' and error, in place.
 
@@ -139,7 +139,7 @@ class ZonePoses:
         path: AnyPath,
         s: Floats,
         guess: Unknowns,
-        rates: Any,
+        rates: list[Floats],
         expanded: list[Floats],
     ) -> list[Floats]:
         """Return the results at poses of a zone: unknowns of `blocks` by their expansion."""
