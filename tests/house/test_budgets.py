@@ -13,7 +13,7 @@ BUDGETS = {
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_210,
     "draw": 18_850,
-    "kernels": 7_520,
+    "kernels": 7_530,
     "motion": 22_120,  # sketched places tell the whole turns of screws
     "forces": 4_140,
     "dynamics": 8_150,
