@@ -21,7 +21,7 @@ CASES = (
     "mechdae.motion.cases.larger_groups", "mechdae.motion.cases.space",
     "mechdae.motion.cases.superfluous", "mechdae.motion.cases.meshes",
     "mechdae.motion.cases.hard_steps", "mechdae.motion.cases.many", "mechdae.motion.cases.laws",
-    "mechdae.forces.teeth",
+    "mechdae.forces.teeth", "mechdae.forces.one_sided",
 )  # fmt: skip
 """Packages for what only some mechanisms have, in the order in which they are asked."""
 

@@ -11,19 +11,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import NoWay
-from mechdae.dynamics.watchers.lift_off import HoldingContacts
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.forces.friction_solutions import SAME, apart, solutions_of
 from mechdae.kernels.run.functions import without_repeats
 from mechdae.numerics.roots import halved
 from mechdae.types import Floats, Graph, Integers, Matrices, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.forces.one_sided.motion import HoldingContacts
 
 RESTS = 10.0
 """Speed, over the slope speed, below which a pair is one that would stick."""
@@ -152,8 +154,8 @@ class Sizes:
         self.notes: dict[tuple[str, ...], str] = {}
 
     @cached_property
-    def _contacts(self) -> HoldingContacts:
-        return HoldingContacts(self.setup)
+    def _contacts(self) -> list[HoldingContacts]:
+        return [make(self.setup) for make in self.setup.model.cases("holding contacts")]
 
     @cached_property
     def _rates(self) -> Any:
@@ -241,7 +243,7 @@ class Sizes:
 
     def pulls(self, t: float, x: Unknowns, v: Floats, signs: Floats, m: Any = None) -> bool:
         """Return whether a contact that is declared one-sided would have to pull."""
-        if not self._contacts.names:
+        if not self._contacts:
             return False
         at = (np.array([[t]]), np.atleast_2d(x), np.atleast_2d(v))
         if m is None:
@@ -251,7 +253,8 @@ class Sizes:
             whole = columns[:, 0] + columns[:, 1:] @ m
             n = self.kernel.n
             a, inner = whole[None, :n], np.concatenate([whole[n:], m])[None, :]
-        return bool((self._contacts.holding(*at, signs, a, inner) < 0).any())
+        holding = [each.holding(*at, signs, a, inner) for each in self._contacts]
+        return any(bool((force < 0).any()) for force in holding)
 
     def _one_left(
         self, t: float, x: Unknowns, v: Floats, signs: Floats, found: list[Any],

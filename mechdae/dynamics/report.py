@@ -15,7 +15,6 @@ from mechdae.dynamics.output_values import Reported
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.dynamics.run import MotionRun
 from mechdae.dynamics.unique import Determined
-from mechdae.equations.forces.mesh_forces import force_cases
 from mechdae.errors import InputError
 from mechdae.results import (
     Event,
@@ -112,7 +111,7 @@ def report(
         summary["assumptions"] = assumed
     summary |= dict.fromkeys(("mode", "mode_coordinates"), _mode(task, run))
     faults = [run.fault] if run.fault else []
-    for case in force_cases(setup.model):
+    for case in setup.model.cases("forces of joints"):
         faults += case.slack_belts(
             setup.model,
             setup.meshes,
@@ -163,10 +162,11 @@ def _mode(task: Motion, run: MotionRun) -> LazyPart:
 
 def _watch_unique(run: MotionRun, forces: Determined) -> None:
     """Leave out one-sided contacts whose reactions are not unique, or not known, at any state."""
-    names, there = run.lifting.contacts.names, np.isfinite(run.states.a).all(axis=1)
-    if names and there.any():
+    there = np.isfinite(run.states.a).all(axis=1)
+    for lifting in run.lifting if there.any() else ():
+        names = lifting.contacts.names
         open_ = {n for n in names if np.isnan(forces.reactions[n][there]).any(axis=1).all()}
-        run.lifting.leave_out(open_)
+        lifting.leave_out(open_)
 
 
 class _Shown:
@@ -202,7 +202,10 @@ def _notes(run: MotionRun, of_outputs: list[str]) -> list[str]:
     """Return what there is to say beside what forces have to."""
     setup = run.setup
     notes = setup.notes + setup.rubbing.assumptions + of_outputs
-    notes += run.stiffness.notes() + run.lifting.notes() + list(run.sticking.sizes.notes.values())
+    notes += run.stiffness.notes()
+    for lifting in run.lifting:
+        notes += lifting.notes()
+    notes += run.sticking.sizes.notes.values()
     if run.begin.correction > CORRECTED:
         notes.append(
             f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "
@@ -277,7 +280,9 @@ def _events(run: MotionRun) -> tuple[Event, ...]:
         who: dict[str, Any] = {"load" if name in loads else "joint": name, "sign": sign}
         who |= {"group": list(signs), "signs": list(signs.values())} if more else {}
         found.append(motion_event(kind, t, **who))
-    found += run.stiffness.events() + run.lifting.events()
+    found += run.stiffness.events()
+    for lifting in run.lifting:
+        found += lifting.events()
     found += [run.ends] if run.ends is not None else []
     return tuple(sorted(found, key=lambda event: float(event["at"])))
 

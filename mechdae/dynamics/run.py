@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from mechdae.dynamics.observe import States
 from mechdae.dynamics.start import Start
 from mechdae.dynamics.time_rates import Clock, StepLimit
 from mechdae.dynamics.watchers.events import Crossings, Ranges, Stiffness
-from mechdae.dynamics.watchers.lift_off import Lifting
 from mechdae.dynamics.watchers.passages import Passages
 from mechdae.dynamics.watchers.sliding import Turn
 from mechdae.dynamics.watchers.sticking import Sticking
@@ -23,6 +22,9 @@ from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results import Event, motion_event
 from mechdae.types import Floats, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.forces.one_sided.motion import Lifting
 
 MOST = 400_000
 """States that are kept."""
@@ -63,12 +65,11 @@ class MotionRun:
         parts = (self.setup, self.integrator)
         self.sticking, self.crossings = Sticking(*parts), Crossings(*parts)
         self.growth, self.passages = Growth(*parts), Passages(*parts)
-        self.stiffness, self.ranges, self.lifting = (
-            Stiffness(*parts), Ranges(*parts), Lifting(*parts)
-        )  # fmt: skip
+        self.stiffness, self.ranges = Stiffness(*parts), Ranges(*parts)
+        self.lifting: list[Lifting] = [make(*parts) for make in self.setup.model.cases("watchers")]
         self.watchers = [
             self.sticking, self.crossings, self.growth, self.passages, self.stiffness,
-            self.ranges, self.lifting,
+            self.ranges, *self.lifting,
         ]  # fmt: skip
 
     def watched(self, nodes: Nodes) -> tuple[Nodes, Cut | None]:

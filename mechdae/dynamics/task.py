@@ -20,7 +20,7 @@ from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.start import Start, start
-from mechdae.equations.forces.mesh_forces import MeshForces, force_cases
+from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.motion_equations import row_size
 from mechdae.errors import (
     InconsistentStartError,
@@ -215,7 +215,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, 
     begin = start(whole)
     whole.held = {key: float(begin.q[whole.model.places[key]]) for key in idle(whole)}
     whole.meshes = _meshes(whole, begin)
-    for case in force_cases(whole.model):
+    for case in whole.model.cases("forces of joints"):
         whole.notes += case.about_meshes(whole.meshes, problem.mechanism)
     whole.notes += whole.model.left_out
     r = whole.released
@@ -232,7 +232,7 @@ def _meshes(whole: MotionProblem, begin: Start) -> dict[str, MeshForces]:
     """Return gears, racks and belts with the forces of their teeth."""
     found: dict[str, MeshForces] = {}
     try:
-        for case in force_cases(whole.model):
+        for case in whole.model.cases("forces of joints"):
             found |= case.meshes_beside(whole.plain, whole.model, begin.q, whole.length)
     except (MechanismError, UnavailableError) as error:
         if rubbing(whole.problem.mechanism, whole.task):

@@ -19,6 +19,7 @@ import numpy as np
 from mechdae.additions import of_cases
 from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.expression import build
+from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.equations.coordinates import Coordinates, Frame, fixed_frame, planar_frame
 from mechdae.equations.gradients import gradients
@@ -67,6 +68,16 @@ Quantity = tuple[str, Sym, Sequence[object]]
 """A word, an expression, and the reaches of its entries where they are known."""
 Reported = tuple[str, str, Quantity, tuple[str, ...]]
 """What is reported: kind, part, quantity and the bodies that it depends on."""
+
+
+def joint_traits(joints: Collection[Joint]) -> frozenset[str]:
+    """Return what only some joints have and some of these do, as cases are asked about it."""
+    found = {
+        "curves": any(joint.on_curve for joint in joints),
+        "meshes": any(joint.meshes for joint in joints),
+        "one-sided": any(getattr(joint, "one_sided", None) for joint in joints),
+    }
+    return frozenset(trait for trait, there in found.items() if there)
 
 
 class Model:
@@ -188,6 +199,10 @@ class Model:
         pattern = ca.jacobian(ca.vertcat(*[row.expression for row in rows]), self.q).sparsity()
         _, _, columns, _, _, _, coarse = pattern.btf()
         return list(dict.fromkeys(self.q_names[j][0] for j in columns[coarse[2] : coarse[4]]))
+
+    def cases(self, question: str) -> list[Any]:
+        """Return what cases add under a question, of those whose trait a joint has."""
+        return of_cases(question, joint_traits(self.mechanism.joints.values()))
 
     @property
     def mesh_names(self) -> list[str]:

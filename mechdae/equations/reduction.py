@@ -22,7 +22,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.equations.coordinates import Coordinates
 from mechdae.equations.forces.inertia import massive
 from mechdae.equations.groups import Group, assur_groups, own_freedom
-from mechdae.equations.model import Model, Row
+from mechdae.equations.model import Model, Row, joint_traits
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
@@ -138,11 +138,9 @@ class Scene:
         joints = [self.model.mechanism.joints[name] for g in self.groups for name in g.joints]
         found = {
             "space": self.model.mechanism.dimension == 3,
-            "curves": any(joint.on_curve for joint in joints),
-            "meshes": any(joint.meshes for joint in joints),
             "superfluous": bool(self.redundant or self.checks),
         }
-        return frozenset(trait for trait, there in found.items() if there)
+        return joint_traits(joints) | {trait for trait, there in found.items() if there}
 
     def cases(self, question: str) -> list[Any]:
         """Return what cases add under a question, of those whose trait the scene has."""

@@ -21,7 +21,6 @@ from mechdae.forces.critical_friction import critical_factor
 from mechdae.forces.cycle import cycle
 from mechdae.forces.force_messages import assumptions_of, failed_checks, lost_poses, slack, verdicts
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
-from mechdae.forces.lift_off import along
 from mechdae.forces.load_wrenches import acting_loads
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import LoadedRun, loaded_run
@@ -49,7 +48,7 @@ from mechdae.results import (
     counts,
     events_of,
 )
-from mechdae.types import Integers
+from mechdae.types import Integers, Json
 
 SINGULAR = 1e12
 """Condition of the constraints above which forces are not given: they grow with it."""
@@ -114,7 +113,9 @@ def with_forces(
         summary["reverse"] = reverse.summary.only(keys)
     faults += slack(statics, answer)
     checked = LazyPart(lambda: checks(statics, moving, answer))
-    lifted, notes = along(statics, moving, answer, unique)
+    lifted, notes = list[Json](), list[str]()
+    for along in statics.scene.cases("events of forces"):
+        lifted, notes = along(statics, moving, answer, unique)
     if notes := [*notes, *without_axes(statics, task)]:
         summary["notes"] = [*summary.get("notes", []), *notes]
     _add_facts(summary, loaded, answer, task)

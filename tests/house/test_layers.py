@@ -43,6 +43,8 @@ ROOMS = {
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "
     "motion.setup numerics results",
     "forces.teeth": "describe equations errors kernels numerics",
+    "forces.one_sided": "describe dynamics equations forces kernels motion.assembly "
+    "motion.continuation motion.kinematics numerics results",
     "tasks.dispatch": "describe dynamics errors forces motion.kinematics results",
     "design.jobs": "describe errors records",
     "design.derivatives": "describe equations errors forces kernels motion.continuation "

@@ -240,10 +240,7 @@ def _report(
 
 def _lifted(whole: MotionProblem, q: Unknowns, reactions: dict[str, Floats]) -> list[str]:
     """Return what is said of one-sided contacts."""
-    joints = whole.model.mechanism.joints
-    if not any(getattr(joint, "one_sided", None) for joint in joints.values()):
-        return []
-    from mechdae.forces.lift_off import OneSidedContacts
-    from mechdae.forces.lift_off import at_rest as lifted
-
-    return lifted(OneSidedContacts(whole.model, joints), q, reactions)
+    notes: list[str] = []
+    for said in whole.model.cases("notes at rest"):
+        notes += said(whole.model, q, reactions)
+    return notes

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Any, Protocol
+from typing import Protocol
 
-from mechdae.additions import of_cases
 from mechdae.equations.forces.generalised import Wrench
-from mechdae.equations.model import Model
 from mechdae.types import Sym
 
 
@@ -37,8 +35,3 @@ class MeshForces(Protocol):
     def kept_by(self) -> Hashable: ...
     def lost(self, loss: Sym, side: int, sign: Sym) -> tuple[Sym, Wrench]:
         """Return the arm of a loss and what it does."""
-
-
-def force_cases(model: Model) -> list[Any]:
-    """Return the cases that know forces which equations of some joints of a model do not tell."""
-    return of_cases("forces of joints", {"meshes"} if model.mesh_names else ())

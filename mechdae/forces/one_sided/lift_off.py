@@ -12,10 +12,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.equations.forces.one_sided import one_sided
 from mechdae.equations.model import Model
 from mechdae.forces.formula_changes import SAMPLES, State
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolute
+from mechdae.forces.one_sided.contacts import one_sided
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.forces.uniqueness import Uniqueness
@@ -188,8 +188,9 @@ def sentence(pull: Pull, unit: str, spoken: Callable[[float], str]) -> str:
     )
 
 
-def at_rest(contacts: OneSidedContacts, q: Unknowns, reactions: dict[str, Floats]) -> list[str]:
+def at_rest(model: Model, q: Unknowns, reactions: dict[str, Floats]) -> list[str]:
     """Return what is said of contacts in an equilibrium; arrays have one row."""
+    contacts = OneSidedContacts(model, model.mechanism.joints)
     lost = [n for n in contacts.names if n not in reactions or np.isnan(reactions[n]).any()]
     if lost or not contacts.found:
         return [unwatched(lost)] if lost else []

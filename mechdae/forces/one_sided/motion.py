@@ -10,7 +10,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.watchers.zeros import DEGREE, Looker, fitted
-from mechdae.forces.lift_off import OneSidedContacts, Pull, arcs, sentence, unwatched
+from mechdae.forces.one_sided.lift_off import OneSidedContacts, Pull, arcs, sentence, unwatched
 from mechdae.results import Event, motion_event
 from mechdae.types import Floats, Points, Unknowns
 
