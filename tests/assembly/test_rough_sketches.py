@@ -174,3 +174,29 @@ def test_a_far_sketch_names_the_body_that_is_farthest() -> None:
     off = {n: abs(math.remainder(a - far[n], 2 * math.pi)) for n, a in bodies.items()}
     assert found[1] == max(off, key=off.__getitem__)
     assert int(found[2]) == round(math.degrees(math.remainder(bodies[found[1]], 2 * math.pi)))
+
+
+def test_some_of_several_drivers_are_sketched_where_the_others_do_not_begin() -> None:
+    """An arm of two links of length 1: at the sketched angle 0 its tip is nowhere left of 0.
+
+    It is driven from 100 degrees on with its tip at x = -0.2: cos 100 + cos(100 + elbow) = -0.2.
+    """
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[
+            md.Body("upper", {"O": (0, 0), "E": (1, 0)}),
+            md.Body("fore", {"E": (0, 0), "T": (1, 0)}),
+        ],
+        joints=[md.Revolute("O", "ground.O", "upper.O"), md.Revolute("E", "upper.E", "fore.E")],
+        sketch={"upper": 0.0, "fore": 1.6},
+    )
+    angle = md.Driver("upper.angle", from_=np.radians(100), to=np.radians(110))
+    across = md.Driver("fore.T.x", from_=-0.2, to=-0.3)
+    result = md.solve(mechanism, md.Sweep(drivers=(angle, across), poses=3))
+    assert list(result.status) == ["ok"] * 3
+    fore = np.arccos(np.array([-0.2, -0.25, -0.3]) - np.cos(np.radians([100, 105, 110])))
+    assert result.bodies["fore"].angle == pytest.approx(fore, abs=1e-12)
+    notes = " ".join(result.summary["notes"])
+    assert "upper.angle = 0 deg does not close; begun at upper.angle = 100 deg" in notes
+    with pytest.raises(md.AssemblyError, match=r"fore\.T\.x"):
+        md.solve(mechanism, md.Sweep(drivers=(angle, replace(across, from_=-2.1, to=-2.3))))

@@ -30,6 +30,8 @@ WORDS = {"R": ("angle",), "P": ("slide",), "C": ("angle", "slide"), "U": ("angle
 REGULAR = 0.01
 """Least singular value of the twists of a pose that is regular; lengths are about 1."""
 REACH, POSES = 0.02, 3
+STEPS, JUMP = 25, 0.25
+"""Steps from the drawn pose, and the largest that is one along a motion."""
 PORTION = 50
 """Sets with the same drivers, of one structure."""
 Drivers: TypeAlias = "list[tuple[str, int | tuple[int, int]]]"
@@ -186,7 +188,9 @@ class Truth:
         """Return where drivers are further `by` all, from the poses drawn, and which led there."""
         q = self.zero
         start = self.rows(q, drivers)[0]
-        for share in np.linspace(0, 1, 6)[1:]:
+        led = np.full(len(q), True)
+        for share in np.linspace(0, 1, STEPS + 1)[1:]:
+            before = q
             for _ in range(8):
                 found = self.places(q)
                 T, twists = found[0][-1], found[1]
@@ -196,7 +200,8 @@ class Truth:
                 J = np.concatenate([twists, slopes], axis=1)
                 q = q - np.einsum("nij,nj->ni", np.linalg.pinv(J), gap)
                 q = np.clip(q, -10, 10)
-        return q, np.abs(gap).max(1) < 1e-12
+            led &= np.abs(q - before).max(1) < JUMP  # at a fold it would go on elsewhere
+        return q, led & (np.abs(gap).max(1) < 1e-12)
 
 
 def mechanism_of(found: Case) -> md.Mechanism:

@@ -33,12 +33,13 @@ MOST_NAMED = 64
 def nearest_asked_pose(
     assembler: Assembler, plan: DriverPlan, u: Floats
 ) -> tuple[Unknowns, Nearest] | None:
-    """Return the values asked for that are nearest to sketched slides that do not close.
+    """Return the values asked for that are nearest to sketched ones that do not close.
 
-    And the pose there that is nearest to the rest of the sketch; None where none is found.
+    And the pose there that is nearest to the rest of the sketch; None where none is found. Sketched
+    are slides, or some of several drivers, which the first values of the others need not suit.
     """
-    slides = not any(c.is_angle for c in plan.coordinates) and np.isfinite(plan.sketch).all()
-    if plan.values is None or plan.timing or not slides:
+    known, slides = np.isfinite(plan.sketch), not any(c.is_angle for c in plan.coordinates)
+    if plan.values is None or plan.timing or not known.any() or (known.all() and not slides):
         return None
     order = np.argsort(np.linalg.norm(plan.values - u, axis=1), kind="stable")
     tried = dict.fromkeys(min(2**k, len(order)) - 1 for k in range(TRIES))

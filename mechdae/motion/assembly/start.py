@@ -127,7 +127,7 @@ def doubts(
     """
     notes = list(slips)
     for c, wanted, value in zip(plan.coordinates, plan.sketch, u, strict=True):
-        if math.isfinite(wanted) and wanted != value and not c.is_angle:
+        if math.isfinite(wanted) and wanted != value:
             texts = (f"{c.text} = {shown(c.unit, number)}" for number in (wanted, value))
             notes.append(
                 "sketch: {} does not close; begun at {}, which is asked for".format(*texts)
