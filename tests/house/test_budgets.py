@@ -14,7 +14,7 @@ BUDGETS = {
     "results": 3_210,
     "draw": 18_850,
     "kernels": 7_530,
-    "motion": 22_120,  # sketched places tell the whole turns of screws
+    "motion": 22_130,  # sketched places tell the whole turns of screws
     "forces": 4_380,
     "dynamics": 8_060,
     "design": 15_770,
