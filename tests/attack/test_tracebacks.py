@@ -198,9 +198,9 @@ def test_a_carrier_that_carries_nothing(tmp_path: Path, mesh: str, keys: str, sh
 
 def test_a_planted_mistake_of_carriers_is_seen(tmp_path: Path, monkeypatch) -> None:
     """Wheels that stand still against each other were taken for a pair carried by anything."""
-    from mechdae.forces import meshes
+    from mechdae.forces.teeth import real_pairs
 
-    monkeypatch.setattr(meshes, "carried", lambda model, names, *_: np.ones(len(names), bool))
+    monkeypatch.setattr(real_pairs, "carried", lambda model, names, *_: np.ones(len(names), bool))
     text = STRAY.replace("MESH", "gear").replace("KEYS", ", ratio = -2")
     with pytest.raises(RuntimeError, match="square"):
         md.solve(problem(tmp_path, text))

@@ -16,7 +16,7 @@ BUDGETS = {
     "kernels": 7_530,
     "motion": 22_130,  # sketched places tell the whole turns of screws
     "forces": 4_380,
-    "dynamics": 8_060,
+    "dynamics": 8_050,
     "design": 15_770,
     "tasks": 2_060,
     "cli": 1_500,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 717
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_250
+TOTAL = 131_290
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
