@@ -7,10 +7,10 @@ import pytest
 
 import mechdae as md
 from mechdae.parts.types.schemes.closure import material, turned
+from mechdae.parts.types.schemes.descent import POINTS, Refinement
 from mechdae.parts.types.schemes.designs import PATH, certified, problem_of_scheme, tracer
 from mechdae.parts.types.schemes.growth import grown, merged
 from mechdae.parts.types.schemes.placed_design import PlacedDesign
-from mechdae.parts.types.schemes.refine import POINTS, Refinement
 from mechdae.parts.types.schemes.scheme import DYAD, RIGID, read
 from mechdae.parts.types.schemes.screening import reaching, screened
 from mechdae.parts.types.schemes.shape import Wanted, distances, resampled

@@ -10,10 +10,10 @@ import numpy as np
 
 from mechdae.design.jobs.distribute import elsewhere
 from mechdae.numerics.dominance import undominated
-from mechdae.parts.types.schemes import refine, screening
+from mechdae.parts.types.schemes import screening
 from mechdae.parts.types.schemes.aims import CURVE, PATH, Aim
 from mechdae.parts.types.schemes.closure import SchemeTurn, material, shortest, turned
-from mechdae.parts.types.schemes.descent import SHORT, Descent
+from mechdae.parts.types.schemes.descent import POINTS, SHORT, Descent, Refinement
 from mechdae.parts.types.schemes.losses import LossAsked, losses
 from mechdae.parts.types.schemes.scheme import Scheme, read
 from mechdae.parts.types.schemes.screening import screened_sets
@@ -126,8 +126,8 @@ def _refined(piece: SchemePiece) -> FoundSets:
     limits, least = piece.limits, piece.least
     run: Descent
     if aim.what == CURVE:
-        target = _wanted(aim.corners).points(refine.POINTS)
-        run = refine.Refinement(scheme, piece.places, target - target.mean(), limits, least)
+        target = _wanted(aim.corners).points(POINTS)
+        run = Refinement(scheme, piece.places, target - target.mean(), limits, least)
     elif aim.what == PATH:
         run = VisitFitting(scheme, piece.places, aim, limits, least)
     else:
