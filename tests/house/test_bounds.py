@@ -62,7 +62,7 @@ ENDLESS = {
     ("motion/kinematics/near_numbers.py", "_expressions"): (
         "a parameter is taken each time", "pairs"
     ),
-    ("parts/types/schemes/job.py", "front_of"): ("an entry is judged each time",
+    ("parts/types/schemes/certified_pareto.py", "front_of"): ("an entry is judged each time",
         "the front"),
     ("design/synthesis/exact/complete.py", "generic"): (
         "`TRIPS` trips, `WORK` paths", "basis `none`"
@@ -100,7 +100,7 @@ LOOPS = {
         "the set gets larger, or shorter"
     ),
     ("equations/tree/tree_model.py", "to_root"): "a body's parent in a tree",
-    ("parts/types/schemes/job.py", "_chosen"): "a point is chosen each time",
+    ("parts/types/schemes/certified_pareto.py", "_chosen"): "a point is chosen each time",
     ("design/synthesis/exact/conditions.py", "drawn"): "a place is drawn each time",
     ("tasks/vector_modules.py", "_root"): "what a vector runs along is no circle, or is refused",
     ("motion/cases/space/three_points.py", "_chain"): "joints on a way, or OtherShape",
