@@ -96,6 +96,7 @@ FOUND = {
     "a fold behind another one of the same group": ("geared", 62911),
     "a gear on a block and its guide, sketched a whole turn apart": ("gears", 71833),
     "a fold that the truth had found too roughly": ("triads", 91885),
+    "a fold of branches that nearly meet, not solved for to the end": ("saddle", 1477),
     "a warning of NumPy about a group that runs away at its limit": ("end", 15080),
 }
 

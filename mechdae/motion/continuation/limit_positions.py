@@ -28,9 +28,9 @@ REFINED = 2
 """Steps with a residual in 80-bit floats at a fold that is found."""
 ROUGH_REST = 1e-6
 """Share of the unknowns that such a step may move: more is not what rounding left."""
-PRECISE, MOVED = 8, 0.1
-"""Steps in 50 digits at a fold of branches that nearly meet, and the share of its distance from
-the place between them by which these may move it."""
+PRECISE, MOVED = 40, 0.1
+"""Most steps in 50 digits at a fold of branches that nearly meet, and the share of its distance
+from the place between them by which these may move it."""
 SEARCH = 20.0
 """How far ahead a fold may lie, in largest steps of the path."""
 REGULAR = 1e-4
@@ -170,6 +170,10 @@ class LimitFinder:
                 change = solve(slope / size[:, None], [float(v) for v in values] / size)
                 exact = [a - exactly(step) for a, step in zip(exact, change, strict=True)]
                 y = np.array([float(value) for value in exact])
+                if np.max(np.abs(change)) <= 1e-15 * (1 + np.max(np.abs(y))):
+                    break
+            else:
+                return None
         except (NoDecimals, np.linalg.LinAlgError):
             return None
         moved = abs(y[len(chain)] - crossing.s - ds)
