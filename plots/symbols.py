@@ -10,8 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import save, style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram import symbols
-from mechdae.draw.sheet import Sheet, arc, font, ink
+from mechdae.draw.sheet import Sheet, arc
 
 COLUMNS, CELL = 4, (117.0, 104.0)
 X, Y = np.array([1.0, 0.0]), np.array([0.0, 1.0])
@@ -258,8 +259,10 @@ def held_wheel(sheet: Sheet, c: np.ndarray) -> None:
 def cylinder(sheet: Sheet, c: np.ndarray) -> None:
     eye, tip = at(c, -40, -12), at(c, 40, 16)
     along = (tip - eye) / np.hypot(*(tip - eye))
-    places = [eye + reach * along for reach in (style.BARREL, 54.0, 36.0)]
-    symbols.cylinder(sheet, eye, *places, tip, "cylinder", style.DRIVEN)
+    back, mouth, piston = (eye + reach * along for reach in (style.BARREL, 54.0, 36.0))
+    symbols.barrel(sheet, eye, back, mouth, "cylinder")
+    symbols.piston(sheet, piston, along, "cylinder", style.DRIVEN)
+    bar(sheet, piston, tip, style.DRIVEN)
     symbols.support(sheet, eye, "cylinder-support")
     symbols.pin(sheet, eye, "cylinder-pin")
     symbols.pin(sheet, tip, "cylinder-tip")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,10 @@ from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.diagram.scene import DrawnScene, longest_run, read_scene
 from mechdae.draw.figure import new_axes
+from mechdae.draw.fragments import steady_labels
+from mechdae.draw.labels.steady import compared
 from mechdae.draw.moving import VIDEOS, film, moving_svg
+from mechdae.draw.sheet import Sheet
 from mechdae.draw.smooth import traced
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
@@ -109,39 +113,34 @@ class Animation:
 
     def pictures(self, poses: Sequence[int]) -> Iterator[Image.Image]:
         """Yield the picture of each pose, all to one scale."""
-        for axes in self.drawn(poses):
-            yield picture_of_axes(axes, self.dpi)
+        for sheet in self.drawn(poses, True):
+            yield picture_of_axes(sheet.ax, self.dpi)
 
-    def drawn(self, poses: Sequence[int]) -> Iterator[Axes]:
-        """Yield the drawing of each pose, all to one scale."""
+    def drawn(self, poses: Sequence[int], axes: bool = False) -> Iterator[Sheet]:
+        """Yield the drawing of each pose, all to one scale, on axes or as primitives alone."""
         scene = read_scene(self.result)
         if self.traces and diagram.has_paths(self.result, scene):
             scene = traced(scene, self.result, read_scene)
         view = self._view(scene, poses)
         theme = style.DARK if self.dark else style.LIGHT
         for pose in poses:
-            axes = new_axes(theme)
-            diagram.draw_pose(axes, scene, self.result, pose, view, theme, Words(self.lang))
-            yield axes
+            paper = new_axes(theme) if axes else None
+            yield diagram.draw_pose(paper, scene, self.result, pose, view, theme, Words(self.lang))
 
     def _view(self, scene: DrawnScene, poses: Sequence[int]) -> diagram.View:
         """Return what all frames have in common: the scale above all."""
         traces = self.traces and diagram.has_paths(self.result, scene)
-        every = [diagram.extent(scene, pose, traces, 0) for pose in (*poses, *self.ghosts)]
-        low = np.min([entry[0] for entry in every], axis=0)
-        high = np.max([entry[1] for entry in every], axis=0)
-        size = max(entry[2] for entry in every)
+        bounds = diagram.common_extent(scene, (*poses, *self.ghosts), traces)
         peak = peak_force(scene, self.result, poses) if self.loads else None
-        return diagram.View(
-            traces,
-            self.ghosts or 0,
-            self.labels,
-            self.loads,
-            (low, high, size),
-            peak,
-            {},
+        view = diagram.View(
+            traces, self.ghosts or 0, self.labels, self.loads, bounds, peak, {},
             subtitle=self.subtitle,
-        )
+        )  # fmt: skip
+        if not self.labels:
+            return view
+        some = compared(poses, poses[0])
+        words = Words(self.lang)
+        return replace(view, steady=steady_labels(scene, self.result, some, view, words)[2])
 
     def gif(self, progress: Progress | None = None) -> bytes:
         """Return the animation as a GIF that repeats for ever."""
@@ -162,13 +161,13 @@ class Animation:
     def svg(self, progress: Progress | None = None) -> str:
         """Return the animation as an SVG that moves by itself, without a script."""
         distinct = list(dict.fromkeys(self.poses))
-        figures = []
-        for k, axes in enumerate(self.drawn(distinct)):
-            figures.append(axes.get_figure(root=True))
+        sheets = []
+        for k, sheet in enumerate(self.drawn(distinct)):
+            sheets.append(sheet)
             if progress is not None:
                 progress(k + 1, len(distinct))
         order = [distinct.index(pose) for pose in self.poses]
-        return moving_svg(figures, order, self.duration)
+        return moving_svg(sheets, order, self.duration)
 
     def save(self, path: str | Path, progress: Progress | None = None) -> Path:
         """Write a GIF, an SVG that moves, or with ffmpeg a film, by the ending of `path`.

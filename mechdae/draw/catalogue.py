@@ -1,14 +1,16 @@
 """The kinds of pictures and their options, in one list; nothing is drawn here.
 
-A new kind of picture is an entry of `PICTURES`, or of the ``ADDS`` of a part, and a module with
-``draw(result, ax, **options)``.
+A new kind of picture is a table of ``catalogue.toml``, or an entry of the ``ADDS`` of a part, and a
+module with ``draw(result, ax, **options)``.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from mechdae.additions import Registry
 from mechdae.describe.tasks.kinds import TASKS
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from mechdae.types import Json
 
 
+T = TypeVar("T")
 DOCUMENTS: Registry[Callable[[Any], int]] = Registry("documents", {})
 """Kinds that are no pictures on axes: what writes one for the options of ``mechdae plot``."""
 
@@ -65,141 +68,6 @@ class Picture:
     in_space: str = ""
 
 
-_SERIES = ("sweep", "reactions", "motion")
-_DESIGNS = "synthesize the task and draw its result"
-
-PICTURES: Registry[Picture] = Registry("pictures", {
-    "diagram": Picture(
-        "mechdae.draw.diagram.diagram",
-        "the kinematic diagram of one pose",
-        of=("poses",),
-        options=(
-            "pose", "scale", "label", "traces", "ghosts", "labels", "loads", "dark", "lang", "view",
-            "axodes",
-        ),
-        needs=("bodies",),
-        lacks="has no pose to draw",
-        hint="solve the task that it repeats or differentiates",
-        shared=True,
-        in_space="mechdae.draw.space.spatial_diagram",
-    ),
-    "animation": Picture(
-        "mechdae.draw.animation",
-        "the diagram moves",
-        of=("path", "small motions"),
-        options=(
-            "traces", "labels", "loads", "dark", "lang", "shape", "frames", "seconds", "view",
-        ),
-        needs=("bodies", "small motions"),
-        lacks="is no motion",
-        hint="draw a sweep or reactions",
-        first=(*_SERIES, "equilibrium"),
-        in_space="mechdae.draw.space.spatial_animation",
-    ),
-    "plans": Picture(
-        "mechdae.draw.plans",
-        "velocities, accelerations and forces of one pose as vector polygons",
-        of=("rates",),
-        options=("which", "group", "pose", "scale", "lang"),
-        needs=("bodies",),
-        lacks="has no plans",
-        hint="solve a sweep, or a task of kind reactions",
-    ),
-    "curves": Picture(
-        "mechdae.draw.graphs.curves",
-        "series against the driver or time",
-        of=("path",),
-        options=("of", "against", "polar", "extremes", "label", "lang"),
-        needs=("series", "extremes"),
-        lacks="has no curves",
-        hint="a sweep or a task of reactions",
-        first=_SERIES,
-        usual_of=("reactions", "motion"),
-        shared=True,
-        in_space="mechdae.draw.graphs.curves",
-    ),
-    "coupler": Picture(
-        "mechdae.draw.graphs.coupler",
-        "paths of points and hodographs",
-        of=("path",),
-        options=("of", "ticks", "pivots", "label"),
-        needs=("series",),
-        lacks="has no paths of points",
-        hint="a sweep or a task of reactions",
-        first=_SERIES,
-        shared=True,
-    ),
-    "losses": Picture(
-        "mechdae.draw.graphs.losses",
-        "losses by joint",
-        of=("path",),
-        options=("of", "polar", "lang"),
-        needs=("series",),
-        lacks="has no losses",
-        hint="a task of reactions with friction in a joint",
-        first=("reactions",),
-        in_space="mechdae.draw.graphs.losses",
-    ),
-    "map": Picture(
-        "mechdae.draw.graphs.map",
-        "a study over its parameters",
-        of=("grid", "rates"),
-        options=("of", "along", "equal"),
-        needs=("series",),
-        lacks="has no map, which is drawn of a study or of a sweep of two drivers",
-        hint="a task of kind study with vary = { a = [from, to, count], ... }",
-        first=("study", "sweep"),
-        in_space="mechdae.draw.graphs.map",
-    ),
-    "design": Picture(
-        "mechdae.draw.designs.design",
-        "a design of a synthesis with its targets",
-        of=("designs",),
-        options=("labels", "lang", "design", "view"),
-        hint=_DESIGNS,
-        first=("synthesis",),
-        in_space="mechdae.draw.designs.spatial_design",
-    ),
-    "front": Picture(
-        "mechdae.draw.designs.front",
-        "the best compromises of a synthesis with several objectives, or of a composition",
-        of=("designs", "schemes"),
-        options=("lang",),
-        hint=_DESIGNS,
-        first=("synthesis",),
-        in_space="mechdae.draw.designs.front",
-    ),
-    "compare": Picture(
-        "mechdae.draw.designs.compare",
-        "all designs of a synthesis",
-        of=("designs",),
-        options=("lang",),
-        hint=_DESIGNS,
-        first=("synthesis",),
-        in_space="mechdae.draw.designs.compare",
-    ),
-    "convergence": Picture(
-        "mechdae.draw.designs.convergence",
-        "the starts of a synthesis",
-        of=("designs",),
-        options=("lang",),
-        hint=_DESIGNS,
-        first=("synthesis",),
-        in_space="mechdae.draw.designs.convergence",
-    ),
-    "census": Picture(
-        "mechdae.draw.designs.census",
-        "the optima of a synthesis",
-        of=("designs",),
-        options=("lang",),
-        hint=_DESIGNS,
-        first=("synthesis",),
-        in_space="mechdae.draw.designs.census",
-    ),
-})  # fmt: skip
-"""Kind -> picture."""
-
-
 @dataclass(frozen=True)
 class Option:
     """An option of pictures.
@@ -227,59 +95,21 @@ class Option:
         return self.what in ("on", "off")
 
 
-OPTIONS: Mapping[str, Option] = {
-    "of": Option(
-        "names",
-        "what graphs show: paths below the task, of losses joints",
-        {"paths": ("curves", "coupler", "map"), "joints": ("losses",)},
-        file="{}",
-    ),
-    "against": Option("name", "path of the abscissa of curves", file="against-{}"),
-    "along": Option("names", "parameters along the axes of a map", file="along-{}"),
-    "equal": Option("on", "a map with one scale on both axes"),
-    "polar": Option("on", "reactions in the plane", file="polar"),
-    "extremes": Option("off", "no marks at least and greatest values"),
-    "ticks": Option("off", "no ticks of equal time on paths"),
-    "pivots": Option("off", "no fixed pivots beside paths"),
-    "which": Option(
-        "name",
-        "of the plans: velocity, acceleration, force, friction, lever (default: one page)",
-        file="{}",
-    ),
-    "group": Option("name", "of the force polygons: that of one group", file="{}"),
-    "pose": Option("whole", "number of the pose drawn, from 0", file="{}"),
-    "scale": Option("number", "units for a millimetre of paper"),
-    "label": Option("name", "name of the variant"),
-    "traces": Option("off", "no paths of points"),
-    "ghosts": Option("whole", "number of other poses drawn faintly"),
-    "labels": Option("off", "no letters and numbers"),
-    "loads": Option("off", "no loads"),
-    "dark": Option("on", "colours for dark paper"),
-    "lang": Option("name", "language of the words: en, ru"),
-    "shape": Option("whole", "number of the small motion shown, 1: the slowest", file="shape-{}"),
-    "frames": Option("whole", "most frames of an animation"),
-    "seconds": Option("number", "time of one round"),
-    "design": Option("whole", "number of the design drawn", file="{}"),
-    "view": Option(
-        "name",
-        "of a spatial mechanism: azimuth,elevation of the eye in degrees, or three: front, top and "
-        "left view",
-        file="{}",
-    ),
-    "axodes": Option(
-        "names", "of a spatial mechanism: bodies whose axodes are drawn", file="axodes-{}"
-    ),
-}
+def _read(name: str, kind: Callable[..., T]) -> dict[str, T]:
+    """Return the rows of a table of the catalogue by name, lists as tuples."""
+    return {
+        row: kind(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+        for row, values in _TABLES[name].items()
+    }
+
+
+_TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+PICTURES: Registry[Picture] = Registry("pictures", _read("pictures", Picture))
+"""Kind -> picture."""
+OPTIONS: Mapping[str, Option] = _read("options", Option)
 """Name -> option."""
-
-
-ON_PAPER: Mapping[str, Option] = {
-    "width": Option("name", "width of a still picture: 90mm, 9cm, 3.5in"),
-    "dpi": Option("whole", "pixels to the inch"),
-    "title": Option("off", "no title above a still picture"),
-}
+ON_PAPER: Mapping[str, Option] = _read("on_paper", Option)
 """How pictures of all kinds are printed."""
-
 IN_ONE = {"view": 3, "axodes": 3, "shape": 2, "polar": 2}
 """Options of pictures of mechanisms of one dimension only."""
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import io
-import re
 import shutil
 import subprocess
-from collections.abc import Callable, Sequence
-from pathlib import Path
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path as FilePath
 from typing import Any
-from xml.etree import ElementTree as Tree
 
-import matplotlib as mpl
+from matplotlib.font_manager import findfont, get_font
+from matplotlib.path import Path
+from matplotlib.textpath import text_to_path
 
-from mechdae.draw.figure import FORMATS, SETTINGS
+from mechdae.draw import style
+from mechdae.draw.primitives import Primitive, path_of
+from mechdae.draw.sheet import Sheet
 from mechdae.errors import UnavailableError
 
 SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
@@ -22,50 +24,93 @@ VIDEOS = {
     "webm": ("-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "30"),
 }
 """Formats of films with what ffmpeg is told for them."""
-CORNERS = re.compile(r' d="[^"]*"')
-DIGITS = re.compile(r"-?\d+\.\d{3,}")
+LETTERS = {1: "M", 2: "L", 3: "Q", 4: "C"}
+"""Codes of matplotlib's paths as those of SVG; areas are closed by themselves."""
 
 
-def moving_svg(figures: Sequence[Any], order: Sequence[int], duration: int) -> str:
-    """Return figures as one SVG that shows them in turn, for ever.
+def moving_svg(sheets: Sequence[Sheet], order: Sequence[int], duration: int) -> str:
+    """Return sheets as one SVG that shows them in turn, for ever.
 
-    What two neighbouring frames have in common is written once: the parts of the drawing that
-    stand still are in front of or behind those that move, as in the first frame.
+    What all frames have in common is written once: the parts of the drawing that stand still are
+    in front of or behind those that move, as in the first frame.
 
     Parameters
     ----------
-    figures
-        Figures of matplotlib of one size, each frame drawn.
+    sheets
+        The drawing of each frame.
     order
         Which of them each frame shows.
     duration
         Time of a frame [ms].
     """
-    roots = [_tree(figure) for figure in figures]
-    defs: dict[str, str] = {}
-    for root in roots:
-        _take_defs(root, defs)
-    parts = [[_text(own) for own in _parts(root)] for root in roots]
+    glyphs: dict[str, str] = {}
+    parts = [
+        [_element(shape, sheet, glyphs) for shape in sorted(sheet.drawn, key=lambda shape: shape.z)]
+        for sheet in sheets
+    ]
     still = set(parts[0]).intersection(*parts[1:])
     total = duration * len(order) / 1000
-    lines = []
-    below = [part for part in parts[0] if part in still]
     first = next((k for k, part in enumerate(parts[0]) if part not in still), len(parts[0]))
-    behind = [part for part in parts[0][:first] if part in still]
-    lines += behind
-    for k, own in enumerate(parts):
-        shown = [place for place, frame in enumerate(order) if frame == k]
-        inner = "".join(part for part in own if part not in still)
+    lines = list(dict.fromkeys(parts[0][:first]))
+    behind = set(lines)
+    for k, frame in enumerate(parts):
+        shown = [place for place, which in enumerate(order) if which == k]
+        inner = "".join(part for part in frame if part not in still)
         lines.append(f'<g visibility="hidden">{_times(shown, len(order), total)}{inner}</g>')
-    lines += below[len(behind) :]
-    head = roots[0]
-    box, width, height = (head.get(name, "") for name in ("viewBox", "width", "height"))
+    lines += [part for part in dict.fromkeys(parts[0][first:]) if part in still - behind]
+    (width, height), theme = sheets[0].size, sheets[0].theme
+    wide, high = width + 2 * style.EDGE, height + style.EDGE + style.TOP
+    defs = "".join(glyphs.values())
     return (
-        f'<svg xmlns="{SVG}" xmlns:xlink="{XLINK}" viewBox="{box}" width="{width}" '
-        f'height="{height}"><defs>{"".join(defs.values())}</defs>\n'
+        f'<svg xmlns="{SVG}" xmlns:xlink="{XLINK}" viewBox="0 0 {wide:g} {high:g}" '
+        f'width="{wide:g}pt" height="{high:g}pt"><defs><clipPath id="box">'
+        f'<rect y="{-height:g}" width="{width:g}" height="{height:g}"/></clipPath>{defs}</defs>\n'
+        f'<rect width="{wide:g}" height="{high:g}" fill="{theme.paint(style.PAPER)}"/>\n'
+        f'<g transform="translate({style.EDGE:g} {high - style.EDGE:g})" stroke-linejoin="round">\n'
         + "\n".join(lines)
-        + "\n</svg>\n"
+        + "\n</g></svg>\n"
     )
+
+
+def _element(shape: Primitive, sheet: Sheet, glyphs: dict[str, str]) -> str:
+    """Return a primitive as an element; outlines of letters are defined once, in `glyphs`."""
+    color, fill = sheet.theme.paint(shape.color), sheet.theme.paint(shape.fill)
+    x, y = shape.points[0] * (1, -1)
+    if shape.kind == "text":
+        letters = "".join(
+            f'<use xlink:href="#{name}" transform="translate({dx:.2f} {-dy:.2f}) scale({size:g})"/>'
+            for name, dx, dy, size in _letters(shape, glyphs)
+        )
+        return f'<g transform="translate({x:.2f} {y:.2f})" fill="{color}">{letters}</g>'
+    look = f'fill="{fill}" stroke="{color}" stroke-width="{shape.width:g}"'
+    if shape.dash is not None:
+        look += f' stroke-dasharray="{" ".join(f"{part:g}" for part in shape.dash[1])}"'
+    elif shape.kind in ("line", "strokes"):
+        look += ' stroke-linecap="round"'
+    if (shape.points < 0).any() or (shape.points > sheet.size).any():
+        look += ' clip-path="url(#box)"'
+    if shape.kind == "circle":
+        return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{shape.radius:.2f}" {look}/>'
+    return f'<path d="{path_of(shape.kind, shape.points)}" {look}/>'
+
+
+def _letters(shape: Primitive, glyphs: dict[str, str]) -> Iterator[tuple[str, float, float, float]]:
+    """Yield name, place and scale of the letters of a text; outlines are put into `glyphs`."""
+    face = get_font(findfont(shape.font))
+    face.set_size(text_to_path.FONT_SCALE, text_to_path.DPI)
+    share = shape.font.get_size_in_points() / text_to_path.FONT_SCALE
+    places, outlines, _ = text_to_path.get_glyphs_with_font(face, shape.text.replace(r"\$", "$"))
+    for (vertices, codes), (key, x, y, size) in ((outlines[place[0]], place) for place in places):
+        name = f"g{zlib.crc32(key.encode()):x}"
+        if name not in glyphs:
+            pieces = Path(vertices, codes).iter_segments(simplify=False)
+            d = "".join(
+                LETTERS[int(code)] + " ".join(f"{u:.1f} {-v:.1f}" for u, v in ends.reshape(-1, 2))
+                for ends, code in pieces
+                if int(code) in LETTERS
+            )
+            glyphs[name] = f'<path id="{name}" d="{d}"/>'
+        yield name, float(x) * share, float(y) * share, float(size) * share
 
 
 def _times(shown: Sequence[int], count: int, total: float) -> str:
@@ -83,44 +128,7 @@ def _times(shown: Sequence[int], count: int, total: float) -> str:
     )
 
 
-def _tree(figure: Any) -> Tree.Element:
-    file = io.BytesIO()
-    with mpl.rc_context(SETTINGS):
-        figure.savefig(file, format="svg", metadata=FORMATS["svg"])
-    return Tree.fromstring(file.getvalue())
-
-
-def _take_defs(element: Tree.Element, defs: dict[str, str]) -> None:
-    """Take glyphs, clip paths and what else is defined out of a drawing, each of them once."""
-    for child in list(element):
-        if child.tag in (f"{{{SVG}}}defs", f"{{{SVG}}}metadata"):
-            element.remove(child)
-            for entry in child if child.tag.endswith("defs") else ():
-                defs.setdefault(entry.get("id") or _text(entry), _text(entry))
-        else:
-            _take_defs(child, defs)
-
-
-def _parts(element: Tree.Element) -> list[Tree.Element]:
-    """Return the parts of a drawing: groups of groups are opened where they have no style."""
-    found: list[Tree.Element] = []
-    for child in element:
-        plain = child.tag == f"{{{SVG}}}g" and not set(child.attrib) - {"id"}
-        found += _parts(child) if plain else [child]
-    return found
-
-
-def _text(element: Tree.Element) -> str:
-    """Return an element as text, the corners of its paths to a hundredth of a point."""
-    Tree.register_namespace("", SVG)
-    Tree.register_namespace("xlink", XLINK)
-    text = Tree.tostring(element, encoding="unicode").strip()
-    text = re.sub(rf' xmlns(:\w+)?="({SVG}|{XLINK})"', "", text)
-    text = re.sub(r"\s*\n\s*", " ", text)
-    return CORNERS.sub(lambda path: DIGITS.sub(lambda own: f"{float(own[0]):.2f}", path[0]), text)
-
-
-def film(made: Callable[[], Sequence[Any]], duration: int, form: str, path: Path) -> None:
+def film(made: Callable[[], Sequence[Any]], duration: int, form: str, path: FilePath) -> None:
     """Write pictures of one size as a film with ffmpeg, whole or not at all.
 
     They are `made` when it is known that there is a program to write them.

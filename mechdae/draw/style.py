@@ -143,6 +143,8 @@ SOLID, RING, PATH, SHADE = 24.0, 12.0, 1.5, 0.5
 
 Z_TRACE, Z_GHOST, Z_FILL, Z_GROUND, Z_BLOCK, Z_BAR, Z_MARK, Z_PIN, Z_LABEL = range(1, 10)
 """Order of drawing, later above earlier."""
+Z_SLID: Final = Z_BLOCK - 0.5
+"""Bars of links with guides and blocks: these hide them."""
 
 
 @dataclass(frozen=True)

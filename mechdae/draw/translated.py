@@ -9,58 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from mechdae.draw.words import Words, unit_in_russian
+from mechdae.draw.words import Words, table, unit_in_russian
 
-QUANTITIES = {
-    "angle": "угол",
-    "angle velocity": "угловая скорость",
-    "position": "координата",
-    "velocity": "скорость",
-    "acceleration": "ускорение",
-    "jerk": "рывок",
-    "angular velocity": "угловая скорость",
-    "angular acceleration": "угловое ускорение",
-    "slide": "перемещение",
-    "slide velocity": "скорость",
-    "slide acceleration": "ускорение",
-    "effort": "усилие",
-    "force": "сила",
-    "moment": "момент",
-    "torque": "момент",
-    "reaction": "реакция",
-    "normal": "нормальная сила",
-    "loss": "потери",
-    "transmission angle": "угол передачи",
-    "time": "время",
-    "pose": "положение",
-    "work": "работа",
-    "energy": "энергия",
-    "bound": "граница погрешности",
-    "condition": "обусловленность",
-}
-STATES = {
-    "limit": "предел",
-    "end of the curve": "конец кривой",
-    "change point": "точка ветвления",
-    "singular pose": "особое положение",
-    "unassembled": "не собирается",
-    "singular": "особое",
-    "jammed": "заклинивание",
-    "self-locking": "самоторможение",
-    "ambiguous": "неоднозначно",
-    "roller undercuts": "подрез роликом",
-}
-WHOLE = {
-    "all, without feedback of friction on reactions": "сумма без влияния трения на реакции",
-    "Velocity plan": "План скоростей",
-    "Acceleration plan": "План ускорений",
-    "Friction circles": "Круги трения",
-    "all vectors are zero": "все векторы равны нулю",
-    "others": "остальные",
-    "time": "время",
-    "pose": "положение",
-    "condition": "обусловленность",
-}
+STATES = table("states")
 _STATE = "|".join(sorted(STATES, key=len, reverse=True))
 
 
@@ -117,8 +68,9 @@ def translated(axes: Axes, lang: str) -> Axes:
 
 def in_russian(text: str) -> str:
     """Return a text of a graph or plan in Russian, or as it is."""
-    if text in WHOLE:
-        return WHOLE[text]
+    whole = table("whole")
+    if text in whole:
+        return whole[text]
     for pattern, words in RULES:
         found = pattern.fullmatch(text)
         if found:
@@ -127,4 +79,4 @@ def in_russian(text: str) -> str:
 
 
 def _quantity(text: str) -> str:
-    return QUANTITIES.get(text, text)
+    return table("quantities").get(text, text)

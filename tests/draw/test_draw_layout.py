@@ -59,22 +59,22 @@ def test_the_page_keeps_what_follows_its_table():
 
 def test_the_work_of_a_large_diagram_is_bounded(monkeypatch):
     """25 and 31 links, 63 and 78 labels, 300 lines: what was done, not how long."""
-    done = {"places": 0, "fields": 0}
-    cost, dearer = Obstacles.cost, Arrangement._dearer
+    done = {"places": 0, "choices": 0}
+    cost, choice = Obstacles.cost, Arrangement._cost
 
     def counted(self, middle, half, shy):
         done["places"] += len(middle)
         return cost(self, middle, half, shy)
 
-    def followed(self, places, first):
-        done["fields"] += len(places)
-        return dearer(self, places, first)
+    def followed(self, i, places):
+        done["choices"] += 1
+        return choice(self, i, places)
 
     monkeypatch.setattr(Obstacles, "cost", counted)
-    monkeypatch.setattr(Arrangement, "_dearer", followed)
+    monkeypatch.setattr(Arrangement, "_cost", followed)
     chain = md.load("chain-of-four-bars")
     for loops, labels in ((12, 63), (15, 78)):
-        done.update(places=0, fields=0)
+        done.update(places=0, choices=0)
         ax = md.plot(md.solve(chain.with_values({"N": loops}), "turn", poses=25))
         artists = [own for own in ax.get_children() if own.get_gid() or isinstance(own, Line2D)]
         assert (
@@ -82,7 +82,7 @@ def test_the_work_of_a_large_diagram_is_bounded(monkeypatch):
         )
         assert len(ax.get_children()) < 5 * labels  # many more without hatching in one piece
         assert done["places"] < 140 * labels
-        assert done["fields"] < 6 * labels
+        assert done["choices"] < 12 * labels
 
 
 def test_many_joints_near_each_other_get_a_larger_figure() -> None:

@@ -19,7 +19,7 @@ from mechdae.draw.catalogue import kinds_of
 from mechdae.draw.designs import census, design, targets
 from mechdae.draw.designs.drawn_design import sense_of
 from mechdae.draw.style import SERIES
-from mechdae.draw.words import TABLE, Words
+from mechdae.draw.words import Words, table
 from mechdae.errors import InputError
 from tests.shared.command import run
 from tests.shared.readable import assert_readable as graphs_readable
@@ -419,7 +419,7 @@ def test_what_does_not_suit_is_refused() -> None:
 
 
 def test_words_have_all_languages() -> None:
-    assert set(TABLE["en"]) == set(TABLE["ru"])
+    assert set(table("en")) == set(table("ru"))
     axes = md.plot(solved("rocker-50-1-15"), "design", lang="ru")
     assert "вариант 1 из 2" in words_of(axes)
     for kind in ("compare", "convergence", "census"):

@@ -11,7 +11,7 @@ from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.places import places_of, written
 from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.labels import layout
-from mechdae.draw.labels.labels import draw_labels, numbers_of
+from mechdae.draw.labels.labels import numbers_of, write_all
 from tests.shared.drawn import (
     SAMPLES,
     five_bar,
@@ -26,10 +26,10 @@ def spied(monkeypatch):
 
     def spy(sheet, *rest):
         drawn = (list(sheet.segments), list(sheet.boxes))
-        seen.append((sheet, drawn, draw_labels(sheet, *rest)))
+        seen.append((sheet, drawn, write_all(sheet, *rest)))
         return seen[-1][2]
 
-    monkeypatch.setattr(diagram, "draw_labels", spy)
+    monkeypatch.setattr(diagram, "write_all", spy)
     return seen
 
 

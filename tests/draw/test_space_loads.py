@@ -127,8 +127,8 @@ def test_frames_have_one_scale_of_forces():
     drivers = [md.Driver("A.angle", at=[0.3, 0.3]), md.Driver("S.slide", at=[0.1, 0.2])]
     mechanism = arm([md.Force("pull", "arm.E", (0.0, 0.0, "100*S.slide"))])
     result = md.solve(mechanism, md.Sweep(drivers=drivers))
-    frames = md.plot(result, "animation", view=VIEW).drawn([0, 1])
-    long = [np.hypot(*np.diff(ends_of(axes, "load-pull"), axis=0)[0]) for axes in frames]
+    frames = md.plot(result, "animation", view=VIEW).drawn([0, 1], True)
+    long = [np.hypot(*np.diff(ends_of(sheet.ax, "load-pull"), axis=0)[0]) for sheet in frames]
     assert long[0] / long[1] == pytest.approx(0.5, rel=1e-6)
 
 

@@ -165,7 +165,7 @@ def test_the_page_has_the_same_surfaces(tmp_path):
         scene, mesh, result = seen(name)
         scene_data = md.page(md.Problem(SCENES[name], {"turn": TURN}), "turn").data["scene"]
         data = next(own for own in scene_data["joints"] if own["name"] == "mesh")["mesh"]
-        reach = space_of(result)["reaches"].get("mesh")
+        reach = space_of(result, "en")[0]["reaches"].get("mesh")
         for pose in range(3):
             places = {ref: scene.place(ref, pose).tolist() for ref in scene.tracks}
             cases.append([data, places, reach])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.draw import style
 from mechdae.draw.diagram import wheels
 from tests.shared.drawn import (
     five_bar,
@@ -49,13 +48,16 @@ def test_pins_are_where_the_joints_are():
     assert len(with_gid(ax, "joint-BC-BE-pin")) == 1
 
 
-def test_bar_is_interrupted_by_the_block():
+def test_bar_is_hidden_by_the_block():
     ax = md.plot(seven_link())
-    ends = np.array([line.get_xydata() for line in with_gid(ax, "body-rod-bar")])
-    assert len(ends) == 2
-    pin = np.array(with_gid(ax, "joint-A-pin")[0].center)
-    near = np.hypot(*(ends.reshape(-1, 2) - pin).T)
-    assert np.sort(near)[:2] == pytest.approx(2 * [style.BLOCK[0] * unit_length(ax)], rel=1e-6)
+    (bar,), (block,) = (with_gid(ax, gid) for gid in ("body-rod-bar", "joint-slot-prismatic"))
+    assert bar.zorder < block.zorder
+    assert block.get_facecolor() == (1.0, 1.0, 1.0, 1.0)
+    pin, (start, end) = np.array(with_gid(ax, "joint-A-pin")[0].center), bar.get_xydata()
+    share = (pin - start) @ (end - start) / ((end - start) @ (end - start))
+    assert 0 < share < 1
+    assert start + share * (end - start) == pytest.approx(pin, abs=1e-9)
+    assert sorted(block.get_xy()[:4] @ (end - start) > pin @ (end - start)) == [0, 0, 1, 1]
 
 
 def unit_length(ax):

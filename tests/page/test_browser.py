@@ -90,14 +90,11 @@ def test_keyboard_alone(opened):
 def test_a_point_is_dragged_along_its_path(opened):
     page = opened("four-bar-crank-rocker")
     page.evaluate("mechdae.set({'crank.angle': 1.0})")
-    box = page.locator("#diagram").bounding_box()
-    place = page.evaluate(
-        """() => { const point = [...document.querySelectorAll('#diagram .point')].pop();
-        return [Number(point.getAttribute('cx')), Number(point.getAttribute('cy'))]; }"""
-    )
-    page.mouse.move(box["x"] + place[0], box["y"] + place[1])
+    box = page.locator("[data-id='point-coupler.P']").bounding_box()
+    place = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.move(*place)
     page.mouse.down()
-    page.mouse.move(box["x"] + place[0] - 30, box["y"] + place[1] - 10, steps=5)
+    page.mouse.move(place[0] - 30, place[1] - 10, steps=5)
     page.mouse.up()
     until(page, "Math.abs(mechdae.pose().driver['crank.angle'] - 1.0) > 0.01")
     assert page.evaluate("mechdae.pose().status") == "ok"

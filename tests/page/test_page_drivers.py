@@ -230,15 +230,12 @@ def test_drivers_by_hand(browser, tmp_path):
     again.goto(address)
     assert again.evaluate("mechdae.pose().points['tip.P'].position") == pytest.approx(wanted)
     again.close()
-    box = page.locator("#diagram").bounding_box()
-    at = page.evaluate(
-        "[...document.querySelectorAll('#diagram .pin')]"
-        ".map((own) => [own.cx.baseVal.value, own.cy.baseVal.value])"
-    )
-    x, y = min(at, key=lambda own: own[1])  # the tip is the highest pin
-    page.mouse.move(box["x"] + x, box["y"] + y)
+    pins = [own.bounding_box() for own in page.locator("[data-id$='-pin']").all()]
+    box = min(pins, key=lambda own: own["y"])  # the tip is the highest pin
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(box["x"] + x - 20, box["y"] + y + 15, steps=5)
+    page.mouse.move(x - 20, y + 15, steps=5)
     page.mouse.up()
     until(page, f"Math.abs(mechdae.pose().points['tip.P'].position[0] - {wanted[0]}) > 1e-3")
     assert page.evaluate("mechdae.pose().status") == "ok"

@@ -32,16 +32,16 @@ def drawn(result, **options):
     """Draw a diagram; return the lines, boxes and labels of its sheet, and the sheet."""
     import mechdae as md
     from mechdae.draw.diagram import diagram
-    from mechdae.draw.labels.labels import draw_labels
+    from mechdae.draw.labels.labels import write_all
 
     seen = []
 
     def spy(sheet, *rest):
         before = (list(sheet.segments), list(sheet.boxes))
-        seen.append((*before, draw_labels(sheet, *rest), sheet))
+        seen.append((*before, write_all(sheet, *rest), sheet))
         return seen[0][2]
 
-    with mock.patch.object(diagram, "draw_labels", spy):
+    with mock.patch.object(diagram, "write_all", spy):
         md.plot(result, "diagram", **options)
     return seen[0]
 

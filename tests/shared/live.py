@@ -20,6 +20,7 @@ const code = readFileSync({script}, "utf8");
 const end = "}})();\\n";
 const kernels = code.slice(code.indexOf("const K ="), code.indexOf(end) + end.length);
 const K = new Function(kernels.replace("const K =", "return"))();
+globalThis.WORDS = {words};
 const session = new Session(data, K);
 """
 
@@ -33,6 +34,7 @@ def in_page(page: md.Page, body: str, folder: Path):
         session=(WEB / "session.js").as_posix(),
         data=json.dumps(str(data)),
         script=json.dumps(str(script)),
+        words=json.dumps(link.words_of(page.data["lang"])),
     )
     return run_script(head + body, folder)
 

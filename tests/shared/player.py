@@ -19,7 +19,8 @@ import {{ Session }} from "{session}";
 for await (const line of createInterface({{ input: process.stdin }})) {{
   let answer;
   try {{
-    const {{ data, kernels, asked }} = JSON.parse(line);
+    const {{ data, kernels, words, asked }} = JSON.parse(line);
+    globalThis.WORDS = words;
     const K = new Function(kernels.replace("const K =", "return"))();
     const session = new Session(data, K);
     answer = {{ found: new Function("session", "data", asked)(session, data) }};
@@ -67,7 +68,9 @@ class Player:
         assert self.process.stdout is not None
         code = link.unpacked(page.html)
         kernels = code[code.index("const K =") : code.index(END) + len(END)]
-        line = json.dumps({"data": dict(page.data), "kernels": kernels, "asked": asked})
+        words = link.words_of(page.data["lang"])
+        told = {"data": dict(page.data), "kernels": kernels, "words": words, "asked": asked}
+        line = json.dumps(told)
         self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
         answer = json.loads(self.process.stdout.readline())

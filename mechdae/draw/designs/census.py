@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from mechdae.draw import style
+from mechdae.draw.artists import font
 from mechdae.draw.designs.drawn_design import class_name, objective_text, runs_of, sense_of
 from mechdae.draw.designs.parts import SEPARATOR, color_of, headed
 from mechdae.draw.diagram.diagram import fitted
 from mechdae.draw.graphs.frame import Entry, Panels
-from mechdae.draw.sheet import font
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
 

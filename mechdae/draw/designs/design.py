@@ -22,6 +22,7 @@ from mechdae.draw.designs.targets import (
     enlarged,
 )
 from mechdae.draw.diagram.diagram import extent
+from mechdae.draw.diagram.places import fixed_bodies
 from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Panels
@@ -187,7 +188,7 @@ def _end_of(
 
     It is the one named, else the last one on the ground that swings or slides to and fro.
     """
-    fixed = scene.fixed_bodies()
+    fixed = fixed_bodies(scene.mechanism)
     driver = design.demand.driver.split(".")[0]
     driven = {driver}
     if driver in scene.mechanism.joints:

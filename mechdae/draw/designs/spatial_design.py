@@ -65,7 +65,7 @@ def draw(
         return output.draw(drawn, goal, ax, words)
     scene = read_spatial(drawn.motion)
     _, seen, moved = choose(scene, "", 0, view)
-    low, high = extent(scene, [0], seen, moved, not isinstance(goal, Visits))
+    low, high, size = extent(scene, [0], seen, moved, not isinstance(goal, Visits))
     facts = [drawn.name(words), *drawn.facts(words)]
     overlay = None
     if isinstance(goal, Visits):
@@ -77,8 +77,8 @@ def draw(
         facts.insert(2, words("largest at a target", words.amount(errors[worst], "m"), worst + 1))
     axes = new_axes() if ax is None else ax
     shown = SpatialView(
-        seen, moved, (low, high), not isinstance(goal, Visits), labels=labels,
-        subtitle=SEPARATOR.join(facts), overlay=overlay,
+        not isinstance(goal, Visits), labels=labels, bounds=(low, high, size),
+        subtitle=SEPARATOR.join(facts), overlay=overlay, viewpoint=seen, moved=moved,
     )  # fmt: skip
     draw_spatial_pose(axes, scene, drawn.motion, 0, shown, style.LIGHT, words)
     return axes

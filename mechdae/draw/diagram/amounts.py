@@ -12,7 +12,7 @@ from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
-from mechdae.draw.sheet import Array
+from mechdae.draw.primitives import Array
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:

@@ -54,27 +54,28 @@ def draw_curve(
     # the roller is on the right of the curve; the material on the other side
     outside = not rolls or (around > 0) == (joint.side == "right")
     corners = None
-    if joint.closed and outside and not fixed:
-        # below everything else: the cam's own pivot and its paths lie within
-        sheet.area(points[:-1], fill=style.FILL, edge="none", z=BOTTOM, weight=0.0)
-        sheet.line(points, width=style.BAR, color=color, z=style.Z_FILL, gid=gid, weight=0.0)
-        corners = points[: -1 : PLACES // CORNERS]
-    elif rolls:
-        sheet.line(points, width=style.BAR, color=color, z=style.Z_FILL, gid=gid, weight=0.0)
-        if fixed:
+    with sheet.on(f"{joint.name}/curve"):
+        if joint.closed and outside and not fixed:
+            # below everything else: the cam's own pivot and its paths lie within
+            sheet.area(points[:-1], fill=style.FILL, edge="none", z=BOTTOM, weight=0.0)
+            corners = points[: -1 : PLACES // CORNERS]
+        if rolls or corners is not None:
+            z = style.Z_FILL
+            sheet.line(points, width=style.BAR, color=color, z=z, gid=gid, weight=0.0)
+        else:
+            symbols.groove(sheet, points, gid, style.GROUND if fixed else color)
+    if fixed and rolls:
+        with sheet.on(joint.first, grow="m"):
             _hatch(sheet, points, 1.0 if joint.side == "right" else -1.0)
-    else:
-        symbols.groove(sheet, points, gid, style.GROUND if fixed else color)
     sheet.keep(points[:: PLACES // SIDES])
+    real = _radius(scene, joint) * sheet.metre
     if rolls:
-        radius = max(_radius(scene, joint) * sheet.metre, 1.6 * style.PIN)
-        roller = f"joint-{joint.name}-roller"
-        sheet.circle(center, radius, fill=style.PAPER, z=style.Z_BLOCK, gid=roller)
-        symbols.pin(sheet, center, f"joint-{joint.name}-follower")
-    elif corners is None:
-        symbols.pin(sheet, center, f"joint-{joint.name}-follower")
-    else:
-        symbols.dot(sheet, center, f"joint-{joint.name}-follower")
+        with sheet.on(joint.second, grow=f"{joint.name}/roller" if real > 1.6 * style.PIN else ""):
+            radius, roller = max(real, 1.6 * style.PIN), f"joint-{joint.name}-roller"
+            sheet.circle(center, radius, fill=style.PAPER, z=style.Z_BLOCK, gid=roller)
+    with sheet.on(joint.second):
+        follower = symbols.pin if rolls or corners is None else symbols.dot
+        follower(sheet, center, f"joint-{joint.name}-follower")
     return corners
 
 

@@ -12,6 +12,7 @@ from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.units import SI, Units
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import draw_curve, reach
@@ -24,15 +25,16 @@ from mechdae.draw.diagram.driver import (
     value_text,
 )
 from mechdae.draw.diagram.gaps import blame_text, draw_gaps, open_text
-from mechdae.draw.diagram.guides import draw_guides, gaps_of, travel
+from mechdae.draw.diagram.guides import draw_guides, travel
 from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
 from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_of
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, named_pose, read_scene
-from mechdae.draw.diagram.shapes import Piece, draw_body, draw_ghost, shape_of
+from mechdae.draw.diagram.shapes import draw_body, draw_bridges, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
 from mechdae.draw.figure import current_format, new_axes
-from mechdae.draw.labels.labels import Links, draw_labels
-from mechdae.draw.sheet import Sheet, font, ink, normal, unit
+from mechdae.draw.labels.labels import Links, write_all, writings
+from mechdae.draw.labels.steady import SteadyLabels
+from mechdae.draw.sheet import Sheet
 from mechdae.draw.smooth import few_named, traced
 from mechdae.draw.words import ENGLISH, Words
 from mechdae.records import dataclass
@@ -154,6 +156,8 @@ class View:
         Colours of titles, where links have that of their variant.
     overlay
         Draws more between links and labels, and returns what is to be noted below.
+    steady
+        Labels of a motion, in place of those whose places are chosen in the pose.
     """
 
     traces: bool = True
@@ -172,15 +176,16 @@ class View:
     legend: tuple[tuple[str, str], ...] = ()
     paper: style.Theme | None = None
     overlay: Callable[[Sheet], str] | None = None
+    steady: SteadyLabels | None = None
 
 
-def has_paths(result: Result, scene: DrawnScene) -> bool:
+def has_paths(result: Result, scene: JoinedScene) -> bool:
     """Return whether the poses of a result are a motion."""
     return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
 
 
 def draw_pose(
-    axes: Axes,
+    axes: Axes | None,
     scene: DrawnScene,
     result: Result,
     pose: int,
@@ -189,7 +194,7 @@ def draw_pose(
     words: Words,
 ) -> Sheet:
     """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
-    low, high, size = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
+    low, high, _ = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger)
     check_closes(sheet, scene, result, pose, words)
     for behind in view.behind:
@@ -201,8 +206,29 @@ def draw_pose(
         for name in scene.mechanism.bodies:
             if scene.shown(name, other):
                 draw_ghost(sheet, scene, name, other)
-    places = places_of(scene, pose)
-    drivers = drivers_of(scene, result)
+    places, links, marks = draw_scene(sheet, scene, result, pose, view, words)
+    marks += draw_gaps(sheet, scene, result, words)
+    extra = view.overlay(sheet) if view.overlay is not None else ""
+    if not view.bare:
+        draw_frame(sheet, scene, result, pose, words, extra)
+    if view.labels and view.steady is not None:
+        view.steady.write(sheet, pose, marks)
+    elif view.labels:
+        write_all(sheet, writings(sheet, scene, pose, places, links, marks), links)
+    if view.bare:
+        return sheet
+    sheet.theme = view.paper or theme
+    write_heads(sheet, scene, result, pose, words, view)
+    write_legend(sheet, view.legend, LEGEND)
+    return sheet
+
+
+def draw_scene(
+    sheet: Sheet, scene: DrawnScene, result: Result, pose: int, view: View, words: Words
+) -> tuple[list[Place], Links, list[Mark]]:
+    """Draw one pose without labels; return its joint places, links and loads."""
+    size = (view.bounds or extent(scene, pose, view.traces, bool(view.ghosts)))[2]
+    places, drivers = places_of(scene, pose), drivers_of(scene, result)
     held = held_drivers(result, drivers)
     moved = [entry for entry in drivers if entry.text not in held]
     colors = dict.fromkeys(driven_bodies(scene, moved), style.DRIVEN)
@@ -213,20 +239,7 @@ def draw_pose(
     marks: list[Mark] = []
     if view.loads:
         marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
-    marks += draw_gaps(sheet, scene, result, words)
-    extra = view.overlay(sheet) if view.overlay is not None else ""
-    if not view.bare:
-        draw_frame(sheet, scene, result, pose, words, extra)
-    if view.labels:
-        draw_labels(sheet, scene, pose, places, links, marks)
-    if view.bare:
-        return sheet
-    values = [value_text(result, own, pose, words, own.text in held) for own in drivers]
-    values = [time_text(result, pose, words), *values, open_text(result, words), view.label]
-    sheet.theme = view.paper or theme
-    write_titles(sheet, result, values, pose, words, " " if view.legend else view.subtitle)
-    write_legend(sheet, view.legend, LEGEND)
-    return sheet
+    return places, links, marks
 
 
 def _larger(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[float, float]:
@@ -288,6 +301,14 @@ def extent(scene: DrawnScene, pose: int, traces: bool, ghosts: int) -> tuple[Arr
     return low, high, size
 
 
+def common_extent(
+    scene: DrawnScene, poses: Sequence[int], traces: bool
+) -> tuple[Array, Array, float]:
+    """Return the corners of what is in the pictures of several poses, and their largest size."""
+    low, high, size = zip(*(extent(scene, pose, traces, 0) for pose in poses), strict=True)
+    return np.min(low, axis=0), np.max(high, axis=0), max(size)
+
+
 def draw_traces(sheet: Sheet, result: Result, paths: Mapping[str, Array]) -> None:
     """Draw the paths of points; between a few poses that are named there is no line."""
     dots = few_named(result)
@@ -337,19 +358,17 @@ def _draw_links(
     outside: set[str],
 ) -> Links:
     links = Links()
-    gaps = gaps_of(sheet, scene, pose, size)
     guides = draw_guides(sheet, scene, pose, size, colors)
     links.wheels = draw_wheels(sheet, scene, pose, colors)
-    guides_of = [j for j in scene.joints(pose) if j.guide]
-    sliding = {j.second_body for j in guides_of if j.name not in scene.cylinders}
+    slides = [j for j in scene.joints(pose) if j.name not in scene.cylinders]
+    sliding = {j.second_body for j in slides if j.guide}
+    sliding |= {j.first_body for j in slides if j.guide or j.slot}
     for name, body in scene.mechanism.bodies.items():
         if not scene.shown(name, pose):
             continue
         color = colors.get(name, style.INK)
-        z = style.Z_BLOCK - 0.5 if name in sliding else style.Z_BAR
-        links.bars[name] = draw_body(
-            sheet, scene, name, pose, gaps.get(name, []), color, z, dashed=name in outside
-        )
+        z = style.Z_SLID if name in sliding else style.Z_BAR
+        links.bars[name] = draw_body(sheet, scene, name, pose, color, z, dashed=name in outside)
         links.bars[name] += guides.get(name, [])
         shape = shape_of(scene, name)
         spots = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in shape.points]
@@ -370,13 +389,9 @@ def _draw_links(
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             links.blocks[joint.second_body] = symbols.rectangle(second, axis)
         if joint.bar:
-            sheet.line(
-                [first, second],
-                width=style.LINE,
-                dash=style.DASHED,
-                z=style.Z_BAR,
-                gid=f"joint-{joint.name}-distance",
-            )
+            ends, gid, z = [first, second], f"joint-{joint.name}-distance", style.Z_BAR
+            with sheet.on(joint.first, joint.second):
+                sheet.line(ends, width=style.LINE, dash=style.DASHED, z=z, gid=gid)
     return links
 
 
@@ -384,20 +399,24 @@ def _draw_places(
     sheet: Sheet, scene: DrawnScene, pose: int, places: list[Place], links: Links
 ) -> None:
     for place in places:
-        center = sheet.at(scene.place(place.references[0], pose))
-        _draw_bridges(sheet, scene, pose, place, center, links)
+        here = place.references[0]
+        center = sheet.at(scene.place(here, pose))
+        draw_bridges(sheet, scene, pose, place, center, links.bars)
+        bodies = [body for body in place.bodies if body != GROUND]
         for joint in place.joints:
             if joint.rigid and not (place.fixed and GROUND in joint.bodies):
-                symbols.weld(
-                    sheet, center, _weld_arms(sheet, scene, pose, place), f"joint-{joint.name}-weld"
-                )
-        if place.fixed:
-            symbols.support(sheet, center, f"support-{place.letter}")
-        if place.pinned:
-            names = "-".join(joint.name for joint in place.joints if joint.pinned)
-            symbols.pin(sheet, center, f"joint-{names}-pin")
+                arms, gid = _weld_arms(sheet, scene, pose, place), f"joint-{joint.name}-weld"
+                with sheet.on(here, turn=bodies[0]):
+                    symbols.weld(sheet, center, arms, gid)
+        with sheet.on(here):
+            if place.fixed:
+                symbols.support(sheet, center, f"support-{place.letter}")
+            if place.pinned:
+                names = "-".join(joint.name for joint in place.joints if joint.pinned)
+                symbols.pin(sheet, center, f"joint-{names}-pin")
     for reference in free_points(scene, pose):
-        symbols.dot(sheet, sheet.at(scene.place(reference, pose)), f"point-{reference}")
+        with sheet.on(reference):
+            symbols.dot(sheet, sheet.at(scene.place(reference, pose)), f"point-{reference}")
 
 
 def _weld_arms(sheet: Sheet, scene: DrawnScene, pose: int, place: Place) -> list[Array]:
@@ -411,46 +430,6 @@ def _weld_arms(sheet: Sheet, scene: DrawnScene, pose: int, place: Place) -> list
             if other != point and np.hypot(*arm) > 1e-6:
                 arms.append(arm)
                 break
-    return arms
-
-
-def _draw_bridges(
-    sheet: Sheet, scene: DrawnScene, pose: int, place: Place, center: Array, links: Links
-) -> None:
-    """Mark the bars that run past this pin without a break."""
-    bodies = [name for name in place.bodies if name != GROUND]
-    for reference in place.references if place.pinned else ():
-        body = reference.split(".")[0]
-        if body == GROUND or body in links.polygons:
-            continue
-        arms = _drawn_arms(links.bars.get(body, []), center)
-        along = next((arm for arm in arms if any(arm @ other < -0.99 for other in arms)), None)
-        if along is None:
-            continue
-        others = sum(
-            (
-                sheet.at(scene.place(f"{name}.{end}", pose)) - center
-                for name in bodies
-                if name != body
-                for end in scene.mechanism.body(name).points
-            ),
-            np.array([0.0, -1e-6]),
-        )
-        symbols.bridge(sheet, center, along, -np.asarray(others), f"bridge-{reference}", style.INK)
-
-
-def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
-    """Return the directions in which the lines of a body leave a place."""
-    arms = []
-    for start, end in bars:
-        offsets = np.array([start - center, end - center])
-        along = unit(end - start)
-        if abs(float(offsets[0] @ normal(along))) < 1.0:
-            low, high = (float(offset @ along) for offset in offsets)
-            if low < 1.0 and high > 1.0:
-                arms.append(along)
-            if low < -1.0 and high > -1.0:
-                arms.append(-along)
     return arms
 
 
@@ -553,19 +532,20 @@ def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]], lift: float) -
     """Write the names of variants below the title, each in its colour."""
     x = 4.0
     for name, color in legend:
-        chosen = font(style.SUBTITLE, style.NOTE_FONT)
-        sheet.ax.annotate(
-            name.replace("$", r"\$"),
-            (0.0, 1.0),
-            xytext=(x * sheet.k, lift * sheet.k),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            fontproperties=font(style.SUBTITLE * sheet.k, style.NOTE_FONT),
-            color=color,
-            gid=f"variant-{name}",
-            annotation_clip=False,
-        )
+        chosen, start = font(style.SUBTITLE, style.NOTE_FONT), (x, sheet.size[1] + lift)
+        sheet.write(start, name.replace("$", r"\$"), chosen, color, f"variant-{name}")
         x += float(ink(name, chosen)[1][0]) + 14.0
+
+
+def write_heads(
+    sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, view: View
+) -> None:
+    """Write the title, and below it the values of the drivers."""
+    drivers = drivers_of(scene, result)
+    held = held_drivers(result, drivers)
+    values = [value_text(result, own, pose, words, own.text in held) for own in drivers]
+    values = [time_text(result, pose, words), *values, open_text(result, words), view.label]
+    write_titles(sheet, result, values, pose, words, " " if view.legend else view.subtitle)
 
 
 def write_titles(
@@ -597,14 +577,4 @@ def write_titles(
         rows.append((lines[1], 0.85 * style.TITLE, 21.0, style.INK, "title-rest"))
     for text, size, lift, color, gid in rows:
         text, chosen = fitted(text, size, room, style.NOTE_FONT)
-        sheet.ax.annotate(
-            text.replace("$", r"\$"),
-            (0.0, 1.0),
-            xytext=(4.0 * sheet.k, lift * sheet.k),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            fontproperties=font(chosen.get_size_in_points() * sheet.k, style.NOTE_FONT),
-            color=sheet.theme.paint(color),
-            gid=gid,
-            annotation_clip=False,
-        )
+        sheet.write((4.0, sheet.size[1] + lift), text.replace("$", r"\$"), chosen, color, gid)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -129,16 +130,31 @@ def draw_drivers(
         if not scene.shown(next(iter(driven_bodies(scene, [entry]))), pose):
             continue
         if entry.text in held:
-            draw_brake(sheet, scene, entry, places, pose)
+            with held_by(sheet, scene, entry, places):
+                draw_brake(sheet, scene, entry, places, pose)
             continue
-        sense = _sense(result, entry)
-        if entry.is_angle:
-            pivot, arm = pivot_of(scene, entry, places, pose)
-            points = turn_arrow(sheet, sheet.at(pivot), arm, sense, style.ARC)
-        else:
-            point, axis = travel_of(scene, entry, pose)
-            points = travel_arrow(sheet, sheet.at(point), axis, sense)
-        symbols.arrow(sheet, points, f"driver-{entry.text}")
+        sense = sense_of(result, entry)
+        with held_by(sheet, scene, entry, places):
+            if entry.is_angle:
+                pivot, arm = pivot_and_arm(scene, entry, places, pose)
+                points = turn_arrow(sheet, sheet.at(pivot), arm, sense, style.ARC)
+            else:
+                point, axis = travel_of(scene, entry, pose)
+                points = travel_arrow(sheet, sheet.at(point), axis, sense)
+            symbols.arrow(sheet, points, f"driver-{entry.text}")
+
+
+def held_by(
+    sheet: Sheet, scene: DrawnScene, entry: NamedCoordinate, places: list[Place]
+) -> AbstractContextManager[None]:
+    """Tell that what is drawn inside moves with what a coordinate moves."""
+    if entry.is_angle:
+        reference = pivot_of(scene, entry, places)
+        return sheet.on(reference, turn=reference.split(".")[0])
+    joint = scene.mechanism.joints.get(entry.part)
+    if joint is None:
+        return sheet.on(f"{entry.part}.{entry.point}")
+    return sheet.on(joint.second, turn=f"{joint.name}/axis")
 
 
 def draw_brake(
@@ -160,7 +176,7 @@ def draw_brake(
             reach = style.BLOCK[0] if blocked_by else 1.6 * style.PIN
             symbols.stops(sheet, center, axis, reach, gid, fixed)
         return
-    pivot, arm = pivot_of(scene, entry, places, pose)
+    pivot, arm = pivot_and_arm(scene, entry, places, pose)
     center = sheet.at(pivot)
     if arm is None:
         body = next(iter(driven_bodies(scene, [entry])))
@@ -191,41 +207,41 @@ def arm_of(scene: DrawnScene, reference: str, pose: int) -> Array | None:
     return longest if np.hypot(*longest) > 0 else None
 
 
-def _sense(result: Result, entry: NamedCoordinate) -> float:
-    """Return +1 or -1: the sign of the speed, or of the sweep, or plus."""
+def sense_of(result: Result, entry: NamedCoordinate) -> float:
+    """Return +1 or -1: the sign of a driver's speed, or of its sweep, or plus."""
     driver = (getattr(result, "drivers", None) or {}).get(entry.text)
-    velocity = getattr(driver, "velocity", None)
-    values = values_of(result, entry) if velocity is None else np.atleast_1d(velocity)
-    if values is None:
-        return 1.0
-    values = values[np.isfinite(values)]
-    total = (
-        float(values[-1] - values[0] if velocity is None else values.sum()) if len(values) else 0
-    )
-    return -1.0 if total < 0 else 1.0
+    speeds = getattr(driver, "velocity", None)
+    values = values_of(result, entry)
+    ways = [speeds, None if values is None else np.diff(values)]
+    for way in (np.nansum(way) for way in ways if way is not None):
+        if way:
+            return float(np.sign(way))
+    return 1.0
 
 
-def pivot_of(
+def pivot_of(scene: DrawnScene, entry: NamedCoordinate, places: list[Place]) -> str:
+    """Return the point about which a link turns: of its pins a fixed one, else the first."""
+    if entry.part in scene.mechanism.joints:
+        return scene.mechanism.joints[entry.part].second
+    body = entry.part
+    own = [
+        (place, reference)
+        for place in places
+        if place.pinned
+        for reference in place.references
+        if reference.startswith(f"{body}.")
+    ]
+    fixed = [reference for place, reference in own if GROUND in place.bodies]
+    known = [*fixed, *(reference for _, reference in own)]
+    return known[0] if known else f"{body}.{next(iter(scene.mechanism.body(body).points))}"
+
+
+def pivot_and_arm(
     scene: DrawnScene, entry: NamedCoordinate, places: list[Place], pose: int
 ) -> tuple[Array, Array | None]:
     """Return where a link turns [m] and the direction of its bar from there."""
-    if entry.part in scene.mechanism.joints:
-        body, point = scene.mechanism.joints[entry.part].second.split(".")
-    else:
-        body = entry.part
-        own = [
-            (place, reference)
-            for place in places
-            if place.pinned
-            for reference in place.references
-            if reference.startswith(f"{body}.")
-        ]
-        fixed = [reference for place, reference in own if GROUND in place.bodies]
-        known = [*fixed, *(reference for _, reference in own)]
-        point = (known or [f"{body}.{next(iter(scene.mechanism.body(body).points))}"])[0].split(
-            "."
-        )[1]
-    return scene.place(f"{body}.{point}", pose), arm_of(scene, f"{body}.{point}", pose)
+    reference = pivot_of(scene, entry, places)
+    return scene.place(reference, pose), arm_of(scene, reference, pose)
 
 
 def turn_arrow(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, radius: float) -> Array:

@@ -9,9 +9,11 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.diagram.shapes import HiddenStretch, edges, pieces, shape_of
+from mechdae.draw.diagram.shapes import edges, shape_of
 from mechdae.draw.sheet import Sheet, normal, unit
 
+MOUTH, PISTON = 0.85, 0.75
+"""Ends of a cylinder's barrel, and of its piston's way, over the shortest travel."""
 REACH = 2.5
 """A guide is drawn at most so many sizes of the mechanism beyond its block."""
 
@@ -29,59 +31,32 @@ def travel(scene: DrawnScene, joint: Joint, pose: int, size: float) -> tuple[flo
     return float(near.min()), float(near.max())
 
 
-def gaps_of(
-    sheet: Sheet, scene: DrawnScene, pose: int, size: float
-) -> dict[str, list[HiddenStretch]]:
-    """Return for each body the stretches of its bars hidden by blocks and slots."""
-    result: dict[str, list[HiddenStretch]] = {}
-    for joint in scene.joints(pose):
-        if joint.name in scene.cylinders:
-            continue
-        if joint.guide:
-            center = sheet.at(scene.place(joint.second, pose))
-            reach = style.BLOCK[0] * axis_of(scene, joint, pose)
-            gap = HiddenStretch(center - reach, center + reach)
-        elif joint.slot:
-            start, end = _slot_ends(sheet, scene, joint, pose, size)
-            reach = style.SLOT * unit(end - start)
-            gap = HiddenStretch(start - reach, end + reach)
-        else:
-            continue
-        result.setdefault(joint.first_body, []).append(gap)
-    return result
-
-
 def cylinder_of(
     sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int
-) -> tuple[Array, Array, Array]:
-    """Return where a cylinder's barrel begins and ends on the sheet, and its piston.
+) -> tuple[Array, Array, Array, float]:
+    """Return where a cylinder's barrel begins and ends on the sheet, its piston, and its share.
 
-    The barrel ends before the shortest travel; the piston is where the travel is in it.
+    The barrel ends before the shortest travel; the piston has a share of the travel.
     """
     eye, tip = (sheet.at(scene.place(side, pose)) for side in (joint.first, joint.second))
-    along, now = unit(tip - eye), float(np.hypot(*(tip - eye)))
     lengths = np.abs(scene.slide(joint)) * sheet.metre
-    lengths = lengths[np.isfinite(lengths)]
-    least, most = float(lengths.min()), float(lengths.max())
-    back = min(style.BARREL, 0.2 * now)
-    mouth = float(np.clip(0.85 * least, 0.45 * now, 0.85 * now))
-    share = (now - least) / (most - least) if most > least else 0.5
-    piston = back + (0.15 + 0.7 * share) * (mouth - back)
-    return eye + back * along, eye + mouth * along, eye + piston * along
+    least, most = float(np.nanmin(lengths)), float(np.nanmax(lengths))
+    along, share = unit(tip - eye), PISTON * least / most
+    back = eye + min(style.BARREL, 0.2 * least) * along
+    return back, eye + MOUTH * least * along, eye + share * (tip - eye), share
 
 
 def draw_guides(
     sheet: Sheet, scene: DrawnScene, pose: int, size: float, colors: dict[str, str]
 ) -> dict[str, list[tuple[Array, Array]]]:
     """Draw all sliding pairs; return the lines of moving guides by body."""
-    gaps = gaps_of(sheet, scene, pose, size)
     lines: dict[str, list[tuple[Array, Array]]] = {}
     for joint in scene.joints(pose):
         if joint.name in scene.cylinders:
             parts = _draw_cylinder(sheet, scene, joint, pose, colors)
             lines.setdefault(joint.second_body, []).append(parts.pop())
         elif joint.guide:
-            parts = _draw_prismatic(sheet, scene, joint, pose, size, gaps, colors)
+            parts = _draw_prismatic(sheet, scene, joint, pose, size, colors)
         elif joint.slot:
             parts = _draw_slot(sheet, scene, joint, pose, size, colors)
         else:
@@ -95,9 +70,17 @@ def _draw_cylinder(
 ) -> list[tuple[Array, Array]]:
     """Draw a cylinder; return the lines of its barrel and of its rod."""
     eye, tip = (sheet.at(scene.place(side, pose)) for side in (joint.first, joint.second))
-    back, mouth, piston = cylinder_of(sheet, scene, joint, pose)
-    color = colors.get(joint.second_body, style.INK)
-    symbols.cylinder(sheet, eye, back, mouth, piston, tip, f"joint-{joint.name}-cylinder", color)
+    back, mouth, piston, share = cylinder_of(sheet, scene, joint, pose)
+    color, gid = colors.get(joint.second_body, style.INK), f"joint-{joint.name}-cylinder"
+    ends, way = (joint.first, joint.second), f"{joint.first}>{joint.second}"
+    near = "low" if np.nanmin(scene.slide(joint)) >= 0 else "high"
+    held = (joint.first, f"{joint.name}/{near}")
+    with sheet.on(*held, turn=way, span=True, weight=(0.0, 0.0, MOUTH, MOUTH)):
+        symbols.barrel(sheet, eye, back, mouth, gid)
+    with sheet.on(*ends, turn=way, span=True, weight=(share,)):
+        symbols.piston(sheet, piston, unit(tip - eye), gid, color)
+    with sheet.on(*ends, turn=way, span=True, weight=(share, 1.0)):
+        sheet.line([piston, tip], width=style.BAR, color=color, z=style.Z_BAR, gid=f"{gid}-rod")
     return [(eye, mouth), (mouth, tip)]
 
 
@@ -107,48 +90,43 @@ def _draw_prismatic(
     joint: Joint,
     pose: int,
     size: float,
-    gaps: dict[str, list[HiddenStretch]],
     colors: dict[str, str],
 ) -> list[tuple[Array, Array]]:
     center = sheet.at(scene.place(joint.second, pose))
-    axis = axis_of(scene, joint, pose)
+    axis, turn = axis_of(scene, joint, pose), f"{joint.name}/axis"
     low, high = travel(scene, joint, pose, size)
     now = float(scene.slide(joint)[pose])
     start = center + (low - now) * sheet.metre * axis
     end = center + (high - now) * sheet.metre * axis
-    symbols.block(sheet, center, axis, f"joint-{joint.name}-prismatic")
+    with sheet.on(joint.second, turn=turn):
+        symbols.block(sheet, center, axis, f"joint-{joint.name}-prismatic")
     margin = (style.BLOCK[0] + 7.0) * axis
+    ends = (f"{joint.name}/low", f"{joint.name}/high")
     if joint.first_body == GROUND:
         side = _clear_side(sheet, scene, joint, pose, (start - margin, end + margin))
-        shift = style.BLOCK[1] * side
-        symbols.hatch(
-            sheet, start - margin + shift, end + margin + shift, side, f"joint-{joint.name}-guide"
-        )
+        shift, gid = style.BLOCK[1] * side, f"joint-{joint.name}-guide"
+        with sheet.on(*ends, turn=turn, span=True):
+            symbols.hatch(sheet, start - margin + shift, end + margin + shift, side, gid)
         return []
     if joint.second_body == GROUND:
         side = guide_side(axis, center, sheet.at(_middle(scene, pose)))
         shift, half = style.BLOCK[1] * side, style.BLOCK[0] * axis
-        symbols.hatch(sheet, center - half + shift, center + half + shift, side)
+        with sheet.on(joint.second, turn=turn):
+            symbols.hatch(sheet, center - half + shift, center + half + shift, side)
     origin = sheet.at(scene.place(joint.first, pose))
     reach = [float((spot - origin) @ axis) for spot in (start - margin, end + margin)]
-    ends = origin + min(0.0, *reach) * axis, origin + max(0.0, *reach) * axis
-    covered = _covered(sheet, scene, joint.first_body, pose)
-    drawn = [
-        part
-        for a, b in pieces(*ends, covered)
-        for part in pieces(a, b, gaps.get(joint.first_body, []))
-    ]
-    for part in drawn:
-        sheet.line(
-            part,
-            color=colors.get(joint.first_body, style.INK),
-            width=style.BAR,
-            z=style.Z_BAR,
-            gid=f"joint-{joint.name}-guide",
-        )
-    if drawn:
+    line = origin + min(0.0, *reach) * axis, origin + max(0.0, *reach) * axis
+    points = (
+        ends[0] if min(reach) < 0 else joint.first,
+        ends[1] if max(reach) > 0 else joint.first,
+    )
+    color = colors.get(joint.first_body, style.INK)
+    with sheet.on(*points, turn=turn):
+        gid = f"joint-{joint.name}-guide"
+        sheet.line(line, color=color, width=style.BAR, z=style.Z_SLID, gid=gid)
+    with sheet.on(joint.first, turn=joint.first_body):
         _draw_corner(sheet, scene, joint, pose, center)
-    return drawn
+    return [line]
 
 
 def _clear_side(
@@ -187,18 +165,6 @@ def _draw_corner(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, cente
         arm = sheet.at(scene.place(f"{joint.first_body}.{point}", pose)) - origin
         if np.hypot(*arm) > style.BLOCK[0] and abs(unit(arm) @ normal(unit(toward))) > 0.1:
             symbols.corner(sheet, origin, (toward, arm), f"joint-{joint.name}-corner")
-
-
-def _covered(sheet: Sheet, scene: DrawnScene, body: str, pose: int) -> list[HiddenStretch]:
-    """Return the stretch of a moving guide that the body's own bar draws."""
-    shape = shape_of(scene, body)
-    if shape.kind != "bar":
-        return []
-    a, b = (
-        sheet.at(scene.place(f"{body}.{point}", pose))
-        for point in (shape.points[0], shape.points[-1])
-    )
-    return [HiddenStretch(a, b)]
 
 
 def guide_side(axis: Array, center: Array, middle: Array) -> Array:
@@ -266,21 +232,19 @@ def _draw_slot(
 ) -> list[tuple[Array, Array]]:
     start, end = _slot_ends(sheet, scene, joint, pose, size)
     body, axis = joint.first_body, axis_of(scene, joint, pose)
-    color = colors.get(body, style.INK)
-    symbols.slot(sheet, start, end, f"joint-{joint.name}-pin-in-slot", color)
-    if body == GROUND:
-        side = guide_side(axis, (start + end) / 2, sheet.at(_middle(scene, pose)))
-        shift = style.SLOT * side
-        symbols.hatch(sheet, start + shift, end + shift, side)
-        return []
+    color, turn = colors.get(body, style.INK), f"{joint.name}/axis"
+    ends = (f"{joint.name}/low", f"{joint.name}/high")
+    with sheet.on(*ends, turn=turn, span=True):
+        symbols.slot(sheet, start, end, f"joint-{joint.name}-pin-in-slot", color)
+        if body == GROUND:
+            side = guide_side(axis, (start + end) / 2, sheet.at(_middle(scene, pose)))
+            shift = style.SLOT * side
+            symbols.hatch(sheet, start + shift, end + shift, side)
+            return []
     origin = sheet.at(scene.place(joint.first, pose))
-    near = min((start, end), key=lambda spot: float(np.hypot(*(spot - origin))))
-    reach = style.SLOT * unit(near - (start + end) / 2)
-    outside = abs(float((origin - (start + end) / 2) @ axis)) > (
-        float(np.hypot(*(end - start))) / 2 + style.SLOT
-    )
-    foot = near + reach if outside else near
-    drawn = pieces(origin, foot, _covered(sheet, scene, body, pose))
-    for part in drawn if outside else []:
-        sheet.line(part, color=color, width=style.BAR, z=style.Z_BAR)
+    near = 0 if np.hypot(*(start - origin)) <= np.hypot(*(end - origin)) else 1
+    if abs(float((origin - (start + end) / 2) @ axis)) > float(np.hypot(*(end - start))) / 2:
+        with sheet.on(joint.first, ends[near], turn=turn):
+            foot = (start, end)[near]
+            sheet.line([origin, foot], color=color, width=style.BAR, z=style.Z_SLID)
     return [(start, end)]

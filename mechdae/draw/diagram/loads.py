@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
-from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad
+from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import acts, load_values, sense
-from mechdae.draw.diagram.driver import blocked, pivot_of, travel_of, turn_arrow
-from mechdae.draw.diagram.places import Place
+from mechdae.draw.diagram.amounts import KnownScene, acts, load_values, sense
+from mechdae.draw.diagram.driver import blocked, held_by, pivot_and_arm, travel_of, turn_arrow
+from mechdae.draw.diagram.places import JoinedScene, Place
 from mechdae.draw.diagram.scene import Array, DrawnScene, turned
+from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
@@ -62,10 +63,10 @@ def draw_loads(
     force `peak` [N] has full length, without it that of the largest in this pose.
     """
     marks: list[Mark] = []
-    straight: list[tuple[Load, Array, Array | None, float | None, float]] = []
+    straight: list[tuple[Load, Array, Array | None, float | None, float, Anchor]] = []
     either: set[str] = set()
     for load in scene.mechanism.loads.values():
-        if not all(scene.shown(body, pose) for body in _bodies(scene, load)):
+        if not acting(scene, load, pose):
             continue
         if isinstance(load, Spring):
             marks.append(_draw_spring(sheet, scene, load, pose, places))
@@ -74,29 +75,35 @@ def draw_loads(
         if isinstance(load, Force):
             straight.append(_force(scene, load, values, pose))
             continue
-        entry = _coordinate(scene, load)
+        entry = coordinate_of(scene, load)
         way = -sense(scene, result, entry, pose) if isinstance(load, Resistance) else 1.0
         size = None if values is None else values[0]
         if entry.is_angle:
-            marks += _draw_torque(sheet, scene, load, entry, size, way, pose, places, words)
+            with held_by(sheet, scene, entry, places):
+                marks += _draw_torque(sheet, scene, load, entry, size, way, pose, places, words)
         else:
             point, axis = travel_of(scene, entry, pose)
             direction: Array | None = axis * (way or 1.0) * (1.0 if size is None else np.sign(size))
             if isinstance(load, TableLoad) and size is None:
                 direction = None
             gap = style.BLOCK[0] + 2.0
-            straight.append((load, point, direction, None if size is None else abs(size), gap))
+            with held_by(sheet, scene, entry, places):
+                held = sheet.anchor
+            straight.append(
+                (load, point, direction, None if size is None else abs(size), gap, held)
+            )
             if way == 0.0:
                 either.add(load.name)
     largest = peak or max((row[3] for row in straight if row[3]), default=1.0)
-    for load, point, direction, size, gap in straight:
+    for load, point, direction, size, gap, held in straight:
         if size == 0.0:
             continue
         share = 1.0 if size is None else size / largest
         text = text_of(load.name, size, "N", words)
-        mark = _draw_force(sheet, load.name, text, sheet.at(point), direction, share, gap)
-        if load.name in either:
-            symbols.arrow(sheet, np.array(mark.lines[0])[::-1], f"load-{load.name}", style.LOAD)
+        with sheet.held(held):
+            mark = _draw_force(sheet, load.name, text, sheet.at(point), direction, share, gap)
+            if load.name in either:
+                symbols.arrow(sheet, np.array(mark.lines[0])[::-1], f"load-{load.name}", style.LOAD)
         marks.append(mark)
     if len(marks) > MANY:
         marks = [replace(mark, text=mark.name) for mark in marks]
@@ -115,36 +122,38 @@ def load_points(scene: DrawnScene, pose: int) -> list[Array]:
     return [scene.place(entry, pose) for entry in shown]
 
 
-def peak_force(scene: DrawnScene, result: Any, poses: Sequence[int]) -> float | None:
+def peak_force(scene: KnownScene, result: Any, poses: Sequence[int]) -> float | None:
     """Return the largest of the forces with a straight arrow that are known, in some poses."""
     sizes = []
     for load in scene.mechanism.loads.values():
-        if isinstance(load, Spring) or not (
-            isinstance(load, Force) or not _coordinate(scene, load).is_angle
-        ):
+        straight = isinstance(load, Force)
+        if not straight and not isinstance(load, (Spring, Torque)):
+            turns = getattr(load, "body", None) is not None or coordinate_of(scene, load).is_angle
+            straight = not turns
+        if not straight:
             continue
         rows = [load_values(scene, result, load, pose) for pose in poses]
         sizes += [math.hypot(*row) for row in rows if row is not None]
     return max(sizes, default=0.0) or None
 
 
-def _bodies(scene: DrawnScene, load: Load) -> set[str]:
-    """Return the bodies a load acts on."""
-    if isinstance(load, Force):
-        return {load.point.split(".")[0]}
-    if isinstance(load, Spring) and load.between is not None:
-        return {entry.split(".")[0] for entry in load.between}
-    entry = _coordinate(scene, load)
-    joint = scene.mechanism.joints.get(entry.part)
-    return {entry.part} if joint is None else set(joint.bodies)
+def acting(scene: JoinedScene, load: Load, pose: int) -> bool:
+    """Return whether the bodies that a load acts on are shown."""
+    ends = (load.point,) if isinstance(load, Force) else getattr(load, "between", None)
+    body = getattr(load, "body", None)
+    bodies = {end.split(".")[0] for end in ends or ()} if body is None else {body}
+    if not bodies:
+        entry = coordinate_of(scene, load)
+        joint = scene.mechanism.joints.get(entry.part)
+        bodies = {entry.part} if joint is None else set(joint.bodies)
+    return all(scene.shown(body, pose) for body in bodies)
 
 
-def _coordinate(scene: DrawnScene, load: Load) -> NamedCoordinate:
+def coordinate_of(scene: KnownScene | JoinedScene, load: object) -> NamedCoordinate:
     """Return the coordinate along which a load works."""
     body = getattr(load, "body", None)
-    text = f"{body}.angle" if body is not None else None
     along = getattr(load, "along", None) or getattr(load, "coordinate", None)
-    return coordinate(scene.mechanism, text or str(along))
+    return coordinate(scene.mechanism, f"{body}.angle" if body is not None else str(along))
 
 
 def text_of(name: str, size: float | None, unit: str, words: Words) -> str:
@@ -154,15 +163,16 @@ def text_of(name: str, size: float | None, unit: str, words: Words) -> str:
 
 def _force(
     scene: DrawnScene, load: Force, values: tuple[float, ...] | None, pose: int
-) -> tuple[Load, Array, Array | None, float | None, float]:
-    point = scene.place(load.point, pose)
-    gap = style.PIN + 2.0
+) -> tuple[Load, Array, Array | None, float | None, float, Anchor]:
+    """Return a force with its point, direction and size, and what its arrow moves with."""
+    point, gap = scene.place(load.point, pose), style.PIN + 2.0
+    held = Anchor((load.point,), "" if load.frame in ("world", GROUND) else load.frame)
     if values is None:
-        return load, point, None, None, gap
+        return load, point, None, None, gap, held
     value = np.array(values)
     if load.frame != "world":
         value = turned(scene.angles[load.frame][pose : pose + 1], value)[0]
-    return load, point, unit(value), float(np.hypot(*value)), gap
+    return load, point, unit(value), float(np.hypot(*value)), gap, held
 
 
 def _draw_force(
@@ -200,7 +210,7 @@ def _draw_torque(
     """Draw a curved arrow; one with two heads where the sense is not known."""
     if size == 0.0:
         return []
-    pivot, arm = pivot_of(scene, entry, places, pose)
+    pivot, arm = pivot_and_arm(scene, entry, places, pose)
     sign = way * (1.0 if size is None else float(np.sign(size)))
     both = sign == 0.0 or (size is None and not isinstance(load, Resistance))
     center, turn = sheet.at(pivot), sign or 1.0
@@ -222,17 +232,25 @@ def _draw_spring(
 ) -> Mark:
     if load.between is None:
         entry = coordinate(scene.mechanism, str(load.coordinate))
-        if entry.is_angle:
-            return torsion_mark(sheet, load, sheet.at(pivot_of(scene, entry, places, pose)[0]))
-        ends = _ends(sheet, scene, entry, pose)
-    else:
-        a, b = (sheet.at(scene.place(entry, pose)) for entry in load.between)
-        for reference, place in zip(load.between, (a, b), strict=True):
-            if reference.split(".")[0] == GROUND and not _is_place(reference, places):
+        with held_by(sheet, scene, entry, places):
+            if entry.is_angle:
+                pivot = pivot_and_arm(scene, entry, places, pose)[0]
+                return torsion_mark(sheet, load, sheet.at(pivot))
+            ends, zero = _ends(sheet, scene, entry, pose)
+            held = sheet.anchor
+        if zero and entry.kind == "slide":
+            joint = scene.mechanism.joints[entry.part]
+            held = Anchor((joint.first, joint.second), held.turn, span=True)
+        with sheet.held(held):
+            return spring_mark(sheet, load, ends)
+    a, b = (sheet.at(scene.place(entry, pose)) for entry in load.between)
+    for reference, place in zip(load.between, (a, b), strict=True):
+        if reference.split(".")[0] == GROUND and not _is_place(reference, places):
+            with sheet.on(reference):
                 symbols.support(sheet, place, f"support-{reference}")
                 symbols.pin(sheet, place, f"load-{load.name}-pin")
-        ends = between_points(a, b)
-    return spring_mark(sheet, load, ends)
+    with sheet.on(*load.between, turn=">".join(load.between), span=True):
+        return spring_mark(sheet, load, between_points(a, b))
 
 
 def kinds_of_spring(load: Spring) -> tuple[bool, bool]:
@@ -271,8 +289,8 @@ def _is_place(reference: str, places: list[Place]) -> bool:
 
 def _ends(
     sheet: Sheet, scene: DrawnScene, entry: NamedCoordinate, pose: int
-) -> tuple[Array, Array]:
-    """Return the ends of a spring on a slide or on a point's coordinate.
+) -> tuple[tuple[Array, Array], bool]:
+    """Return the ends of a spring on a slide or on a point's coordinate, and whether from zero.
 
     From where the coordinate is zero to the point, if that is long enough; else on the
     free side of the point.
@@ -294,10 +312,10 @@ def _ends(
         rows = [ends + lift * normal(axis) for lift in (0.0, style.COIL + 1.0, -style.COIL - 1.0)]
         rest = [round(blocked(sheet, np.linspace(a, b, 17)[3:-3]), 6) for a, b in rows]
         chosen = rows[int(np.argmin(rest))]
-        return chosen[0], chosen[1]
+        return (chosen[0], chosen[1]), True
     cost = [blocked(sheet, np.linspace(a, b, 9)) for a, b in zip(far, options, strict=True)]
     k = int(np.argmin(np.round(cost, 6)))
-    return far[k], options[k]
+    return (far[k], options[k]), False
 
 
 def torsion_mark(sheet: Sheet, load: Spring, center: Array) -> Mark:
@@ -335,7 +353,8 @@ def _draw_masses(sheet: Sheet, scene: DrawnScene, pose: int) -> list[Mark]:
             continue
         turn = scene.angles[name][pose : pose + 1]
         center = scene.origins[name][pose] + turned(turn, local)[0]
-        symbols.mass_center(sheet, sheet.at(center), f"mass-{name}")
+        with sheet.on(f"{name}.{next(iter(body.points))}", turn=name, grow="m"):
+            symbols.mass_center(sheet, sheet.at(center), f"mass-{name}")
     if not heavy or not pull.any():
         return []
     return gravity_mark(sheet, unit(pull))

@@ -160,6 +160,17 @@ def free_points(scene: JoinedScene, pose: int) -> list[str]:
     ]
 
 
+def fixed_bodies(mechanism: Mechanism) -> set[str]:
+    """Return the ground and the bodies welded to it."""
+    fixed = {GROUND}
+    welds = [joint for joint in mechanism.joints.values() if joint.rigid]
+    for _ in welds:
+        for joint in welds:
+            if fixed & set(joint.bodies):
+                fixed |= set(joint.bodies)
+    return fixed
+
+
 def numbers_of(mechanism: Mechanism) -> dict[str, int]:
     """Return the number of each body: its own, else the next free in declared order."""
     given = {name: body.number for name, body in mechanism.bodies.items()}

@@ -118,16 +118,6 @@ class DrawnScene:
             and joint.name not in self.open
         ]
 
-    def fixed_bodies(self) -> set[str]:
-        """Return the ground and the bodies welded to it."""
-        fixed = {GROUND}
-        welds = [joint for joint in self.mechanism.joints.values() if joint.rigid]
-        for _ in welds:
-            for joint in welds:
-                if fixed & {joint.first_body, joint.second_body}:
-                    fixed |= {joint.first_body, joint.second_body}
-        return fixed
-
     def assembled(self) -> list[int]:
         """Return the poses that are assembled."""
         there = np.array([status != "unassembled" for status in self.status], dtype=bool)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND, Body
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.places import Place
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.sheet import Sheet, unit
+from mechdae.draw.sheet import Sheet, normal, unit
 from mechdae.records import dataclass
+from mechdae.types import Booleans
 
 FLAT = 0.02
 """Points this close to one line, as a share of their spread, count as collinear."""
@@ -34,14 +36,6 @@ class LinkShape:
     kind: str
     points: tuple[str, ...]
     inner: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class HiddenStretch:
-    """A stretch of a bar that is hidden by a block or a slot, in units of the sheet."""
-
-    start: Array
-    end: Array
 
 
 Piece = tuple[Array, Array]
@@ -93,25 +87,6 @@ def _turn(points: Array, i: int, j: int, k: int) -> float:
     return float(a[0] * b[1] - a[1] * b[0])
 
 
-def pieces(start: Array, end: Array, gaps: Iterable[HiddenStretch]) -> list[Piece]:
-    """Return what is left of a bar outside the gaps that lie on it."""
-    along, length = unit(end - start), float(np.hypot(*(end - start)))
-    spans: list[tuple[float, float]] = [(0.0, length)]
-    for gap in gaps:
-        offsets = np.array([gap.start - start, gap.end - start])
-        beside = np.abs(offsets @ np.array([-along[1], along[0]]))
-        if beside.max() > 1.0:
-            continue
-        low, high = sorted((offsets @ along).tolist())
-        spans = [
-            part
-            for a, b in spans
-            for part in ((a, min(b, low)), (max(a, high), b))
-            if part[1] - part[0] > 1e-9
-        ]
-    return [(start + a * along, start + b * along) for a, b in spans]
-
-
 def edges(shape: LinkShape) -> list[tuple[str, str]]:
     """Return the pairs of points that a shape connects by lines."""
     if shape.kind == "polygon":
@@ -126,15 +101,13 @@ def draw_body(
     scene: DrawnScene,
     name: str,
     pose: int,
-    gaps: Iterable[HiddenStretch],
     color: str,
     z: float = style.Z_BAR,
     dashed: bool = False,
 ) -> list[Piece]:
     """Draw bars and polygon of a body; return the lines drawn.
 
-    The bars of a body that has a block end at it: their ``z`` is below that of blocks.
-    ``dashed`` are bodies outside the scene.
+    Blocks and slots hide bars whose ``z`` is below theirs. ``dashed`` are bodies outside the scene.
     """
     width, dash = (style.LINE, style.DASHED) if dashed else (style.BAR, None)
     shape = shape_of(scene, name)
@@ -142,33 +115,74 @@ def draw_body(
         point: sheet.at(scene.place(f"{name}.{point}", pose))
         for point in scene.mechanism.body(name).points
     }
+    pairs = edges(shape)
     if shape.kind == "polygon":
         corners = np.array([spots[point] for point in shape.points])
-        sheet.area(
-            corners,
-            fill=style.FILL,
-            edge="none",
-            width=0.0,
-            z=style.Z_FILL,
-            gid=f"body-{name}-polygon",
-            weight=0.0,
-        )
+        with sheet.on(*(f"{name}.{point}" for point in shape.points)):
+            sheet.area(
+                corners, fill=style.FILL, edge="none", width=0.0, z=style.Z_FILL,
+                gid=f"body-{name}-polygon", weight=0.0,
+            )  # fmt: skip
         for i, spot in enumerate(corners):
             arms = (corners[i - 1] - spot, corners[(i + 1) % len(corners)] - spot)
-            symbols.corner(sheet, spot, arms, None, color)
-    drawn: list[Piece] = []
-    gaps = list(gaps)
-    for first, second in edges(shape):
-        drawn += pieces(spots[first], spots[second], gaps)
+            with sheet.on(f"{name}.{shape.points[i]}", turn=name):
+                symbols.corner(sheet, spot, arms, None, color)
     for point in shape.inner:
-        nearest = min(
-            shape.points, key=lambda corner: float(np.hypot(*(spots[corner] - spots[point])))
-        )
+        away = {corner: float(np.hypot(*(spots[corner] - spots[point]))) for corner in shape.points}
         if name != GROUND and not inside(spots[point], corners):
-            drawn += pieces(spots[point], spots[nearest], gaps)
-    for start, end in drawn:
-        sheet.line([start, end], color=color, width=width, z=z, dash=dash, gid=f"body-{name}-bar")
-    return drawn
+            pairs.append((point, min(away, key=away.__getitem__)))
+    for first, second in pairs:
+        with sheet.on(f"{name}.{first}", f"{name}.{second}"):
+            ends, gid = [spots[first], spots[second]], f"body-{name}-bar"
+            sheet.line(ends, color=color, width=width, z=z, dash=dash, gid=gid)
+    return [(spots[first], spots[second]) for first, second in pairs]
+
+
+def draw_bridges(
+    sheet: Sheet,
+    scene: DrawnScene,
+    pose: int,
+    place: Place,
+    center: Array,
+    bars: Mapping[str, list[Piece]],
+) -> None:
+    """Mark the bars that run past this pin without a break."""
+    bodies = [name for name in place.bodies if name != GROUND]
+    for reference in place.references if place.pinned else ():
+        body = reference.split(".")[0]
+        if body == GROUND or shape_of(scene, body).kind == "polygon":
+            continue
+        arms = _drawn_arms(bars.get(body, []), center)
+        along = next((arm for arm in arms if any(arm @ other < -0.99 for other in arms)), None)
+        if along is None:
+            continue
+        others = sum(
+            (
+                sheet.at(scene.place(f"{name}.{end}", pose)) - center
+                for name in bodies
+                if name != body
+                for end in scene.mechanism.body(name).points
+            ),
+            np.array([0.0, -1e-6]),
+        )
+        with sheet.on(reference, turn=body):
+            gid = f"bridge-{reference}"
+            symbols.bridge(sheet, center, along, -np.asarray(others), gid, style.INK)
+
+
+def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
+    """Return the directions in which the lines of a body leave a place."""
+    arms = []
+    for start, end in bars:
+        offsets = np.array([start - center, end - center])
+        along = unit(end - start)
+        if abs(float(offsets[0] @ normal(along))) < 1.0:
+            low, high = (float(offset @ along) for offset in offsets)
+            if low < 1.0 and high > 1.0:
+                arms.append(along)
+            if low < -1.0 and high > -1.0:
+                arms.append(-along)
+    return arms
 
 
 def draw_ghost(sheet: Sheet, scene: DrawnScene, name: str, pose: int) -> None:
@@ -185,11 +199,18 @@ def draw_ghost(sheet: Sheet, scene: DrawnScene, name: str, pose: int) -> None:
         )
 
 
-def inside(point: Array, corners: Array) -> bool:
-    """Return whether a point is inside a polygon (rays to the right)."""
-    result = False
-    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if (a[1] > point[1]) != (b[1] > point[1]):
-            reach = a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
-            result ^= bool(point[0] < reach)
+def within(places: Array, corners: Array) -> Booleans:
+    """Return which places (k, 2) lie inside a polygon (m, 2), (k,)."""
+    result = np.zeros(len(places), dtype=bool)
+    x, y = places.T
+    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        upright = (ay > y) != (by > y)
+        if upright.any():
+            with np.errstate(divide="ignore", invalid="ignore"):
+                result ^= upright & (x < ax + (y - ay) / (by - ay) * (bx - ax))
     return result
+
+
+def inside(point: Array, corners: Array) -> bool:
+    """Return whether a point is inside a polygon."""
+    return bool(within(point[None], corners)[0])

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.sheet import Array, Sheet, arc, normal, unit
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import Sheet, arc, normal, unit
 
 DOWN = np.array([0.0, -1.0])
 
@@ -33,14 +34,25 @@ TEETH = 5.0
 
 def hatch(sheet: Sheet, start: Array, end: Array, side: Array, gid: str | None = None) -> None:
     """Draw the line of a fixed surface with hatching on its `side`."""
-    along = unit(end - start)
-    length = float(np.hypot(*(end - start)))
-    count = max(round(length / style.HATCH), 2)
     sheet.line([start, end], color=style.GROUND, z=style.Z_GROUND, gid=gid)
-    feet = start + np.outer((np.arange(count) + 0.75) * length / count, along)
-    tips = feet + style.HATCH * (side - 0.9 * along)
-    sheet.strokes(feet, tips, color=style.GROUND, width=style.THIN, z=style.Z_GROUND)
+    ends = hatching(start, end, side)
+    sheet.strokes(*ends, color=style.GROUND, width=style.THIN, z=style.Z_GROUND)
     _keep_strip(sheet, start, end, side)
+
+
+def hatching(start: Array, end: Array, side: Array) -> tuple[Array, Array]:
+    """Return where the strokes of a hatched line begin and end."""
+    along, length = unit(end - start), float(np.hypot(*(end - start)))
+    count = max(round(length / style.HATCH), 2)
+    feet = start + np.outer((np.arange(count) + 0.75) * length / count, along)
+    return feet, feet + style.HATCH * (side - 0.9 * along)
+
+
+def _hatch_arc(sheet: Sheet, feet: Array, out: Array) -> None:
+    """Draw hatching from places on an arc, `out` of it."""
+    tips = feet + style.HATCH * (out - 0.8 * np.stack([-out[:, 1], out[:, 0]], axis=-1))
+    color, width, z = style.GROUND, style.THIN, style.Z_MARK
+    sheet.strokes(feet, tips, color=color, width=width, z=z, weight=style.SOLID)
 
 
 def _keep_strip(sheet: Sheet, start: Array, end: Array, side: Array) -> None:
@@ -155,10 +167,7 @@ def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> Non
         sheet.line(points, color=style.GROUND, z=style.Z_MARK)
         feet = points[1::2]
         out = outward * (feet - center) / radius
-        tips = feet + style.HATCH * (out - 0.8 * np.stack([-out[:, 1], out[:, 0]], axis=-1))
-        sheet.strokes(
-            feet, tips, color=style.GROUND, width=style.THIN, z=style.Z_MARK, weight=style.SOLID
-        )
+        _hatch_arc(sheet, feet, out)
 
 
 def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) -> None:
@@ -273,12 +282,7 @@ def shoe(sheet: Sheet, center: Array, radius: float, gid: str, fixed: bool = Tru
         points = arc(center, gap, middle - span / 2, middle + span / 2, 12)
         sheet.line(points, width=style.BAR, z=style.Z_MARK, gid=gid)
         if fixed:
-            feet = points[1::3]
-            out = (feet - center) / gap
-            tips = feet + style.HATCH * (out - 0.8 * np.stack([-out[:, 1], out[:, 0]], axis=-1))
-            sheet.strokes(
-                feet, tips, color=style.GROUND, width=style.THIN, z=style.Z_MARK, weight=style.SOLID
-            )
+            _hatch_arc(sheet, points[1::3], (points[1::3] - center) / gap)
 
 
 def tie(sheet: Sheet, center: Array, first: Array, second: Array, gid: str) -> None:
@@ -289,26 +293,20 @@ def tie(sheet: Sheet, center: Array, first: Array, second: Array, gid: str) -> N
         sheet.circle(end, 0.5 * style.PIN, fill=style.INK, z=style.Z_MARK)
 
 
-def cylinder(
-    sheet: Sheet,
-    eye: Array,
-    back: Array,
-    mouth: Array,
-    piston: Array,
-    tip: Array,
-    gid: str,
-    color: str = style.INK,
-) -> None:
-    """Draw a hydraulic cylinder: its eye, a closed barrel, the piston and its rod."""
-    along = unit(mouth - back)
-    half = style.BLOCK[1] * normal(along)
+def barrel(sheet: Sheet, eye: Array, back: Array, mouth: Array, gid: str) -> None:
+    """Draw the eye and the closed barrel of a hydraulic cylinder."""
+    half = style.BLOCK[1] * normal(unit(mouth - back))
     sheet.line([eye, back], width=style.BAR, z=style.Z_BLOCK, gid=f"{gid}-eye")
-    barrel = [back - half, mouth - half, mouth + half, back + half]
-    sheet.area(barrel, z=style.Z_BLOCK, width=1.4 * style.LINE, gid=gid)
-    sheet.line([piston, tip], width=style.BAR, color=color, z=style.Z_BAR, gid=f"{gid}-rod")
-    head = 0.85 * half
-    sheet.line([piston - head, piston + head], width=1.5 * style.BAR, color=color, z=style.Z_BAR)
+    corners = [back - half, back + half, mouth + half, mouth - half]
+    sheet.area(corners, z=style.Z_BLOCK, width=1.4 * style.LINE, gid=gid)
     sheet.box(np.minimum(back, mouth), np.maximum(back, mouth), style.SHADE)
+
+
+def piston(sheet: Sheet, center: Array, along: Array, gid: str, color: str = style.INK) -> None:
+    """Draw the piston in the barrel of a cylinder."""
+    head, width = 0.85 * style.BLOCK[1] * normal(along), 1.5 * style.BAR
+    ends = [center - head, center + head]
+    sheet.line(ends, width=width, color=color, z=style.Z_BAR, gid=f"{gid}-piston")
 
 
 def mass_center(sheet: Sheet, center: Array, gid: str) -> None:

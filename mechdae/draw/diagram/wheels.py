@@ -9,6 +9,7 @@ import numpy as np
 from mechdae.describe.joints.joint import Joint
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.places import fixed_bodies
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import Sheet, normal, unit
 
@@ -64,7 +65,7 @@ def draw_wheels(
     """
     seen: set[tuple[str, float]] = set()
     largest: dict[str, tuple[Array, float]] = {}
-    fixed = scene.fixed_bodies()
+    fixed = fixed_bodies(scene.mechanism)
     for joint in scene.joints(pose):
         if joint.strands:
             _draw_belt(sheet, scene, joint, pose)
@@ -78,12 +79,16 @@ def draw_wheels(
             seen.add((reference, round(radius, 2)))
             color = colors.get(body, style.WHEEL)
             draw = symbols.rim if joint.rim else symbols.pitch_circle
-            draw(sheet, center, radius, f"joint-{joint.name}-{joint.kind}", color)
-            if body in fixed:
-                inner = joint.wheels == 2 and (joint.strands or joint.turn_ratio(scene.numbers) > 0)
-                symbols.fixed_rim(sheet, center, radius, 1.0 if inner else -1.0)
-            else:
-                _draw_spoke(sheet, scene, body, center, radius, pose, color)
+            grow = f"{joint.first}>{joint.second}" if joint.wheels == 2 else f"{joint.name}/radius"
+            with sheet.on(reference, turn="" if body in fixed else body, grow=grow):
+                draw(sheet, center, radius, f"joint-{joint.name}-{joint.kind}", color)
+                if body in fixed:
+                    inner = joint.strands or (
+                        joint.wheels == 2 and joint.turn_ratio(scene.numbers) > 0
+                    )
+                    symbols.fixed_rim(sheet, center, radius, 1.0 if inner else -1.0)
+                else:
+                    _draw_spoke(sheet, scene, body, center, radius, pose, color)
             if body not in largest or radius > largest[body][1]:
                 largest[body] = (center, radius)
     return largest
@@ -128,7 +133,9 @@ def _draw_belt(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None
     for sign in (1.0, -1.0):
         out = sine * along + sign * cosine * normal(along)
         ends = [a + r1 * sheet.metre * out, b + other * sheet.metre * out]
-        sheet.line(ends, gid=f"joint-{joint.name}-strand")
+        way = f"{joint.first}>{joint.second}"
+        with sheet.on(joint.first, joint.second, turn=way, grow=way):
+            sheet.line(ends, gid=f"joint-{joint.name}-strand")
 
 
 def rack_span(scene: DrawnScene, joint: Joint, pose: int) -> tuple[Array, Array, Array]:
@@ -136,9 +143,7 @@ def rack_span(scene: DrawnScene, joint: Joint, pose: int) -> tuple[Array, Array,
     wheel, radius = scene.place(joint.first, pose), scene.numbers[f"{joint.name}.radius"]
     axis = scene.direction(joint.second_body, scene.numbers[f"{joint.name}.axis"], pose)
     side = -np.sign(radius) * normal(axis)
-    turn = scene.angles[joint.second_body] + scene.numbers[f"{joint.name}.axis"]
-    offset = scene.track(joint.first) - scene.track(joint.second)
-    travel = offset[:, 0] * np.cos(turn) + offset[:, 1] * np.sin(turn)
+    travel = rack_travel(scene, joint)
     travel = travel[np.isfinite(travel)] - travel[pose]
     touch = wheel + abs(radius) * side
     margin = 0.9 * abs(radius)
@@ -149,15 +154,25 @@ def rack_span(scene: DrawnScene, joint: Joint, pose: int) -> tuple[Array, Array,
     )
 
 
+def rack_travel(scene: DrawnScene, joint: Joint) -> Array:
+    """Return how far the wheel is along a rack from its point in each pose, (n,) [m]."""
+    turn = scene.angles[joint.second_body] + scene.numbers[f"{joint.name}.axis"]
+    offset = scene.track(joint.first) - scene.track(joint.second)
+    along: Array = offset[:, 0] * np.cos(turn) + offset[:, 1] * np.sin(turn)
+    return along
+
+
 def _draw_rack(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None:
     start, end, side = rack_span(scene, joint, pose)
     a, b = sheet.at(start), sheet.at(end)
-    symbols.toothed_line(sheet, a, b, side, f"joint-{joint.name}-rack")
-    if joint.second_body in scene.fixed_bodies():
-        back = symbols.TEETH * side
-        symbols.hatch(sheet, a + back, b + back, side, f"joint-{joint.name}-ground")
+    with sheet.on(f"{joint.name}/low", f"{joint.name}/high", turn=f"{joint.name}/rack", span=True):
+        symbols.toothed_line(sheet, a, b, side, f"joint-{joint.name}-rack")
+        if joint.second_body in fixed_bodies(scene.mechanism):
+            back = symbols.TEETH * side
+            symbols.hatch(sheet, a + back, b + back, side, f"joint-{joint.name}-ground")
     point = sheet.at(scene.place(joint.second, pose))
     along = unit(b - a)
     foot = a + float(np.clip((point - a) @ along, 0.0, np.hypot(*(b - a)))) * along
     if np.hypot(*(point - foot)) > 1.0:
-        sheet.line([point, foot], width=style.BAR, z=style.Z_BAR)
+        with sheet.on(joint.second, turn=joint.second_body, grow="m"):
+            sheet.line([point, foot], width=style.BAR, z=style.Z_BAR)

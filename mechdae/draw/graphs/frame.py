@@ -16,9 +16,9 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Affine2D
 
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.diagram import fitted, in_lines
 from mechdae.draw.figure import Drawing, current_format
-from mechdae.draw.sheet import font, ink
 from mechdae.records import dataclass
 
 LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0

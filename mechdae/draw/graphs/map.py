@@ -15,11 +15,11 @@ from matplotlib.ticker import MaxNLocator
 
 from mechdae.describe.units import Units
 from mechdae.draw import style
+from mechdae.draw.artists import font
 from mechdae.draw.graphs.curves import subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
-from mechdae.draw.sheet import font
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
 from mechdae.types import Texts

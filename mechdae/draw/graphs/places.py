@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.labels.layout import first_free
 from mechdae.draw.labels.obstacles import Obstacles
-from mechdae.draw.sheet import font, ink
 
 NEAR = 2.0
 """Distance of texts from what they keep off [pt]."""

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
-from typing import Protocol
 
 import numpy as np
 from matplotlib.font_manager import FontProperties
 
-from mechdae.describe.mechanism import Mechanism
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.loads import Mark
-from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, written
+from mechdae.draw.diagram.places import (
+    JoinedScene,
+    Place,
+    free_points,
+    letters_of,
+    numbers_of,
+    written,
+)
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.diagram.shapes import Piece, inside
+from mechdae.draw.diagram.shapes import Piece, inside, within
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.arrangement import feet_of
-from mechdae.draw.sheet import Sheet, font, ink, unit
+from mechdae.draw.sheet import Sheet, unit
 from mechdae.records import dataclass
 
 AIR = 2.5
@@ -26,23 +32,10 @@ DISC_AIR = 1.6
 """and around numbers: half a link's line and half that of the disc."""
 STRANGE = 15.0
 """Cost of a place inside the polygon of another link or behind its bar."""
-STEADY = 0.4
-"""Cost of each unit by which a label moves beside its link from one pose to the next."""
 FAR = 20.0
 """A letter farther than this from its joint gets one, too."""
 LEADER = 15.0
 """A number farther than this from its link gets a thin line to it."""
-
-
-class NumberedScene(Protocol):
-    """What is asked of a scene whose links have numbers."""
-
-    @property
-    def mechanism(self) -> Mechanism: ...
-
-    def shown(self, body: str, pose: int) -> bool:
-        """Return whether the body has a placement in that pose."""
-        ...
 
 
 @dataclass
@@ -70,76 +63,38 @@ class Writing:
     index: str | None = None
 
 
-def draw_labels(
+def writings(
     sheet: Sheet,
     scene: DrawnScene,
     pose: int,
     places: Sequence[Place],
     links: Links,
     marks: Sequence[Mark] = (),
-) -> list[tuple[str, Array, Array]]:
-    """Place and write all labels.
-
-    Parameters
-    ----------
-    marks
-        The loads drawn.
-
-    Returns
-    -------
-    list
-        (gid, lower corner, upper corner) of each label on the sheet.
-    """
-    return write_all(
-        sheet,
-        [
-            *_letters(sheet, scene, pose, places),
-            *load_names(marks),
-            *link_numbers(scene, pose, links),
-        ],
-        links,
-    )
+) -> list[Writing]:
+    """Return all labels of a pose with their possible places."""
+    letters = _letters(sheet, scene, pose, places)
+    return [*letters, *load_names(marks), *link_numbers(scene, pose, links)]
 
 
 def write_all(
-    sheet: Sheet, writings: list[Writing], links: Links
+    sheet: Sheet, labels: Sequence[Writing], links: Links
 ) -> list[tuple[str, Array, Array]]:
-    """Place and write labels, see `draw_labels`."""
-    if sheet.memory is not None:
-        writings = [_steady(entry, sheet.memory.get(entry.gid)) for entry in writings]
-    writings = [_anchored(entry) for entry in writings]
-    spots = layout.place([entry.label for entry in writings], *sheet.obstacles(), sheet.size)
-    for entry, spot in zip(writings, spots, strict=True):
-        if sheet.memory is not None:
-            sheet.memory[entry.gid] = spot - entry.label.places.mean(axis=0)
-        if entry.kind == "number":
-            body = entry.gid.removeprefix("number-")
-            within = body in links.polygons and inside(spot, links.polygons[body])
-            _write_number(sheet, entry, spot, leader=not within)
-        else:
-            _write_leader(sheet, entry, spot)
-            sheet.text(spot, entry.text, entry.font, entry.color, entry.gid, entry.index)
-    return [
-        (entry.gid, spot - half, spot + half)
-        for entry, spot in zip(writings, spots, strict=True)
-        for half in [np.array([entry.label.width, entry.label.height]) / 2]
-    ]
+    """Write labels where they cover least; return name, lower and upper corner of each."""
+    labels = [_anchored(label) for label in labels]
+    spots = layout.place([label.label for label in labels], *sheet.obstacles(), sheet.size)
+    for label, spot in zip(labels, spots, strict=True):
+        corners = links.polygons.get(label.gid.removeprefix("number-"))
+        if label.kind != "number" or corners is None or not inside(spot, corners):
+            _write_leader(sheet, label, spot)
+        write_label(sheet, label, spot)
+    rows = [(own.gid, np.array([own.label.width, own.label.height]) / 2) for own in labels]
+    return [(row[0], at - row[1], at + row[1]) for row, at in zip(rows, spots, strict=True)]
 
 
 def _anchored(entry: Writing) -> Writing:
     """Return a label that no other one comes between and its joint or link."""
     rows = np.array([(*a, *b) for a, b in entry.anchors], dtype=float).reshape(-1, 4)
     return replace(entry, label=replace(entry.label, anchors=rows))
-
-
-def _steady(entry: Writing, before: Array | None) -> Writing:
-    """Return a label that would rather stay where it was, beside its joint or link."""
-    if before is None:
-        return entry
-    label = entry.label
-    away = label.places - label.places.mean(axis=0) - before
-    costs = label.costs + STEADY * np.minimum(np.hypot(away[:, 0], away[:, 1]), 3 * style.DISC)
-    return replace(entry, label=replace(label, costs=costs))
 
 
 def _letters(sheet: Sheet, scene: DrawnScene, pose: int, places: Sequence[Place]) -> list[Writing]:
@@ -217,7 +172,7 @@ def _arms(scene: DrawnScene, references: Sequence[str], pose: int) -> list[Array
     return arms
 
 
-def link_numbers(scene: NumberedScene, pose: int, links: Links) -> list[Writing]:
+def link_numbers(scene: JoinedScene, pose: int, links: Links) -> list[Writing]:
     """Return the numbers of the links shown."""
     result = []
     chosen = font(style.NUMBER)
@@ -238,7 +193,9 @@ def link_numbers(scene: NumberedScene, pose: int, links: Links) -> list[Writing]
 def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Piece]) -> Array:
     """Return what it costs to put a number in the polygon or behind the bar of another link."""
     others = [corners for other, corners in links.polygons.items() if other != name]
-    within = [any(inside(spot, corners) for corners in others) for spot in label.places]
+    strange = np.zeros(len(label.places))
+    for corners in others:
+        strange = np.maximum(strange, within(label.places, corners))
     rows = [(*a, *b) for other, rows in links.bars.items() if other != name for a, b in rows]
     bars = np.array(rows, dtype=float).reshape(-1, 4)
     feet = feet_of(label.places, np.array([(*a, *b) for a, b in anchors]).reshape(-1, 4))
@@ -246,7 +203,7 @@ def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Pie
     near = (np.minimum(bars[:, 0:2], bars[:, 2:4]) <= both.max(axis=0)).all(axis=1)
     near &= (np.maximum(bars[:, 0:2], bars[:, 2:4]) >= both.min(axis=0)).all(axis=1)
     behind = layout.cuts(label.places, feet, bars[near])
-    return STRANGE * (np.array(within, dtype=float) + behind)
+    return STRANGE * (strange + behind)
 
 
 def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, list[Piece]]:
@@ -280,54 +237,26 @@ def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, l
 
 
 def _write_leader(sheet: Sheet, entry: Writing, spot: Array) -> None:
-    """Draw a thin line from a letter to its joint, where another could be meant."""
-    if not entry.anchors:
+    """Draw a thin line from a label to its joint or link, where another could be meant."""
+    rows = entry.label.anchors
+    if rows is None or not len(rows):
         return
-    foot = _nearest(spot, entry.anchors)
+    away = feet_of(spot[None], rows)[0] - spot
+    distance = float(np.hypot(*away))
     half = np.array([entry.label.width, entry.label.height]) / 2 - AIR + 1.5
-    away = foot - spot
-    share = float((half / np.maximum(np.abs(away), 1e-9)).min())
-    edge = spot + share * away
-    if share < 1.0 and np.hypot(*(foot - edge)) > FAR:
-        sheet.line(
-            [edge, foot], color=style.FAINT, width=style.THIN, gid=f"leader-{entry.gid}", weight=0
-        )
+    share, far = float((half / np.maximum(np.abs(away), 1e-9)).min()), FAR
+    if entry.kind == "number":
+        share, far = style.DISC / max(distance, 1e-9), LEADER
+    if share < 1.0 and (1.0 - share) * distance > far:
+        ends, gid = [spot + share * away, spot + away], f"leader-{entry.gid}"
+        sheet.line(ends, color=style.FAINT, width=style.THIN, gid=gid, weight=0)
 
 
-def _write_number(sheet: Sheet, entry: Writing, spot: Array, leader: bool) -> None:
-    if entry.anchors and leader:
-        foot = _nearest(spot, entry.anchors)
-        distance = float(np.hypot(*(foot - spot)))
-        if distance > style.DISC + LEADER:
-            edge = spot + style.DISC * unit(foot - spot)
-            sheet.line(
-                [edge, foot],
-                color=style.FAINT,
-                width=style.THIN,
-                gid=f"leader-{entry.gid}",
-                weight=0,
-            )
-    sheet.circle(
-        spot,
-        style.DISC,
-        fill=style.PAPER,
-        width=style.THIN,
-        z=style.Z_LABEL,
-        gid=entry.gid,
-        weight=0,
-    )
-    sheet.text(spot, entry.text, entry.font, style.INK, index="")
-
-
-def _nearest(spot: Array, anchors: Sequence[Piece]) -> Array:
-    """Return the nearest place on the lines of a link."""
-    feet = [_foot(spot, a, b) for a, b in anchors]
-    return min(feet, key=lambda place: round(float(np.hypot(*(place - spot))), 6))
-
-
-def _foot(spot: Array, start: Array, end: Array) -> Array:
-    step = end - start
-    length = float(step @ step)
-    share = float(np.clip((spot - start) @ step / length, 0.0, 1.0)) if length > 0 else 0.0
-    foot: Array = start + share * step
-    return foot
+def write_label(sheet: Sheet, entry: Writing, spot: Array, text: str = "") -> None:
+    """Write a label, a number in its disc; another `text` in its place."""
+    number = entry.kind == "number"
+    if number:
+        radius, width, z = style.DISC, style.THIN, style.Z_LABEL
+        sheet.circle(spot, radius, fill=style.PAPER, width=width, z=z, gid=entry.gid, weight=0)
+    gid, index = (None, "") if number else (entry.gid, entry.index)
+    sheet.text(spot, text or entry.text, entry.font, entry.color, gid, index)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechdae.draw.labels.arrangement import Arrangement, Ladder
+from mechdae.draw.labels.arrangement import Arrangement, Candidates
 from mechdae.draw.labels.obstacles import Array, Obstacles, length_inside
 from mechdae.records import dataclass
 
@@ -33,6 +33,8 @@ BESIDE: Array = np.array(
     ]
 )
 """Places beside a line: share of its length, distance, side."""
+MANY = 110
+"""So many places of each label are looked at first."""
 RINGS = (0.0, 12.0, 26.0, 42.0, 60.0, 80.0, 105.0, 135.0)
 """How much farther than the farthest place of its own."""
 
@@ -81,15 +83,18 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     if not labels:
         return np.zeros((0, 2))
     obstacles = Obstacles(segments, boxes, size)
-    arrangement = Arrangement([_ladder(label) for label in labels], obstacles)
+    candidates = [_candidates(label, obstacles) for label in labels]
+    arrangement = Arrangement(candidates)
     arrangement.choose()
     spots, burden = arrangement.spots(), arrangement.burden()
     poor = np.flatnonzero(burden > POOR).tolist()
     if not poor:
         return spots
-    arrangement.widen({k: _ladder(_wider(labels[k])) for k in poor})
-    arrangement.choose()
-    return arrangement.spots() if arrangement.burden().sum() < burden.sum() else spots
+    for k in poor:
+        candidates[k] = _candidates(_wider(labels[k]), obstacles, None)
+    wider = Arrangement(candidates)
+    wider.choose()
+    return wider.spots() if wider.burden().sum() < burden.sum() else spots
 
 
 def cheapest(places: Array, half: ArrayLike, obstacles: Obstacles) -> int:
@@ -112,9 +117,11 @@ def _covered(places: Array, half: ArrayLike, obstacles: Obstacles) -> Array:
     return obstacles.cost(places, sides, np.zeros(len(places), dtype=bool))
 
 
-def _ladder(label: Label) -> Ladder:
-    half = np.array([label.width, label.height]) / 2
-    return Ladder(label.places, label.costs, half, label.own, label.anchors, label.rank)
+def _candidates(label: Label, obstacles: Obstacles, most: int | None = MANY) -> Candidates:
+    """Return the places of a label that are the cheapest in themselves."""
+    half, best = np.array([label.width, label.height]) / 2, np.argsort(label.costs, kind="stable")
+    places, costs = label.places[best[:most]], label.costs[best[:most]]
+    return Candidates(places, costs, half, label.own, label.anchors, label.rank, obstacles)
 
 
 def _wider(label: Label) -> Label:

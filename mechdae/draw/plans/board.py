@@ -8,9 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.labels import layout
 from mechdae.draw.plans.vectors import Arrow, End, Plan, round_up
-from mechdae.draw.sheet import MILLIMETRE, Array, Sheet, font, ink, normal, unit
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import MILLIMETRE, Sheet, normal, unit
 
 COLORS = {
     "total": style.INK,

@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.board import (
     caption,
@@ -28,7 +29,7 @@ from mechdae.draw.plans.board import (
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, Arrow, End, Plan, round_up
-from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink, normal
+from mechdae.draw.sheet import MILLIMETRE, Sheet, normal
 from mechdae.errors import UnavailableError
 from mechdae.records import dataclass
 

@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
@@ -22,7 +23,7 @@ from mechdae.draw.plans.lever import draw_lever, lever
 from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.relations import SYMBOLS
 from mechdae.draw.plans.vectors import Plan, round_up
-from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink
+from mechdae.draw.sheet import MILLIMETRE, Sheet
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError, UnknownName
 

@@ -102,16 +102,16 @@ def _ends(point: Array, direction: Array, middle: Array, size: float) -> Array:
 
 
 def with_room(
-    bounds: tuple[Array, Array], every: Sequence[Rulings], view: Viewpoint
-) -> tuple[Floats, Floats]:
+    bounds: tuple[Array, Array, float], every: Sequence[Rulings], view: Viewpoint
+) -> tuple[Floats, Floats, float]:
     """Return the corners of a picture that shows the surfaces too."""
-    low, high = bounds
+    low, high, size = bounds
     for own in every:
         flat = view.flat(own.ends.reshape(-1, 3))
         flat = flat[np.isfinite(flat).all(axis=1)]
         if len(flat):
             low, high = np.minimum(low, flat.min(axis=0)), np.maximum(high, flat.max(axis=0))
-    return low, high
+    return low, high, size
 
 
 def drawn(

@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.sheet import Array, Sheet, unit
+from mechdae.draw.diagram.shapes import within
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import Sheet, unit
 from mechdae.records import dataclass
-from mechdae.types import Booleans
 
 NEARER = 0.5
 """Depths that differ by less are those of one place,"""
@@ -178,18 +179,6 @@ def dense(points: Array, step: float = STEP) -> Array:
         count = max(int(np.ceil(np.hypot(*(b - a)[:2]) / step)), 1)
         found.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
     return np.vstack(found)
-
-
-def within(places: Array, corners: Array) -> Booleans:
-    """Return which places (k, 2) lie inside a polygon (m, 2), (k,)."""
-    result = np.zeros(len(places), dtype=bool)
-    x, y = places.T
-    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        upright = (ay > y) != (by > y)
-        if upright.any():
-            with np.errstate(divide="ignore", invalid="ignore"):
-                result ^= upright & (x < ax + (y - ay) / (by - ay) * (bx - ax))
-    return result
 
 
 def depths(item: Item, places: Array) -> Array:

@@ -11,13 +11,14 @@ import numpy as np
 
 from mechdae.draw import style
 from mechdae.draw.diagram.shapes import hull
-from mechdae.draw.sheet import Array, unit
+from mechdae.draw.diagram.symbols import DOWN, hatching
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import unit
 from mechdae.draw.space.depth import Facet, Item
 
 CIRCLE = np.linspace(0.0, 2 * np.pi, 37)[:-1]
 EDGE = 1.2 * style.LINE
 SHADED = style.FILL
-DOWN = np.array([0.0, -1.0])
 
 
 def across(axis: Array) -> tuple[Array, Array]:
@@ -112,11 +113,7 @@ def ball(center: Array, radius: float, gid: str, color: str = style.INK) -> Item
 
 def hatched(start: Array, end: Array, side: Array) -> list[Facet]:
     """Return the line of a fixed surface on the sheet with hatching on its `side`."""
-    along, length = unit(end - start), float(np.hypot(*(end - start)))
-    count = max(round(length / style.HATCH), 2)
-    feet = start + np.outer((np.arange(count) + 0.75) * length / count, along)
-    tips = feet + style.HATCH * (side - 0.9 * along)
-    lines = np.stack([feet, tips], axis=1).reshape(-1, 2)
+    lines = np.stack(hatching(start, end, side), axis=1).reshape(-1, 2)
     return [
         Facet(lines, strokes=True, edge=style.GROUND, width=style.THIN),
         Facet(np.array([start, end]), closed=False, edge=style.GROUND, width=style.LINE),
@@ -167,3 +164,11 @@ def polyline(
 ) -> Item:
     """Return an open line."""
     return Item(points, gid=gid, color=color, width=width, bridges=bridges, dash=dash)
+
+
+def wall(start: Array, end: Array, side: Array, depth: float, gid: str) -> Item:
+    """Return a hatched line on the sheet, fixed on its `side`."""
+    outer = np.array([start, end, end + style.HATCH * side, start + style.HATCH * side])
+    points = np.column_stack([outer, np.full(4, depth)])
+    facets = hatched(start, end, side)
+    return Item(points, closed=True, solid=True, facets=facets, gid=gid)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from mechdae.draw import style
 from mechdae.draw.animation import (
@@ -18,12 +18,20 @@ from mechdae.draw.animation import (
     frame_time,
     frames_of,
 )
+from mechdae.draw.diagram.diagram import has_paths
+from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.figure import new_axes
+from mechdae.draw.labels.steady import compared
+from mechdae.draw.sheet import Sheet
 from mechdae.draw.smooth import traced
 from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.pose_choice import wireframe
-from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
-from mechdae.draw.space.spatial_loads import peak_in_space
+from mechdae.draw.space.spatial_drawing import (
+    SpatialView,
+    draw_spatial_pose,
+    extent,
+    steady_in_space,
+)
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.draw.space.spatial_wheels import sides
 from mechdae.draw.space.view_choice import best_view
@@ -56,8 +64,8 @@ class SpatialAnimation(Animation):
         way: SpatialScene = traced(scene, self.result, read_spatial)
         return way
 
-    def drawn(self, poses: Sequence[int]) -> Iterator[Axes]:
-        """Yield the drawing of each pose, all to one scale."""
+    def drawn(self, poses: Sequence[int], axes: bool = False) -> Iterator[Sheet]:
+        """Yield the drawing of each pose, all to one scale, on axes or as primitives alone."""
         scene = self._scene
         moved = offsets(scene, poses[0], sides(scene, poses[0]))
         step = max(len(poses) // LOOKED_AT, 1)
@@ -65,13 +73,20 @@ class SpatialAnimation(Animation):
         eye = self.viewpoint or best_view(frames, upward_of(scene.mechanism))
         traces = self.traces and has_paths(self.result, scene)
         bounds = extent(scene, poses, eye, moved, traces)
-        peak = peak_in_space(scene, self.result, poses) if self.loads else None
-        view = SpatialView(eye, moved, bounds, traces, 0, self.labels, self.loads, peak, {})
+        peak = peak_force(scene, self.result, poses) if self.loads else None
+        view = SpatialView(
+            traces, 0, self.labels, self.loads, bounds, peak, {}, viewpoint=eye, moved=moved
+        )
+        if self.labels:
+            some, words = compared(poses, poses[0]), Words(self.lang)
+            labels = steady_in_space(scene, self.result, some, view, words)[1]
+            view = replace(view, steady=labels)
         theme = style.DARK if self.dark else style.LIGHT
         for pose in poses:
-            axes = new_axes(theme)
-            draw_spatial_pose(axes, self._scene, self.result, pose, view, theme, Words(self.lang))
-            yield axes
+            paper = new_axes(theme) if axes else None
+            yield draw_spatial_pose(
+                paper, self._scene, self.result, pose, view, theme, Words(self.lang)
+            )
 
 
 def draw(
@@ -81,12 +96,8 @@ def draw(
     frames: int | None = None,
     seconds: float = SECONDS,
     dpi: int = style.DPI,
-    traces: bool = True,
-    labels: bool = True,
-    loads: bool = True,
-    dark: bool = False,
-    lang: str = "en",
     view: Any = None,
+    **shown: Any,
 ) -> SpatialAnimation:
     """Return the motion of a result as an animation, see `mechdae.draw.animation.animate`.
 
@@ -99,16 +110,13 @@ def draw(
     """
     if ax is not None:
         raise InputError("an animation has a figure of its own", where="ax")
-    Words(lang)
+    Words(shown.get("lang", "en"))
     most = check_frames(frames, seconds, dpi)
     scene = read_spatial(result)
     eye = None if view is None else viewpoint(scene.mechanism, view)
     chosen, whole = frames_of(scene.assembled(), lambda run: returns(scene, run), most)
     duration = frame_time(seconds, len(chosen))
-    return SpatialAnimation(
-        result, chosen, whole, duration, dpi, traces, labels, loads, dark, lang,
-        viewpoint=eye,
-    )  # fmt: skip
+    return SpatialAnimation(result, chosen, whole, duration, dpi, **shown, viewpoint=eye)
 
 
 def returns(scene: SpatialScene, run: Sequence[int]) -> bool:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
+from mechdae.draw.diagram.diagram import has_paths
 from mechdae.draw.figure import new_axes
 from mechdae.draw.smooth import traced
 from mechdae.draw.space.axodes import drawn, rulings, with_room
 from mechdae.draw.space.pose_choice import choose
-from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
+from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent
 from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.draw.space.three_views import draw_three
 from mechdae.draw.words import Words
@@ -82,15 +83,14 @@ def draw(
     surfaces = rulings(result, scene, axodes, index) if axodes else []
     if three and surfaces:
         raise InputError("axodes are drawn in one view", where="axodes", hint="leave view out")
-    if three:
-        own = SpatialView(chosen, moved, extent(scene, [index], chosen, moved, traces), traces,
-                          ghosts, labels, loads, scale=scale, label=label)  # fmt: skip
-        return draw_three(result, scene, index, own, theme, words, ax)
     bounds = extent(scene, [index], chosen, moved, traces)
-    axes = new_axes(theme, spans=bounds[1] - bounds[0]) if ax is None else ax
     shown = SpatialView(
-        chosen, moved, bounds, traces, ghosts, labels, loads, None, None, scale, label
-    )
+        traces, ghosts, labels, loads, bounds, scale=scale, label=label,
+        viewpoint=chosen, moved=moved,
+    )  # fmt: skip
+    if three:
+        return draw_three(result, scene, index, shown, theme, words, ax)
+    axes = new_axes(theme, spans=bounds[1] - bounds[0]) if ax is None else ax
     if surfaces:
         behind = drawn(surfaces, chosen, index, words)
         shown = replace(shown, bounds=with_room(bounds, surfaces, chosen), overlay=behind)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,23 +12,22 @@ from matplotlib.axes import Axes
 from mechdae.draw import style
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram.diagram import (
+    FAR,
+    View,
     draw_frame,
     draw_traces,
     others_of,
     outside_of,
-    write_titles,
+    write_heads,
 )
-from mechdae.draw.diagram.driver import (
-    driven_bodies,
-    drivers_of,
-    held_drivers,
-    time_text,
-    value_text,
-)
-from mechdae.draw.diagram.scene import SHORT
-from mechdae.draw.labels.labels import link_numbers, load_names, write_all
+from mechdae.draw.diagram.driver import driven_bodies, drivers_of, held_drivers, sense_of
+from mechdae.draw.diagram.loads import Mark, coordinate_of
+from mechdae.draw.labels.labels import Links, Writing, link_numbers, load_names, write_all
+from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels
+from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet
-from mechdae.draw.space.anchors import anchor, size_of
+from mechdae.draw.space.anchors import anchor as anchor_of
+from mechdae.draw.space.anchors import size_of
 from mechdae.draw.space.depth import draw_items
 from mechdae.draw.space.spatial_loads import SpatialLoads
 from mechdae.draw.space.spatial_pose import SpatialPose, ghost_lines
@@ -44,64 +44,28 @@ if TYPE_CHECKING:
     from mechdae.results.kinds import SweepResult
 
 
-FAR = 1.5
-"""Paths are in the picture up to so many sizes of the mechanism beside it."""
-
-
 @dataclass(frozen=True)
-class SpatialView:
-    """What a diagram in space shows, and what the diagrams of one motion have in common.
+class SpatialView(View):
+    """What a diagram in space shows from a viewpoint.
 
     Parameters
     ----------
-    viewpoint
-        From where.
     moved
         See `mechdae.draw.space.anchors.offsets`.
-    bounds
-        Corners [m] in the picture.
-    memory, scale, larger
-        See `mechdae.draw.sheet.Sheet`.
-    bare
-        Without titles, scale bar and note.
-    subtitle
-        In place of the drivers' values.
-    loads, peak
-        See `mechdae.draw.space.spatial_loads.SpatialLoads`.
-    overlay
-        Draws more behind the links, and returns what is to be noted below.
     """
 
-    viewpoint: Viewpoint
-    moved: dict[str, float]
-    bounds: tuple[Array, Array]
-    traces: bool = True
-    ghosts: int | Sequence[int] = 0
-    labels: bool = True
-    loads: bool = True
-    peak: float | None = None
-    memory: dict[str, Array] | None = None
-    scale: float | Callable[[float], float] | None = None
-    label: str = ""
-    bare: bool = False
-    larger: tuple[float, float] = style.USUAL
-    subtitle: str = ""
-    overlay: Callable[[Sheet], str] | None = None
-
-
-def has_paths(result: SweepResult, scene: SpatialScene) -> bool:
-    """Return whether the poses of a result are a motion."""
-    return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
+    viewpoint: Viewpoint = field(default_factory=lambda: Viewpoint(0.0, 0.0))
+    moved: Mapping[str, float] = field(default_factory=dict)
 
 
 def extent(
     scene: SpatialScene,
     poses: Sequence[int],
     view: Viewpoint,
-    moved: dict[str, float],
+    moved: Mapping[str, float],
     traces: bool,
-) -> tuple[Array, Array]:
-    """Return the corners [m] in the picture of what is to be seen."""
+) -> tuple[Array, Array, float]:
+    """Return the corners [m] in the picture of what is to be seen, and the mechanism's size."""
     places = [
         scene.place(ref, pose)
         for pose in poses
@@ -110,7 +74,7 @@ def extent(
     ]
     for pose in poses:
         for joint in scene.joints(pose):
-            places += anchor(scene, joint, pose, moved)
+            places += anchor_of(scene, joint, pose, moved)
             axis = scene.axis(joint, pose) if joint.straight else None
             if axis is not None:
                 ways = [scene.along(joint, own) for own in scene.assembled()] or [0.0]
@@ -119,21 +83,21 @@ def extent(
                 for part in surfaces(scene, joint, pose, moved):
                     places += list(part.outline())
     near = np.array([place for place in places if np.isfinite(place).all()] or [np.zeros(3)])
-    flat = view.flat(near)
+    flat, size = view.flat(near), size_of(scene, poses[0])
     low, high = flat.min(axis=0), flat.max(axis=0)
     if traces:
         paths = np.vstack([view.flat(track) for track in scene.paths.values()] or [flat])
         paths = paths[np.isfinite(paths).all(axis=1)]
-        most = FAR * size_of(scene, poses[0])
+        most = FAR * size
         low = np.minimum(low, np.maximum(paths.min(axis=0), low - most))
         high = np.maximum(high, np.minimum(paths.max(axis=0), high + most))
     if not (high - low).any():
-        low, high = low - size_of(scene, poses[0]), high + size_of(scene, poses[0])
-    return low, high
+        low, high = low - size, high + size
+    return low, high, size
 
 
 def draw_spatial_pose(
-    axes: Axes,
+    axes: Axes | None,
     scene: SpatialScene,
     result: Any,
     index: int,
@@ -143,7 +107,8 @@ def draw_spatial_pose(
 ) -> Sheet:
     """Draw one pose of a result whose placements are known; return its sheet."""
     view = shown.viewpoint
-    sheet = Sheet(axes, *shown.bounds, shown.scale, theme, shown.memory, shown.larger)
+    assert shown.bounds is not None
+    sheet = Sheet(axes, *shown.bounds[:2], shown.scale, theme, shown.memory, shown.larger)
     check_closes(sheet, scene, result, index, words)
     if shown.traces:
         draw_traces(sheet, result, {ref: view.flat(own) for ref, own in scene.paths.items()})
@@ -152,21 +117,7 @@ def draw_spatial_pose(
             sheet.line(line, color=style.GHOST, width=style.LINE, z=style.Z_GHOST, gid="ghost",
                        weight=style.SHADE)  # fmt: skip
     extra = shown.overlay(sheet) if shown.overlay is not None else ""
-    drivers = drivers_of(scene, result)
-    held = held_drivers(result, drivers)
-    moving = [entry for entry in drivers if entry.text not in held]
-    colors = dict.fromkeys(driven_bodies(scene, moving), style.DRIVEN)
-    outside = frozenset(outside_of(result))
-    pose = SpatialPose(sheet, scene, index, view, shown.moved, colors, outside)
-    items, links = pose.build()
-    items += vector_items(pose, moving)
-    for entry in moving:
-        items += pose.arrow(entry, sense_of(result, entry.text))
-    loads = SpatialLoads(pose, result, words, shown.peak) if shown.loads else None
-    if loads is not None:
-        items += loads.arrows()
-    draw_items(sheet, items)
-    marks = loads.flat() if loads is not None else []
+    links, labels, marks = draw_in_space(sheet, scene, result, index, shown, words)
     draw_triad(sheet, view)
     if not shown.bare:
         note = words("seen from", words.number(view.azimuth, 4), words.number(view.elevation, 4))
@@ -180,46 +131,104 @@ def draw_spatial_pose(
         if lacking:  # wheels about one line
             note += f"; {words('undrawn')}: {', '.join(lacking)}"
         draw_frame(sheet, scene, result, index, words, f"{note}; {extra}" if extra else note)
-    if shown.labels:
-        names = vector_names(pose)
-        turning = any(name in scene.turns for name in scene.mechanism.bodies)
-        letters = []
-        if turning or not names:  # nodes of vectors alone go without
-            letters = [*pose.letters(links), *link_numbers(scene, index, links)]
-        write_all(sheet, [*letters, *names, *load_names(marks)], links)
+    if shown.labels and shown.steady is not None:
+        shown.steady.write(sheet, index, marks)
+    elif shown.labels:
+        write_all(sheet, labels, links)
     if not shown.bare:
-        titles(sheet, result, scene, index, shown, words)
+        write_heads(sheet, scene, result, index, words, shown)
     return sheet
 
 
-def titles(
+def draw_in_space(
     sheet: Sheet,
-    result: SweepResult,
     scene: SpatialScene,
+    result: SweepResult,
     index: int,
     shown: SpatialView,
     words: Words,
-) -> None:
-    """Write the title, and below it the values of the drivers."""
-    drivers = drivers_of(scene, result)
+) -> tuple[Links, list[Writing], list[Mark]]:
+    """Draw one pose without labels; return links, labels to be placed, and loads."""
+    drivers, view = drivers_of(scene, result), shown.viewpoint
     held = held_drivers(result, drivers)
-    values = [value_text(result, own, index, words, own.text in held) for own in drivers]
-    texts = [time_text(result, index, words), *values, shown.label]
-    write_titles(sheet, result, texts, index, words, shown.subtitle)
+    moving = [entry for entry in drivers if entry.text not in held]
+    colors = dict.fromkeys(driven_bodies(scene, moving), style.DRIVEN)
+    outside = frozenset(outside_of(result))
+    pose = SpatialPose(sheet, scene, index, view, shown.moved, colors, outside)
+    items, links = pose.build()
+    items += vector_items(pose, moving)
+    for entry in moving:
+        items += pose.arrow(entry, sense_of(result, entry))
+    loads = SpatialLoads(pose, result, words, shown.peak) if shown.loads else None
+    if loads is not None:
+        items += loads.arrows()
+    draw_items(sheet, items)
+    marks = loads.flat() if loads is not None else []
+    names = vector_names(pose)
+    turning = any(name in scene.turns for name in scene.mechanism.bodies)
+    letters = []
+    if turning or not names:  # nodes of vectors alone go without
+        letters = [*pose.letters(links), *link_numbers(scene, index, links)]
+    return links, [*letters, *names, *load_names(marks)], marks
 
 
-def sense_of(result: SweepResult, driver: str) -> float:
-    """Return +1 or -1: the sign of a driver's speed, or of its sweep."""
-    own = (getattr(result, "drivers", None) or {}).get(driver)
-    for name in ("velocity", "position"):
-        values = getattr(own, name, None)
-        if values is None:
-            continue
-        values = np.atleast_1d(np.asarray(values, dtype=float))
-        values = values[np.isfinite(values)]
-        if not len(values):
-            continue
-        total = float(values.sum() if name == "velocity" else values[-1] - values[0])
-        if total:
-            return float(np.sign(total))
-    return 1.0
+class SpatialFrame(AnchorFrame):
+    """Where labels are that keep beside points, or beside symbols moved along axes: ``joint/``."""
+
+    def __init__(
+        self, sheet: Sheet, scene: SpatialScene, pose: int, anchor: Anchor, shown: SpatialView
+    ) -> None:
+        self.shown = shown
+        super().__init__(sheet, scene, pose, anchor)
+
+    def base(self, point: str) -> Array:
+        """Return a point on the sheet."""
+        name, slash, _ = point.partition("/")
+        place = self.scene.place(point, self.pose) if not slash else None
+        if place is None:
+            joint = self.scene.mechanism.joints[name]
+            place = anchor_of(self.scene, joint, self.pose, self.shown.moved)[0]
+        return self.sheet.at(self.shown.viewpoint.flat(place))
+
+
+def load_ends(scene: SpatialScene, name: str) -> list[str]:
+    """Return the points at which a load acts; none of gravity."""
+    load = scene.mechanism.loads.get(name)
+    if load is None:
+        return []
+    ends = [getattr(load, "point", None), *(getattr(load, "between", None) or ())]
+    if any(ends):
+        return [str(end) for end in ends if end]
+    if getattr(load, "body", None):
+        return scene.points(str(getattr(load, "body", "")))[:1]
+    entry = coordinate_of(scene, load)
+    joint = scene.mechanism.joints.get(entry.part)
+    return [f"{entry.part}.{entry.point}" if joint is None else joint.second]
+
+
+def steady_in_space(
+    scene: SpatialScene, result: SweepResult, poses: Sequence[int], shown: SpatialView, words: Words
+) -> tuple[Sheet, SteadyLabels]:
+    """Return labels with places for all poses, and the first one drawn without them."""
+    assert shown.bounds is not None
+    sheets = [Sheet(None, *shown.bounds[:2]) for _ in poses]
+    rows = [
+        draw_in_space(sheet, scene, result, k, shown, words)[1]
+        for sheet, k in zip(sheets, poses, strict=True)
+    ]
+
+    def anchors_of(label: Writing) -> list[Anchor]:
+        kind, _, name = label.gid.partition("-")
+        joint = scene.mechanism.joints.get(name)
+        if kind == "number":
+            return [Anchor(tuple(scene.points(name)))]
+        if name.startswith("load-"):
+            return [Anchor(tuple(load_ends(scene, name.removeprefix("load-"))))]
+        if joint is None:
+            return [Anchor((name,))]
+        return [Anchor((joint.first, joint.second) if joint.pointer else (f"{name}/",))]
+
+    def frame_of(sheet: Sheet, pose: int, anchor: Anchor) -> SpatialFrame:
+        return SpatialFrame(sheet, scene, pose, anchor, shown)
+
+    return sheets[0], chosen_labels(sheets, poses, rows, anchors_of, frame_of)

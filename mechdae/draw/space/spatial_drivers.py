@@ -9,7 +9,8 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.sheet import Array, normal, unit
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import normal, unit
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Facet, Item
 from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT, SLEEVE

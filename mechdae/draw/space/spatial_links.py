@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.draw import style
 from mechdae.draw.diagram.shapes import hull
-from mechdae.draw.sheet import Array
+from mechdae.draw.primitives import Array
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_symbols import Start

@@ -6,13 +6,12 @@ in a ring is an arrow towards the eye, a cross one away from it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.draw import style
@@ -22,13 +21,15 @@ from mechdae.draw.diagram.driver import blocked
 from mechdae.draw.diagram.loads import (
     MANY,
     Mark,
+    acting,
     between_points,
+    coordinate_of,
     gravity_mark,
     spring_mark,
     text_of,
     torsion_mark,
 )
-from mechdae.draw.sheet import Array
+from mechdae.draw.primitives import Array
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_drivers import turning, with_head
 from mechdae.draw.space.spatial_pose import SpatialPose
@@ -69,29 +70,13 @@ class SpatialLoads:
         self.scene, self.sheet = pose.scene, pose.sheet
         self.marks: list[Mark] = []
         self._around: dict[tuple[float, ...], int] = {}
-        known = [load for load in self.scene.mechanism.loads.values() if self._shown(load)]
+        known = [
+            load
+            for load in self.scene.mechanism.loads.values()
+            if acting(self.scene, load, pose.pose)
+        ]
         self.springs = [load for load in known if isinstance(load, Spring)]
         self.others = [load for load in known if not isinstance(load, Spring)]
-
-    def _shown(self, load: Load) -> bool:
-        return all(self.scene.shown(body, self.pose.pose) for body in self._bodies(load))
-
-    def _bodies(self, load: Load) -> set[str]:
-        if isinstance(load, Force):
-            return {load.point.split(".")[0]}
-        if isinstance(load, Torque):
-            return {load.body}
-        if isinstance(load, TableLoad) and load.body is not None:
-            return {load.body}
-        if isinstance(load, Spring) and load.between is not None:
-            return {entry.split(".")[0] for entry in load.between}
-        entry = self._coordinate(load)
-        joint = self.scene.mechanism.joints.get(entry.part)
-        return {entry.part} if joint is None else set(joint.bodies)
-
-    def _coordinate(self, load: Load) -> NamedCoordinate:
-        along = getattr(load, "along", None) or getattr(load, "coordinate", None)
-        return coordinate(self.scene.mechanism, str(along))
 
     # -- arrows ----------------------------------------------------------------------------
 
@@ -114,7 +99,7 @@ class SpatialLoads:
             if isinstance(load, TableLoad) and load.body is not None:
                 items += self._tabulated(load, load.body, values)
                 continue
-            entry = self._coordinate(load)
+            entry = coordinate_of(self.scene, load)
             against = -sense(self.scene, self.result, entry, self.pose.pose)
             sign = against if isinstance(load, Resistance) else 1.0
             size = None if values is None else values[0]
@@ -297,7 +282,7 @@ class SpatialLoads:
 
     def _spring(self, load: Spring) -> None:
         if load.between is None:
-            entry = self._coordinate(load)
+            entry = coordinate_of(self.scene, load)
             joint = self.scene.mechanism.joints.get(entry.part)
             if entry.is_angle and joint is not None:
                 center = self.pose.at(self._drawn(joint))[:2]
@@ -337,13 +322,3 @@ class SpatialLoads:
         place = self.scene.origin(name)[pose] + turn @ local
         if np.isfinite(place).all():
             symbols.mass_center(self.sheet, self.pose.at(place)[:2], f"mass-{name}")
-
-
-def peak_in_space(scene: Any, result: SweepResult, poses: Sequence[int]) -> float | None:
-    """Return the largest of the forces with a straight arrow that are known, in some poses."""
-    sizes = []
-    for load in scene.mechanism.loads.values():
-        if isinstance(load, Force):
-            rows = [load_values(scene, result, load, pose) for pose in poses]
-            sizes += [float(np.linalg.norm(row)) for row in rows if row is not None]
-    return max(sizes, default=0.0) or None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,10 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.diagram.places import Place, free_points, letters_of, places_of
+from mechdae.draw.diagram.places import Place, fixed_bodies, free_points, letters_of, places_of
 from mechdae.draw.labels.labels import Links, Writing, letter
-from mechdae.draw.sheet import Array, Sheet
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import Sheet
 from mechdae.draw.space import solids
 from mechdae.draw.space.anchors import anchor
 from mechdae.draw.space.depth import Item
@@ -62,6 +64,11 @@ class SpatialPose:
     colors: Mapping[str, str] = field(default_factory=dict)
     outside: frozenset[str] = frozenset()
 
+    @cached_property
+    def fixed(self) -> set[str]:
+        """The ground and the bodies welded to it."""
+        return fixed_bodies(self.scene.mechanism)
+
     def at(self, place: Array) -> Array:
         """Return a place [m] on the sheet with its depth, (3,)."""
         seen = self.view.seen(place)
@@ -72,18 +79,8 @@ class SpatialPose:
         center, other = anchor(self.scene, joint, self.pose, self.moved)
         return self.at(center), self.at(other)
 
-    def is_fixed(self, body: str) -> bool:
-        """Return whether a body is the ground or welded to it."""
-        welded = {GROUND}
-        rigid = [joint for joint in self.scene.mechanism.joints.values() if joint.rigid]
-        for _ in rigid:
-            for joint in rigid:
-                if welded & set(joint.bodies):
-                    welded |= set(joint.bodies)
-        return body in welded
-
     def color(self, body: str) -> str:
-        return self.colors.get(body, style.GROUND if self.is_fixed(body) else style.INK)
+        return self.colors.get(body, style.GROUND if body in self.fixed else style.INK)
 
     # -- joints and links ------------------------------------------------------------------
 
@@ -186,7 +183,7 @@ class SpatialPose:
                 if float(np.linalg.norm(other - place)) > 1.0
             ]
             targets = np.array(others).reshape(-1, 3)
-            sides.append(JointSide(body, self.color(body), targets, self.is_fixed(body)))
+            sides.append(JointSide(body, self.color(body), targets, body in self.fixed))
         frame = self.scene.frame(joint, self.pose)
         if frame is None:
             frame = self.scene.frame(joint, self.pose, second=True)

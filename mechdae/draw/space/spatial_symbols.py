@@ -12,7 +12,9 @@ from dataclasses import field
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.sheet import Array, unit
+from mechdae.draw.diagram.symbols import DOWN
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import unit
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Facet, Item
 from mechdae.records import dataclass
@@ -211,11 +213,7 @@ def _wall(place: Array, out: Array, gid: str) -> Item:
     """Return the hatched wall at the end of a fixed guide."""
     along = unit(out[:2]) if np.hypot(*out[:2]) > 0.15 else np.array([0.0, -1.0])
     half = 8.0 * np.array([-along[1], along[0]])
-    facets = solids.hatched(place[:2] - half, place[:2] + half, along)
-    outer = np.array([place[:2] - half, place[:2] + half])
-    outer = np.vstack([outer, outer[::-1] + style.HATCH * along])
-    points = np.column_stack([outer, np.full(4, place[2])])
-    return Item(points, closed=True, solid=True, facets=facets, gid=gid)
+    return solids.wall(place[:2] - half, place[:2] + half, along, float(place[2]), gid)
 
 
 def prismatic(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
@@ -235,7 +233,7 @@ def screw(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     sleeve = drawn.items[0]
     middle = at.center if first.fixed and not second.fixed else at.other
     lean = -0.45 if at.left_handed else 0.45
-    u, v = solids.across(axis)
+    u = solids.across(axis)[0]
     eye = np.array([0.0, 0.0, 1.0])
     towards = eye - axis * axis[2]
     size = float(np.linalg.norm(towards))
@@ -249,7 +247,6 @@ def screw(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
             + SLEEVE[1] * (np.cos(turn)[:, None] * towards + np.sin(turn)[:, None] * beside)
         )
         sleeve.facets.insert(1, Facet(place[:, :2], closed=False, width=style.THIN))
-    del v
     return drawn
 
 
@@ -341,20 +338,16 @@ def planar(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
             ends = corners[[low, (low + 1) % 4]]
             out = ends.mean(axis=0) - at.other
             drawn.items.append(
-                _edge(ends, unit(out[:2]) if np.hypot(*out[:2]) > 0 else solids.DOWN, at.name)
+                _edge(ends, unit(out[:2]) if np.hypot(*out[:2]) > 0 else DOWN, at.name)
             )
     drawn.first = drawn.second = None
     return drawn
 
 
 def _edge(ends: Array, side: Array, name: str) -> Item:
-    along = unit((ends[1] - ends[0])[:2])
-    normal = np.array([-along[1], along[0]])
-    normal = normal if normal @ side > 0 else -normal
-    facets = solids.hatched(ends[0, :2], ends[1, :2], normal)
-    outer = np.vstack([ends[:, :2], ends[::-1, :2] + style.HATCH * normal])
-    points = np.column_stack([outer, np.full(4, float(ends[:, 2].mean()))])
-    return Item(points, closed=True, solid=True, facets=facets, gid=f"support-{name}")
+    normal = np.array([-1.0, 1.0]) * unit((ends[1] - ends[0])[:2])[::-1]
+    normal, depth = normal if normal @ side > 0 else -normal, float(ends[:, 2].mean())
+    return solids.wall(ends[0, :2], ends[1, :2], normal, depth, f"support-{name}")
 
 
 def weld(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:

@@ -16,7 +16,7 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram.shapes import hull
-from mechdae.draw.sheet import Array
+from mechdae.draw.primitives import Array
 from mechdae.draw.space import solids
 from mechdae.draw.space.anchors import anchor, size_of
 from mechdae.draw.space.depth import Item

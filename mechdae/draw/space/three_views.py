@@ -11,12 +11,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
-from mechdae.draw.sheet import MILLIMETRE, font
+from mechdae.draw.artists import font
+from mechdae.draw.diagram.diagram import write_heads
+from mechdae.draw.sheet import MILLIMETRE
 from mechdae.draw.space.spatial_drawing import (
     SpatialView,
     draw_spatial_pose,
     extent,
-    titles,
 )
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.viewpoint import Array, orthographic
@@ -82,7 +83,7 @@ def draw_three(
             fontproperties=font(style.SUBTITLE, style.NOTE_FONT),
         )  # fmt: skip
     assert first is not None
-    titles(sheets[0], result, scene, index, shown, words)
+    write_heads(sheets[0], scene, result, index, words, shown)
     return first
 
 

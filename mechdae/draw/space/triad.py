@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.draw import style
+from mechdae.draw.artists import font
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.obstacles import Obstacles
-from mechdae.draw.sheet import Sheet, font, normal, unit
+from mechdae.draw.sheet import Sheet, normal, unit
 from mechdae.draw.space.viewpoint import Viewpoint
 
 ARM = 24.0

@@ -10,9 +10,12 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
+from mechdae.draw.artists import font, ink
+from mechdae.draw.diagram.symbols import DOWN
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import AIR, Writing
-from mechdae.draw.sheet import Array, font, ink, normal, unit
+from mechdae.draw.primitives import Array
+from mechdae.draw.sheet import normal, unit
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Facet, Item
 from mechdae.draw.space.spatial_drivers import straight, turning
@@ -70,11 +73,8 @@ def _arrow(tail: Array, head: Array, gid: str, color: str) -> list[Item]:
 
 
 def _ground(place: Array, gid: str) -> Item:
-    start = place[:2] + np.array([-8.0, -5.0])
-    facets = solids.hatched(start, start + np.array([16.0, 0.0]), solids.DOWN)
-    outer = start + np.array([(0.0, 5.0), (16.0, 5.0), (16.0, -style.HATCH), (0.0, -style.HATCH)])
-    points = np.column_stack([outer, np.full(4, place[2] - 3.0)])
-    return Item(points, closed=True, solid=True, facets=facets, gid=f"support-{gid}")
+    start, depth = place[:2] + np.array([-8.0, -5.0]), float(place[2]) - 3.0
+    return solids.wall(start, start + np.array([16.0, 0.0]), DOWN, depth, f"support-{gid}")
 
 
 def _driven(pose: SpatialPose, entry: NamedCoordinate, tail: Array, head: Array) -> list[Item]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path as FilePath
 from typing import Any
@@ -19,7 +19,7 @@ from mechdae.describe.shown_units import units_of
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.units import SI, Units
 from mechdae.draw.smooth import in_picture, smooth
-from mechdae.draw.words import UNITS, unit_in_russian
+from mechdae.draw.words import table, unit_in_russian
 from mechdae.errors import InputError, MechdaeError
 from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
@@ -29,7 +29,6 @@ from mechdae.parts.page import efforts, link, live, scenes
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
 from mechdae.parts.page.reasons import said
-from mechdae.parts.page.space_scenes import space_of
 from mechdae.records import dataclass
 from mechdae.results import Result, plain
 from mechdae.tasks.solve import solve
@@ -40,15 +39,6 @@ CHECKS = 12
 MOST_RECORDED, FEW = 720, 25
 """Poses that are recorded, of a page that cannot solve, and of one that can."""
 KINDS = ("sweep", "reactions", "motion")
-UNIT_NAMES = (
-    *UNITS,
-    *(
-        f"{unit}/{time}"
-        for unit in ("m", "mm", "cm", "rad", "deg", "°")
-        for time in ("s", "s²", "s³")
-    ),
-)
-"""Units that a page shows."""
 """Kinds of tasks that have a page, the first one of a problem is the usual one."""
 LANGUAGES = ("en", "ru")
 
@@ -217,7 +207,6 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         "source": problem.source,
         "lang": lang,
         "file": dumps(problem),
-        "scene": scenes.drawn(problem.mechanism),
         "numbers": plain(problem.mechanism.values()),
         "driver": _driver(result),
         "status": [str(status) for status in result.status],
@@ -229,7 +218,9 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         "units": parameter_units(problem.mechanism, problem.tasks.values()),
     }
     if lang == "ru":
-        data["unit_names"] = {unit: unit_in_russian(unit) for unit in UNIT_NAMES}
+        lengths = ("m", "mm", "cm", "rad", "deg", "°")
+        rates = [f"{unit}/{time}" for unit in lengths for time in ("s", "s²", "s³")]
+        data["unit_names"] = {unit: unit_in_russian(unit) for unit in (*table("units"), *rates)}
     if units.asked:
         data["shown"] = {si: [shown.factor, shown.name] for si, shown in units.by_si.items()}
     text = ""
@@ -243,18 +234,17 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
     if not data["live"]:
         result = smooth(result, _ways)
         data |= {"driver": _driver(result), "status": [str(status) for status in result.status]}
-    most, turned = (FEW, ()) if data["live"] else (MOST_RECORDED, scenes.turned(data["scene"]))
-    data["recorded"] = _recorded(result, most, turned)
-    main = link.MAIN
-    if problem.mechanism.dimension == 3:
-        data["scene"]["space"], main = space_of(result), link.SPATIAL
+    data["scene"], drawing = scenes.drawn(result, lang)
+    angles = scenes.angles_of(result, data["scene"], drawing)
+    data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED, angles)
+    main = link.MAIN if problem.mechanism.dimension == 2 else link.SPATIAL
     data["status"] = [data["status"][k] for k in data["recorded"]["rows"]]
     data["driver"]["values"] = [data["driver"]["values"][k] for k in data["recorded"]["rows"]]
     if not data["recorded"]["points"]:
         raise InputError(
             "no point of the task assembles, or it asks for none", where=f"tasks.{name}"
         )
-    return Page(link.linked(data, text, main), data)
+    return Page(link.linked(data, text, main, drawing), data)
 
 
 def _make_live(
@@ -370,8 +360,8 @@ def _ways(result: Result) -> list[Floats]:
     return in_picture([np.asarray(series.position) for series in result.points.values()])
 
 
-def _recorded(result: Result, most: int, turned: Collection[str]) -> Json:
-    """Return the places of all points at `most` poses, and the angles of bodies `turned`."""
+def _recorded(result: Result, most: int, angles: Mapping[str, Floats]) -> Json:
+    """Return the places of all points at `most` poses, and angles of bodies."""
     count = len(result.status)
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
     points = {
@@ -383,16 +373,11 @@ def _recorded(result: Result, most: int, turned: Collection[str]) -> Json:
         for body, series in result.bodies.items()
         if "orientation" in series
     }
-    angles = {
-        body: _packed(np.asarray(series.angle)[rows])
-        for body, series in result.bodies.items()
-        if body in turned and "angle" in series
-    }
     return {
         "rows": rows,
         "points": points,
         "turns": turns,
-        "angles": angles,
+        "angles": {body: _packed(angle[rows]) for body, angle in angles.items()},
     }
 
 

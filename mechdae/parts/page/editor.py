@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from mechdae.describe import Problem, dumps, load
 from mechdae.describe.file import library
 from mechdae.describe.units import UNITS
+from mechdae.draw.fragments import templates
 from mechdae.errors import InputError
 from mechdae.parts.page import link
 from mechdae.parts.page.document import LANGUAGES, Page
@@ -72,4 +73,4 @@ def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Pag
         "names": [],
         "units": {u.suffix: [u.size.numerator, u.size.denominator, u.pi] for u in UNITS.values()},
     }
-    return Page(link.linked(data, "", "edit"), data)
+    return Page(link.linked(data, "", "edit", templates()), data)

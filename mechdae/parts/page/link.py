@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import tomllib
 import zlib
 from functools import cache
 from pathlib import Path
@@ -46,10 +47,11 @@ FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
 """The module that begins, and the file that it works in."""
 
 
-def linked(data: Json, kernels: str, main: str = MAIN) -> str:
+def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = None) -> str:
     """Return the page; the same data give the same text.
 
-    ``main`` is the module that begins, and its ``.html`` what is filled.
+    ``main`` is the module that begins, and its ``.html`` what is filled; ``drawing`` what it draws
+    by, which is packed with the modules.
     """
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
@@ -59,7 +61,10 @@ def linked(data: Json, kernels: str, main: str = MAIN) -> str:
         else ""
     )
     inside = text.replace("<", "\\u003c")
-    total = f"const SUM = {zlib.crc32(inside.encode())};\n"
+    drawn = json.dumps(drawing, ensure_ascii=False, separators=(",", ":"))
+    words = json.dumps(words_of(str(data["lang"]), main), ensure_ascii=False)
+    total = f"const WORDS = {words};\nconst DRAWING = {drawn};\n"
+    total += f"const SUM = {zlib.crc32(inside.encode())};\n"
     script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
     parts = {
         "title": _escaped(str(data["title"])),
@@ -70,6 +75,14 @@ def linked(data: Json, kernels: str, main: str = MAIN) -> str:
     }
     page = (WEB / FRAMES[main]).read_text(encoding="utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], page)
+
+
+@cache
+def words_of(lang: str, main: str = MAIN) -> dict[str, str]:
+    """Return the words of a page or of the editor in a language, by their keys."""
+    tables = tomllib.loads((WEB / "words.toml").read_text(encoding="utf-8"))
+    found: dict[str, str] = tables[lang]["edit" if main == "edit" else "page"]
+    return found
 
 
 def packed(script: str) -> str:

@@ -1,87 +1,87 @@
-"""What a page draws: links, joints, guides and wheels as data; places come from the points."""
+"""What a page draws: links and joints as data; places come from the points."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe import GROUND, Mechanism
 from mechdae.describe.joints.curve import follows_curve, place, span
-from mechdae.parts.page.space_scenes import joint_in_space
+from mechdae.draw.diagram.scene import read_scene
+from mechdae.draw.fragments import fragments
+from mechdae.parts.page.space_scenes import joint_in_space, space_of
 
 if TYPE_CHECKING:
-    from mechdae.types import Json
+    from mechdae.results import Result
+    from mechdae.types import Floats, Json
 
 
 SAMPLES = 240
 """Pieces of a curve."""
 
 
-def drawn(mechanism: Mechanism) -> Json:
-    """Return the bodies, points and joints of the diagram.
+def drawn(result: Any, lang: str) -> tuple[Json, Json]:
+    """Return bodies, points and joints of a motion, and the fragments they are drawn by.
 
-    ``bodies``: name, number on the diagram, references of the points that shape it.
-    ``joints``: name, kind, references of its two points, what is drawn there; angles of guides
-    are in the frame of the first body. ``ground``: names of the fixed points, with their places.
+    ``bodies``: name, in space number and references of the points that shape it. ``joints``: name,
+    references of its two points, numbers that its symbol is drawn by; angles of guides are in the
+    frame of the first body. ``ground``: names of the fixed points, with their places; ``space``:
+    the view.
     """
-    values = mechanism.values()
+    mechanism = result.mechanism
+    values, flat = mechanism.values(), mechanism.dimension == 2
     used = {end for joint in mechanism.joints.values() for end in (joint.first, joint.second)}
-    bodies = []
+    bodies: list[Json] = []
     for number, (name, body) in enumerate(mechanism.bodies.items(), start=1):
-        outline = [f"{name}.{point}" for point in body.outline or ()]
         points = [f"{name}.{point}" for point in body.points]
-        bodies.append(
-            {
-                "name": name,
-                "number": body.number if body.number is not None else number,
-                "shape": outline or points,
-                "free": [reference for reference in points if reference not in used],
-            }
-        )
-    joints = [_joint(mechanism, name, values) for name in mechanism.joints]
+        bodies.append({"name": name})
+        if not flat:
+            outline = [f"{name}.{point}" for point in body.outline or ()]
+            free = [reference for reference in points if reference not in used]
+            number = body.number if body.number is not None else number
+            bodies[-1] |= {"number": number, "shape": outline or points, "free": free}
     ground = [f"{GROUND}.{name}" for name in mechanism.ground.points]
-    places = [[values[f"{point}.{axis}"] for axis in mechanism.axes] for point in ground]
-    return {
+    scene: Json = {
         "dimension": mechanism.dimension,
         "bodies": bodies,
-        "joints": joints,
+        "joints": [_joint(mechanism, name, values) for name in mechanism.joints],
         "ground": ground,
-        "places": places,
+        "places": [[values[f"{point}.{axis}"] for axis in mechanism.axes] for point in ground],
     }
+    if flat:
+        return scene, fragments(read_scene(result), result, lang)
+    space, drawing = space_of(result, lang)
+    return scene | {"space": space}, drawing
 
 
-def turned(scene: Json) -> set[str]:
-    """Return the bodies whose angles the diagram needs: guides and curves turn with them."""
-    joints = [joint for joint in scene["joints"] if "curve" in joint or "axis" in joint]
-    return {joint["first"].split(".")[0] for joint in joints if scene["dimension"] == 2} - {GROUND}
-
-
-def round_off(value: float) -> float:
-    """Return a coordinate with as many digits as a picture shows."""
-    return float(f"{value:.6g}")
+def angles_of(result: Result, scene: Json, drawing: Json) -> dict[str, Floats]:
+    """Return the angles [rad] of the bodies that fragments and curves turn with."""
+    if scene["dimension"] == 3:
+        return {}
+    joints = {joint["name"]: joint for joint in scene["joints"]}
+    turns = {part.get("turn", "") for part in drawing["parts"]}
+    turns |= {f"{name}/axis" for name, joint in joints.items() if {"axis", "curve"} & set(joint)}
+    found = set()
+    for name, _, kind in (turn.partition("/") for turn in turns if turn and ">" not in turn):
+        side = "second" if kind == "rack" else "first"
+        found.add(joints[name][side].split(".")[0] if kind else name)
+    angles = read_scene(result).angles
+    return {body: angles[body] for body in sorted(found - {GROUND}) if body in angles}
 
 
 def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> Json:
     joint = mechanism.joints[name]
-    entry: Json = {
-        "name": name,
-        "kind": joint.kind,
-        "first": joint.first,
-        "second": joint.second,
-        "fixed": GROUND in joint.bodies,
-        "pin": joint.coincide,
-        "rigid": joint.rigid,
-    }
+    entry: Json = {"name": name, "first": joint.first, "second": joint.second}
+    entry["pin"] = joint.coincide
     if mechanism.dimension == 3:
-        return entry | joint_in_space(mechanism, joint)
+        return entry | {"kind": joint.kind} | joint_in_space(mechanism, joint)
     if follows_curve(joint):
         first, last = span(joint, values)
         at = [first + (last - first) * k / SAMPLES for k in range(SAMPLES + 1)]
-        entry |= {"curve": [[round_off(v) for v in place(joint, values, s)] for s in at]}
-        entry |= {"closed": joint.closed, "roller": values.get(f"{name}.roller_radius", 0.0)}
-    if joint.straight:
-        entry |= {"axis": values[f"{name}.axis"], "block": joint.keeps_angle}
-    if joint.wheels == 2:
-        entry |= {"ratio": joint.turn_ratio(values), "strands": joint.strands}
-    elif joint.wheels == 1:
-        entry["radius"] = abs(values[f"{name}.radius"])
+        entry["curve"] = [[float(f"{v:.6g}") for v in place(joint, values, s)] for s in at]
+        entry["roller"] = values.get(f"{name}.roller_radius", 0.0)
+    if joint.straight or joint.wheels == 1:
+        entry["axis"] = values[f"{name}.axis"]
+    if joint.wheels == 1:
+        radius = values[f"{name}.radius"]
+        entry |= {"radius": abs(radius), "side": -1.0 if radius > 0 else 1.0}
     return entry

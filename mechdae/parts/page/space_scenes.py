@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechdae.describe import GROUND, Joint, Mechanism
 from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.spatial import AXES, SpatialJoint
+from mechdae.draw import style
+from mechdae.draw.fragments import FragmentWriter
+from mechdae.draw.labels.steady import compared
+from mechdae.draw.space.anchors import anchor
+from mechdae.draw.space.pose_choice import choose
+from mechdae.draw.space.spatial_drawing import SpatialFrame, SpatialView, extent, steady_in_space
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
-from mechdae.results import Result
+from mechdae.draw.words import Words
 from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
 
 
 def joint_in_space(mechanism: Mechanism, joint: Joint) -> Json:
@@ -37,7 +46,7 @@ def _axis(mechanism: Mechanism, joint: SpatialJoint, second: bool) -> list[float
     return [float(part) / size for part in given]
 
 
-def _mesh(mechanism: Mechanism, mesh: Joint) -> dict[str, Any]:
+def _mesh(mechanism: Mechanism, mesh: Joint) -> Json:
     """Return what tells where the wheels, or wheel and rack, of a mesh are.
 
     ``members``: the body, its ``bearing`` on the ``carrier``, the axis there, the points of that
@@ -81,12 +90,8 @@ def _reach(scene: SpatialScene, mesh: Joint) -> list[float]:
     return [min(ways), max(ways)] if ways else [0.0, 0.0]
 
 
-def space_of(result: Result) -> Json:
-    """Return the direction to look from, and symbols that are moved along their axes [m]."""
-    # what draws, and matplotlib with it, is for mechanisms in space alone
-    from mechdae.draw.space.anchors import anchor
-    from mechdae.draw.space.pose_choice import choose
-
+def space_of(result: SweepResult, lang: str) -> tuple[Json, Json]:
+    """Return the direction to look from with symbols moved along axes [m], and the labels."""
     scene = read_spatial(result)
     pose, view, moved = choose(scene, result.kind, None, None)
     anchors = [
@@ -94,6 +99,13 @@ def space_of(result: Result) -> Json:
         for joint in scene.joints(pose)
         if joint.name in moved
     ]
+    some = compared(scene.assembled() or [pose], pose)
+    bounds = extent(scene, some, view, moved, True)
+    shown = SpatialView(loads=False, bounds=bounds, viewpoint=view, moved=moved)
+    sheet, labels = steady_in_space(scene, result, some, shown, Words(lang))
+    labels.write(sheet, pose)
+    writer = FragmentWriter(sheet, lambda own: SpatialFrame(sheet, scene, pose, own, shown))
+    drawing = {"parts": list(writer.parts(style.Z_LABEL)), "traces": list(scene.paths)}
     return {
         "azimuth": view.azimuth,
         "elevation": view.elevation,
@@ -105,4 +117,4 @@ def space_of(result: Result) -> Json:
             for joint in scene.mechanism.joints.values()
             if joint.wheels == 1
         },
-    }
+    }, drawing

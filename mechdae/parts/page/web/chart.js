@@ -1,5 +1,5 @@
 /** A curve over the driver with a cursor that drives. */
-import { element } from "./diagram.js";
+import { element } from "./view.js";
 
 const EDGE = { left: 62, right: 10, top: 10, bottom: 34 };
 

@@ -2,6 +2,7 @@
 import { eliminated } from "./path.js";
 import { determinant } from "./friction.js";
 import { GROUND_ID } from "./model.js";
+import { hull } from "./view.js";
 
 const CLOSED = 1e-13, SHORTEST = 1e-5, FULL = 2 * Math.PI;
 
@@ -239,32 +240,73 @@ export class Draft {
   places(q) {
     const found = {};
     this.links.forEach((link, k) => { for (const id of link.nodes) found[`${link.name}.${this.nodes.get(id).name}`] = this.place(q, k, id).at; });
-    for (const node of this.model.nodes) if (node.fixed || node.slide) found[`ground.${node.name}`] = [node.x, node.y];
+    const barred = new Set(this.model.bars.flatMap(({ ends }) => ends));
+    for (const node of this.model.nodes) if (node.fixed || node.slide || barred.has(node.id)) found[`ground.${node.name}`] = [node.x, node.y];
     return found;
   }
 
   angles(q) { return Object.fromEntries(this.links.map((link, k) => [link.name, q[3 * k + 2]])); }
 
-  /** Bodies and joints as the diagram draws them. */
-  scene() {
-    const name = (id) => this.nodes.get(id).name;
-    const bodies = this.links.map((link, k) => ({ name: link.name, number: k + 1, shape: link.nodes.map((id) => `${link.name}.${name(id)}`), free: [] }));
-    const joints = [];
+  /** What is drawn, put together from symbols of `draw/fragments.py`. */
+  scene(symbols, q, driven) {
+    const name = (id) => this.nodes.get(id).name, places = this.places(q);
+    const parts = [], joints = [], letters = [], reach = {};
+    const line = (id, at, paint) => parts.push({ id, at, ...paint });
+    const sign = (id, at, shapes, more = {}) => parts.push({ id, at: [at], shapes, ...more });
+    this.links.forEach((link) => {
+      const at = link.nodes.map((id) => `${link.name}.${name(id)}`), look = symbols[driven === link.name ? "driven" : "bar"];
+      const around = hull(at.map((own) => [...places[own], own]));
+      if (around.length > 2) {
+        line(`body-${link.name}-polygon`, around.map(([, , own]) => own), symbols.face);
+        around.forEach(([, , own], k) => line(`body-${link.name}-bar`, [own, around[(k + 1) % around.length][2]], look));
+      } else line(`body-${link.name}-bar`, around.map(([, , own]) => own), look);
+    });
+    for (const { name: own, ends } of this.model.bars) line(`joint-${own}-distance`, ends.map((id) => this.end(id)), symbols.distance);
     for (const node of this.model.nodes) {
       const own = this.links.filter((link) => link.nodes.includes(node.id));
-      if (!own.length) continue;
-      const rigid = node.welds.length > 0;
-      const here = `${own[0].name}.${node.name}`;
-      if (node.fixed) joints.push({ name: node.name, first: `ground.${node.name}`, second: here, fixed: true, pin: true, rigid });
-      else if (node.slide) joints.push({ name: node.name, first: `ground.${node.name}`, second: here, axis: node.slide.angle, block: false });
-      else if (node.slot) {
-        const link = this.links[this.index.get(node.slot.link)];
-        joints.push({ name: node.name, first: `${link.name}.${name(link.nodes[0])}`, second: here, axis: 0, block: false });
-      } else if (own.length > 1) joints.push({ name: node.name, first: here, second: `${own[1].name}.${node.name}`, pin: true, rigid });
-      else bodies.find((body) => body.name === own[0].name).free.push(here);
+      if (!own.length && !this.model.bars.some(({ ends }) => ends.includes(node.id))) continue;
+      const here = own.length ? `${own[0].name}.${node.name}` : `ground.${node.name}`, turn = `${node.name}/axis`;
+      letters.push([node.name, here]);
+      if (node.fixed) sign(`support-${node.name}`, here, symbols.support);
+      if (node.slide || node.slot) {
+        const link = node.slot && this.links[this.index.get(node.slot.link)];
+        const joint = { name: node.name, first: link ? `${link.name}.${name(link.nodes[0])}` : `ground.${node.name}`, second: here, axis: link ? 0 : node.slide.angle };
+        const spans = symbols[link ? "slot" : "guide"].map((part) => ({ id: `joint-${node.name}-guide`, at: [`${node.name}/low`, `${node.name}/high`], span: true, turn, ...part }));
+        joints.push(joint);
+        reach[node.name] = [0, 0];
+        parts.push(...spans);
+        if (!link) sign(`joint-${node.name}-block`, here, symbols.block, { turn });
+      }
+      if (node.welds.length) sign(`joint-${node.name}-weld`, here, symbols.weld);
+      else sign(`joint-${node.name}-pin`, here, own.length > 1 || node.fixed || node.slide || node.slot || !own.length ? symbols.pin : symbols.dot);
     }
-    const end = (id) => { const node = this.nodes.get(id), own = this.links.find(({ nodes }) => nodes.includes(id)); return `${node.fixed || !own ? "ground" : own.name}.${node.name}`; };
-    for (const { name: own, ends } of this.model.bars) joints.push({ name: own, first: end(ends[0]), second: end(ends[1]), pin: false });
-    return { bodies, joints, ground: [], places: [] };
+    const { driver } = this.model, node = driver && driver.kind !== "turn" && this.nodes.get(driver.node);
+    const link = driver && driver.kind === "turn" && this.links.find(({ id }) => id === driver.link);
+    const pivot = link && (link.nodes.find((id) => this.nodes.get(id).fixed) ?? link.nodes[0]);
+    if (node && this.links.some(({ nodes }) => nodes.includes(node.id))) sign("driver", this.end(node.id), symbols.travel, { turn: `${node.name}/axis` });
+    if (link) {
+      const [a, b] = [pivot, link.nodes.find((id) => id !== pivot)].map((id) => `${link.name}.${name(id)}`);
+      sign("driver", a, symbols.arrow, { turn: `${a}>${b}` });
+    }
+    const text = (own, size) => ["text", "ink", 0, 0, size, own, size > 9, "middle"];
+    for (const [own, here] of letters) { // on the side where no link leaves
+      const arms = this.links.flatMap(({ name: body, nodes }) => (nodes.some((id) => name(id) === own) ? nodes.map((id) => places[`${body}.${name(id)}`]) : []));
+      const away = arms.reduce(([x, y], [u, v]) => [x - u + places[here][0], y - v + places[here][1]], [0, 0]), size = Math.hypot(...away);
+      const fixed = parts.some(({ id }) => id === `support-${own}`); // its ground is below
+      const [x, y] = fixed ? [away[0] > 0 ? 16 : -16, 4] : size > 0 ? away.map((v) => (15 * v) / size) : [-9, 12];
+      sign(`label-${own}`, here, [text(own, 14)], { spot: [0, x, -y] });
+    }
+    this.links.forEach((own, k) => {
+      const at = own.nodes.map((id) => `${own.name}.${name(id)}`);
+      const plate = parts.some(({ id }) => id === `body-${own.name}-polygon`);
+      parts.push({ id: `number-${own.name}`, at, turn: own.name, spot: [0, 0, plate ? 0 : 12], shapes: [symbols.disc, text(String(k + 1), 9)] });
+    });
+    return { scene: { joints }, drawing: { parts, reach, loads: {} } };
+  }
+
+  /** The point of a node, of a link or of the ground. */
+  end(id) {
+    const node = this.nodes.get(id), own = this.links.find(({ nodes }) => nodes.includes(id));
+    return `${node.fixed || !own ? "ground" : own.name}.${node.name}`;
   }
 }

@@ -1,5 +1,6 @@
 /** The editor: one machine of states for pointer and keys, the preview, the file. */
-import { Diagram, element } from "./diagram.js";
+import { Diagram } from "./diagram.js";
+import { element } from "./view.js";
 import { Draft } from "./draft.js";
 import { Model } from "./model.js";
 import { problemText } from "./toml.js";
@@ -7,7 +8,7 @@ import { offered, svgText } from "./files.js";
 import { digits } from "./units.js";
 import { drawingOf } from "./opened.js";
 import { Refused } from "./read_toml.js";
-import { editorWords } from "./edit_words.js";
+import { words } from "./words.js";
 
 const TOOLS = ["select", "link", "bar", "pivot", "weld", "slider", "slot", "driver", "delete"];
 const NEAR = 12, GRID = 0.005, LARGEST = 200000;
@@ -16,7 +17,7 @@ const get = (id) => document.getElementById(id);
 class Editor {
   constructor(data) {
     this.given = data;
-    this.words = editorWords(data.lang);
+    this.words = words;
     const [drawing, refused] = data.text ? this.read(data.text, data.name) : [null, ""];
     this.model = new Model(drawing);
     this.svg = get("diagram");
@@ -25,7 +26,7 @@ class Editor {
     this.value = null;
     this.playing = false;
     this.opened = 0;
-    this.diagram = new Diagram(this.svg, { bodies: [], joints: [] });
+    this.diagram = new Diagram(this.svg, { joints: [] }, { parts: [], reach: {}, loads: {} });
     this.over = element("g", {}, this.svg);
     this.buttons();
     this.fit();
@@ -143,10 +144,7 @@ class Editor {
     this.diagram.fit(nodes.length ? nodes.map(({ x, y }) => [x, y]) : [[-0.05, -0.05], [0.25, 0.15]]);
   }
 
-  point(event) {
-    const { left, top } = this.svg.getBoundingClientRect();
-    return [event.clientX - left, event.clientY - top];
-  }
+  point(event) { return this.diagram.under(event); }
 
   nodeAt([x, y], but = null) {
     let best = null, apart = NEAR;
@@ -355,11 +353,15 @@ class Editor {
 
   draw() {
     const { draft, diagram, model } = this;
-    diagram.scene = draft.scene();
     const q = this.value ? this.value.q : draft.start;
     const { driver } = model.data;
     const driven = driver && driver.kind === "turn" ? model.link(driver.link).name : "";
-    diagram.draw(draft.places(q), draft.angles(q), driven);
+    if (this.drafted !== draft) {
+      this.drafted = draft;
+      Object.assign(diagram, draft.scene(DRAWING, draft.start, driven));
+      diagram.slid((this.poses ? this.poses.poses : [{ q: draft.start }]).map((pose) => [draft.places(pose.q), draft.angles(pose.q)]));
+    }
+    diagram.draw(draft.places(q), draft.angles(q));
     this.over.replaceChildren();
     this.svg.append(this.over);
     const single = model.data.nodes.filter((node) => !model.data.links.some(({ nodes }) => nodes.includes(node.id)));
@@ -402,5 +404,5 @@ window.mechdae = {
   values: () => (editor.poses ? editor.poses.poses.map(({ u }) => u) : []),
   set: (u) => { if (!editor.poses) return false; editor.show(u); return editor.value.gap === 0; },
   pose: () => ({ points: editor.draft.places(editor.value ? editor.value.q : editor.draft.start), gap: editor.value ? editor.value.gap : 0 }),
-  screen: ([x, y]) => editor.diagram.at([x, y]),
+  screen: ([x, y]) => editor.diagram.at([x, y]).map((v) => v * editor.diagram.k),
 };

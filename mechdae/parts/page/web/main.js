@@ -1,5 +1,5 @@
 /** The page: reads its data, makes the controls, draws when something changed. */
-import { wordsOf } from "./words.js";
+import { words } from "./words.js";
 import { bareAngle, Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { Chart, ticks } from "./chart.js";
@@ -12,6 +12,8 @@ import { csvText, offered, png, svgText, tomlText } from "./files.js";
 
 /** Milliseconds that a change may take to be drawn whole in each frame. */
 const FRAME = 12;
+/** Poses whose wheels and guides the picture has to hold. */
+const FEW = 12;
 
 const find = (id) => document.getElementById(id);
 
@@ -28,12 +30,12 @@ function made(name, attributes = {}, ...children) {
 
 /** Everything on one page. */
 class App {
-  constructor(data, code, Kind) {
+  constructor(data, code, Kind, drawing) {
     this.data = data;
-    this.words = wordsOf(data.lang);
+    this.words = words;
     showIn(data.shown || {});
     nameIn(data.unit_names || {});
-    this.diagram = new Kind(find("diagram"), data.scene);
+    this.diagram = new Kind(find("diagram"), data.scene, drawing);
     this.session = null;
     this.recorded = null;
     this.reason = "";
@@ -386,10 +388,7 @@ class App {
     const svg = find("diagram");
     let held = null;
     let orbit = null;
-    const place = (event) => {
-      const { left, top } = svg.getBoundingClientRect();
-      return this.diagram.from([event.clientX - left, event.clientY - top]);
-    };
+    const place = (event) => this.diagram.from(this.diagram.under(event));
     svg.addEventListener("pointerdown", (event) => {
       if (!this.session) return;
       this.session.settle();
@@ -490,15 +489,13 @@ class App {
   // -- drawing
 
   fit() {
-    const places = [];
-    if (this.session) {
-      const { poses } = this.session;
-      for (let k = 0; k < poses.length; k += k + 4 < poses.length ? 4 : 1) places.push(...Object.values(this.session.places_of(poses[k])));
-    } else {
-      for (let k = 0; k < this.recorded.count; k += 1) places.push(...Object.values(this.recorded.places(k)));
-    }
-    for (const joint of this.data.scene.joints) places.push(...(places.length ? this.diagram.extent(joint, this.now(), this.turned()) : []));
-    this.diagram.fit(places);
+    const { session, recorded, diagram } = this;
+    const poses = session ? session.poses.map((pose) => [session.places_of(pose), session.angles_of(pose)])
+      : Array.from({ length: recorded.count }, (_, k) => [recorded.places(k), recorded.turns(k)]);
+    if (session && (this.seen !== session.theta || this.seenMode !== session.mode)) diagram.slid(poses);
+    if (session) [this.seen, this.seenMode] = [session.theta, session.mode];
+    const few = Math.ceil(poses.length / FEW);
+    diagram.fit([...poses.flatMap(([places]) => Object.values(places)), ...poses.filter((_, k) => k % few === 0).flatMap((pose) => diagram.extent(...pose))]);
   }
 
   /** Angles of the bodies in the pose shown, in space rotations. */
@@ -511,9 +508,11 @@ class App {
     const { session } = this;
     if (session) this.look();
     if (fitted) this.fit();
-    if (session) {
+    const { traces } = this.diagram.drawing;
+    if (!session) this.diagram.traces(traces.map((name) => Array.from({ length: this.recorded.count }, (_, k) => this.recorded.places(k)[name])));
+    else {
       const moving = this.data.entries.filter(({ kind, columns, part }) => kind === "points" && this.moving(columns)
-        && (this.data.scene.bodies.some((body) => body.free.includes(part)) || this.data.entries.length < 12));
+        && traces.includes(part));
       this.diagram.traces(moving.map(({ columns }) => session.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null))));
       const ends = session.motion.ends.filter((end) => end && end.kind === "limit");
       this.diagram.faint("limits", ends.map((end) => session.places_of(session.motion.atLimit(end.s, end))));
@@ -553,7 +552,7 @@ class App {
     const { session, data } = this;
     const { driven, way } = this;
     if (!session) {
-      this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), driven);
+      this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), this.shown / Math.max(this.recorded.count - 1, 1), driven);
       const value = this.recorded.value(this.shown);
       this.slider.value = this.recorded.count > 1 ? this.shown / (this.recorded.count - 1) : 0;
       this.number.value = digits(value * displayed(data.driver.unit)[0], 7);
@@ -563,8 +562,8 @@ class App {
     this.address();
     this.look();
     const pose = session.pose;
-    const places = session.places_of(pose);
-    this.diagram.draw(places, session.angles_of(pose), driven);
+    const places = session.places_of(pose), [least, most] = session.range;
+    this.diagram.draw(places, session.angles_of(pose), most > least ? Math.min(Math.max((session.s - least) / (most - least), 0), 1) : 0, driven);
     const velocities = {};
     if (this.velocities.checked) {
       for (const { kind, part, columns } of data.entries) {
@@ -797,12 +796,12 @@ function interfaceOf(app) {
 export function begin(Kind) {
   const given = JSON.parse(find("mechdae").textContent);
   if (isWhole(find("mechdae").textContent, SUM)) {
-    const app = new App(given, K, Kind);
+    const app = new App(given, K, Kind, DRAWING);
     app.build();
     window.mechdae = interfaceOf(app);
     return;
   }
-  const reason = wordsOf(given.lang)("damaged");
+  const reason = words("damaged");
   find("title").textContent = String(given.title);
   find("status").className = "warn";
   find("status").textContent = reason;

@@ -1,5 +1,5 @@
 /** Vector polygons of the pose shown: velocities and accelerations from their pole, forces on one body. */
-import { arrow, element } from "./diagram.js";
+import { arrow, element } from "./view.js";
 import { digits } from "./units.js";
 
 export class Plans {

@@ -4,7 +4,7 @@ import { Forces } from "./forces.js";
 import { Ghosts } from "./ghosts.js";
 import { rateOf } from "./units.js";
 import { unpacked } from "./recorded.js";
-import { wordsOf } from "./words.js";
+import { words } from "./words.js";
 import { aloneOf, wayOf } from "./way.js";
 
 const SAMPLES = 361;
@@ -36,7 +36,7 @@ export class Session {
   /** @param {any} data @param {any} code */
   constructor(data, code) {
     this.data = data;
-    this.words = wordsOf(data.lang);
+    this.words = words;
     this.motion = new Motion(data, code);
     this.theta = data.sliders.map((slider) => slider.value);
     this.s = data.start.s;

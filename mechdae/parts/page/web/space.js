@@ -1,5 +1,5 @@
 /** The diagram of a spatial mechanism: parallel projection that can be turned, near parts over far ones. */
-import { Diagram, element, hull } from "./diagram.js";
+import { element, hull, pathOf, View } from "./view.js";
 import { across3, along3, outer, plus, ringOf, sizeOf, times, unit3 } from "./vectors.js";
 import { pitchSurfaces } from "./wheels.js";
 
@@ -17,13 +17,35 @@ export function basisOf({ azimuth, elevation, up }) {
   return [right, outer(eye, right), eye];
 }
 
-export class SpaceDiagram extends Diagram {
-  constructor(svg, scene) {
-    super(svg, scene);
+export class SpaceDiagram extends View {
+  constructor(svg, scene, drawing) {
+    super(svg, scene, drawing, ["traces", "limits", "ghosts", "depths", "arrows", "forces", "parts", "triad", "scale"]);
     this.view = { ...scene.space };
-    this.depths = element("g", { class: "depths" });
-    svg.insertBefore(this.depths, this.layers.arrows);
+    this.depths = this.layers.depths;
     this.turn(0, 0);
+  }
+
+  slid() { /* guides of space are drawn as far as they are */ }
+
+  /** Outlines of bodies: the ends of a line, or a hull. */
+  outlines(places) {
+    return this.scene.bodies.map((body) => {
+      const corners = [];
+      for (const place of body.shape.map((name) => places[name]).filter(Boolean)) this.add(corners, [...this.at(place), 0]);
+      return corners.length ? pathOf(corners.length > 2 ? hull(corners) : corners, corners.length > 2) : "";
+    }).filter(Boolean);
+  }
+
+  /** Move the labels with their points, or with symbols that are moved along axes. */
+  label(places, anchors) {
+    this.build();
+    const symbols = new Map([...anchors].map(([joint, { first }]) => [`${joint.name}/`, first]));
+    this.drawing.parts.forEach(({ at, spot }, k) => {
+      const bases = at.map((name) => symbols.get(name) || (places[name] && this.at(places[name]))), made = this.elements[k];
+      const [x, y] = [0, 1].map((i) => bases.reduce((sum, base) => sum + (base ? base[i] : NaN), 0) / bases.length + spot[i + 1]);
+      made.setAttribute("display", Number.isFinite(x) ? "inline" : "none");
+      if (Number.isFinite(x)) made.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`);
+    });
   }
 
   /** Turn the view by degrees. */
@@ -59,10 +81,14 @@ export class SpaceDiagram extends Diagram {
     return [x, -y, z];
   }
 
-  extent(joint, places, turns = {}) {
-    if (!joint.mesh) return [];
-    const surfaces = pitchSurfaces(joint.mesh, places, (body, vector) => this.inSpace(body, vector, turns), this.size(places), this.scene.space.reaches[joint.name]);
-    return surfaces.flatMap(({ corners, ends, radii, axis }) => corners || ends.flatMap((end, k) => ringOf(end, axis, radii[k], 12)));
+  extent(places, turns = {}) {
+    return this.scene.joints.flatMap((joint) => this.surfaces(joint, places, turns))
+      .flatMap(({ corners, ends, radii, axis }) => corners || ends.flatMap((end, k) => ringOf(end, axis, radii[k], 12)));
+  }
+
+  /** Wheels and racks of a joint. */
+  surfaces(joint, places, turns) {
+    return joint.mesh ? pitchSurfaces(joint.mesh, places, (body, vector) => this.inSpace(body, vector, turns), this.spread(places), this.scene.space.reaches[joint.name]) : [];
   }
 
   fit(places) { super.fit([...places, ...this.scene.space.anchors].map((place) => this.flat(place))); }
@@ -84,11 +110,9 @@ export class SpaceDiagram extends Diagram {
       || (joint.kind === "universal" ? null : this.inSpace(joint.second.split(".")[0], joint.axis2, turns));
   }
 
-  draw(places, turns, driven) {
-    const { ground, links, pins, letters } = this.layers;
-    for (const layer of [ground, links, pins, letters, this.depths]) layer.replaceChildren();
+  draw(places, turns, share, driven) {
+    this.depths.replaceChildren();
     this.parts = [];
-    this.shunned = { strokes: [], plates: [], discs: [] };
     const moving = driven.map((name) => {
       const lead = this.scene.joints.find((joint) => joint.name === name);
       return lead ? lead[lead.second.startsWith("ground.") ? "first" : "second"].split(".")[0] : name;
@@ -115,22 +139,14 @@ export class SpaceDiagram extends Diagram {
         this.part(here[2] + 1, "circle", { cx: here[0], cy: here[1], r: 2.6, class: "point" });
       }
     }
-    const taken = [];
-    for (const [joint, { axis, first, second }] of anchors) {
-      this.symbol(joint, axis, first, second, ends, turns);
-      const here = joint.sliding ? second : first;
-      if (joint.pointer) {
-        const side = unit3([first[1] - second[1], second[0] - first[0], 0]);
-        this.letter(joint.name, [(first[0] + second[0]) / 2 + 6 * side[0], (first[1] + second[1]) / 2 + 6 * side[1]], taken);
-      }
-      else if (!joint.mesh) this.letter(joint.name, here, taken);
-    }
+    for (const [joint, { axis, first, second }] of anchors) this.symbol(joint, axis, first, second, ends, turns);
     for (const body of this.scene.bodies) this.link(body, ends.get(body.name), moving.includes(body.name));
     this.wheels(places, turns, anchors, moving);
-    this.write(taken);
+    this.label(places, anchors);
     this.parts.sort((a, b) => a.depth - b.depth);
     this.depths.append(...this.parts.map((part) => part.made));
     this.triad();
+    this.bar();
   }
 
   add(known, place) { if (!known.some((other) => sizeOf(plus(other, place, -1)) < 1)) known.push(place); }
@@ -141,7 +157,6 @@ export class SpaceDiagram extends Diagram {
   line(a, b, kind, gaps = true) {
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
     const count = Math.max(1, Math.round(length / PIECE));
-    this.shun([a, b]);
     for (let k = 0; k < count; k += 1) {
       const [p, q] = [k / count, (k + 1) / count].map((t) => plus(a, plus(b, a, -1), t));
       const d = `M${p[0].toFixed(2)} ${p[1].toFixed(2)}L${q[0].toFixed(2)} ${q[1].toFixed(2)}`;
@@ -152,15 +167,7 @@ export class SpaceDiagram extends Diagram {
   }
 
   area(points, depth, kind) {
-    if (kind.startsWith("block")) this.shunBox(points);
     this.part(depth, "path", { d: `M${points.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}Z`, class: kind });
-  }
-
-  /** Keep letters off a symbol. */
-  shunBox(points) {
-    const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
-    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    this.shun([[left, low], [right, low], [right, high], [left, high]]);
   }
 
   link(body, places, driven) {
@@ -174,10 +181,6 @@ export class SpaceDiagram extends Diagram {
         if (!flat.includes(place)) this.line(place, flat.reduce((best, own) => (sizeOf(plus(own, place, -1)) < sizeOf(plus(best, place, -1)) ? own : best)), kind);
       }
     }
-    if (places.length < 2) return;
-    const middle = times(places.reduce((sum, place) => plus(sum, place)), 1 / places.length);
-    const side = places.length === 2 ? unit3([places[0][1] - places[1][1], places[1][0] - places[0][0], 0]) : [0, 0, 0];
-    this.disc(plus(middle, side, 13), body.number);
   }
 
   barrel(center, axis, half, radius, kind) {
@@ -206,7 +209,6 @@ export class SpaceDiagram extends Diagram {
     let path = `M${a[0]} ${a[1]}L${b[0]} ${b[1]}`;
     for (let t = 3; t < length; t += 5) path += `M${a[0] + t * along[0]} ${a[1] + t * along[1]}l${5 * (side[0] - along[0])} ${5 * (side[1] - along[1])}`;
     this.part(depth, "path", { d: path, class: "ground" });
-    this.shun([a, b].map(([x, y]) => [x + 4 * side[0], y + 4 * side[1]]));
   }
 
   symbol(joint, axis, first, second, ends, turns) {
@@ -253,7 +255,6 @@ export class SpaceDiagram extends Diagram {
       const back = others(0, first).reduce((sum, place) => plus(sum, unit3(plus(place, first, -1))), [0, 0, 0]);
       const angle = Math.atan2(back[1], back[0] || 1e-9);
       const [a, b] = [angle - 1.75, angle + 1.75].map((t) => [first[0] + SOCKET * Math.cos(t), first[1] + SOCKET * Math.sin(t)]);
-      this.shunBox([plus(first, [SOCKET, SOCKET, 0]), plus(first, [SOCKET, SOCKET, 0], -1)]);
       this.part(first[2], "path", { d: `M${a[0]} ${a[1]}A${SOCKET} ${SOCKET} 0 1 1 ${b[0]} ${b[1]}`, class: "shaft" });
     } else if (joint.kind === "planar" && axis) {
       const [u, v] = across3(axis);
@@ -271,8 +272,7 @@ export class SpaceDiagram extends Diagram {
   wheels(places, turns, anchors, moving) {
     const seen = new Set();
     for (const joint of this.scene.joints) {
-      const surfaces = joint.mesh ? pitchSurfaces(joint.mesh, places, (body, vector) => this.inSpace(body, vector, turns), this.size(places), this.scene.space.reaches[joint.name]) : [];
-      for (const { body, corners, ends, radii, axis, bearing } of surfaces) {
+      for (const { body, corners, ends, radii, axis, bearing } of this.surfaces(joint, places, turns)) {
         const kind = moving.includes(body) ? "wheel driven" : "wheel";
         if (corners) this.rack(corners.map((place) => this.spot(place)));
         else {
@@ -297,7 +297,6 @@ export class SpaceDiagram extends Diagram {
     this.part(ends[near][2], "path", { d: path(outline), class: kind });
     this.part(ends[near][2], "path", { d: path(rims[near]), class: `${kind} rim` });
     if (radii[0] !== radii[1]) this.part(ends[near][2], "path", { d: path(rims[1 - near]), class: `${kind} rim` });
-    this.shun([...outline, outline[0]]);
   }
 
   /** A thin radius with a dot turns with the wheel. */
@@ -321,11 +320,10 @@ export class SpaceDiagram extends Diagram {
       path += `M${x.toFixed(2)} ${y.toFixed(2)}l${across[0].toFixed(2)} ${across[1].toFixed(2)}`;
     }
     this.part(corners[0][2], "path", { d: path, class: "wheel rim" });
-    this.shun([...corners, corners[0]]);
   }
 
   /** Largest extent of the points. */
-  size(places) {
+  spread(places) {
     const all = Object.values(places).filter((place) => place && place.length === 3);
     return Math.max(...[0, 1, 2].map((k) => Math.max(...all.map((p) => p[k])) - Math.min(...all.map((p) => p[k]))), 0) || 1;
   }
@@ -351,8 +349,8 @@ export class SpaceDiagram extends Diagram {
   }
 
   triad() {
-    const { height } = this.rect;
-    const group = element("g", { class: "triad", transform: `translate(42 ${(height - 42).toFixed(1)})` }, this.layers.letters);
+    this.layers.triad.replaceChildren();
+    const group = element("g", { transform: `translate(42 ${(this.size[1] - 42).toFixed(1)})` }, this.layers.triad);
     ["x", "y", "z"].forEach((name, k) => {
       const [x, y] = this.way([0, 1, 2].map((i) => (i === k ? 1 : 0)));
       element("path", { d: `M0 0L${(24 * x).toFixed(2)} ${(24 * y).toFixed(2)}`, class: "axis" }, group);

@@ -1,0 +1,171 @@
+"""The writer of matplotlib: primitives as artists, and how large texts are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, Protocol
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backend_bases import RendererBase
+from matplotlib.colors import to_rgba
+from matplotlib.font_manager import FontProperties
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, PathPatch, Polygon
+from matplotlib.path import Path
+from matplotlib.text import Text
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import Affine2D
+from numpy.typing import ArrayLike
+
+from mechdae.draw import style
+from mechdae.draw.primitives import Array, Primitive
+from mechdae.types import Json
+
+INDEX = (0.7, 0.02, 0.15)
+"""Size of an index, its step to the right and down, as shares of the letter's size."""
+
+
+class _Shared:
+    """An artist with the clip box of its axes: to make one for each takes longer than to draw."""
+
+    def set_clip_path(self: Any, path: Any, transform: Any = None) -> None:
+        """Clip by a path, or by the box of the axes if it is theirs."""
+        if self.axes is not None and path is self.axes.patch:
+            self.set_clip_box(self.axes.bbox)
+        else:
+            super().set_clip_path(path, transform)  # type: ignore[misc]
+
+
+class _Line(_Shared, Line2D):
+    pass
+
+
+class _Area(_Shared, Polygon):
+    pass
+
+
+class _Circle(_Shared, Circle):
+    pass
+
+
+class _Strokes(_Shared, PathPatch):
+    pass
+
+
+class _Text(_Shared, Text):
+    pass
+
+
+class _Letters(_Text):
+    """A short text, in SVG files the outlines its place was found with: found once, not twice."""
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the outlines in files that have outlines of texts anyway, else the text."""
+        figure = self.get_figure(root=True)
+        assert figure is not None
+        outlined = figure.canvas.get_default_filetype() == "svg"
+        outlined &= mpl.rcParams["svg.fonttype"] == "path" and not self.get_rotation()
+        sides = self.get_horizontalalignment(), self.get_verticalalignment()
+        if not outlined or sides != ("left", "baseline"):
+            super().draw(renderer)
+        elif self.get_visible():
+            gc = renderer.new_gc()
+            gc.set_linewidth(0.0)
+            place = self.get_transform().transform(self.get_position())
+            renderer.open_group("text", self.get_gid())
+            renderer.draw_path(
+                gc,
+                outline(self.get_text(), self.get_fontproperties()),
+                Affine2D().translate(*place),
+                to_rgba(self.get_color(), self.get_alpha()),
+            )
+            renderer.close_group("text")
+            gc.restore()
+
+
+class ScaledSheet(Protocol):
+    """What is asked of a sheet: points to the unit, units to the metre, colours, places [m]."""
+
+    k: float
+    metre: float
+    theme: style.Theme
+
+    def back(self, position: ArrayLike) -> Array:
+        """Return positions [m] of positions on the sheet."""
+        ...
+
+
+def artist_of(sheet: ScaledSheet, shape: Primitive) -> Artist:
+    """Return a primitive of a sheet for its axes, in metres."""
+    data, color = sheet.back(shape.points), sheet.theme.paint(shape.color)
+    look: Json = {"linewidth": shape.width * sheet.k}
+    if shape.kind in ("line", "circle"):
+        look["linestyle"] = shape.dash or "-"
+    made: Artist
+    if shape.kind == "line":
+        made = _Line(
+            data[:, 0], data[:, 1], color=color, solid_capstyle="round",
+            solid_joinstyle="round", dash_capstyle="butt", **look,
+        )  # fmt: skip
+    elif shape.kind == "strokes":
+        codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), len(data) // 2)
+        path = Path(data, codes)
+        made = _Strokes(path, facecolor="none", edgecolor=color, capstyle="round", **look)
+    elif shape.kind == "text":
+        scaled = shape.font.copy()
+        scaled.set_size(shape.font.get_size_in_points() * sheet.k)
+        kind = _Letters if shape.short else _Text
+        made = kind(data[0, 0], data[0, 1], shape.text, fontproperties=scaled, color=color)
+    else:
+        look |= {"facecolor": sheet.theme.paint(shape.fill), "edgecolor": color}
+        if shape.kind == "area":
+            made = _Area(data, closed=True, joinstyle="round", **look)
+        else:
+            made = _Circle(tuple(data[0]), shape.radius / sheet.metre, **look)
+    made.zorder = shape.z  # without the call for changes: nobody listens yet
+    made.set_gid(shape.gid)
+    return made
+
+
+def font(
+    size: float, families: Sequence[str] = tuple(style.FONT), **options: Any
+) -> FontProperties:
+    """Return a font of that size in units."""
+    return FontProperties(family=list(families), size=size, math_fontfamily="stix", **options)
+
+
+@lru_cache(maxsize=1024)
+def outline(text: str, font: FontProperties) -> Path:
+    """Return the outlines of a text whose line starts at the origin."""
+    return TextPath((0.0, 0.0), text, prop=font)
+
+
+@lru_cache(maxsize=1024)
+def ink(text: str, font: FontProperties, index: str = "") -> tuple[Array, Array]:
+    """Return the corners of the ink of a text whose line starts at the origin."""
+    if index:
+        rows = [(ink(part, own), step) for part, own, step, _ in parts_of(text, font, index)]
+        low = np.min([box[0] + step for box, step in rows], axis=0)
+        return low, np.max([box[1] + step for box, step in rows], axis=0)
+    if not text.strip():
+        return np.zeros(2), np.zeros(2)
+    extents = outline(text, font).get_extents()
+    return np.array([extents.x0, extents.y0]), np.array([extents.x1, extents.y1])
+
+
+def parts_of(
+    text: str, font: FontProperties, index: str, gid: str | None = None
+) -> list[tuple[str, FontProperties, Array, str | None]]:
+    """Return a text and its upright index: what, how, where from the start, name."""
+    parts: list[tuple[str, FontProperties, Array, str | None]] = [(text, font, np.zeros(2), gid)]
+    if index:
+        small = font.copy()
+        size = font.get_size_in_points()
+        small.set_size(INDEX[0] * size)
+        small.set_style("normal")
+        step = np.array([float(ink(text, font)[1][0]) + INDEX[1] * size, -INDEX[2] * size])
+        parts.append((index, small, step, None))
+    return parts

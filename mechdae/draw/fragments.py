@@ -1,0 +1,331 @@
+"""The writer of SVG: a scene of the plane as fragments that a page moves with points and bodies.
+
+A fragment that is rigid is markup in its own frame; of others each corner is told by the places it
+keeps its way to. Places of labels are chosen once, where they cover least in all poses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.joints.curve import follows_curve
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.loads import Force, Resistance, Spring
+from mechdae.draw import style
+from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.amounts import load_values, sense
+from mechdae.draw.diagram.diagram import View, common_extent, draw_scene, extent
+from mechdae.draw.diagram.driver import SPAN
+from mechdae.draw.diagram.guides import travel
+from mechdae.draw.diagram.loads import Mark, peak_force
+from mechdae.draw.diagram.scene import DrawnScene, choose_pose
+from mechdae.draw.diagram.wheels import rack_span, rack_travel
+from mechdae.draw.labels.labels import Links, Writing, writings
+from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels, compared
+from mechdae.draw.primitives import PAPER, Anchor, Array, Primitive, path_of
+from mechdae.draw.sheet import Sheet, arc
+from mechdae.draw.words import Words
+from mechdae.types import Json
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
+
+STATES = 60
+"""Poses of which it is told how loads act."""
+LENGTH = 60.0
+"""Of spans that are templates."""
+NAMES = {
+    style.INK: "ink", style.PAPER: "paper", style.DRIVEN: "driven", style.ARROW: "arrow",
+    style.FILL: "fill", style.WHEEL: "wheel", style.GROUND: "ground", style.LOAD: "load",
+    style.FAINT: "faint",
+}  # fmt: skip
+"""What colours are called in the page's style sheet."""
+
+
+def fragments(scene: DrawnScene, result: SweepResult, lang: str = "en") -> Json:
+    """Return the scene of a motion as fragments in their order.
+
+    ``parts``: see `_moving` and `_rigid`; ``reach``: of guides and racks least and greatest slide
+    [m]; ``traces``: points whose paths are drawn; ``loads``: how loads act along the poses.
+    """
+    pose = choose_pose(scene, getattr(result, "kind", ""))
+    known = scene.assembled() or [pose]
+    some = compared(known, pose)
+    bounds = common_extent(scene, some, True)
+    view = View(bounds=bounds, peak=peak_force(scene, result, some), memory={})
+    loads = _loads(scene, result, pose, known, view.peak or 1.0)
+    sheet, marks, labels = steady_labels(scene, result, some, view, Words(lang))
+    # sizes that change are not written
+    marks = [replace(mark, text=mark.name) if mark.name in loads else mark for mark in marks]
+    labels.write(sheet, pose, marks)
+    writer = FragmentWriter(sheet, lambda anchor: FragmentFrame(sheet, scene, pose, anchor))
+    return {
+        "parts": list(writer.parts()),
+        "reach": {
+            joint.name: _reach(scene, joint, pose, bounds[2])
+            for joint in scene.joints(pose)
+            if joint.straight or joint.wheels == 1
+        },
+        "traces": list(scene.paths),
+        "loads": loads,
+    }
+
+
+def steady_labels(
+    scene: DrawnScene, result: SweepResult, poses: Sequence[int], view: View, words: Words
+) -> tuple[Sheet, list[Mark], SteadyLabels]:
+    """Return the first pose without labels, its loads, and labels with places for all poses."""
+    low, high, _ = view.bounds or common_extent(scene, poses, view.traces)
+    sheets = [Sheet(None, low, high, memory=view.memory) for _ in poses]
+    drawn = [
+        draw_scene(sheet, scene, result, k, view, words)
+        for sheet, k in zip(sheets, poses, strict=True)
+    ]
+    places = zip(sheets, poses, drawn, strict=True)
+    labels = chosen_labels(
+        sheets,
+        poses,
+        [writings(sheet, scene, k, *parts) for sheet, k, parts in places],
+        lambda label: anchors_of(scene, label, sheets[0], poses[0], drawn[0][1]),
+        lambda sheet, k, anchor: FragmentFrame(sheet, scene, k, anchor),
+    )
+    return sheets[0], drawn[0][2], labels
+
+
+def anchors_of(
+    scene: DrawnScene, label: Writing, sheet: Sheet, pose: int, links: Links
+) -> list[Anchor]:
+    """Return what a label may move with: a place, upright or turning with a body there."""
+    kind, _, name = label.gid.partition("-")
+    if kind == "number":
+        body = scene.mechanism.bodies[name]
+        points = tuple(f"{name}.{point}" for point in body.points)
+        beside = links.bars.get(name) or name in links.polygons
+        return [Anchor(points, name if beside else "")]
+    if name.startswith("load-"):
+        held = [
+            shape.anchor for shape in sheet.drawn if shape.gid in (name, name.removeprefix("load-"))
+        ]
+        return [Anchor(held[0].points, held[0].turn) if held else PAPER]
+    place = scene.place(name, pose)
+    near = [
+        f"{body}.{point}"
+        for body in scene.mechanism.bodies
+        if scene.shown(body, pose)
+        for point in scene.mechanism.body(body).points
+        if np.allclose(scene.place(f"{body}.{point}", pose), place, atol=1e-9)
+    ]
+    return [Anchor((name,)), *(Anchor((name,), point.split(".")[0]) for point in near)]
+
+
+def _reach(scene: DrawnScene, joint: Joint, pose: int, size: float) -> list[float]:
+    if joint.straight:
+        return list(travel(scene, joint, pose, size))
+    along = rack_travel(scene, joint)
+    return [float(np.nanmin(along)), float(np.nanmax(along))]
+
+
+def _loads(
+    scene: DrawnScene, result: SweepResult, pose: int, known: Sequence[int], peak: float
+) -> Json:
+    """Return by load the angle [rad] and share by which its arrow differs from that drawn."""
+    found: Json = {}
+    picks = [known[k] for k in np.linspace(0, len(known) - 1, STATES).round().astype(int)]
+    for load in scene.mechanism.loads.values():
+        if isinstance(load, Spring):
+            continue
+        values = np.zeros(len(picks) + 1, dtype=complex)
+        for i, k in enumerate((pose, *picks)):
+            row = load_values(scene, result, load, k) or (1.0,)
+            sign = 1.0
+            if isinstance(load, Resistance):
+                sign = -sense(scene, result, coordinate(scene.mechanism, load.coordinate), k)
+            values[i] = complex(*row) if isinstance(load, Force) else sign * row[0]
+        sizes = np.maximum(style.PULL[0], style.PULL[1] * np.abs(values) / peak)
+        sizes *= values != 0
+        turns = np.angle(values) - np.angle(values[0])
+        rows = np.column_stack([turns, sizes / (sizes[0] or style.PULL[0])])[1:].round(3)
+        if (rows != (0.0, 1.0)).any():
+            found[load.name] = rows.tolist()
+    return found
+
+
+# -- SVG -----------------------------------------------------------------------------------------
+
+
+class FragmentFrame(AnchorFrame):
+    """A frame of the plane, with ends of guides, of joints' axes, of lines between points."""
+
+    def base(self, point: str) -> Array:
+        """Return a point on the sheet."""
+        return self.sheet.at(place_of(self.scene, point, self.pose))
+
+    def angle(self, turn: str) -> float:
+        """Return the angle [rad] of the frame that ways are told in."""
+        if ">" in turn:
+            a, b = (self.base(point) for point in turn.split(">"))
+            return float(np.arctan2(*(b - a)[::-1]))
+        name, _, kind = turn.partition("/")
+        if not kind:
+            return super().angle(name)
+        joint = self.scene.mechanism.joints[name]
+        if follows_curve(joint):
+            return float(self.scene.angles[joint.first_body][self.pose])
+        body = joint.second_body if kind == "rack" else joint.first_body
+        return float(self.scene.angles[body][self.pose] + self.scene.numbers[f"{name}.axis"])
+
+
+def place_of(scene: DrawnScene, point: str, pose: int) -> Array:
+    """Return a place [m]: of a point, or of an end of a guide's or a rack's way, ``joint/low``."""
+    name, _, end = point.partition("/")
+    if not end:
+        return scene.place(point, pose)
+    joint = scene.mechanism.joints[name]
+    if end == "curve":
+        return scene.place(joint.first, pose)
+    which = 0 if end == "low" else 1
+    if joint.wheels == 1:
+        return rack_span(scene, joint, pose)[which]
+    axis = scene.direction(joint.first_body, scene.numbers[f"{name}.axis"], pose)
+    ends = travel(scene, joint, pose, extent(scene, pose, False, 0)[2])
+    return scene.place(joint.first, pose) + ends[which] * axis
+
+
+class FragmentWriter:
+    """Writes the primitives of a sheet as fragments; ``frame_of`` gives the frame of an anchor."""
+
+    def __init__(self, sheet: Sheet, frame_of: Callable[[Anchor], AnchorFrame]) -> None:
+        self.sheet, self.frame_of = sheet, frame_of
+
+    def parts(self, least: float = 0.0) -> Iterator[Json]:
+        """Yield the fragments from a rank on, those below first."""
+        drawn = [shape for shape in self.sheet.drawn if shape.z >= least]
+        order = sorted(drawn, key=lambda shape: shape.z)
+        for (anchor, _), group in groupby(order, key=lambda shape: (shape.anchor, shape.z)):
+            run = list(group)
+            rigid = len(anchor.points) < 2 and not anchor.grow and not anchor.span
+            if anchor.points and anchor.points[0].endswith("/curve"):
+                rigid = False
+            if rigid or anchor.spot is not None:
+                yield self._rigid(anchor, next((shape.gid for shape in run if shape.gid), ""), run)
+            else:
+                yield from (self._moving(shape) for shape in run)
+
+    def _rigid(self, anchor: Anchor, gid: str | None, run: Sequence[Primitive]) -> Json:
+        """Return markup in the frame of an anchor; what has a ``spot`` does not turn."""
+        frame = self.frame_of(anchor)
+        part = self._held(frame, gid)
+        spot, corner = np.array([anchor.spot or (0.0, 0.0)]), np.zeros(2)
+        if not anchor.points:  # of the paper the nearest corner
+            far = np.vstack([shape.points for shape in run]).mean(axis=0) > self.sheet.size / 2
+            part["paper"], corner = far.astype(int).tolist(), far * self.sheet.size
+        if anchor.spot is None:
+            places = [frame.local(shape.points) - corner for shape in run]
+        else:
+            part["spot"] = _corner(frame.shares(spot)[0], frame.local(spot)[0] - corner)
+            places = [shape.points - spot for shape in run]
+        part["shapes"] = [_shape(shape, at) for shape, at in zip(run, places, strict=True)]
+        return part
+
+    def _moving(self, shape: Primitive) -> Json:
+        """Return a path or circle by its corners: share of the way to the second point, x, y."""
+        frame = self.frame_of(shape.anchor)
+        part = self._held(frame, shape.gid) | _paint(shape)
+        if shape.anchor.points[0].endswith("/curve"):
+            return part
+        return part | _corners(frame.shares(shape.points), frame.local(shape.points))
+
+    def _held(self, frame: AnchorFrame, gid: str | None) -> Json:
+        anchor = frame.anchor
+        part: Json = {"id": gid or "", "at": list(anchor.points)}
+        if anchor.turn:
+            part["turn"] = anchor.turn
+        if anchor.span:
+            part["span"] = True
+        if anchor.grow:
+            part["grow"] = [anchor.grow, round(frame.length(anchor.grow), 6)]
+        return part
+
+
+def _corner(share: float, way: Array) -> list[float]:
+    """Return a corner of a fragment; y is down."""
+    return [round(float(share), 4), round(float(way[0]), 2), round(-float(way[1]), 2) + 0.0]
+
+
+def _corners(shares: Array, ways: Array) -> Json:
+    """Return the corners of a fragment, none where they are at its places."""
+    corners = [_corner(*row) for row in zip(shares, ways, strict=True)]
+    return {"corners": corners} if any(any(corner) for corner in corners) else {}
+
+
+def _look(shape: Primitive) -> str:
+    """Return the paint of a primitive: stroke, fill, width, dashes."""
+    edge = NAMES[shape.color] if shape.width and shape.color != "none" else "none"
+    dash = "" if shape.dash is None else f" {','.join(f'{part:g}' for part in shape.dash[1])}"
+    return f"{edge} {NAMES.get(shape.fill, 'none')} {shape.width:g}{dash}"
+
+
+def _paint(shape: Primitive) -> Json:
+    """Return kind and paint of a fragment that is one path or circle."""
+    part: Json = {"kind": shape.kind, "look": _look(shape)}
+    return part | ({"radius": round(shape.radius, 3)} if shape.kind == "circle" else {})
+
+
+def _shape(shape: Primitive, points: Array) -> list[object]:
+    """Return an element of a rigid fragment: its name, its paint, where it is; y is down."""
+    x, y = (round(part, 2) + 0.0 for part in (points[0] * (1, -1)).tolist())
+    if shape.kind == "text":
+        size, slanted = shape.font.get_size_in_points(), shape.font.get_style() == "italic"
+        return ["text", NAMES[shape.color], x, y, size, shape.text, slanted, shape.short]
+    if shape.kind == "circle":
+        return ["circle", _look(shape), x, y, shape.radius]
+    return ["path", _look(shape), path_of(shape.kind, points)]
+
+
+def templates() -> Json:
+    """Return the symbols that an editor puts together: shapes, parts of a span, paints."""
+    sheet, zero, x = Sheet(None, (0.0, 0.0), (1.0, 1.0)), np.zeros(2), np.array([1.0, 0.0])
+
+    def made(draw: Callable[..., None], *places: object) -> list[Primitive]:
+        sheet.drawn.clear()
+        draw(sheet, *places, "")
+        return list(sheet.drawn)
+
+    def shapes(draw: Callable[..., None], *places: object) -> list[list[object]]:
+        return [_shape(shape, shape.points) for shape in made(draw, *places)]
+
+    def span(draw: Callable[..., None], *places: object) -> list[Json]:
+        """Return primitives between the origin and a place on the right as fragments."""
+        found = []
+        for shape in made(draw, *places):
+            shares = np.clip(shape.points[:, 0] / LENGTH, 0.0, 1.0)
+            found.append(
+                _paint(shape) | _corners(shares, shape.points - shares[:, None] * LENGTH * x)
+            )
+        return found
+
+    reach, low = (style.BLOCK[0] + 7.0) * x, np.array([0.0, -style.BLOCK[1]])
+    bar = Primitive("line", zero[None], 0.0, None, Anchor(), width=style.BAR)
+    disc = replace(bar, kind="circle", fill=style.PAPER, width=style.THIN, radius=style.DISC)
+    return {
+        "pin": shapes(symbols.pin, zero),
+        "dot": shapes(symbols.dot, zero),
+        "support": shapes(symbols.support, zero),
+        "block": shapes(symbols.block, zero, x),
+        "weld": shapes(symbols.weld, zero, ()),
+        "arrow": shapes(symbols.arrow, arc(zero, style.ARC, 0.35, 0.35 + SPAN)),
+        "travel": shapes(symbols.arrow, np.array([[-16.0, 22.0], [16.0, 22.0]])),
+        "disc": _shape(disc, zero[None]),
+        "guide": span(symbols.hatch, low - reach, low + reach + LENGTH * x, symbols.DOWN),
+        "slot": span(symbols.slot, zero, LENGTH * x),
+        "bar": _paint(bar),
+        "driven": _paint(replace(bar, color=style.DRIVEN)),
+        "face": _paint(replace(bar, kind="area", color="none", fill=style.FILL)),
+        "distance": _paint(replace(bar, width=style.LINE, dash=style.DASHED)),
+    }

@@ -1,0 +1,170 @@
+/** A picture of poses in metres on a sheet of units, which grow with the picture as those of `mechdae plot`. */
+import { displayed } from "./units.js";
+
+const SPACE = "http://www.w3.org/2000/svg";
+/** Axes in which a unit is a point, least and greatest scale, margin and strip below: as in `draw/style.py`. */
+const AREA = [488, 306], SCALES = [0.75, 6], MARGIN = 34, STRIP = 22;
+
+/** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
+export function element(name, attributes, parent) {
+  const made = document.createElementNS(SPACE, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, String(value));
+  if (parent) parent.append(made);
+  return made;
+}
+
+const cross = (o, a, b) => (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+
+/** The corners of the convex hull, counter-clockwise. */
+export function hull(points) {
+  const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const half = (list) => {
+    const chain = [];
+    for (const point of list) {
+      while (chain.length > 1 && cross(chain[chain.length - 2], chain[chain.length - 1], point) <= 1e-9) chain.pop();
+      chain.push(point);
+    }
+    return chain.slice(0, -1);
+  };
+  return [...half(sorted), ...half(sorted.reverse())];
+}
+
+/** The path through places; undefined ones cut it. */
+export function pathOf(places, closed = false) {
+  let path = "", pen = "M";
+  for (const place of places) {
+    if (place) path += `${pen}${place[0].toFixed(2)} ${place[1].toFixed(2)}`;
+    pen = place ? "L" : "M";
+  }
+  return closed && path ? `${path}Z` : path;
+}
+
+/** A shape of a fragment: name, paint (stroke, fill, width, dashes), where it is. */
+function shapeOf([name, look, ...more]) {
+  const paint = (own) => (own === "none" ? own : `var(--${own})`);
+  if (name === "text") {
+    const [x, y, size, text, slanted, sign] = more;
+    const made = element("text", { x, y, "font-size": size, "font-style": slanted ? "italic" : "normal", class: { false: "load", middle: "middle" }[sign] || "sign", style: `fill: ${paint(look)}` });
+    made.textContent = text;
+    return made;
+  }
+  const [stroke, fill, width, dash] = look.split(" ");
+  const made = element(name, { stroke: paint(stroke), fill: paint(fill), "stroke-width": width, "stroke-linejoin": "round", "stroke-linecap": dash ? "butt" : "round", "stroke-dasharray": dash || "none" });
+  const places = name === "circle" ? { cx: more[0], cy: more[1], r: more[2] } : { d: more[0] };
+  for (const [key, value] of Object.entries(places)) if (value !== undefined) made.setAttribute(key, value);
+  return made;
+}
+
+/** Draws poses of one scene; places are those of the points, in metres. */
+export class View {
+  /** @param {SVGSVGElement} svg @param {any} scene @param {any} drawing its fragments @param {string[]} layers names of groups, those below first */
+  constructor(svg, scene, drawing, layers) {
+    this.svg = svg;
+    this.scene = scene;
+    this.drawing = drawing;
+    this.box = null;
+    /** Its place on the screen; null where that has to be looked up again. */
+    this.rect = null;
+    this.layers = Object.fromEntries(layers.map((name) => [name, element("g", { class: { limits: "limit", ghosts: "ghost" }[name] || name }, svg)]));
+  }
+
+  /** Make the elements of the fragments; false where they are there. */
+  build() {
+    if (this.built === this.drawing) return false;
+    this.built = this.drawing;
+    this.elements = this.drawing.parts.map((part) => {
+      const made = element("g", { "data-id": part.id });
+      for (const own of part.shapes || [[part.kind === "circle" ? "circle" : "path", part.look]]) made.append(shapeOf(own));
+      return made;
+    });
+    this.layers.parts.replaceChildren(...this.elements);
+    return true;
+  }
+
+  /** Fit the view to places in metres. */
+  fit(places) {
+    let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
+    for (const [x, y] of places) {
+      if (!Number.isFinite(x + y)) continue;
+      left = Math.min(left, x); right = Math.max(right, x);
+      low = Math.min(low, y); high = Math.max(high, y);
+    }
+    if (left === Infinity) [left, right, low, high] = [-1, 1, -1, 1];
+    this.box = [left, right, low, high];
+    this.measure();
+  }
+
+  /** Units of the sheet: pixels of the screen over `k`. */
+  measure() {
+    this.rect = this.rect || this.svg.getBoundingClientRect();
+    const { width, height } = this.rect;
+    this.k = Math.min(Math.max(Math.min(width / AREA[0], height / AREA[1]), SCALES[0]), SCALES[1]);
+    this.size = [width / this.k, height / this.k];
+    const [left, right, low, high] = this.box;
+    const room = this.size.map((side, k) => Math.max(side - 2 * MARGIN - k * STRIP, 40));
+    const spans = Math.max((right - left) / room[0], (high - low) / room[1]);
+    this.scale = spans > 0 ? 1 / spans : 1;
+    this.shift = [this.size[0] / 2 - (this.scale * (left + right)) / 2, (this.size[1] - STRIP) / 2 + (this.scale * (low + high)) / 2];
+    this.svg.setAttribute("viewBox", `0 0 ${this.size.map((side) => side.toFixed(3)).join(" ")}`);
+  }
+
+  /** A place in the picture, in metres. */
+  flat(place) { return place; }
+
+  /** Metres to units. */
+  at([x, y]) { return [this.shift[0] + this.scale * x, this.shift[1] - this.scale * y]; }
+
+  /** Units to metres. */
+  from([x, y]) { return [(x - this.shift[0]) / this.scale, (this.shift[1] - y) / this.scale]; }
+
+  /** Where an event is on the sheet. */
+  under(event) {
+    const { left, top } = this.svg.getBoundingClientRect();
+    return [(event.clientX - left) / this.k, (event.clientY - top) / this.k];
+  }
+
+  /** Faint poses: limit positions or other modes; `choose` is called with the index of one clicked. */
+  faint(layer, poses, choose, names = []) {
+    const group = this.layers[layer];
+    group.replaceChildren();
+    poses.forEach((places, k) => {
+      const one = element("g", {}, group);
+      for (const d of this.outlines(places)) element("path", { d, class: "body" }, one);
+      if (names[k]) element("title", {}, one).textContent = names[k];
+      if (choose) one.addEventListener("click", () => choose(k));
+    });
+  }
+
+  traces(tracks) {
+    this.layers.traces.replaceChildren(...tracks.map((track) => element("path", { d: pathOf(track.map((place) => place && this.at(place))), class: "trace" })));
+  }
+
+  /** Arrows at points, to the scale of the middle one; what is longer than the picture is cut, what is shorter than 2 units left out. */
+  arrows(layer, kind, places, vectors) {
+    const group = this.layers[layer];
+    group.replaceChildren();
+    const sizes = Object.values(vectors).map(([x, y]) => Math.hypot(x, y)).filter((v) => v > 0).sort((a, b) => a - b);
+    if (!sizes.length) return;
+    const scale = 45 / sizes[Math.floor(sizes.length / 2)];
+    for (const [name, vector] of Object.entries(vectors)) {
+      const size = Math.min(Math.hypot(...vector) * scale, 160);
+      if (size > 2 && places[name]) arrow(group, this.at(places[name]), [vector[0], -vector[1]], size, kind);
+    }
+  }
+
+  /** A bar of a round length. */
+  bar() {
+    const [factor, name] = displayed("m"), about = ((0.2 * this.size[0]) / this.scale) * factor;
+    const power = 10 ** Math.floor(Math.log10(about)), length = power * [5, 2, 1].find((k) => k * power <= about * (1 + 1e-9));
+    const [x, y, way] = [this.size[0] - 6, this.size[1] - 10, (length / factor) * this.scale];
+    this.layers.scale.replaceChildren(element("path", { d: `M${x} ${y - 3}v6v-3h${-way}v-3v6` }));
+    element("text", { x: x - way - 5, y: y + 3, "text-anchor": "end" }, this.layers.scale).textContent = `${Number(length.toPrecision(1))} ${name}`;
+  }
+}
+
+/** One arrow from a place, `size` units along a direction of the picture. */
+export function arrow(group, [x, y], [dx, dy], size, kind) {
+  const head = Math.min(7, size / 2);
+  element("path", { d: `M0 0H${(size - head).toFixed(2)}M${size.toFixed(2)} 0l${-head} -3v6Z`, class: kind,
+    transform: `translate(${x.toFixed(2)} ${y.toFixed(2)}) rotate(${((Math.atan2(dy, dx) * 180) / Math.PI).toFixed(3)})` }, group);
+}
