@@ -387,6 +387,3 @@ def draw(result: Result, ax: Any = None, **options: Any) -> Animation:
     if ax is not None:
         raise InputError("an animation has a figure of its own", where="ax")
     return animate(result, **options)
-
-
-__all__ = ["Animation", "animate", "closes", "draw"]

@@ -156,6 +156,12 @@ def ink(text: str, font: FontProperties, index: str = "") -> tuple[Array, Array]
     return np.array([extents.x0, extents.y0]), np.array([extents.x1, extents.y1])
 
 
+def width_of(text: str, font: FontProperties) -> float:
+    """Return how far a text reaches to the right, by the corners of its outlines."""
+    corners = outline(text, font).vertices if text.strip() else np.zeros((1, 2))
+    return float(np.asarray(corners)[:, 0].max(initial=0.0))
+
+
 def parts_of(
     text: str, font: FontProperties, index: str, gid: str | None = None
 ) -> list[tuple[str, FontProperties, Array, str | None]]:

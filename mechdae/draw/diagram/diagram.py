@@ -12,7 +12,7 @@ from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.units import SI, Units
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
+from mechdae.draw.artists import font, ink, width_of
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import draw_curve, reach
@@ -505,11 +505,11 @@ def length_text(length: float, words: Words, units: Units = SI) -> str:
 
 def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:
     """Return a text and its font so that it fits: smaller by a quarter at most, then cut."""
-    width = float(ink(text, font(size, families))[1][0])
+    width = width_of(text, font(size, families))
     size *= float(np.clip(room / width, 0.75, 1.0)) if width > 0 else 1.0
     chosen = font(size, families)
     keep = len(text)
-    while keep > 3 and (width := float(ink(text[:keep], chosen)[1][0])) > 1.001 * room:
+    while keep > 3 and (width := width_of(text[:keep], chosen)) > 1.001 * room:
         keep = min(keep - 1, int(keep * room / width))
     return (text if keep == len(text) else text[: keep - 1].rstrip() + "…"), chosen
 
@@ -518,11 +518,11 @@ def in_lines(text: str, size: float, room: float, families: list[str]) -> list[s
     """Return a text as it is if it fits at that size, or as two lines of much the same length."""
     chosen = font(size, families)
     places = [k for k, letter in enumerate(text) if letter == " "]
-    if not places or float(ink(text, chosen)[1][0]) <= room:
+    if not places or width_of(text, chosen) <= room:
         return [text]
 
     def longer(k: int) -> float:
-        return max(float(ink(part, chosen)[1][0]) for part in (text[:k], text[k + 1 :]))
+        return max(width_of(part, chosen) for part in (text[:k], text[k + 1 :]))
 
     k = min(places, key=longer)
     return [text[:k], text[k + 1 :]]
@@ -534,7 +534,7 @@ def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]], lift: float) -
     for name, color in legend:
         chosen, start = font(style.SUBTITLE, style.NOTE_FONT), (x, sheet.size[1] + lift)
         sheet.write(start, name.replace("$", r"\$"), chosen, color, f"variant-{name}")
-        x += float(ink(name, chosen)[1][0]) + 14.0
+        x += width_of(name, chosen) + 14.0
 
 
 def write_heads(
