@@ -83,12 +83,15 @@ class Option:
         Names that it had before, which are understood too, and the kinds that had them.
     file
         What it adds to the name of the file that the command line writes, ``{}`` is its value.
+    flag
+        Its name on the command line, where that is not its name.
     """
 
     what: str
     about: str
     before: Mapping[str, tuple[str, ...]] | None = None
     file: str = ""
+    flag: str = ""
 
     @property
     def is_flag(self) -> bool:
@@ -248,9 +251,11 @@ def checked(kind: str, given: Mapping[str, Any], dashes: str = "") -> Json:
             raise UnknownName(f"option of a picture of kind '{kind}'", word, names_of(kind))
         kinds = kinds_with(name) if name == word else (OPTIONS[name].before or {})[word]
         if kind not in kinds:
+            word = OPTIONS[name].flag if dashes and OPTIONS[name].flag else word
             shows_all = name == "pose" and "designs" not in PICTURES[kind].of
             shows = f": {kind} shows all poses" if shows_all else ""
-            known = ", ".join(f"{dashes}{own}" for own in names_of(kind))
+            flags = ((dashes and OPTIONS[own].flag) or own for own in names_of(kind))
+            known = ", ".join(f"{dashes}{flag}" for flag in flags)
             raise InputError(
                 f"{dashes}{word} is for {', '.join(kinds)}, not for {kind}{shows}",
                 where=f"{dashes}{word}",

@@ -23,16 +23,18 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 PICTURE = 600.0
 """Size of what is seen [pixel]."""
-PANEL = 250.0
+PANEL = 360.0
 """Height of a graph [pixel]."""
 PIXEL = 0.5
 """What a line may be off its curve [pixel]."""
+KINK = 4.0
+"""What is so much further off its neighbours' line than they are is a kink."""
 FEWEST = 33
 """Poses that tell whether they are near enough to each other."""
-MOST = 4000
+MOST = 10000
 TIMES = 8
 """Growth of the number of poses at once, at most."""
-ROUNDS = 3
+ROUNDS = 6
 
 
 def few_named(result: Result) -> bool:
@@ -98,7 +100,7 @@ def in_panel(x: Array, y: Array) -> list[Array]:
     """Return a series as it is seen in a graph [pixel], without what runs through infinity."""
     clip = clip_of(x, y, cuts(y))
     if clip is not None:
-        y = np.where((y >= clip.low) & (y <= clip.high), y, np.nan)
+        y = np.clip(y, clip.low, clip.high)
     spans = [
         float(np.ptp(own[np.isfinite(own)]) if np.isfinite(own).any() else 0.0) for own in (x, y)
     ]
@@ -110,13 +112,19 @@ def in_panel(x: Array, y: Array) -> list[Array]:
 def _off(track: Array) -> float:
     """Return how far straight lines between places are off the curve through them, about.
 
-    Half way between two places it is a quarter of what a place is off the line from the one
-    before it to the one after it.
+    Half way between two places it is a quarter of what a place is off the line from the one before
+    it to the one after it. Where it has a kink, which neighbours tell, or begins like a root at an
+    end, it may be all of it.
     """
     before, here, after = track[:-2], track[1:-1], track[2:]
     way = after - before
     square = np.maximum((way**2).sum(axis=1), 1e-300)
     along = np.clip(((here - before) * way).sum(axis=1) / square, 0.0, 1.0)
     off = np.linalg.norm(here - before - along[:, None] * way, axis=1)
-    off = off[np.isfinite(off)]
-    return float(off.max(initial=0.0)) / 4
+    if not len(off):
+        return 0.0
+    beside = np.minimum(np.roll(off, 1), np.roll(off, -1))
+    beside[[0, -1]] = np.nan
+    even = off <= KINK * beside
+    off = np.where(even, off / 4, off)[np.isfinite(off)]
+    return float(off.max(initial=0.0))

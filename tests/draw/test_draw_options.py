@@ -50,7 +50,7 @@ def test_the_command_has_the_same_names() -> None:
     flags = {own.dest: own for own in parser._actions}
     for name, option in {**OPTIONS, **ON_PAPER}.items():
         assert name in flags
-        wanted = f"--no-{name}" if option.what == "off" else f"--{name}"
+        wanted = f"--no-{name}" if option.what == "off" else f"--{option.flag or name}"
         assert flags[name].option_strings == [wanted]
 
 
@@ -95,7 +95,7 @@ def test_the_command_takes_every_option(file: Path, capsys, tmp_path: Path) -> N
     code, said, err = run(capsys, *words, *more, "--no-extremes")
     assert (code, err) == (0, "")
     svg = Path(said.strip()).read_text()
-    assert 'id="curve-bodies/rocker-rocker"' in svg
+    assert 'id="curve-bodies/rocker/angle-rocker"' in svg
     assert "extreme-" not in svg
     code, said, err = run(capsys, *words, "--no-traces", "--ghosts", "2")
     assert (code, err) == (0, "")

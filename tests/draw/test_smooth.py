@@ -12,32 +12,17 @@ import mechdae as md
 from mechdae.draw import smooth
 from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.space.spatial_scene import read_spatial
+from tests.shared.finer_curves import HALF, farthest, off, pixels
 from tests.shared.mechanisms import four_bar
 
-HALF = 0.5
-"""Pixel."""
+HARD = ("belt-stick-slip", "four-stroke-engine", "gorshkov-seven-link", "incline-block",
+        "scotch-yoke-jam", "toggle-press")  # fmt: skip
 
 
 def line_of(axes: Any, gid: str) -> Any:
     figure = axes.get_figure(root=True)
     found = next(a for a in figure.findobj() if str(a.get_gid() or "").startswith(gid))
     return found, np.stack(found.get_data(), axis=1)
-
-
-def pixels(axes: Any, places: Any) -> Any:
-    return axes.transData.transform(np.asarray(places, float))
-
-
-def off(line: Any, truth: Any) -> float:
-    """Return how far places of a curve are from a line through points, at most."""
-    ends = line[np.isfinite(line).all(axis=1)]
-    a, way = ends[:-1], np.diff(ends, axis=0)
-    size = np.maximum((way**2).sum(axis=1), 1e-30)
-    worst = 0.0
-    for place in truth:
-        t = np.clip(((place - a) * way).sum(axis=1) / size, 0.0, 1.0)
-        worst = max(worst, float(np.hypot(*(place - a - t[:, None] * way).T).min()))
-    return worst
 
 
 def test_a_block_stops_where_it_stops() -> None:
@@ -123,7 +108,7 @@ def test_asked_poses_are_dots_on_the_curve() -> None:
     result = md.solve(mechanism, turn)
     axes = md.plot(result, "curves", of=["bodies/rocker/angle"])
     line, data = line_of(axes, "curve-")
-    every = line.get_markevery()
+    _, every = line.get_markevery()
     np.testing.assert_allclose(
         np.radians(data[::every, 1]), result.bodies["rocker"].angle, rtol=0, atol=1e-12
     )
@@ -147,3 +132,9 @@ def test_chords_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(curves, "smooth", lambda result, seen: result)
     with pytest.raises(AssertionError):
         test_a_block_stops_where_it_stops()
+
+
+@pytest.mark.parametrize("problem", HARD)
+def test_curves_with_kinks_poles_and_limits(problem: str) -> None:
+    """Kinks where something sticks, roots at limit positions, forces that end in jams."""
+    assert farthest(problem) < HALF

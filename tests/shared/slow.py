@@ -22,7 +22,7 @@ SLOW: Mapping[str, tuple[str, str]] = {
     "describe": ("hundreds of files with mistakes, all keys", "repeat spatial_vectors suffixes"),
     "draw": (
         "draws many pictures",
-        "closes draw_layout draw_synthesis graphs plans sheet space_diagram",
+        "all_curves closes draw_layout draw_synthesis graphs plans sheet space_diagram",
     ),
     "dynamics": (
         "whole motions beside closed forms and free bodies",

@@ -71,7 +71,8 @@ def _argument(parser: argparse.ArgumentParser, name: str, option: Option, about:
         parser.add_argument(f"--{name}", action="append", metavar="NAME", help=about)
     else:
         kind = TYPES.get(option.what, str)
-        parser.add_argument(f"--{name}", type=kind, metavar=option.what.upper(), help=about)
+        flag = f"--{option.flag or name}"
+        parser.add_argument(flag, dest=name, type=kind, metavar=option.what.upper(), help=about)
 
 
 def run(options: argparse.Namespace) -> int:

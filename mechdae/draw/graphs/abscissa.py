@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,32 +21,52 @@ from mechdae.types import Texts
 if TYPE_CHECKING:
     from mechdae.results.result import Result
 
-
+Dashes = tuple[float, tuple[float, ...]]
+"""Offset and lengths of dashes and gaps [widths of the line]."""
 REFINED = {"jammed": "jammed_arcs", "ambiguous": "ambiguous_arcs"}
 """Statuses whose arcs a cycle locates between the poses."""
 LOST = ("unassembled", "singular")
-MARKS = {
+DOTS: Dashes = (0.0, (1.5, 2.0))
+MARKS: dict[str, tuple[str, Dashes | str]] = {
     "limit": ("limit", style.DASH_DOT),
     "end_of_curve": ("end of the curve", style.DASH_DOT),
-    "change_point": ("change point", (0.0, (1.5, 2.0))),
-    "singular": ("singular pose", (0.0, (1.5, 2.0))),
+    "change_point": ("change point", DOTS),
+    "singular": ("singular pose", DOTS),
+    "stick": ("sticks", "s"),
+    "slip": ("slips", ">"),
+    "reversal": ("speed reverses", "D"),
+    "lift_off": ("lifts off", "^"),
+    "impact": ("impact", "X"),
 }
-"""Events drawn as upright lines: word and dashes."""
+"""Word of each event that is drawn; dashes of an upright line, or the mark on the axis."""
 SHOWN = 4
 """Places of events that are written in the key."""
+MARK: dict[str, Any] = {"linestyle": "", "markersize": 4.0}
 THIN = 0.004
 """Least width of an arc, as a share of the picture."""
 
 
 @dataclass(frozen=True)
 class Abscissa:
-    """Values of the horizontal axis; ``kind`` is driver, time, pose, or path."""
+    """Values of the horizontal axis; ``kind`` is driver, time, pose, or path.
+
+    Of values in a ``window`` [its own unit] those next to its ends are there too. ``dots`` are the
+    first of the poses asked for and their distance, counted in values.
+    """
 
     kind: str
     label: str
     scale: Scale
     values: Array
     lead: int = 0
+    window: tuple[float, float] | None = None
+    dots: tuple[int, int] = (0, 1)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the picture begins and ends [its own unit]."""
+        x = self.values[np.isfinite(self.values)]
+        return self.window or ((float(x.min()), float(x.max())) if x.size else (0.0, 1.0))
 
     @property
     def shown(self) -> Array:
@@ -155,12 +176,39 @@ def _runs(status: Texts, values: Array, word: str) -> Iterator[StatusArc]:
         yield StatusArc(word, float(low), float(high))
 
 
+def in_window(axis: Abscissa, start: float | None, end: float | None) -> tuple[Abscissa, slice]:
+    """Return an abscissa from one place to another [unit shown], and its poses.
+
+    Raises
+    ------
+    InputError
+        The poses do not follow each other along the axis, or none is there.
+    """
+    low, high = axis.ends
+    low = low if start is None else start / axis.scale.factor
+    high = high if end is None else end / axis.scale.factor
+    if not axis.rises:
+        raise InputError(f"the poses do not follow each other along {axis.label}", where="from, to")
+    least, most = axis.ends
+    if not low < high or high <= least or low >= most:
+        raise InputError(
+            f"{axis.label} runs from {axis.text(least)} to {axis.text(most)}", where="from, to"
+        )
+    sense = np.sign(axis.values[-1] - axis.values[0])
+    ends = sorted((sense * low, sense * high))
+    at_start, behind = np.searchsorted(sense * axis.values, ends)
+    poses = slice(max(int(at_start) - 1, 0), int(behind) + 1)
+    first, step = axis.dots
+    dots = ((first - poses.start) % step, step)
+    return replace(axis, values=axis.values[poses], window=(low, high), dots=dots), poses
+
+
 def events_of(result: Result, axis: Abscissa) -> list[tuple[str, float]]:
-    """Return (kind, place) of the events that are drawn as lines, within the poses."""
+    """Return (kind, place) of the events that are drawn, within the picture."""
     if axis.kind in ("pose", "path") or not len(axis.values):
         return []
     found = []
-    low, high = float(np.min(axis.values)), float(np.max(axis.values))
+    low, high = axis.ends
     slack = 1e-9 * (high - low)
     for event in result.events:
         if event["kind"] not in MARKS:
@@ -186,16 +234,12 @@ def key_of(
         where = ", ".join(shown) if len(shown) <= SHOWN else f"{len(shown)} arcs"
         entries.append(Entry(f"{word} {where}", area=style.ARCS[word]))
     for kind in dict.fromkeys(kind for kind, _ in events):
-        word, dash = MARKS[kind]
+        word, look = MARKS[kind]
         places = list(dict.fromkeys(axis.text(x) for own, x in events if own == kind))
         where = ", ".join(places) if len(places) <= SHOWN else f"{len(places)} times"
-        entries.append(
-            Entry(
-                f"{word} {where}",
-                line={"upright": True, "color": style.INK, "linewidth": style.LINE,
-                      "linestyle": dash},
-            )
-        )  # fmt: skip
+        upright = {"upright": True, "linewidth": style.LINE, "linestyle": look}
+        line = MARK | {"marker": look} if isinstance(look, str) else upright
+        entries.append(Entry(f"{word} {where}", line=line | {"color": style.INK}))
     return entries
 
 
@@ -207,8 +251,7 @@ def draw_axis(
     k: float,
 ) -> None:
     """Set limits and ticks, shade the arcs and draw the events in all panels."""
-    x = axis.shown[np.isfinite(axis.shown)]
-    low, high = (float(x.min()), float(x.max())) if x.size else (0.0, 1.0)
+    low, high = sorted(float(axis.scale(value)) for value in axis.ends)
     span = high - low
     if span <= 0:
         low, high = low - 0.5, high + 0.5
@@ -236,11 +279,26 @@ def draw_axis(
                 gid=f"arc-{arc.word}",
             )
         for kind, place in events:
+            look = MARKS[kind][1]
+            if isinstance(look, str):
+                panel.plot(
+                    [float(axis.scale(place))],
+                    [0.0],
+                    transform=panel.get_xaxis_transform(),
+                    marker=look,
+                    color=style.INK,
+                    linestyle="",
+                    markersize=MARK["markersize"] * k,
+                    zorder=3.5,
+                    clip_on=False,
+                    gid=f"event-{kind}",
+                )
+                continue
             panel.axvline(
                 float(axis.scale(place)),
                 color=style.INK,
                 linewidth=style.LINE * k,
-                linestyle=MARKS[kind][1],
+                linestyle=look,
                 zorder=1.6,
                 clip_on=False,
                 gid=f"event-{kind}",

@@ -18,6 +18,7 @@ from mechdae.draw.graphs.abscissa import (
     arcs_of,
     draw_axis,
     events_of,
+    in_window,
     key_of,
 )
 from mechdae.draw.graphs.beyond import DASH, beyond_key
@@ -25,7 +26,7 @@ from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
-from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of
+from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of, with_rates
 from mechdae.draw.smooth import few_named, in_panel, smooth
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError
@@ -36,11 +37,18 @@ if TYPE_CHECKING:
     from mechdae.results.result import Result
 
 
+Ends = tuple[float | None, float | None]
 FEW = 25
 """Up to so many poses are marked by dots."""
+QUANTITIES = {
+    "rad": "angle", "m": "length", "s": "time", "kg": "mass", "N": "force", "N m": "torque",
+    "J": "energy", "W": "power", "rad/s": "angular velocity", "rad/s2": "angular acceleration",
+    "m/s": "velocity", "m/s2": "acceleration",
+}  # fmt: skip
+"""What is measured in a unit, where series of several names share a panel."""
 LOGARITHMIC = ("condition", "bound", "drift")
-MARGIN = 0.2
-"""Room above and below the curves, as a share of the panel."""
+MARGIN, PLAIN_MARGIN = 0.2, 0.06
+"""Room above and below curves with and without marked extremes, as a share of the panel."""
 
 
 def draw(
@@ -51,6 +59,8 @@ def draw(
     against: str | None = None,
     extremes: bool = True,
     polar: bool = False,
+    start: float | None = None,
+    end: float | None = None,
     label: str = "",
     lang: str = "en",
 ) -> Axes:
@@ -65,14 +75,16 @@ def draw(
     of
         Paths below the task, such as ``"bodies/rocker/angle"`` or ``"joints/O/reaction"``,
         whose components are drawn one by one; ``"joints/O/reaction/size"`` is the length of the
-        vector, ``"points/P/velocity/x"`` a component. Without it what says most of that
-        kind of task.
+        vector, ``"points/P/velocity/x"`` a component, ``"points/P"`` place, velocity and
+        acceleration. Without it what says most of that kind of task.
     against
         Path of the abscissa; without it the time, or the driver that moves.
     extremes
         Whether least and greatest values are marked, where the result has them.
     polar
         Draw the tip of vectors in the plane instead, see `mechdae.draw.graphs.polar`.
+    start, end
+        Ends of what is drawn of the abscissa, in the unit that it is shown in.
     label
         Name of the variant where several are drawn on the same axes.
     lang
@@ -86,13 +98,15 @@ def draw(
     Raises
     ------
     InputError
-        A result without a row of poses.
+        A result without a row of poses, or no pose between ``start`` and ``end``.
     UnknownName
         A path that is not in the result.
     """
     if polar:
         return translated(polar_diagram.draw(result, ax, of=of), lang)
-    drawn = draw_all([result], [label], ax, of=of, against=against, extremes=extremes)
+    drawn = draw_all(
+        [result], [label], ax, of=of, against=against, extremes=extremes, start=start, end=end
+    )
     return translated(drawn, lang)
 
 
@@ -104,11 +118,17 @@ def draw_all(
     of: Sequence[str] | None = None,
     against: str | None = None,
     extremes: bool = True,
+    start: float | None = None,
+    end: float | None = None,
 ) -> Axes:
     """Draw the series of several variants of a task, each in its colour, see `draw`."""
-    finest = [_smooth(result, of, against) for result in results]
+    ends = (start, end)
+    finest = [_smooth(result, of, against, ends) for result in results]
     axes = [_along(own, result, against) for own, result in zip(finest, results, strict=True)]
     lines = [replace(line, variant=k) for k, own in enumerate(finest) for line in _lines(own, of)]
+    if ends != (None, None):
+        axes, rows = zip(*(in_window(axis, *ends) for axis in axes), strict=True)
+        lines = [line.at(rows[line.variant]) for line in lines]
     if not lines:
         raise InputError("there is no series to draw", hint="name some: of=[...]")
     groups = list(_panels(lines))
@@ -117,18 +137,18 @@ def draw_all(
     arcs = [] if several else arcs_of(finest[0], axes[0])
     events = [] if several else events_of(results[0], axes[0])
     clips = [_clip(axes, group) for group in groups]
-    whole = replace(axes[0], values=np.concatenate([own.values for own in axes]))
+    whole = replace(axes[0], values=np.concatenate([axis.values for axis in axes]))
     key = [*key_of(axes[0], arcs, events), *beyond_key(whole, clips)]
     if several:
         key = [Entry(name, line=_line_of(k)) for k, name in enumerate(names)] + key
-    ends = [_end(line, group, names) for group in groups for line in group]
+    labels = [_end(line, group, names) for group in groups for line in group]
     frame = Panels(
         ax,
         len(groups),
         str(results[0].title or results[0].problem),
         subtitle_of(results[0], *([] if several else [own for own in names if own])),
         key,
-        ends,
+        labels,
         rows=max(len(group) for group in groups),
     )
     draw_axis(frame.panels, whole, arcs, events, frame.k)
@@ -141,25 +161,31 @@ def draw_all(
 def _lines(result: Any, of: Sequence[str] | None) -> list[Line]:
     if of is None:
         return default_lines(result)
-    return [line for path in of for line in lines_of(result, path)]
+    return [line for path in of for series in with_rates(result, path)
+            for line in lines_of(result, series)]  # fmt: skip
 
 
 def _along(finest: Result, result: Result, against: str | None) -> Abscissa:
     """Return the abscissa of a result at more poses, which are counted as those asked for."""
     axis = abscissa_of(finest, against)
+    step = max((len(axis.values) - 1) // max(len(result.status) - 1, 1), 1)
+    axis = replace(axis, dots=(0, step))
     if axis.kind != "pose" or len(axis.values) < 2:
         return axis
     return replace(axis, values=np.linspace(0.0, len(result.status) - 1.0, len(axis.values)))
 
 
-def _smooth(result: Result, of: Sequence[str] | None, against: str | None) -> Result:
+def _smooth(
+    result: Result, of: Sequence[str] | None, against: str | None, ends: Ends = (None, None)
+) -> Result:
     """Return a result at poses between which its series are drawn as straight lines."""
     names = [(line.path, line.name) for line in _lines(result, of)]
 
-    def seen(own: Result) -> list[Array]:
-        x = _along(own, result, against).values
-        lines = [line for line in _lines(own, of) if line.quantity not in LOGARITHMIC]
-        return [track for line in lines for track in in_panel(x, line.values)]
+    def seen(finer: Result) -> list[Array]:
+        axis = _along(finer, result, against)
+        axis, rows = in_window(axis, *ends) if ends != (None, None) else (axis, slice(None))
+        lines = [line for line in _lines(finer, of) if line.quantity not in LOGARITHMIC]
+        return [track for line in lines for track in in_panel(axis.values, line.values[rows])]
 
     finest = smooth(result, seen)
     same = [(line.path, line.name) for line in _lines(finest, of)] == names
@@ -217,7 +243,9 @@ def _quantity(group: Sequence[Line], scale: Scale) -> str:
         return f"{words[0]} {unit}".strip()
     if words and {word.split(" ")[0] for word in words} <= {"reaction", "normal"}:
         return f"force {unit}"
-    return unit
+    names = {line.name for line in group}
+    word = names.pop() if len(names) == 1 and not words else QUANTITIES.get(group[0].unit, "")
+    return f"{word} {unit}".strip()
 
 
 def _clip(axes: Sequence[Abscissa], group: Sequence[Line]) -> Clip | None:
@@ -249,6 +277,7 @@ def _draw_panel(
     clip: Clip | None,
 ) -> None:
     axis, several = axes[0], len(results) > 1
+    marked = extremes and axis.kind == "driver"
     shown = [line.values for line in group] if clip is None else [[clip.low, clip.high]]
     scale = scale_of(group[0].unit, shown, results[0].units)
     looks = _variants(group) if several else _looks(group)
@@ -268,7 +297,7 @@ def _draw_panel(
             linestyle=(dash or lined) if lined else "",
             linewidth=1.4 * frame.k,
             marker="o" if count <= FEW or not lined else "",
-            markevery=max((len(own.values) - 1) // max(count - 1, 1), 1) if lined else None,
+            markevery=own.dots if lined else None,
             markersize=3.2 * frame.k,
             gid=f"curve-{line.path}-{line.name}{variant}",
             zorder=3,
@@ -289,9 +318,9 @@ def _draw_panel(
                 gid=f"beyond-{group[0].unit}",
             )
     elif everything.size:
-        _limits(panel, everything, scale)
+        _limits(panel, everything, scale, MARGIN if marked else PLAIN_MARGIN)
     frame.label(panel, y=_quantity(group, scale))
-    if extremes and axis.kind == "driver":
+    if marked:
         places = Places(frame, panel)
         for line in group:
             places.keep(axes[line.variant].shown, scale(line.values))
@@ -333,7 +362,7 @@ def _variants(group: Sequence[Line]) -> list[tuple[str, Any]]:
     return looks
 
 
-def _limits(panel: Axes, values: Array, scale: Scale, room: float = MARGIN) -> None:
+def _limits(panel: Axes, values: Array, scale: Scale, room: float) -> None:
     low, high = float(values.min()), float(values.max())
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * size or high == low:
@@ -369,11 +398,11 @@ def _mark(
     color: str,
 ) -> None:
     """Mark least and greatest values where the result has them, refined between the poses."""
-    x = axis.shown[np.isfinite(axis.shown)]
+    first, last = axis.ends
     for word, at, value in _extremes(result, line):
         place, height = float(axis.scale(at)), float(scale(value))
         low, high = panel.get_ylim()
-        if not (x.min() <= place <= x.max() and low <= height <= high):
+        if not (first <= at <= last and low <= height <= high):
             continue
         panel.plot(
             [place],

@@ -30,6 +30,14 @@ PRINCIPAL = {
     "outputs": ("value",),
 }
 """The series that a path without its last step stands for, the first that is there."""
+RATES = {
+    "angle": ("angular_velocity", "angular_acceleration"),
+    "position": ("velocity", "acceleration"),
+    "slide": ("slide_velocity", "slide_acceleration"),
+    "s": ("s_velocity", "s_acceleration"),
+}
+"""The rates of a series in time."""
+MOVING = ("bodies", "points", "joints")
 SIZE = "size"
 """Last step of a path that asks for the length of a vector."""
 FREE = {"efforts_uncoupled", "reaction_uncoupled", "loss_uncoupled"}
@@ -58,6 +66,27 @@ class Line:
     partner: str = ""
     cuts: tuple[int, ...] = ()
     variant: int = 0
+
+    def at(self, poses: slice) -> Line:
+        """Return it at poses that follow each other."""
+        values = self.values[poses]
+        places = (cut - poses.start for cut in self.cuts)
+        return replace(self, values=values, cuts=tuple(c for c in places if 0 <= c < len(values)))
+
+
+def with_rates(result: Result, path: str) -> list[str]:
+    """Return the paths of a series and its rates, as far as they are there, of a part that moves.
+
+    Any other path stands for itself.
+    """
+    kind, name, *rest = [*path.split("/"), ""]
+    table = getattr(result, kind) if kind in MOVING else {}
+    if name not in table or rest != [""]:
+        return [path]
+    series = table[name]
+    word = next((principal for principal in PRINCIPAL[kind] if principal in series), "")
+    words = (word, *RATES.get(word, ()))
+    return [f"{kind}/{name}/{rate}" for rate in words if rate in series] or [path]
 
 
 def lines_of(result: Result, path: str) -> list[Line]:
