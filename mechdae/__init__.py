@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-__version__ = "0.18.0"
+__version__ = "0.19.0"
 
 PARTS = (
     "mechdae.parts.page", "mechdae.parts.paper", "mechdae.parts.exchange", "mechdae.parts.types",
