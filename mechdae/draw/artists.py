@@ -1,8 +1,7 @@
-"""The writer of matplotlib: primitives as artists, and how large texts are."""
+"""The writer of matplotlib: primitives as artists."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -23,9 +22,6 @@ from numpy.typing import ArrayLike
 from mechdae.draw import style
 from mechdae.draw.primitives import Array, Primitive
 from mechdae.types import Json
-
-INDEX = (0.7, 0.02, 0.15)
-"""Size of an index, its step to the right and down, as shares of the letter's size."""
 
 
 class _Shared:
@@ -115,8 +111,7 @@ def artist_of(sheet: ScaledSheet, shape: Primitive) -> Artist:
         path = Path(data, codes)
         made = _Strokes(path, facecolor="none", edgecolor=color, capstyle="round", **look)
     elif shape.kind == "text":
-        scaled = shape.font.copy()
-        scaled.set_size(shape.font.get_size_in_points() * sheet.k)
+        scaled = shape.font.scaled(sheet.k).properties
         kind = _Letters if shape.short else _Text
         made = kind(data[0, 0], data[0, 1], shape.text, fontproperties=scaled, color=color)
     else:
@@ -130,48 +125,7 @@ def artist_of(sheet: ScaledSheet, shape: Primitive) -> Artist:
     return made
 
 
-def font(
-    size: float, families: Sequence[str] = tuple(style.FONT), **options: Any
-) -> FontProperties:
-    """Return a font of that size in units."""
-    return FontProperties(family=list(families), size=size, math_fontfamily="stix", **options)
-
-
 @lru_cache(maxsize=1024)
 def outline(text: str, font: FontProperties) -> Path:
     """Return the outlines of a text whose line starts at the origin."""
     return TextPath((0.0, 0.0), text, prop=font)
-
-
-@lru_cache(maxsize=1024)
-def ink(text: str, font: FontProperties, index: str = "") -> tuple[Array, Array]:
-    """Return the corners of the ink of a text whose line starts at the origin."""
-    if index:
-        rows = [(ink(part, own), step) for part, own, step, _ in parts_of(text, font, index)]
-        low = np.min([box[0] + step for box, step in rows], axis=0)
-        return low, np.max([box[1] + step for box, step in rows], axis=0)
-    if not text.strip():
-        return np.zeros(2), np.zeros(2)
-    extents = outline(text, font).get_extents()
-    return np.array([extents.x0, extents.y0]), np.array([extents.x1, extents.y1])
-
-
-def width_of(text: str, font: FontProperties) -> float:
-    """Return how far a text reaches to the right, by the corners of its outlines."""
-    corners = outline(text, font).vertices if text.strip() else np.zeros((1, 2))
-    return float(np.asarray(corners)[:, 0].max(initial=0.0))
-
-
-def parts_of(
-    text: str, font: FontProperties, index: str, gid: str | None = None
-) -> list[tuple[str, FontProperties, Array, str | None]]:
-    """Return a text and its upright index: what, how, where from the start, name."""
-    parts: list[tuple[str, FontProperties, Array, str | None]] = [(text, font, np.zeros(2), gid)]
-    if index:
-        small = font.copy()
-        size = font.get_size_in_points()
-        small.set_size(INDEX[0] * size)
-        small.set_style("normal")
-        step = np.array([float(ink(text, font)[1][0]) + INDEX[1] * size, -INDEX[2] * size])
-        parts.append((index, small, step, None))
-    return parts

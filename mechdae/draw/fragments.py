@@ -281,7 +281,7 @@ def _shape(shape: Primitive, points: Array) -> list[object]:
     """Return an element of a rigid fragment: its name, its paint, where it is; y is down."""
     x, y = (round(part, 2) + 0.0 for part in (points[0] * (1, -1)).tolist())
     if shape.kind == "text":
-        size, slanted = shape.font.get_size_in_points(), shape.font.get_style() == "italic"
+        size, slanted = shape.font.size, shape.font.style == "italic"
         return ["text", NAMES[shape.color], x, y, size, shape.text, slanted, shape.short]
     if shape.kind == "circle":
         return ["circle", _look(shape), x, y, shape.radius]

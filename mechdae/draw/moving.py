@@ -96,9 +96,9 @@ def _element(shape: Primitive, sheet: Sheet, glyphs: dict[str, str]) -> str:
 
 def _letters(shape: Primitive, glyphs: dict[str, str]) -> Iterator[tuple[str, float, float, float]]:
     """Yield name, place and scale of the letters of a text; outlines are put into `glyphs`."""
-    face = get_font(findfont(shape.font))
+    face = get_font(findfont(shape.font.properties))
     face.set_size(text_to_path.FONT_SCALE, text_to_path.DPI)
-    share = shape.font.get_size_in_points() / text_to_path.FONT_SCALE
+    share = shape.font.size / text_to_path.FONT_SCALE
     places, outlines, _ = text_to_path.get_glyphs_with_font(face, shape.text.replace(r"\$", "$"))
     for (vertices, codes), (key, x, y, size) in ((outlines[place[0]], place) for place in places):
         name = f"g{zlib.crc32(key.encode()):x}"

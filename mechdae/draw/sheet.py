@@ -11,16 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.font_manager import FontProperties
 from numpy.typing import ArrayLike
 
 from mechdae.draw import style
-from mechdae.draw.artists import artist_of, ink, parts_of
+from mechdae.draw.fonts import Font, ink, parts_of
 from mechdae.draw.primitives import PAPER, Anchor, Array, Dash, Primitive
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 LARGEST = 6.0
 """Greatest scale of symbols and letters, see `mechdae.draw.style.SMALLEST`."""
@@ -214,7 +215,7 @@ class Sheet:
         self,
         center: ArrayLike,
         text: str,
-        font: FontProperties,
+        font: Font,
         color: str,
         gid: str | None = None,
         index: str | None = None,
@@ -229,9 +230,7 @@ class Sheet:
             look = {"color": color, "text": part, "font": chosen, "short": index is not None}
             self._add("text", (start + step)[None], style.Z_LABEL, name, **look)
 
-    def write(
-        self, start: ArrayLike, text: str, font: FontProperties, color: str, gid: str
-    ) -> None:
+    def write(self, start: ArrayLike, text: str, font: Font, color: str, gid: str) -> None:
         """Write a line of text that starts at a place."""
         place = np.asarray(start, dtype=float)[None]
         self._add("text", place, style.Z_LABEL, gid, color=color, text=text, font=font)
@@ -240,6 +239,8 @@ class Sheet:
         primitive = Primitive(kind, points, z, gid, self.anchor, **look)
         self.drawn.append(primitive)
         if self.paper is not None:
+            from mechdae.draw.artists import artist_of
+
             self.paper.add_artist(artist_of(self, primitive))
 
     def obstacles(self) -> tuple[Array, Array]:

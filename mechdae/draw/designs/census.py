@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from mechdae.draw import style
-from mechdae.draw.artists import font
 from mechdae.draw.designs.drawn_design import class_name, objective_text, runs_of, sense_of
 from mechdae.draw.designs.parts import SEPARATOR, color_of, headed
 from mechdae.draw.diagram.diagram import fitted
+from mechdae.draw.fonts import font
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
@@ -203,7 +203,7 @@ def _draw(frame: Panels, panel: Axes, rows: Sequence[Bar], colours: Mapping[str,
             xytext=(5.0 * k, 0.0),
             textcoords="offset points",
             va="center_baseline",
-            fontproperties=font(chosen.get_size_in_points(), style.NOTE_FONT),
+            fontproperties=font(chosen.size, style.NOTE_FONT).properties,
             color=style.INK,
             gid=f"text-{place + 1}",
         )

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.diagram import nice_length
 from mechdae.draw.diagram.scene import Array
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels.layout import cheapest
 from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.sheet import Sheet, arc, unit

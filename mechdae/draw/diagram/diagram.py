@@ -6,13 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.units import SI, Units
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink, width_of
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import draw_curve, reach
@@ -31,7 +29,7 @@ from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, named_pose, read_scene
 from mechdae.draw.diagram.shapes import draw_body, draw_bridges, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
-from mechdae.draw.figure import current_format, new_axes
+from mechdae.draw.fonts import font, ink, width_of
 from mechdae.draw.labels.labels import Links, write_all, writings
 from mechdae.draw.labels.steady import SteadyLabels
 from mechdae.draw.sheet import Sheet
@@ -41,6 +39,8 @@ from mechdae.records import dataclass
 from mechdae.types import Json
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from mechdae.results.result import Result
 
 
@@ -124,6 +124,8 @@ def draw(
     scene = traced(scene, result, read_scene) if traces else scene
     bounds = extent(scene, index, traces, bool(ghosts))
     larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
+    from mechdae.draw.figure import new_axes
+
     axes = new_axes(theme, larger, bounds[1] - bounds[0]) if ax is None else ax
     view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label)
     draw_pose(axes, scene, result, index, view, theme, words)
@@ -557,6 +559,8 @@ def write_titles(
     subtitle: str = "",
 ) -> None:
     """Write the title and, below it, the driver's value and the pose, or what is given."""
+    from mechdae.draw.figure import current_format
+
     if not current_format().titled:
         return
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))

@@ -16,9 +16,9 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Affine2D
 
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.diagram import fitted, in_lines
 from mechdae.draw.figure import Drawing, current_format
+from mechdae.draw.fonts import font, ink
 from mechdae.records import dataclass
 
 LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0
@@ -163,9 +163,9 @@ class Panels:
         """Write the labels of axes."""
         small = font((style.TICK + 0.5) * self.k, style.NOTE_FONT)
         if x is not None:
-            panel.set_xlabel(_plain(x), fontproperties=small, color=style.INK)
+            panel.set_xlabel(_plain(x), fontproperties=small.properties, color=style.INK)
         if y is not None:
-            panel.set_ylabel(_plain(y), fontproperties=small, color=style.INK)
+            panel.set_ylabel(_plain(y), fontproperties=small.properties, color=style.INK)
             corner = panel.get_window_extent().x0 * 72 / self.figure.dpi
             share = self.box[0] / LEFT
             ours = min(abs(share - 1.0), abs(share - self.k)) < 1e-8
@@ -236,7 +236,7 @@ class Panels:
             y,
             _plain(text),
             transform=self.points,
-            fontproperties=chosen,
+            fontproperties=chosen.properties,
             color=color,
             gid=gid,
             clip_on=False,
@@ -261,7 +261,7 @@ class Panels:
         for y, at, (value, name, color) in zip(
             spread(wanted, 10.0 * k, 4.0 * k, height - 4.0 * k), wanted, entries, strict=True
         ):
-            text, chosen = fitted(name, small.get_size_in_points(), room, style.NOTE_FONT)
+            text, chosen = fitted(name, small.size, room, style.NOTE_FONT)
             panel.annotate(
                 _plain(text),
                 (1.0, value),
@@ -269,7 +269,7 @@ class Panels:
                 xytext=(6.0 * k, y - at),
                 textcoords="offset points",
                 va="center_baseline",
-                fontproperties=chosen,
+                fontproperties=chosen.properties,
                 color=color,
                 annotation_clip=False,
             )

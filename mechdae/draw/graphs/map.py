@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mechdae.describe.units import Units
 from mechdae.draw import style
-from mechdae.draw.artists import font
+from mechdae.draw.fonts import font
 from mechdae.draw.graphs.curves import subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, number, scale_of

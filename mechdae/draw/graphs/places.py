@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.labels.layout import first_free
@@ -82,7 +82,7 @@ class Places:
             (x, y),
             xytext=(dx - float(low[0]), dy),
             textcoords="offset points",
-            fontproperties=small,
+            fontproperties=small.properties,
             color=color,
             zorder=5,
             annotation_clip=False,

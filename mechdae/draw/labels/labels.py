@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import field, replace
 
 import numpy as np
-from matplotlib.font_manager import FontProperties
 
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.loads import Mark
 from mechdae.draw.diagram.places import (
     JoinedScene,
@@ -21,6 +19,7 @@ from mechdae.draw.diagram.places import (
 )
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.diagram.shapes import Piece, inside, within
+from mechdae.draw.fonts import Font, font, ink
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.arrangement import feet_of
 from mechdae.draw.sheet import Sheet, unit
@@ -56,7 +55,7 @@ class Writing:
     text: str
     kind: str
     gid: str
-    font: FontProperties
+    font: Font
     label: layout.Label
     anchors: Sequence[Piece] = ()
     color: str = style.INK

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
 from mechdae.draw.plans.vectors import Arrow, End, Plan, round_up
 from mechdae.draw.primitives import Array
@@ -126,7 +126,7 @@ def write(
         width, height = high - low + 2 * AIR
         at = sheet.at(end.place)
         label = layout.around(at, float(width), float(height), 2.5, _away(end, arrows, sheet))
-        rows.append((text, f"{end.gid}-letter", label, chosen.get_size_in_points(), style.INK))
+        rows.append((text, f"{end.gid}-letter", label, chosen.size, style.INK))
     for arrow in [arrow for arrow in arrows if arrow.text]:
         start, tip = sheet.at(arrow.start), sheet.at(arrow.end)
         if float(np.hypot(*(tip - start))) < NAMED:

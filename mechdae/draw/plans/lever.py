@@ -15,8 +15,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.plans.board import (
     caption,
     draw_arrow,

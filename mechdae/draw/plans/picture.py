@@ -11,11 +11,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.figure import Drawing, current_format, new_axes
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
@@ -273,7 +273,7 @@ def _outer(
                 xytext=(4.0, 2.0 + LINE * (deepest - 1 - k)),
                 xycoords="axes fraction",
                 textcoords="offset points",
-                fontproperties=font(SIZE),
+                fontproperties=font(SIZE).properties,
                 color=style.INK,
                 gid=f"relation-{j}-{k}",
             )

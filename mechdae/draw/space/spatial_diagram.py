@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from matplotlib.axes import Axes
-
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import has_paths
 from mechdae.draw.figure import new_axes
@@ -21,6 +19,8 @@ from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from mechdae.results.kinds import SweepResult
 
 

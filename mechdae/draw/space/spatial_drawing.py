@@ -7,7 +7,6 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from mechdae.draw import style
 from mechdae.draw.closing import check_closes
@@ -41,6 +40,8 @@ from mechdae.draw.words import Words
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from mechdae.results.kinds import SweepResult
 
 

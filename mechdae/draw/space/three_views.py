@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
-from mechdae.draw.artists import font
 from mechdae.draw.diagram.diagram import write_heads
+from mechdae.draw.fonts import font
 from mechdae.draw.sheet import MILLIMETRE
 from mechdae.draw.space.spatial_drawing import (
     SpatialView,
@@ -80,7 +80,7 @@ def draw_three(
         axes.annotate(
             name, (0.5, 0.0), xytext=(0.0, 4.0), xycoords="axes fraction", ha="center",
             textcoords="offset points", color=theme.paint(style.FAINT), gid=f"view-{name}",
-            fontproperties=font(style.SUBTITLE, style.NOTE_FONT),
+            fontproperties=font(style.SUBTITLE, style.NOTE_FONT).properties,
         )  # fmt: skip
     assert first is not None
     write_heads(sheets[0], scene, result, index, words, shown)

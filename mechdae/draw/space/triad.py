@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.artists import font
+from mechdae.draw.fonts import font
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.sheet import Sheet, normal, unit

@@ -10,8 +10,8 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.artists import font, ink
 from mechdae.draw.diagram.symbols import DOWN
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import AIR, Writing
 from mechdae.draw.primitives import Array
