@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import save, style
-from mechdae.draw.artists import font, ink
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.diagram import symbols
 from mechdae.draw.sheet import Sheet, arc
 
