@@ -113,7 +113,8 @@ def artist_of(sheet: ScaledSheet, shape: Primitive) -> Artist:
     elif shape.kind == "text":
         scaled = shape.font.scaled(sheet.k).properties
         kind = _Letters if shape.short else _Text
-        made = kind(data[0, 0], data[0, 1], shape.text, fontproperties=scaled, color=color)
+        place = data[0].tolist()
+        made = kind(*place, shape.text, fontproperties=scaled, color=color, clip_on=False)
     else:
         look |= {"facecolor": sheet.theme.paint(shape.fill), "edgecolor": color}
         if shape.kind == "area":

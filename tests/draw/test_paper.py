@@ -118,3 +118,19 @@ def test_letters_that_shrink_further_are_seen(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(style, "SMALLEST", 0.6)
     result = md.solve("four-bar-crank-rocker", "turn", poses=25)
     assert min(letters(md.plot(result, width="90mm").get_figure())) < 6.0
+
+
+@pytest.mark.parametrize("problem", ["four-bar-crank-rocker", "rssr"])
+def test_titles_above_the_axes_are_seen(problem: str) -> None:
+    """Ink above the axes: a title that is clipped by them has its place and is not drawn."""
+
+    def ink_above(**options: object) -> int:
+        axes = md.plot(md.solve(problem), "diagram", **options)
+        figure = axes.get_figure(root=True)
+        figure.canvas.draw()
+        pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(int)
+        rows = pixels.shape[0] - int(axes.bbox.y1)
+        return int((pixels[: max(rows, 0)].sum(axis=2) < 500).sum())
+
+    assert ink_above() > 300
+    assert ink_above(title=False) == 0
