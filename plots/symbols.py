@@ -10,8 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import save, style
-from mechdae.draw.fonts import font, ink
 from mechdae.draw.diagram import symbols
+from mechdae.draw.fonts import font, ink
 from mechdae.draw.sheet import Sheet, arc
 
 COLUMNS, CELL = 4, (117.0, 104.0)
