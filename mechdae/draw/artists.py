@@ -113,8 +113,8 @@ def artist_of(sheet: ScaledSheet, shape: Primitive) -> Artist:
     elif shape.kind == "text":
         scaled = shape.font.scaled(sheet.k).properties
         kind = _Letters if shape.short else _Text
-        place = data[0].tolist()
-        made = kind(*place, shape.text, fontproperties=scaled, color=color, clip_on=False)
+        x, y = data[0].tolist()
+        made = kind(x, y, shape.text, fontproperties=scaled, color=color, clip_on=False)
     else:
         look |= {"facecolor": sheet.theme.paint(shape.fill), "edgecolor": color}
         if shape.kind == "area":
