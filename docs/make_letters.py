@@ -29,7 +29,7 @@ def main() -> None:
                  for name in face.families]  # fmt: skip
         rows = {}
         for letter in letters:
-            found = next((own for own in drawn if own.get_char_index(ord(letter))), None)
+            found = next((source for source in drawn if source.get_char_index(ord(letter))), None)
             if found is None:
                 continue
             both = TextPath((0.0, 0.0), f"{letter}|".replace("$", r"\$"), prop=prop).get_extents()

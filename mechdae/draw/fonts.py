@@ -76,7 +76,9 @@ def _faces() -> dict[str, dict[str, Row]]:
 def ink(text: str, font: Font, index: str = "") -> tuple[Array, Array]:
     """Return the corners of the ink of a text whose line starts at the origin."""
     if index:
-        rows = [(ink(part, own), step) for part, own, step, _ in parts_of(text, font, index)]
+        rows = [
+            (ink(part, smaller), step) for part, smaller, step, _ in parts_of(text, font, index)
+        ]
         low = np.min([box[0] + step for box, step in rows], axis=0)
         return low, np.max([box[1] + step for box, step in rows], axis=0)
     if not text.strip():

@@ -30,7 +30,7 @@ def drawn(text: str, font: Font) -> tuple[np.ndarray, np.ndarray]:
     return np.array([box.x0, box.y0]), np.array([box.x1, box.y1])
 
 
-@pytest.mark.parametrize("face", FACES, ids=lambda own: f"{own.families[0]} {own.style}")
+@pytest.mark.parametrize("face", FACES, ids=lambda face: f"{face.families[0]} {face.style}")
 @pytest.mark.parametrize("text", TEXTS)
 def test_a_text_is_as_large_as_its_outlines(text: str, face: Font) -> None:
     """But for kerning, which draws some pairs of letters nearer to each other."""

@@ -38,8 +38,8 @@ CASES = [
 ]
 SHAPES = """() => [...document.querySelectorAll("#diagram .parts > g")].flatMap((part) => {
   if (part.getAttribute("display") === "none") return [];
-  const own = part.transform.baseVal.consolidate();
-  const m = own ? own.matrix : { a: 1, b: 0, c: 0, d: 1, e: 0, f: 0 };
+  const moved = part.transform.baseVal.consolidate();
+  const m = moved ? moved.matrix : { a: 1, b: 0, c: 0, d: 1, e: 0, f: 0 };
   const at = ([x, y]) => [m.a * x + m.c * y + m.e, m.b * x + m.d * y + m.f];
   return [...part.children].map((shape) => {
     const number = (name) => Number(shape.getAttribute(name));
@@ -72,12 +72,12 @@ def pages(tmp_path_factory, solved):
 def placed(shapes, drawn):
     """Return a sheet that has the page's scale and place, from where its pins are."""
     pins = {
-        own.gid: drawn.back(own.points)[0]
-        for own in drawn.drawn
-        if own.kind == "circle" and own.gid and own.gid.endswith(("-pin", "-follower"))
+        shape.gid: drawn.back(shape.points)[0]
+        for shape in drawn.drawn
+        if shape.kind == "circle" and shape.gid and shape.gid.endswith(("-pin", "-follower"))
     }
-    rows = [(own["points"][0], pins[own["id"]]) for own in shapes if own["id"] in pins]
-    seen = np.array([own for own, _ in rows])
+    rows = [(shape["points"][0], pins[shape["id"]]) for shape in shapes if shape["id"] in pins]
+    seen = np.array([shape for shape, _ in rows])
     real = np.array([place for _, place in rows])
     up = seen * (1, -1)
     spread = real - real.mean(axis=0)
@@ -104,42 +104,42 @@ def test_primitives_are_those_of_plot(name, opened, solved):
         draw_scene(first, scene, result, pose, view, Words())
         sheet = placed(shapes, first)
         draw_scene(sheet, scene, result, pose, view, Words())
-        drawn = [own for own in sheet.drawn if own.color not in FREE]
+        drawn = [shape for shape in sheet.drawn if shape.color not in FREE]
         free = [f"var(--{name})" for name in FREE.values()]
-        there = [own for own in shapes if not own["id"].startswith(("label", "number"))]
-        there = [own for own in there if not any(color in own["paint"] for color in free)]
+        there = [shape for shape in shapes if not shape["id"].startswith(("label", "number"))]
+        there = [shape for shape in there if not any(color in shape["paint"] for color in free)]
         assert len(there) == len(drawn)
-        left = [(np.array(own["points"]), own["radius"]) for own in there]
-        for own in drawn:
-            wanted = own.points * (1, -1)
-            off, k = min((apart(own, wanted, *other), k) for k, other in enumerate(left))
-            assert off <= UNIT, (pose, own.kind, own.gid, wanted.tolist(), off)
+        left = [(np.array(shape["points"]), shape["radius"]) for shape in there]
+        for shape in drawn:
+            wanted = shape.points * (1, -1)
+            off, k = min((apart(shape, wanted, *other), k) for k, other in enumerate(left))
+            assert off <= UNIT, (pose, shape.kind, shape.gid, wanted.tolist(), off)
             left.pop(k)
 
 
-def apart(own, wanted, points, radius):
+def apart(shape, wanted, points, radius):
     """Return how far a shape is from a primitive; of hatching, which has no name, a share of it."""
-    if own.gid is None and len(wanted) > 6:
+    if shape.gid is None and len(wanted) > 6:
         middles = [(row.min(axis=0) + row.max(axis=0)) / 2 for row in (wanted, points)]
         return float(np.abs(middles[0] - middles[1]).max()) / HATCHED
-    if own.gid and own.gid.startswith("bridge-") and len(points) == len(wanted):
+    if shape.gid and shape.gid.startswith("bridge-") and len(points) == len(wanted):
         return float(np.abs(points[[0, -1]].mean(axis=0) - wanted[[0, -1]].mean(axis=0)).max())
     if len(points) - len(wanted) not in (0, 1):
         return np.inf
-    return max(float(np.abs(points[: len(wanted)] - wanted).max()), abs(radius - own.radius))
+    return max(float(np.abs(points[: len(wanted)] - wanted).max()), abs(radius - shape.radius))
 
 
 @pytest.mark.parametrize("name", [name for name, _ in CASES])
 def test_names_are_those_of_plot(name, opened, solved):
     result = solved[name][1]
     ax = md.plot(result, "diagram")
-    labels = [own for own in gids(ax) if own.startswith("label-") and "load" not in own]
+    labels = [label for label in gids(ax) if label.startswith("label-") and "load" not in label]
     wanted = sorted(with_gid(ax, gid)[-1].get_text() for gid in dict.fromkeys(labels))
     shapes = opened(name).evaluate(SHAPES)
     texts = {}
-    for own in shapes:
-        if own["id"].startswith("label-") and "load" not in own["id"]:
-            texts.setdefault(own["id"], own["text"])
+    for shape in shapes:
+        if shape["id"].startswith("label-") and "load" not in shape["id"]:
+            texts.setdefault(shape["id"], shape["text"])
     assert sorted(texts.values()) == wanted
-    numbers = {own["id"] for own in shapes if own["id"].startswith("number-")}
+    numbers = {shape["id"] for shape in shapes if shape["id"].startswith("number-")}
     assert numbers == {f"number-{body}" for body in result.mechanism.bodies}

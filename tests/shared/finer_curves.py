@@ -45,7 +45,7 @@ def farthest(problem: str) -> float:
     axes = md.plot(result, "curves")
     finest = result.finer(max(FINER * smooth.FEWEST // max(len(result.status) - 1, 1), 2))
     x = curves._along(finest, result, None).shown
-    series = {f"curve-{own.path}-{own.name}": own.values for own in curves._lines(finest, None)}
+    series = {f"curve-{line.path}-{line.name}": line.values for line in curves._lines(finest, None)}
     worst = 0.0
     for panel in axes.get_figure(root=True).axes:
         for line in panel.lines:
@@ -54,7 +54,7 @@ def farthest(problem: str) -> float:
                 continue
             drawn = np.stack([np.asarray(part, float) for part in line.get_data()], axis=1)
             share = np.nanmedian(np.abs(drawn[:, 1])) / max(np.nanmedian(np.abs(values)), 1e-300)
-            factor = min(FACTORS, key=lambda own, f=share: abs(np.log(own / max(f, 1e-300))))
+            factor = min(FACTORS, key=lambda unit, f=share: abs(np.log(unit / max(f, 1e-300))))
             truth = pixels(panel, np.stack([x, values * factor], axis=1))
             inside = (truth[:, 1] >= panel.bbox.y0) & (truth[:, 1] <= panel.bbox.y1)
             truth = truth[inside][:: max(int(inside.sum()) // 2000, 1)]
