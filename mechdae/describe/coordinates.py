@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from importlib import import_module
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE, kind_of
@@ -45,7 +46,7 @@ class NamedCoordinate:
     point: str = ""
     axis: int = 0
 
-    @property
+    @cached_property
     def is_angle(self) -> bool:
         """Whether the unit is the radian."""
         return self.kind in ANGLES
@@ -60,12 +61,12 @@ class NamedCoordinate:
         """The last word of its name."""
         return self.text.rpartition(".")[2]
 
-    @property
+    @cached_property
     def on_curve(self) -> bool:
         """Whether it is a place on a curve, whose unit is the user's."""
         return self.kind == RELATIVE["s"]
 
-    @property
+    @cached_property
     def unit(self) -> str:
         """The unit: "rad", "m", or "1" for the parameter of a curve."""
         return "rad" if self.is_angle else "1" if self.on_curve or self.kind == BALL else "m"

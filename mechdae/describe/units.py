@@ -83,25 +83,6 @@ class Unit:
         text += f"*{above}" if above != 1 else ""
         return text + (f"/{below}" if below != 1 else "")
 
-    def to_si(self, value: float) -> float:
-        """Return a number in SI.
-
-        Of a unit that is no power of ten the result is the float nearest to the decimal number
-        that was typed times the exact size: 3.3 in is what 0.08382 is.
-        """
-        if self.suffix == "_deg":
-            return math.radians(value)
-        size = self.size
-        if self.pi:
-            return value * math.pi * size.numerator / size.denominator
-        if size == 1:
-            return value
-        if size.numerator == 1:
-            return value / size.denominator
-        if size.denominator == 1 and set(str(size)) <= set("10"):
-            return value * size.numerator
-        return float(Fraction(repr(value)) * size) if math.isfinite(value) else value
-
 
 NAMES = {"_rad_s": "rad/s", "_hz": "turns/s", "_kg_cm2": "kg cm2"}
 """Suffixes whose unit is not written as they are."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mechdae.draw.animation import Animation
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
     from mechdae.types import Json
 
 

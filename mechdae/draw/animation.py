@@ -33,7 +33,7 @@ from mechdae.errors import InputError
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import EquilibriumResult
+    from mechdae.results import EquilibriumResult
     from mechdae.results.result import Result
 
 

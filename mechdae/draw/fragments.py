@@ -34,7 +34,7 @@ from mechdae.draw.words import Words
 from mechdae.types import Json
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 STATES = 60
 """Poses of which it is told how loads act."""

@@ -16,7 +16,7 @@ from mechdae.errors import MechdaeError
 if TYPE_CHECKING:
     from mechdae.draw.diagram.scene import DrawnScene
     from mechdae.draw.space.spatial_scene import SpatialScene
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
     from mechdae.results.result import Result
 
 

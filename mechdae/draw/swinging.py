@@ -16,7 +16,7 @@ from mechdae.results import Named, Series
 from mechdae.types import Json
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import EquilibriumResult
+    from mechdae.results import EquilibriumResult
 
 
 TURN = 0.15

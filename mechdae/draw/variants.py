@@ -27,7 +27,7 @@ from mechdae.records import dataclass
 from mechdae.types import Json
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
     from mechdae.results.result import Result
 
 

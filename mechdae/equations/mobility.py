@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.spinning_links import idle_links
 from mechdae.equations.model import Model, Row
 from mechdae.equations.space import PLANE
 from mechdae.errors import MechanismError
@@ -30,7 +29,7 @@ def count_mobility(mechanism: Mechanism) -> Json:
 
 def _count_in_space(mechanism: Mechanism) -> Json:
     """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
-    from mechdae.describe.spinning_links import points_of, spins
+    from mechdae.describe.spinning_links import idle_links, points_of, spins
 
     joints = list(mechanism.joints.values())
     n = len(mechanism.bodies) - sum(j.rigid for j in joints)

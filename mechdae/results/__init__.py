@@ -1,21 +1,14 @@
 """Read-only arrays with names and units, the same content as the JSON."""
 
+from typing import TYPE_CHECKING
+
+from mechdae.additions import lazy_names
 from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.units import DEGREES, SI, ShownUnit, Units
 from mechdae.results.events import Event, events_of, motion_event
-from mechdae.results.kinds import (
-    EquilibriumResult,
-    ModesResult,
-    MotionResult,
-    ReactionsResult,
-    SensitivityResult,
-    StudyResult,
-    SweepResult,
-    SynthesisResult,
-)
 from mechdae.results.plain import plain
-from mechdae.results.result import Result, whole_path
+from mechdae.results.result import Result, SweepResult, whole_path
 from mechdae.results.series import LazyPart, Named, Series, Summary
 from mechdae.results.shown import heads, mixed_units, shown_columns
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
@@ -29,46 +22,28 @@ from mechdae.results.units import (
     reaction_parts,
 )
 
+if TYPE_CHECKING:
+    from mechdae.results.kinds import (
+        EquilibriumResult,
+        ModesResult,
+        MotionResult,
+        ReactionsResult,
+        SensitivityResult,
+        StudyResult,
+        SynthesisResult,
+    )
+
 __all__ = [
-    "CODES",
-    "DEGREES",
-    "FINE",
-    "KINDS",
-    "LOST",
-    "OUTPUT_RATES",
-    "SI",
-    "TURNS",
-    "UNITS",
-    "EquilibriumResult",
-    "Event",
-    "LazyPart",
-    "ModesResult",
-    "MotionResult",
-    "Named",
-    "ReactionsResult",
-    "Result",
-    "SensitivityResult",
-    "Series",
-    "ShownUnit",
-    "Status",
-    "StudyResult",
-    "Summary",
-    "SweepResult",
-    "SynthesisResult",
-    "Units",
-    "among",
-    "centre_unit",
-    "counts",
-    "effort_unit",
-    "events_of",
-    "heads",
-    "kind_of",
-    "mixed_units",
-    "motion_event",
-    "parameter_units",
-    "plain",
-    "reaction_parts",
-    "shown_columns",
-    "statuses",
-    "whole_path",
-]
+    "CODES", "DEGREES", "FINE", "KINDS", "LOST", "OUTPUT_RATES", "SI", "TURNS", "UNITS",
+    "EquilibriumResult", "Event", "LazyPart", "ModesResult", "MotionResult", "Named",
+    "ReactionsResult", "Result", "SensitivityResult", "Series", "ShownUnit", "Status",
+    "StudyResult", "Summary", "SweepResult", "SynthesisResult", "Units", "among", "centre_unit",
+    "counts", "effort_unit", "events_of", "heads", "kind_of", "mixed_units", "motion_event",
+    "parameter_units", "plain", "reaction_parts", "shown_columns", "statuses", "whole_path",
+]  # fmt: skip
+__getattr__ = lazy_names(
+    {
+        "mechdae.results.kinds": "EquilibriumResult ModesResult MotionResult ReactionsResult "
+        "SensitivityResult StudyResult SynthesisResult"
+    }
+)

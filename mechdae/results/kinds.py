@@ -1,4 +1,4 @@
-"""A class of results for each kind of task: what only that kind has."""
+"""Classes of results, beside that of sweeps: what only some kinds of tasks have."""
 
 from __future__ import annotations
 
@@ -7,27 +7,13 @@ from dataclasses import field
 from typing import Any, ClassVar
 
 from mechdae.records import dataclass
-from mechdae.results.result import Result
+from mechdae.results.result import Result, SweepResult
 from mechdae.results.series import Series, Summary
 from mechdae.types import Floats
 
 
 def _none() -> Series:
     return Series({})
-
-
-@dataclass(frozen=True, repr=False)
-class SweepResult(Result):
-    """Poses along the drivers.
-
-    Attributes
-    ----------
-    centres
-        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``; in space screw axes,
-        ``crank-rocker.direction`` (n, 3), ``.point`` (n, 3) [m] and ``.pitch`` (n,) [m a turn].
-    """
-
-    centres: Series = field(default_factory=_none)
 
 
 @dataclass(frozen=True, repr=False)

@@ -208,6 +208,20 @@ class Result(Shown):
         return path_unit(self.mechanism, whole_path(self.mechanism.outputs, path))
 
 
+@dataclass(frozen=True, repr=False)
+class SweepResult(Result):
+    """Poses along the drivers.
+
+    Attributes
+    ----------
+    centres
+        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``; in space screw axes,
+        ``crank-rocker.direction`` (n, 3), ``.point`` (n, 3) [m] and ``.pitch`` (n,) [m a turn].
+    """
+
+    centres: Series = field(default_factory=lambda: Series({}))
+
+
 def whole_path(outputs: Container[str], path: str) -> str:
     """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
     name, _, rest = path.partition("/")

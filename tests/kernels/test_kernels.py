@@ -8,7 +8,7 @@ import pytest
 
 from mechdae.kernels.bounds.walk import NoMajorant, majorant, with_trig
 from mechdae.kernels.graphs.blocks import inverse
-from mechdae.kernels.machine import library
+from mechdae.kernels.run import functions
 from mechdae.kernels.run.functions import MANY, Batch, StepChain
 from mechdae.kernels.run.numpy_backend import NumpyFunction
 
@@ -23,7 +23,7 @@ F = ca.Function("f", [X, P], [EXPRESSION, X[1] * P])
 
 
 def test_casadis_machine_and_numpy_compute_the_same(monkeypatch) -> None:
-    monkeypatch.setattr(library, "library", lambda: None)
+    monkeypatch.setattr(functions, "library", lambda: None)
     p = np.array([0.7, 1.9])
     x = RANDOM.normal(size=(5000, 3))
     one = np.array([np.array(F(row, p)[0]).ravel() for row in x[:50]])

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from mechdae import __version__
-from mechdae.kernels.machine import library as module
 from mechdae.kernels.machine import program as compiling
 from mechdae.kernels.machine.instructions import asked, stored
-from mechdae.kernels.machine.library import library, program
+from mechdae.kernels.machine.library import library
 from mechdae.kernels.machine.line import CompiledLine
-from mechdae.kernels.run.functions import Batch, Call, StepChain
+from mechdae.kernels.run import functions
+from mechdae.kernels.run.functions import Batch, Call, StepChain, program
 from mechdae.kernels.run.numpy_backend import NumpyFunction
 from tests.shared.machine import (
     BINARY,
@@ -183,7 +183,7 @@ def test_a_chain_is_the_repeated_step_bit_by_bit(monkeypatch) -> None:
     advance = ca.Function("a", [state, step, c], [new, step[0], ca.vertcat(new, c), c])
     at = (np.array([1.0, np.nan]), np.arange(9.0), 0.5, np.array([0.3]))
     compiled = StepChain(advance, 9)(*at)
-    monkeypatch.setattr(module, "library", lambda: None)
+    monkeypatch.setattr(functions, "library", lambda: None)
     for own, other in zip(compiled, StepChain(advance, 9)(*at), strict=True):
         assert same(own, other)
 
@@ -191,7 +191,7 @@ def test_a_chain_is_the_repeated_step_bit_by_bit(monkeypatch) -> None:
 def test_single_calls_are_casadis_bit_by_bit(monkeypatch) -> None:
     function = ca.Function("f", [A, ca.SX.sym("z", 0), B], [ca.horzcat(A, B, A * B), ca.sin(A)])
     compiled = Call(function)(0.3, [], np.array([2]))
-    monkeypatch.setattr(module, "library", lambda: None)
+    monkeypatch.setattr(functions, "library", lambda: None)
     for own, other in zip(compiled, Call(function)(0.3, [], np.array([2])), strict=True):
         assert own.shape == other.shape
         assert same(own, other)

@@ -6,7 +6,7 @@ import pytest
 
 import mechdae as md
 from mechdae.results import Event, events_of
-from mechdae.results.events import (
+from mechdae.results.event_kinds import (
     CLASSES,
     ChangePoint,
     GroupEvent,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import fields
+from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -154,7 +156,7 @@ def to_si(value: Any, suffix: str) -> Any:
     if isinstance(value, bool):
         raise InputError("a number or an expression is needed")
     if isinstance(value, int | float):
-        return unit.to_si(value)
+        return _number_in_si(value, unit)
     if isinstance(value, str):
         return unit.pattern.format(value)
     if isinstance(value, list):
@@ -162,6 +164,26 @@ def to_si(value: Any, suffix: str) -> Any:
     if isinstance(value, Mapping):
         return {key: to_si(item, suffix) for key, item in value.items()}
     raise InputError(f"a number is needed for a key with the unit '{suffix}'")
+
+
+def _number_in_si(value: float, unit: Unit) -> float:
+    """Return a number in SI.
+
+    Of a unit that is no power of ten the result is the float nearest to the decimal number that
+    was typed times the exact size: 3.3 in is what 0.08382 is.
+    """
+    if unit.suffix == "_deg":
+        return math.radians(value)
+    size = unit.size
+    if unit.pi:
+        return value * math.pi * size.numerator / size.denominator
+    if size == 1:
+        return value
+    if size.numerator == 1:
+        return value / size.denominator
+    if size.denominator == 1 and set(str(size)) <= set("10"):
+        return value * size.numerator
+    return float(Fraction(repr(value)) * size) if math.isfinite(value) else value
 
 
 def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:

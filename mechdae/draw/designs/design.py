@@ -31,7 +31,7 @@ from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SynthesisResult
+    from mechdae.results import SynthesisResult
 
 
 SMALL = 100.0

@@ -29,7 +29,7 @@ from mechdae.records import dataclass
 from mechdae.results import UNITS, Result
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SynthesisResult
+    from mechdae.results import SynthesisResult
 
 
 TURN = 2 * np.pi

@@ -17,7 +17,7 @@ from mechdae.errors import InputError
 from mechdae.types import Floats, Points
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SynthesisResult
+    from mechdae.results import SynthesisResult
 
 
 WIDE = 30.0

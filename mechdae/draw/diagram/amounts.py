@@ -16,7 +16,7 @@ from mechdae.draw.primitives import Array
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 class KnownScene(Protocol):

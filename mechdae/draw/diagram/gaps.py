@@ -15,7 +15,7 @@ from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
     from mechdae.results.result import Result
 
 

@@ -19,7 +19,7 @@ from mechdae.errors import InputError
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 MOST = 6

@@ -33,7 +33,7 @@ from mechdae.errors import InputError
 from mechdae.types import Json
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
     from mechdae.results.result import Result
 
 

@@ -21,7 +21,7 @@ from mechdae.errors import InputError
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import ReactionsResult, SweepResult
+    from mechdae.results import ReactionsResult, SweepResult
 
 
 HATCHES = ("", "//", "..", "\\\\", "--", "xx", "||")

@@ -25,7 +25,7 @@ from mechdae.records import dataclass
 from mechdae.types import Texts
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import StudyResult
+    from mechdae.results import StudyResult
 
 
 HEIGHT = 300.0

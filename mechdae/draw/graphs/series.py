@@ -16,7 +16,7 @@ from mechdae.results import KINDS, UNITS, centre_unit, effort_unit, reaction_par
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
     from mechdae.results.result import Result
     from mechdae.results.series import Series
 

@@ -14,7 +14,7 @@ from mechdae.draw.plans.relations import STILL, Relation, Relations, Spot, small
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 MANY = 6

@@ -28,7 +28,7 @@ from mechdae.draw.translated import translated
 from mechdae.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 KINDS = ("velocity", "acceleration", "force", "friction", "lever")

@@ -13,7 +13,7 @@ from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import normal
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 ZERO = np.zeros(2)

@@ -33,7 +33,7 @@ from mechdae.draw.plans.vectors import Arrow
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}

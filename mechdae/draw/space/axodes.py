@@ -22,7 +22,7 @@ from mechdae.records import dataclass
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 HALF = 0.7

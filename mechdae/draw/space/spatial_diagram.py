@@ -21,7 +21,7 @@ from mechdae.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 def draw(

@@ -42,7 +42,7 @@ from mechdae.records import dataclass
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT
 from mechdae.draw.words import Words
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 END_ON = 9.0

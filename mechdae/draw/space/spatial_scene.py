@@ -19,7 +19,7 @@ from mechdae.records import dataclass
 from mechdae.results.rotations import matrices
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 MOVES = 1e-9

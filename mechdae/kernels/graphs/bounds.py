@@ -88,7 +88,7 @@ class BoundGraphs(PoseGraphs):
 
     def _constants(self, b: int, box: list[tuple[Sym, Sym]], *sizes: Sym) -> list[Sym]:
         """Return kappa, rho and mu of a block for the sizes of x, z, u and the noise of q."""
-        graph, (w, r) = self.blocks[b], self.weights(b)
+        graph, (w, r) = self.blocks[b], self.weights[b]
         shape, size = graph.shape, list(sizes[:3])
         noise = {
             q.element_hash(): error
@@ -104,7 +104,7 @@ class BoundGraphs(PoseGraphs):
 
     def _reached(self, b: int, size: list[Sym]) -> list[Sym]:
         """Return the same of a block in space, from reaches; rounding as its terms say if less."""
-        graph, (w, r) = self.blocks[b], self.weights(b)
+        graph, (w, r) = self.blocks[b], self.weights[b]
         assert graph.reaches is not None
         bends, unknowns = graph.reaches.bounds(size, whole=True), range(graph.size)
         square = bends.first[:, unknowns]
@@ -135,7 +135,7 @@ class BoundGraphs(PoseGraphs):
     def _lipschitz(self, b: int, sizes: list[Sym], ranges: list[tuple[Sym, Sym]]) -> Sym:
         """Return a Lipschitz constant of a block's weighted Jacobian in its own unknowns."""
         graph, shape = self.blocks[b], self.blocks[b].shape
-        w, r = self.weights(b)
+        w, r = self.weights[b]
         bent = ca.jacobian(ca.vec(shape.J), shape.x)
         bound, _ = self._bound(bent, shape.moving, sizes, ranges)
         square = ca.reshape(bound, graph.rows * graph.size, graph.size) @ ca.diag(w)

@@ -72,7 +72,7 @@ class FoldGraphs(BoundGraphs):
         """
         (ds, rho), graph = numbers, self.blocks[b]
         assert graph.reaches is not None
-        (w, r), unknowns = self.weights(b), range(graph.size)
+        (w, r), unknowns = self.weights[b], range(graph.size)
         wide = [limits[0] + SPATIAL_NEAR * w, *limits[1:3]]
         found, rates = graph.reaches.bounds(wide, whole=False), ca.vertcat(*limits[3:])
         F, J, _ = graph.shape.at(*x, u)
@@ -216,7 +216,7 @@ class FoldGraphs(BoundGraphs):
         F, _, inv, det, beta = self._solve(b, at)
         rate = inv @ self.blocks[b].first_rate(at, (), [self.blocks[b].used(v)], [du])
         inputs = [self.x, self.u, v, du, self.consts]
-        left = norm(F / self.weights(b)[1]) if self.blocks[b].redundant else SX(0)
+        left = norm(F / self.weights[b][1]) if self.blocks[b].redundant else SX(0)
         results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
         return without_repeats("along", inputs, results)
 
@@ -245,7 +245,7 @@ class FoldGraphs(BoundGraphs):
         x = placed(SX.zeros(self.nx), chain, y[: len(chain)])
         s, v = y[len(chain)], y[len(chain) + 1 :]
         u = self._drivers(s, u0, d)[0]
-        w, _ = self.weights(b)
+        w, _ = self.weights[b]
         values = [self.blocks[k].value(x, u) for k in self.ancestors(b)]
         F, J, _ = values[-1]
         places = [chain.index(i) for i in graph.own]

@@ -27,7 +27,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.mechanism import TOLERANCE
-from mechdae.equations.reduction import Scene
+from mechdae.equations.reduction import Block, Scene
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.bounds.walk import with_trig
@@ -156,9 +156,12 @@ class PoseGraphs:
 
     # -- weights ---------------------------------------------------------------------------
 
-    def weights(self, b: int) -> tuple[Sym, Sym]:
-        """Return column and row weights that make a block of mixed units dimensionless."""
-        block = self.blocks[b].block
+    @structure_property
+    def weights(self) -> list[tuple[Sym, Sym]]:
+        """Column and row weights that make each block of mixed units dimensionless."""
+        return [self._weights(graph.block) for graph in self.blocks]
+
+    def _weights(self, block: Block) -> tuple[Sym, Sym]:
         unknowns = [self.scene.unknowns[i] for i in block.x]
         kind = unknowns[0].kind
         alike = kind is not PLACE and all(c.kind is kind for c in unknowns)
@@ -172,8 +175,7 @@ class PoseGraphs:
     @structure_property
     def _units(self) -> Call:
         """All column and all row weights of blocks as a function of scale and p."""
-        weights = [self.weights(b) for b in range(self.nb)]
-        results = [column([pair[k] for pair in weights]) for k in (0, 1)]
+        results = [column([pair[k] for pair in self.weights]) for k in (0, 1)]
         inputs = [self.scale, self.p]
         return Call(ca.Function("units", inputs, [ca.densify(part) for part in results]))
 
@@ -213,18 +215,18 @@ class PoseGraphs:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
         F, J, Fz = self.blocks[b].shape.value(*at)
         inv, det = self.inverse_of(b, J)
-        w, r = self.weights(b)
+        w, r = self.weights[b]
         return F, Fz, inv, det, norm(ca.diag(1 / w) @ inv @ ca.diag(r))
 
     def inverse_of(self, b: int, J: Sym) -> tuple[Sym, Sym]:
         """Return the inverse of a block's Jacobian and its determinant."""
         if not self.blocks[b].redundant:
             return inverse(J)
-        w, r = self.weights(b)
+        w, r = self.weights[b]
         return ca.diag(w) @ left_inverse(ca.diag(1 / r) @ J @ ca.diag(w)) @ ca.diag(1 / r), SX(1)
 
     def _length(self, b: int, step: Sym) -> Sym:
-        return norm(step / self.weights(b)[0])
+        return norm(step / self.weights[b][0])
 
     # -- Newton and rates ------------------------------------------------------------------
 
@@ -257,7 +259,7 @@ class PoseGraphs:
         graph = self.blocks[b]
         F, J, _ = graph.shape.value(*at)
         step = ca.densify(self.inverse_of(b, J)[0] @ F)
-        new, square = at[0] - step, ca.sumsqr(step / self.weights(b)[0])
+        new, square = at[0] - step, ca.sumsqr(step / self.weights[b][0])
         if not graph.turning:
             return [new, SX(0, 1), SX(0, 1), square]
         turn = step[[graph.own.index(i) for i in graph.turning]]
@@ -319,12 +321,12 @@ class PoseGraphs:
         off = beta * rho  # the step is off by so much: 1.25 (eta + off)^2 <= 2 eta^2 + 4 off^2
         left = 2 * kappa * (eta + 2 * off * off)
         if graph.redundant:
-            r, noise = self.weights(b)[1], rho
+            r, noise = self.weights[b][1], rho
             if graph.uses:
                 noise = noise + norm((ca.fabs(Fz) @ before) / r)
             det = 1 - norm(F / r) / (CLOSURE * noise)
             left += 2 * norm(F / r)
-        error = (off + beta * left) * self.weights(b)[0] + grain
+        error = (off + beta * left) * self.weights[b][0] + grain
         if graph.uses:
             error += ca.fabs(inv @ Fz) @ before
         return [error, det, beta, *known]

@@ -18,8 +18,7 @@ import numpy as np
 from mechdae.equations.structure_cache import StructureCache, structure_property
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.tableau import DENSE, FIFTH, NODES, STAGES, THIRD
-from mechdae.kernels.machine.library import program
-from mechdae.kernels.run.functions import without_repeats
+from mechdae.kernels.run.functions import program, without_repeats
 from mechdae.types import Floats, Graph, Matrices, Sym
 
 SX = ca.SX

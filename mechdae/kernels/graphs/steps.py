@@ -131,7 +131,7 @@ class Graphs(FoldGraphs):
         """Return what `_tube` does from the inputs that it lists, unknowns in two parts."""
         x, v, away = zip(parts[0:6:2], parts[1:6:2], strict=True)
         u, du, beta, ds, kappa, rho, *drift = parts[6:]
-        graph, (w, r) = self.blocks[b], self.weights(b)
+        graph, (w, r) = self.blocks[b], self.weights[b]
         shape = graph.shape
         moving = [*shape.moving, shape.vx, shape.vz, shape.vu]
         across = ds * ca.fabs(du) + (drift[0] if drift else 0)
@@ -197,7 +197,7 @@ class Graphs(FoldGraphs):
         graph = self.blocks[b]
         F, J, Fz = graph.shape.at(*x, u)
         inv, _ = self.inverse_of(b, J)
-        found = ca.fabs(inv) @ (ca.fabs(F) + bent / 2 + 2 * rho * self.weights(b)[1] + pushed)
+        found = ca.fabs(inv) @ (ca.fabs(F) + bent / 2 + 2 * rho * self.weights[b][1] + pushed)
         if graph.uses:
             found += ca.fabs(inv @ Fz) @ off[1]
         return ca.fmin(found, off[0])

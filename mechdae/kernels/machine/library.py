@@ -7,16 +7,11 @@ virtual machine and NumPy do the same work.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
+from typing import Any
 
 from mechdae.errors import InputError
-
-if TYPE_CHECKING:
-    from mechdae.types import Graph
 
 ABI = 2
 """That of `machine.c`: a library of other sources is not used."""
@@ -50,29 +45,3 @@ def backend() -> str:
     """Return in words what evaluates kernels."""
     found = library()
     return f"C, {found.vectors(None)[0]}" if found is not None else "NumPy"
-
-
-_PROGRAMS: WeakKeyDictionary[Any, dict[tuple[int, ...], Any]] = WeakKeyDictionary()
-"""Programs of functions that are still in use."""
-
-
-def program(function: Graph, shared: Sequence[int] = ()) -> Any:
-    """Return the program of a function with dense vectors, None where there is none.
-
-    Parameters
-    ----------
-    function
-        casadi Function.
-    shared
-        Inputs that have one value for all poses of `many`.
-    """
-    machine = library()
-    if machine is None:
-        return None
-    from mechdae.kernels.machine.program import compiled
-
-    known = _PROGRAMS.setdefault(function, {})
-    key = tuple(sorted(shared))
-    if key not in known:
-        known[key] = compiled(machine, function, key)
-    return known[key]

@@ -14,12 +14,13 @@ from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from functools import cached_property
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
 
 from mechdae.equations.reduction import Scene
-from mechdae.kernels.machine.library import program
+from mechdae.kernels.machine.library import library
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.types import Floats, Graph, Sym, Unknowns
 
@@ -38,6 +39,32 @@ def without_repeats(name: str, inputs: Sequence[Sym], results: Sequence[Sym]) ->
             symbols = [ca.SX.sym(f"i{k}", part.sparsity()) for k, part in enumerate(symbols)]
             results = plain.call(symbols)
     return ca.Function(name, symbols, list(results), {"cse": True})
+
+
+_PROGRAMS: WeakKeyDictionary[Any, dict[tuple[int, ...], Any]] = WeakKeyDictionary()
+"""Programs of functions that are still in use."""
+
+
+def program(function: Graph, shared: Sequence[int] = ()) -> Any:
+    """Return the program of a function with dense vectors, None where there is none.
+
+    Parameters
+    ----------
+    function
+        casadi Function.
+    shared
+        Inputs that have one value for all poses of `many`.
+    """
+    machine = library()
+    if machine is None:
+        return None
+    from mechdae.kernels.machine.program import compiled
+
+    known = _PROGRAMS.setdefault(function, {})
+    key = tuple(sorted(shared))
+    if key not in known:
+        known[key] = compiled(machine, function, key)
+    return known[key]
 
 
 class Call:

@@ -15,18 +15,20 @@ from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.groups import Group
+from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.run.functions import Local, local
 from mechdae.motion.assembly.choosers import Assembling
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.setup.scales import driver_size
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Unknowns
+from mechdae.types import Booleans, Floats, Sym, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.assembly.turns.undecided import Undecided
@@ -42,24 +44,54 @@ MOST_TURNED = 512
 """The same in space, where each leg of a platform may stand turned by half a turn."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SketchNumber:
     """A number of the sketch; ``stage`` is the place of the group it is known with.
 
     ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
     """
 
+    scene: Scene
     coordinate: NamedCoordinate
     wanted: float
     stage: int
     size: float
     turns: bool
-    value: Local
+
+    @property
+    def value(self) -> Local:
+        """The coordinate as a function of a pose."""
+        return local(self.scene, self.coordinate.text, self.expression)
+
+    def expression(self) -> Sym:
+        """Return the coordinate over q."""
+        return self.scene.model.coordinate(self.coordinate)
+
+    def off(self, value: float, unwound: bool = False) -> float:
+        """Return how far a value is from that of the sketch, whole turns too if `unwound`."""
+        gap = (value - self.wanted) / self.size
+        return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
 
     def gap(self, x: Unknowns, u: Floats, p: Floats, unwound: bool = False) -> float:
         """Return how far it is from its value at a pose, whole turns too if `unwound`."""
-        gap = float((self.value(x, u, p).item() - self.wanted) / self.size)
-        return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
+        return self.off(self.value(x, u, p).item(), unwound)
+
+
+class SketchOfGroup:
+    """The numbers of the sketch that are known with one group, evaluated at once."""
+
+    def __init__(self, numbers: list[SketchNumber]) -> None:
+        self.numbers = numbers
+        key = tuple(number.coordinate.text for number in numbers)
+        self.values = local(
+            numbers[0].scene, key, lambda: ca.vertcat(*[n.expression() for n in numbers])
+        )
+
+    def square(self, x: Unknowns, u: Floats, p: Floats) -> float:
+        """Return the sum of the squares of the gaps at a pose."""
+        values = self.values(x, u, p).ravel().tolist()
+        gaps = (number.off(value) for number, value in zip(self.numbers, values, strict=True))
+        return sum(gap**2 for gap in gaps)
 
 
 @dataclass
@@ -96,9 +128,10 @@ class Sketched:
         angles = [(coordinate(mechanism, f"{b}.angle"), v) for b, v in assembler.sketch.items()]
         entries = [self.entry(c, value) for c, value in (*angles, *assembler.places.items())]
         self.entries = [entry for entry in entries if entry is not None]
-        self._at_stage: dict[int, list[SketchNumber]] = {}
+        of_stage: dict[int, list[SketchNumber]] = {}
         for entry in self.entries:
-            self._at_stage.setdefault(entry.stage, []).append(entry)
+            of_stage.setdefault(entry.stage, []).append(entry)
+        self._at_stage = {stage: SketchOfGroup(numbers) for stage, numbers in of_stage.items()}
         self._known_parts: dict[tuple[int, ...], list[list[int]]] = {}
         self.parts = self._parts(list(range(len(self.groups))))
         self.ended = False
@@ -115,9 +148,9 @@ class Sketched:
         joint = model.mechanism.joints.get(c.part)
         winds = joint is not None and joint.winds
         turns = (c.is_angle and not winds) or (c.on_curve and model.contacts[c.part].closed)
-        value = local(self.scene, c.text, lambda: model.coordinate(c))
         size = driver_size(model, c, self.assembler.size)
-        return SketchNumber(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
+        stage = max(self.stage[body] for body in bodies)
+        return SketchNumber(self.scene, c, wanted, stage, size, turns)
 
     def bodies(self, c: NamedCoordinate) -> tuple[str, ...]:
         """Return the bodies that a coordinate belongs to."""
@@ -151,8 +184,8 @@ class Sketched:
             unite(at[part.group], list(part.uses))
         for check in self.scene.checks:
             unite(at[check.group], self.scene.held(check.residual)[0])
-        for entry in self.entries:
-            unite(entry.stage, entry.value.held[0])
+        for stage, sketch in self._at_stage.items():
+            unite(stage, sketch.values.held[0])
         found: dict[int, list[int]] = {}
         for k in stages:
             found.setdefault(of(k), []).append(k)
@@ -269,8 +302,8 @@ class Sketched:
             result.tied.append((part, kept))
 
     def _square(self, stage: int, x: Unknowns, u: Floats) -> float:
-        p = self.assembler.p
-        return sum(entry.gap(x, u, p) ** 2 for entry in self._at_stage.get(stage, ()))
+        sketch = self._at_stage.get(stage)
+        return sketch.square(x, u, self.assembler.p) if sketch is not None else 0.0
 
     def _unwound(self, part: list[int], x: Unknowns, u: Floats) -> float:
         """Return how far geared bodies are from the sketch, whole turns included [rad]."""

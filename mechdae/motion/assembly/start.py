@@ -71,6 +71,9 @@ def _check_near(assembler: Assembler, x: Unknowns, u: Floats) -> None:
 
     Other sketches so far off have a note: they may be those of another value of the driver.
     """
+    entries = assembler.sketched.entries
+    if not any(abs(e.wanted) > MANY for e in entries if e.coordinate.kind == "body angle"):
+        return
     for stage, angles in _turned(assembler, x, u).items():
         group = assembler.scene.groups[stage]
         plain = [body for body, (wanted, _) in angles.items() if abs(wanted) > MANY]

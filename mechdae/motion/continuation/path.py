@@ -351,12 +351,15 @@ class Front:
         1 upwards, -1 downwards.
     ended : set of int
         Groups that go no further there.
+    alive : (nb,) array
+        Which blocks belong to groups that have not ended.
     """
 
     def __init__(self, path: Path, up: bool) -> None:
         self.path, self.up, self.sense = path, up, 1.0 if up else -1.0
         ends = {i: reach.high if up else reach.low for i, reach in path.reach.items()}
         self.ended = {i for i, end in ends.items() if end}
+        self.alive = path.alive(self.ended)
 
     @property
     def s(self) -> float:
@@ -372,11 +375,6 @@ class Front:
     def x(self) -> Floats:
         """Unknowns (nx,) of the last node."""
         return self.state[: self.path.graphs.nx]
-
-    @property
-    def alive(self) -> Any:
-        """Which blocks belong to groups that have not ended."""
-        return self.path.alive(self.ended)
 
     @property
     def sign(self) -> Floats:
@@ -404,6 +402,7 @@ class Front:
                 self.path.reach[index].high = limit
             else:
                 self.path.reach[index].low = limit
+        self.alive = self.path.alive(self.ended)
 
     def leave_curves(self) -> None:
         """End groups whose contact left an open curve since the last call."""
@@ -416,3 +415,4 @@ class Front:
                 elif not self.up and (reach.low is None or reach.low.s < limit.s):
                     reach.low = limit
                 self.ended.add(index)
+            self.alive = self.path.alive(self.ended)

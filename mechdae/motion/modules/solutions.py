@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import InputError, UnknownName
-from mechdae.motion.modules.catalogue import MODULES, PLANE, WORDS
+from mechdae.motion.modules.catalogue import MODULES, WORDS
 from mechdae.motion.modules.places import candidates
 from mechdae.motion.modules.sets import Vector3
 from mechdae.records import dataclass
@@ -257,43 +257,3 @@ def _distinct(
         for word, value in solution.items()
     }
     return ModuleSolutions(unknowns, count, taken(gap), taken(determinant))
-
-
-def solve_planar(
-    name: str, vectors: Sequence[Mapping[str, Any]], total: Sequence[float]
-) -> ModuleSolutions:
-    """Return all real solutions of a planar module: vectors with ``length`` and ``angle``.
-
-    A planar module is a spatial one whose vectors lie in a plane of one azimuth, beside a third
-    vector at right angles to it, which vanishes.
-    """
-    if name not in PLANE:
-        raise UnknownName("module", name, PLANE)
-    d = np.atleast_2d(np.asarray(total, float))
-    level = np.zeros(len(d))
-    total3 = np.stack([d[:, 0], d[:, 1], level], axis=1)
-    solutions = [
-        {"elevation" if word == "angle" else word: value for word, value in v.items()}
-        | {"azimuth": level}
-        for v in vectors
-    ]
-    # the line across, along z: its length is found as zero
-    across = {"elevation": level, "azimuth": level + np.pi / 2}
-    spatial, order = {
-        "la": ("la-l", [*solutions, across]),
-        "l-l": ("l-l-l", [*solutions, across]),
-        "l-a": ("l-l-a", [solutions[0], across, *solutions[1:]]),
-        "a-a": ("l-a-a", [across, *solutions]),
-    }[name]
-    result = solve_module(spatial, order, total3)
-    unknowns = {}
-    for key, value in result.unknowns.items():
-        word, place = key[:-1], int(key[-1]) - 1
-        given = order[place]
-        if given is across:
-            continue
-        position = next(k for k, v in enumerate(solutions, start=1) if v is given)
-        unknowns[f"{'angle' if word == 'elevation' else word}{position}"] = value
-    return ModuleSolutions(
-        dict(sorted(unknowns.items())), result.count, result.gap, result.determinant
-    )

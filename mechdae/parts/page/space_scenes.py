@@ -20,7 +20,7 @@ from mechdae.draw.words import Words
 from mechdae.types import Json
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 
 def joint_in_space(mechanism: Mechanism, joint: Joint) -> Json:

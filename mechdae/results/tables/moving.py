@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.results import TURNS, Result
-from mechdae.results.tables.text import Column, cells, rest
+from mechdae.results.tables.text import Column, cells, noises
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
@@ -19,12 +19,8 @@ RELATIVE = (*TURNS, "slide", "x", "y", "length")
 """Coordinates of joints in space, angles first."""
 SLIDE = ("slide", "slide_velocity", "slide_acceleration")
 ANGLE = ("angle", "angular_velocity", "angular_acceleration")
-SIZED = {
-    "bodies": ANGLE[1:],
-    "joints": SLIDE[1:],
-    "points": ("position", "velocity", "acceleration"),
-}
-"""Series whose largest sizes tell what of them is rounding."""
+SIZED = {"bodies": ANGLE[1:], "joints": SLIDE[1:], "points": ("velocity", "acceleration")}
+"""Rates whose largest sizes tell what of them is rounding."""
 
 
 class Quantities:
@@ -43,9 +39,12 @@ class Quantities:
             largest |= dict.fromkeys(words, 0.0)
             for word, values in arrays:
                 largest[word] = max(largest[word], np.nanmax(np.abs(values), initial=0.0))
-        self.length = rest(result, "length", largest.pop("position"))
-        self.angle = rest(result, "angle", 1.0)
+        noise = noises(result)
+        self.length, self.angle = noise["length"], noise["angle"]
         self._rates = {word: 1e-14 * float(size) for word, size in largest.items()}
+        names = (coordinate.rpartition(".") for coordinate in result.drivers)
+        self._driven = {part for part, _, word in names if word in (*RELATIVE, "s")}
+        """Bodies and joints with a coordinate that is driven."""
 
     def columns(self) -> list[Column]:
         """Return all columns that move: the output, points, then other joints and bodies.
@@ -55,7 +54,7 @@ class Quantities:
         driven = set(self.result.drivers)
         found: list[Column] = []
         rates = self._named_rates()
-        first = None if self.result.outputs else self._output(driven)
+        first = None if self.result.outputs else self._output()
         if first is not None:
             columns = list(self._part(*first, rates=2))
             found, rates = columns[:1], columns[1:]
@@ -69,7 +68,7 @@ class Quantities:
                 found += self._point(name)
         for kind in ("joints", "bodies"):
             for name in getattr(self.result, kind):
-                if (kind, name) != first and not self._coordinates(name) & driven:
+                if (kind, name) != first and name not in self._driven:
                     found += self._part(kind, name, rates=1 if kind == "bodies" else 0)
         return found + (rates if listed else [])
 
@@ -118,30 +117,30 @@ class Quantities:
 
     # -- one part ----------------------------------------------------------------------------
 
-    def _output(self, driven: set[str]) -> tuple[str, str] | None:
+    def _output(self) -> tuple[str, str] | None:
         """Return the last slide or link on the ground that moves and is not driven, if any."""
         joints = self.result.mechanism.joints
         grounded = {body for joint in joints.values() if "ground" in joint.bodies
                     for body in joint.bodies}  # fmt: skip
         found: tuple[str, str] | None = None
         if self.result.mechanism.dimension == 3:
-            return self._last_in_space(driven)
+            return self._last_in_space()
         for name, series in self.result.bodies.items():
-            free = name in grounded and not self._coordinates(name) & driven
-            if free and self._moves(series, "angle", "angular_velocity", self.angle):
+            free = name in grounded and name not in self._driven
+            if free and _changes(series["angle"], series, "angular_velocity", self.angle):
                 found = ("bodies", name)
         for name, series in self.result.joints.items():
             slides = "ground" in joints[name].bodies and "slide" in series
-            free = slides and not self._coordinates(name) & driven
-            if free and self._moves(series, "slide", "slide_velocity", self.length):
+            free = slides and name not in self._driven
+            if free and _changes(series["slide"], series, "slide_velocity", self.length):
                 found = ("joints", name)
         return found
 
-    def _last_in_space(self, driven: set[str]) -> tuple[str, str] | None:
+    def _last_in_space(self) -> tuple[str, str] | None:
         """Return the last joint on the ground that moves and is not driven, if any."""
         joints, found = self.result.mechanism.joints, None
         for name, series in self.result.joints.items():
-            free = "ground" in joints[name].bodies and not self._coordinates(name) & driven
+            free = "ground" in joints[name].bodies and name not in self._driven
             if free and list(self._relative(name, series, 0)):
                 found = ("joints", name)
         return found
@@ -151,16 +150,14 @@ class Quantities:
         for word in RELATIVE:
             turns = word in TURNS
             noise = self.angle if turns else self.length
-            if word not in series or not self._moves(series, word, f"{word}_velocity", noise):
+            values = series.get(word)
+            if values is None or not _changes(values, series, f"{word}_velocity", noise):
                 continue
-            yield self._column(f"{name}.{word}", "rad" if turns else "m", series[word], noise)
+            yield self._column(f"{name}.{word}", "rad" if turns else "m", values, noise)
             for rate in ("velocity", "acceleration")[:rates]:
                 if f"{word}_{rate}" in series:
                     unit = self.result.unit("joints", name, f"{word}_{rate}")
                     yield self._column(f"{name}.{word}", unit, series[f"{word}_{rate}"], 0.0)
-
-    def _coordinates(self, name: str) -> set[str]:
-        return {f"{name}.{word}" for word in (*RELATIVE, "s")}
 
     def _part(self, kind: str, name: str, rates: int) -> Iterator[Column]:
         """Yield a body's angle or a joint's slide or place, with some of its rates."""
@@ -169,18 +166,16 @@ class Quantities:
             yield from self._relative(name, series, rates)
             return
         if kind == "joints" and "s" in series:
-            if self._moves(series, "s", "s_velocity", 0.0):
+            if _changes(series["s"], series, "s_velocity", 0.0):
                 yield f"{name}.s", cells(series["s"])
             return
-        words = ANGLE if kind == "bodies" else SLIDE
-        if words[0] not in series:
-            return
         turns = kind == "bodies"
-        noise = self.angle if turns else self.length
-        if not self._moves(series, words[0], words[1], noise):
+        words, noise = (ANGLE, self.angle) if turns else (SLIDE, self.length)
+        values = series.get(words[0])
+        if values is None or not _changes(values, series, words[1], noise):
             return
         title, unit = (name, "rad") if turns else (f"{name}.slide", "m")
-        yield self._column(title, unit, series[words[0]], noise)
+        yield self._column(title, unit, values, noise)
         for word in words[1 : rates + 1]:
             if word in series:
                 unit = self.result.unit(kind, name, word)
@@ -204,10 +199,6 @@ class Quantities:
         return f"{name} [{shown}]", cells(
             numbers, noise=noise * self.result.units.read(unit).factor
         )
-
-    def _moves(self, series: Series, word: str, rate: str, noise: float) -> bool:
-        """Return whether something changes by more than noise, or does so somewhere in between."""
-        return _changes(series[word], series, rate, noise)
 
 
 def _changes(values: Floats, series: Series, rate: str, noise: float) -> bool:

@@ -39,14 +39,15 @@ def poses_text(result: Result, width: int) -> list[str]:
     chosen: list[tuple[str, Sequence[str], int]] = []
     used = 2
     for title, texts in columns:
-        size = max(len(title), *(len(texts[k]) for k in places)) + 2
+        shown = [texts[k] for k in places]
+        size = max(len(title), *map(len, shown)) + 2
         if used + size > width and len(chosen) > 3:
             break
-        chosen.append((title, texts, size))
+        chosen.append((title, shown, size))
         used += size
     lines = ["  " + "".join(f"{title:>{size}}" for title, _, size in chosen)]
-    for k in places:
-        lines.append("  " + "".join(f"{texts[k]:>{size}}" for _, texts, size in chosen))
+    for k in range(len(places)):
+        lines.append("  " + "".join(f"{shown[k]:>{size}}" for _, shown, size in chosen))
     hidden = len(columns) - len(chosen)
     notes = []
     if len(places) < len(result):

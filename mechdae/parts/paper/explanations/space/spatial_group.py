@@ -36,7 +36,7 @@ from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 SPINS = {"velocity": "angular_velocity", "acceleration": "angular_acceleration"}
 STILL = 1e-12
