@@ -64,7 +64,7 @@ ROOMS = {
     "parts.types": "cli describe design.jobs design.synthesis draw errors numerics results "
     "results.tables tasks.dispatch tasks",
     "parts.page": "cli describe draw equations errors forces kernels motion.continuation "
-    "motion.kinematics motion.setup results tasks",
+    "motion.kinematics motion.measures motion.setup results tasks",
     "parts.exchange": "cli describe draw equations errors kernels motion.continuation "
     "motion.kinematics results tasks tasks.export types",
     "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export types",

@@ -37,20 +37,25 @@ PREFIX = "transmission of "
 class Dyad:
     """Where a group has a transmission angle.
 
-    ``joint`` is the one it belongs to and ``bodies`` the two that this joint joins; ``across``
-    and ``dot`` are cross and dot product of the two lines, over the coordinates of the scene.
+    ``joint`` is the one it belongs to and ``bodies`` the two that this joint joins; ``lines`` are
+    the directions of the two lines, over the coordinates of the scene.
     """
 
     joint: str
     bodies: tuple[str, str]
     group: Group
-    across: Sym
-    dot: Sym
+    lines: tuple[Sym, Sym]
+
+    @property
+    def products(self) -> Sym:
+        """Cross and dot product of the lines (2, 1)."""
+        (a, b), (c, d) = (ca.vertsplit(line) for line in self.lines)
+        return ca.vertcat(a * d - b * c, a * c + b * d)
 
     @property
     def sine(self) -> Sym:
         """Sine of the angle between the lines, with the sign of the side they are on."""
-        return self.across / ca.sqrt(self.across**2 + self.dot**2)
+        return self.products[0] / ca.norm_2(self.products)
 
 
 def dyads(scene: Scene) -> list[Dyad]:
@@ -62,10 +67,8 @@ def dyads(scene: Scene) -> list[Dyad]:
         lines = _lines(scene, group)
         if lines is not None:
             key, first, second = lines
-            across = first[0] * second[1] - first[1] * second[0]
-            joint = scene.model.mechanism.joints[key]
-            bodies = (joint.first_body, joint.second_body)
-            found.append(Dyad(key, bodies, group, across, ca.dot(first, second)))
+            bodies = scene.model.mechanism.joints[key].bodies[:2]
+            found.append(Dyad(key, (bodies[0], bodies[1]), group, (first, second)))
     return found
 
 
@@ -74,9 +77,8 @@ def requests(scene: Scene) -> list[Request]:
     found = []
     for dyad in dyads(scene):
         joints = [scene.model.mechanism.joints[name] for name in dyad.group.joints]
-        bodies = dict.fromkeys(body for joint in joints for body in joint.bodies)
-        moving = tuple(body for body in bodies if body != GROUND)
-        found.append((PREFIX + dyad.joint, ca.vertcat(dyad.across, dyad.dot), moving))
+        moving = dict.fromkeys(b for joint in joints for b in joint.bodies if b != GROUND)
+        found.append((PREFIX + dyad.joint, dyad.products, tuple(moving)))
     return found
 
 

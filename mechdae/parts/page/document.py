@@ -25,7 +25,7 @@ from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run as followed
-from mechdae.parts.page import efforts, link, live, scenes
+from mechdae.parts.page import efforts, lesson, link, live, scenes
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
 from mechdae.parts.page.reasons import said
@@ -237,6 +237,12 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
     data["scene"], drawing = scenes.drawn(result, lang)
     angles = scenes.angles_of(result, data["scene"], drawing)
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED, angles)
+    if not data["live"]:
+        numbers = data["numbers"] | problem.mechanism.parameters
+        data["given"] = {
+            n: v for n, v in numbers.items() if not isinstance(v, str) and "." not in n
+        }
+        data["recorded"] |= lesson.series_of(result, data["recorded"]["rows"])
     main = link.MAIN if problem.mechanism.dimension == 2 else link.SPATIAL
     data["status"] = [data["status"][k] for k in data["recorded"]["rows"]]
     data["driver"]["values"] = [data["driver"]["values"][k] for k in data["recorded"]["rows"]]
@@ -259,11 +265,12 @@ def _make_live(
     statics = None if loaded is None else loaded.statics
     acting = {} if statics is None else efforts.functions(statics)
     sliders = live.sliders_of(setting, set() if statics is None else efforts.used(statics))
-    more = {**acting, **ways.functions(setting)}
-    kernels = live.kernels(ways.followed_by(setting), setting.scene.model, sliders, more)
-    values = dict(
-        zip(setting.scene.model.p_names, setting.scene.model.p_values.tolist(), strict=True)
-    )
+    crossing, transmit = lesson.transmission(setting)
+    model = setting.scene.model
+    more = {**acting, **ways.functions(setting), "transmit": transmit}
+    kernels = live.kernels(ways.followed_by(setting), model, sliders, more)
+    values = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
+    dimensions, shape = lesson.dimensions_of(setting, sliders, [values[own] for own in sliders])
     automatic = {name for name, _ in problem.mechanism.numbers()}
     limits = run.summary.get("limits") or (None, None)
     plan = setting.plan
@@ -300,9 +307,14 @@ def _make_live(
         "speed": rates[0],
         "acceleration": rates[1],
         "checks": _checks(run, rows_of_checks),
-        "shape": live.shape_of(setting, sliders),
+        "shape": shape,
         "forces": None if loaded is None else efforts.numbers(loaded, rows_of_checks),
         "slow": loaded is not None and loaded.moving.slow,
+        "lesson": {
+            "dimensions": dimensions,
+            "transmission": crossing,
+            **lesson.groups_of(found.result),
+        },
     }
     if drivers is not None:
         way = data["way"]

@@ -65,6 +65,8 @@ def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = No
     words = json.dumps(words_of(str(data["lang"]), main), ensure_ascii=False)
     total = f"const WORDS = {words};\nconst DRAWING = {drawn};\n"
     total += f"const SUM = {zlib.crc32(inside.encode())};\n"
+    look = (WEB / "lesson.css").read_text(encoding="utf-8") if main in (MAIN, SPATIAL) else ""
+    total += f"const LOOK = {json.dumps(look)};\n"
     script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
     parts = {
         "title": _escaped(str(data["title"])),

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe import GROUND, Body, Ground, Sweep, Task
+from mechdae.describe import GROUND, Sweep, Task
 from mechdae.equations.model import Model
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import MechdaeError
@@ -253,25 +253,3 @@ def modes_of(setting: Setting, run: Run) -> list[Json]:
     label = setting.assembler.labels.of_pose(x, u)
     modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
     return [{**mode, "own": mode["label"] == label, "proven": found.proven} for mode in modes]
-
-
-def shape_of(setting: Setting, sliders: Sequence[str]) -> dict[str, list[int]]:
-    """Return the places of the sliders in the coordinates of each point in its body's frame."""
-    model = setting.scene.model
-    symbols = ca.SX.sym("s", len(sliders))
-    whole = parameters_of(model, sliders, symbols)
-    pattern = ca.jacobian(whole, symbols).sparsity() if sliders else ca.Sparsity(0, 0)
-    of_number: dict[int, list[int]] = {}
-    for i, j in zip(*pattern.get_triplet(), strict=True):
-        of_number.setdefault(i, []).append(j)
-    found: dict[str, list[int]] = {}
-    mechanism = model.mechanism
-    parts: dict[str, Body | Ground] = {GROUND: mechanism.ground, **mechanism.bodies}
-    for name, body in parts.items():
-        for point in body.points:
-            place = [model.numbers[f"{name}.{point}.{axis}"] for axis in "xy"]
-            used = ca.jacobian(ca.vertcat(*place), model.p).sparsity().get_triplet()[1]
-            places = sorted({k for i in set(used) for k in of_number.get(i, [])})
-            if places:
-                found[f"{name}.{point}"] = places
-    return found

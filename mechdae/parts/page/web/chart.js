@@ -1,7 +1,12 @@
-/** A curve over the driver with a cursor that drives. */
+/** Curves over the driver with a cursor that drives; their extremes are marked. */
 import { element } from "./view.js";
+import { digits, displayed } from "./units.js";
 
-const EDGE = { left: 62, right: 10, top: 10, bottom: 34 };
+const EDGE = { left: 54, right: 12, top: 17, bottom: 6 }, FOOT = 15;
+/** Extremes nearer than this [px] to another one have no number. */
+const CROWDED = 26;
+/** What is smaller than this share of the largest value is rounding. */
+const SILENCE = 1e-11;
 
 /** Round steps of 1, 2 or 5 times a power of ten. */
 export function ticks(low, high, count) {
@@ -14,13 +19,37 @@ export function ticks(low, high, count) {
   return list;
 }
 
+/** Round steps of angles in degrees: parts of a turn. */
+function degrees(low, high, count) {
+  const step = [15, 30, 45, 60, 90, 180, 360, 720].find((own) => (high - low) / own <= count);
+  if (!step || high - low < 60) return ticks(low, high, count);
+  return Array.from({ length: Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1 }, (_, k) => (Math.ceil(low / step - 1e-9) + k) * step);
+}
+
+/** The largest and the least value with their places, from parabolas through three neighbours. */
+export function extremes(places, values) {
+  const found = [];
+  for (const sense of [1, -1]) {
+    let best = -1;
+    values.forEach((value, k) => { if (value !== null && (best < 0 || sense * value > sense * values[best])) best = k; });
+    if (best < 0) return [];
+    const [a, b, c] = [values[best - 1], values[best], values[best + 1]], bend = a - 2 * b + c;
+    const inside = Number.isFinite(bend) && a !== null && c !== null && a !== undefined && c !== undefined && sense * bend < 0;
+    const t = inside ? (a - c) / (2 * bend) : 0;
+    found.push({ place: places[best] + t * ((places[best + 1] ?? places[best]) - places[best]), value: b - (inside ? (t * (a - c)) / 4 : 0), sense });
+  }
+  const most = Math.max(...found.map(({ value }) => Math.abs(value)));
+  for (const own of found) if (Math.abs(own.value) < SILENCE * most) own.value = 0;
+  return found[0].value - found[1].value > 1e-9 * Math.max(Math.abs(found[0].value), Math.abs(found[1].value)) ? found : [];
+}
+
 export class Chart {
   /** @param {SVGSVGElement} svg @param {(s: number) => void} drive */
   constructor(svg, drive) {
     this.svg = svg;
     this.curve = element("g", {}, svg);
-    this.cursor = element("line", { class: "cursor" }, svg);
-    this.dot = element("circle", { r: 4, class: "velocity" }, svg);
+    this.cursor = element("line", { class: "cursor", x1: 0, x2: 0 }, svg);
+    this.dots = element("g", {}, svg);
     const move = (event) => {
       const { left, width } = svg.getBoundingClientRect();
       const share = (event.clientX - left - EDGE.left) / (width - EDGE.left - EDGE.right);
@@ -30,44 +59,75 @@ export class Chart {
     svg.addEventListener("pointermove", (event) => { if (event.buttons) move(event); });
   }
 
-  /** Draw values (null: none) over places; `shown` turns numbers of the axes into text. */
-  draw(places, values, shown) {
-    this.rect = this.rect || this.svg.getBoundingClientRect();
-    const { width, height } = this.rect;
+  /**
+   * Draw lines of values (null: none) over places; `foot` has the numbers of the places.
+   * @param {number[]} places @param {any[]} lines values, look, name @param {{title: string, unit: string, along: string, foot: string, events: any[]}} shown
+   */
+  draw(places, lines, { title, unit, along, foot, events = [] }) {
+    const { width, height } = this.svg.getBoundingClientRect();
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.curve.replaceChildren();
-    const known = values.filter((value) => value !== null);
     this.range = [places[0], places[places.length - 1]];
-    let low = Math.min(...known), high = Math.max(...known);
+    const known = lines.flatMap(({ values }) => values.filter((value) => value !== null));
+    let [low, high] = known.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
     if (!known.length) [low, high] = [0, 1];
     if (high - low < 1e-9 * Math.max(Math.abs(high), Math.abs(low), 1e-9)) [low, high] = [low - 0.5 * (Math.abs(low) || 1), high + 0.5 * (Math.abs(high) || 1)];
-    const room = 0.05 * (high - low);
-    this.low = low - room; this.high = high + room;
-    this.size = [width - EDGE.left - EDGE.right, height - EDGE.top - EDGE.bottom];
-    for (const value of shown.values([this.low, this.high])) {
-      const y = this.y(value);
-      element("line", { x1: EDGE.left, x2: width - EDGE.right, y1: y, y2: y, class: "axis", opacity: 0.35 }, this.curve);
-      element("text", { x: EDGE.left - 5, y: y + 3, "text-anchor": "end", class: "tick" }, this.curve).textContent = shown.value(value);
+    const room = 0.09 * (high - low);
+    [this.low, this.high] = [low - room, high + room];
+    this.size = [width - EDGE.left - EDGE.right, height - EDGE.top - EDGE.bottom - FOOT];
+    const [factor, name] = displayed(unit), [share, where] = displayed(along);
+    const text = (x, y, anchor, kind, value) => { element("text", { x, y, "text-anchor": anchor, class: kind }, this.curve).textContent = value; };
+    const rows = name === "°" ? degrees : ticks, cells = where === "°" ? degrees : ticks;
+    for (const value of rows(this.low * factor, this.high * factor, Math.max(2, Math.floor(this.size[1] / 26)))) {
+      const y = this.y(value / factor);
+      element("line", { x1: EDGE.left, x2: width - EDGE.right, y1: y, y2: y, class: "axis" }, this.curve);
+      text(EDGE.left - 5, y + 3, "end", "tick", digits(value, 4));
     }
-    for (const place of shown.places(this.range)) {
-      const x = this.x(place);
-      element("text", { x, y: height - 17, "text-anchor": "middle", class: "tick" }, this.curve).textContent = shown.place(place);
+    for (const value of cells(this.range[0] * share, this.range[1] * share, 8)) {
+      const x = this.x(value / share);
+      element("line", { x1: x, x2: x, y1: EDGE.top, y2: EDGE.top + this.size[1], class: "axis" }, this.curve);
+      text(x, height - 8, "middle", "tick", digits(value, 4));
     }
-    element("text", { x: width - EDGE.right, y: height - 4, "text-anchor": "end", class: "tick" }, this.curve).textContent = shown.name;
-    let path = "";
-    let pen = "M";
+    text(EDGE.left, 11, "start", "title", `${title}${name ? `, ${name}` : ""}`);
+    if (foot) text(width - EDGE.right, 11, "end", "tick", `${foot}${where ? `, ${where}` : ""}`);
+    for (const [at, , about] of events) {
+      const mark = element("line", { x1: this.x(at), x2: this.x(at), y1: EDGE.top, y2: EDGE.top + this.size[1], class: "event" }, this.curve);
+      element("title", {}, mark).textContent = about;
+    }
+    for (const { values, look } of lines) this.line(places, values, look);
+    this.gaps(places, lines);
+    const taken = [];
+    for (const { values } of lines) {
+      for (const { place, value, sense } of extremes(places, values)) {
+        const [x, y] = [this.x(place), this.y(value)];
+        element("circle", { cx: x, cy: y, r: 2.4, class: "extreme" }, this.curve);
+        if (taken.some(([u, v]) => Math.hypot(u - x, 2 * (v - y)) < 2 * CROWDED)) continue;
+        taken.push([x, y]);
+        text(Math.min(Math.max(x, EDGE.left + 18), width - EDGE.right - 18), y + (sense > 0 ? -4 : 11), "middle", "extreme", digits(value * factor, 4));
+      }
+    }
+    this.dots.replaceChildren(...lines.map(({ look }) => element("circle", { r: 3.6, class: `at ${look}` })));
+    for (const [key, value] of Object.entries({ y1: EDGE.top, y2: EDGE.top + this.size[1] })) this.cursor.setAttribute(key, String(value));
+  }
+
+  line(places, values, look) {
+    let path = "", pen = "M";
     values.forEach((value, k) => {
-      if (value === null) { pen = "M"; return; }
-      path += `${pen}${this.x(places[k]).toFixed(1)} ${this.y(value).toFixed(1)}`;
-      pen = "L";
+      if (value !== null) path += `${pen}${this.x(places[k]).toFixed(1)} ${this.y(value).toFixed(1)}`;
+      pen = value === null ? "M" : "L";
     });
-    element("path", { d: path, class: "curve" }, this.curve);
+    element("path", { d: path, class: `curve ${look}` }, this.curve);
+  }
+
+  /** Grey bands where there is no pose. */
+  gaps(places, lines) {
     let begin = null;
-    values.forEach((value, k) => {
-      if (value === null && begin === null) begin = k;
-      if ((value !== null || k === values.length - 1) && begin !== null) {
-        const from = this.x(places[Math.max(begin - 1, 0)]), to = this.x(places[k]);
-        element("rect", { x: from, y: EDGE.top, width: Math.max(to - from, 1), height: this.size[1], class: "missing" }, this.curve);
+    places.forEach((place, k) => {
+      const none = lines.length > 0 && lines.every(({ values }) => values[k] === null);
+      if (none && begin === null) begin = k;
+      if ((!none || k === places.length - 1) && begin !== null) {
+        const from = this.x(places[Math.max(begin - 1, 0)]);
+        element("rect", { x: from, y: EDGE.top, width: Math.max(this.x(place) - from, 1), height: this.size[1], class: "missing" }, this.curve);
         begin = null;
       }
     });
@@ -77,14 +137,16 @@ export class Chart {
 
   y(value) { return EDGE.top + (this.size[1] * (this.high - value)) / (this.high - this.low); }
 
-  mark(place, value) {
+  /** Put the cursor at a place, and a dot on each line at its value. */
+  mark(place, values) {
     if (!this.size) return;
-    const x = this.x(place);
-    for (const [name, own] of Object.entries({ x1: x, x2: x, y1: EDGE.top, y2: EDGE.top + this.size[1] })) this.cursor.setAttribute(name, String(own));
-    this.dot.setAttribute("visibility", value === null ? "hidden" : "visible");
-    if (value !== null) {
-      this.dot.setAttribute("cx", String(x));
-      this.dot.setAttribute("cy", String(this.y(value)));
-    }
+    const x = this.x(place).toFixed(1);
+    this.cursor.setAttribute("transform", `translate(${x} 0)`);
+    values.forEach((value, k) => {
+      const dot = this.dots.children[k];
+      if (!dot) return;
+      dot.setAttribute("display", value === null ? "none" : "inline");
+      if (value !== null) dot.setAttribute("transform", `translate(${x} ${this.y(value).toFixed(1)})`);
+    });
   }
 }

@@ -22,7 +22,6 @@ export class Diagram extends View {
       const made = this.elements[k], shown = part.shapes ? this.rigid(part, made, pose) : this.moving(part, made.firstChild, pose);
       made.setAttribute("display", shown ? "inline" : "none");
     });
-    this.bar();
   }
 
   rigid(part, made, pose) {

@@ -1,32 +1,32 @@
 /** The page: reads its data, makes the controls, draws when something changed. */
-import { words } from "./words.js";
-import { bareAngle, Session } from "./session.js";
+import { sentence, words } from "./words.js";
+import { Session } from "./session.js";
 import { Recorded } from "./recorded.js";
-import { Chart, ticks } from "./chart.js";
 import { isWhole } from "./whole.js";
 import { digits, displayed, nameIn, quantity, rounded, showIn } from "./units.js";
+import { find, made, numberIn } from "./made.js";
+import { Tabs } from "./tabs.js";
+import { Dimensions } from "./dimensions.js";
+import { Curves, forceThings, lightThings, recordedThings, thingsOf } from "./curves.js";
+import { Equations } from "./equations.js";
 import { Plans } from "./plans.js";
+import { Explain } from "./explain.js";
+import { Overlays } from "./overlays.js";
+import { Strip, turning } from "./grashof.js";
+import { Modes } from "./modes.js";
+import { Values } from "./values.js";
 import { Several } from "./several.js";
-import { pulled, slidersAt } from "./shape.js";
+import { Hand } from "./hand.js";
+import { readHash, writeHash } from "./address.js";
+import { interfaceOf } from "./interface.js";
 import { csvText, offered, png, svgText, tomlText } from "./files.js";
 
 /** Milliseconds that a change may take to be drawn whole in each frame. */
 const FRAME = 12;
 /** Poses whose wheels and guides the picture has to hold. */
 const FEW = 12;
-
-const find = (id) => document.getElementById(id);
-
-/** An HTML element with attributes and children; texts are texts, never markup. */
-function made(name, attributes = {}, ...children) {
-  const own = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) own.addEventListener(key.slice(2), value);
-    else if (value !== false) own.setAttribute(key, value === true ? "" : String(value));
-  }
-  own.append(...children);
-  return own;
-}
+/** What is read of the pose while it plays is written so often [ms]. */
+const READ = 250;
 
 /** Everything on one page. */
 class App {
@@ -34,7 +34,7 @@ class App {
     this.data = data;
     this.words = words;
     showIn(data.shown || {});
-    nameIn(data.unit_names || {});
+    nameIn(data.unit_names || {}, data.lang === "ru" ? "," : ".");
     this.diagram = new Kind(find("diagram"), data.scene, drawing);
     this.session = null;
     this.recorded = null;
@@ -47,8 +47,8 @@ class App {
       this.session = new Session(data, code);
       if (!this.session.trusted) {
         this.session = null;
-        this.reason = this.words("selftest");
-      } else if (data.forces && !this.session.checkForces()) this.without = this.words("differ");
+        this.reason = words("selftest");
+      } else if (data.forces && !this.session.checkForces()) this.without = words("differ");
     }
     if (!this.session) {
       this.recorded = new Recorded(data);
@@ -61,151 +61,152 @@ class App {
   /** What the pose is led along: its name, unit, and more where it is live. */
   get way() { return this.session ? this.session.motion.way : this.data.driver; }
 
+  /** Where on the way the pose shown is. */
+  get place() { return this.session ? this.session.s : this.recorded.value(this.shown); }
+
   /** Bodies and joints that are driven. */
   get driven() {
     const { data } = this;
     return (data.drivers || [data.driver]).map(({ name }) => name.split(".")[0]);
   }
 
+  /** Places of the curves, what they are over, and events there. */
+  along() {
+    const { session, recorded, data, way } = this, named = { name: words(way.name), unit: way.unit || "" };
+    if (session) return { places: session.places, way: named, events: [] };
+    const events = (data.recorded.events || []).map(([at, kind, part]) => [at, kind, `${words(kind)} ${part}, t = ${quantity(at, "s", 4)}`]);
+    return { places: data.driver.values, way: named, events: data.driver.unit === "s" ? events : [] };
+  }
+
+  /** The vector equations of the pose shown; null in space and where there is none. */
+  equations() {
+    const { session } = this, { pose } = session;
+    if (!pose.y || !this.data.lesson.groups.length) return null;
+    if (this.equated !== pose) [this.equated, this.equationsThere] = [pose, new Equations(session, pose)];
+    return this.equationsThere;
+  }
+
   build() {
-    const { data, words } = this;
+    const { data, session } = this;
     find("title").textContent = data.title;
-    find("subtitle").textContent = `${data.problem} / ${data.task}${this.session ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}${data.slow ? ` – ${words("slow")}` : ""}`;
+    find("subtitle").textContent = `${data.problem} / ${data.task}${session ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}${data.slow ? ` – ${words("slow")}` : ""}`;
     this.buildDrive();
-    if (this.session && data.drivers) this.several = new Several(this, find("dimensions"), made);
-    this.buildDimensions();
-    this.buildGraph();
+    if (session && data.drivers) this.several = new Several(this, find("dimensions"), made);
+    this.buildTabs();
     this.buildFiles();
-    this.readHash();
+    this.hand = new Hand(this);
+    readHash(this);
     this.fit();
-    new ResizeObserver(() => {
-      this.diagram.rect = null;
-      if (this.chart) this.chart.rect = null;
-      this.drawAll();
-    }).observe(find("diagram"));
+    new ResizeObserver(() => { this.diagram.rect = null; this.drawAll(); }).observe(find("diagram"));
     find("diagram").addEventListener("keydown", (event) => this.key(event));
     document.addEventListener("keydown", (event) => {
       if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
         event.preventDefault();
         this.undo(!event.shiftKey);
-      }
+      } else if (event.key === "?" && !/input|select/i.test(event.target.tagName)) find("help").showModal();
     });
-    this.dragging();
     this.drawAll();
   }
 
   // -- controls
 
   buildDrive() {
-    const { data, words } = this;
-    const [, unit] = displayed(data.driver.unit);
-    this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": `${words("driver")} ${data.driver.name}`,
+    const { data, session } = this, [, unit] = displayed(data.driver.unit);
+    this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": `${words("driver")} ${data.driver.name}`, title: words("about_driver"),
       oninput: () => this.want({ share: Number(this.slider.value) }) });
-    this.number = made("input", { type: "number", step: "any", "aria-label": `${data.driver.name} [${unit}]`, style: "width:8em",
-      onchange: () => this.want({ s: Number(this.number.value) / displayed(this.way.unit)[0] }) });
-    this.button = made("button", { type: "button", onclick: () => this.play(), "aria-pressed": "false" }, words("play"));
-    const tempo = made("select", { "aria-label": words("speed"), onchange: () => { this.tempo = Number(tempo.value); } },
+    this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": `${data.driver.name} [${unit}]`, title: words("type_number"),
+      onchange: () => this.want({ s: numberIn(this.number.value) / displayed(this.way.unit)[0] }) });
+    this.button = made("button", { type: "button", title: words("about_play"), onclick: () => this.play(), "aria-pressed": "false" }, words("play"));
+    const tempo = made("select", { "aria-label": words("speed"), title: words("about_speed"), onchange: () => { this.tempo = Number(tempo.value); } },
       ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${k}`)));
     this.tempo = 1;
     this.unit = made("span", { class: "unit" }, ` ${unit}`);
-    const told = made("span", { style: "white-space:nowrap" }, this.number, this.unit);
-    find("drive").append(this.button, this.slider, told, tempo);
-    if (this.session && data.modes.length > 1) {
-      this.modes = made("select", { "aria-label": words("mode"), onchange: () => this.choose(this.modes.value) },
-        ...data.modes.map((mode) => made("option", { value: mode.label, selected: mode.label === this.session.mode }, mode.label)));
-      find("drive").append(made("label", {}, `${words("mode")} `, this.modes));
-    }
-    if (data.scene.space) {
-      const views = { chosen: null, front: data.scene.space.up[1] > 0.9 ? [0, 0] : [-90, 0] };
-      views.top = [views.front[0], 90];
-      views.left = [views.front[0] - 90, 0];
-      const choice = made("select", { "aria-label": words("view"), title: words("orbit"), onchange: () => {
-        if (views[choice.value]) this.diagram.look(...views[choice.value]);
-        else this.diagram.home();
-        this.drawAll();
-      } }, ...Object.keys(views).map((name) => made("option", { value: name }, words(name))));
-      find("drive").append(made("label", { title: words("orbit") }, `${words("view")} `, choice));
-    }
-    if (this.session) {
-      const box = (word, checked) => {
-        const own = made("input", { type: "checkbox", checked, onchange: () => this.draw() });
-        find("drive").append(made("label", {}, own, ` ${words(word)}`));
-        return own;
-      };
-      this.velocities = box("velocities", false);
-      this.arrowsOfForces = this.session.forces ? box("forces", true) : null;
-      this.shape = data.sliders.length && !data.scene.space ? box("shape", false) : null;
-      this.others = data.modes.length > 1 ? box("others", false) : null;
-    }
+    find("drive").append(this.button, this.slider, made("span", { class: "told" }, this.number, this.unit), tempo);
+    if (data.scene.space) this.buildView();
+    const box = (word, checked, there) => {
+      const own = made("input", { type: "checkbox", checked, onchange: () => this.draw() });
+      if (there) find("switches").append(made("label", { title: words(`about_${word}`) }, own, ` ${words(word)}`));
+      return own;
+    };
+    const flat = !data.scene.space;
+    this.switches = { velocities: box("velocities", false, session), forces: box("forces", true, session && session.forces),
+      centres: box("centres", false, session && flat), transmission: box("transmission", false, session && data.lesson.transmission.length) };
   }
 
-  buildDimensions() {
-    const { data, session, words } = this;
-    if (!session || !data.sliders.length) return;
-    const box = made("fieldset", {}, made("legend", {}, words("dimensions")));
-    this.rows = data.sliders.map((slider, k) => {
-      const unit = this.unitOf(slider.name);
-      const [factor, name] = displayed(unit);
-      const range = made("input", { type: "range", min: slider.low, max: slider.high, step: "any", value: slider.value,
-        "aria-label": slider.name, "aria-valuetext": quantity(slider.value, unit),
-        onpointerdown: () => session.remember(), onkeydown: () => session.remember(),
-        oninput: () => this.want({ theta: [k, Number(range.value)] }) });
-      const field = made("input", { type: "number", step: "any", value: digits(slider.value * factor, 7), "aria-label": `${slider.name} [${name}]`,
-        onchange: () => { session.remember(); this.want({ theta: [k, Number(field.value) / factor] }); } });
-      const note = made("span", { class: "note", hidden: true });
-      box.append(made("div", { class: "row" }, made("label", {}, slider.name), range, field, made("span", { class: "unit" }, name), note));
-      return { range, field, note, factor, unit };
-    });
-    box.append(
-      made("button", { type: "button", onclick: () => this.reset() }, words("reset")), " ",
-      made("button", { type: "button", onclick: () => this.undo(true) }, words("undo")), " ",
-      made("button", { type: "button", onclick: () => this.undo(false) }, words("redo")));
-    find("dimensions").append(box);
+  /** From where a spatial mechanism is seen; what was turned by hand has no name. */
+  buildView() {
+    const { up } = this.data.scene.space, front = up[1] > 0.9 ? [0, 0] : [-90, 0];
+    const views = { chosen: null, front, top: [front[0], 90], left: [front[0] - 90, 0] };
+    this.view = made("select", { "aria-label": words("view"), title: words("orbit"), onchange: () => {
+      const own = views[this.view.value];
+      if (own) this.diagram.look(...own);
+      else this.diagram.home();
+      this.drawAll();
+    } }, ...Object.keys(views).map((name) => made("option", { value: name }, words(name))), made("option", { value: "turned", hidden: true }, words("turned")));
+    find("drive").append(made("label", { title: words("orbit") }, `${words("view")} `, this.view));
   }
 
-  unitOf(name) { return (this.data.units || {})[name] || "m"; }
-
-  buildGraph() {
-    const { data, session, words } = this;
-    if (!session) return;
-    this.what = made("select", { "aria-label": words("output"), style: "max-width:100%", onchange: () => this.drawAll() },
-      ...session.outputs().map((path) => made("option", { value: path }, path)));
-    // the last body that turns without being driven, else what moves
-    const { driven } = this;
-    const changes = ({ columns, part }) => !driven.includes(part) && this.moving(columns);
-    const usual = data.entries.filter((entry) => entry.kind === "bodies" && changes(entry)).pop();
-    const other = data.entries.filter((entry) => entry.kind !== "bodies" && changes(entry)).pop();
-    if (usual) this.what.value = `bodies/${usual.part}/${usual.names[data.scene.space ? 1 : 0]}`;
-    else if (other) this.what.value = `${other.kind}/${other.part}/${other.names[other.kind === "points" ? 1 : 0]}`;
-    if (session.forces) this.what.value = `efforts/${data.forces.efforts[0]}`;
-    const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    svg.setAttribute("style", "width:100%;height:200px;touch-action:none;display:block");
-    svg.setAttribute("role", "img");
-    svg.setAttribute("aria-label", words("output"));
-    find("graph").append(made("fieldset", {}, made("legend", {}, words("output")), this.what, svg));
-    this.chart = new Chart(svg, (s) => this.want({ s }));
-    this.plans = new Plans(find("plans"), session, words, made, () => this.draw());
-    find("plans").hidden = Boolean(data.scene.space); // polygons are those of the plane
-    this.body = made("tbody");
-    const head = made("tr", {}, ...[words("quantity"), words("value")].map((word) => made("th", { scope: "col" }, word)));
-    find("table").append(made("fieldset", {}, made("legend", {}, words("pose")), made("table", {}, made("thead", {}, head), this.body)));
+  buildTabs() {
+    const { data, session } = this;
+    this.tabs = new Tabs(find("tabs"), () => { if (this.hand) this.drawTab(); });
+    const tab = (id, ...drawing) => this.tabs.add(id, words(`tab_${id}`), words(`about_tab_${id}`), { whole: () => drawing.forEach((own) => own.whole && own.whole()), frame: (...given) => drawing.forEach((own) => own.frame && own.frame(...given)) });
+    this.dimensions = new Dimensions(this);
+    lightThings(this.diagram);
+    if (!session) {
+      const things = recordedThings(this), begin = [...things.filter(({ kind }) => kind === "bodies").slice(0, 1), ...things.filter(({ kind }) => kind === "scalars")];
+      this.curves = new Curves(this, "curves", things, begin.length ? begin : things.slice(0, 1));
+      tab("curves", this.curves);
+      tab("dimensions", this.dimensions);
+      return;
+    }
+    this.overlays = new Overlays(this);
+    this.strip = new Strip(this);
+    if (data.sliders.length || data.drivers) tab("dimensions", this.dimensions, this.strip);
+    if (data.sliders.length && !data.scene.space) {
+      this.shape = made("input", { type: "checkbox" });
+      find("dimensions").append(made("label", { title: words("about_shape") }, this.shape, ` ${words("shape")}`));
+    }
+    const things = thingsOf(this), moves = things.filter(({ columns }) => this.moving(columns));
+    const usual = moves.filter(({ kind, parts }) => kind === "bodies" && !this.driven.includes(parts[0])).pop() || moves.pop();
+    this.curves = new Curves(this, "curves", things, [usual]);
+    tab("curves", this.curves, new Values(this, "curves"));
+    if (data.lesson.groups.length) {
+      this.plans = new Plans(this, () => this.drawTab());
+      tab("plans", this.plans);
+    }
+    if (session.forces) {
+      const acting = forceThings(this);
+      this.efforts = new Curves(this, "forces", acting, [acting[0], ...acting.filter(({ kind }) => kind === "joints").slice(0, 2)]);
+      tab("forces", this.efforts, new Values(this, "forces"));
+    }
+    if (data.lesson.groups.length) {
+      this.explain = new Explain(this);
+      tab("explain", this.explain);
+    }
+    if (data.modes.length > 1) {
+      this.others = made("input", { type: "checkbox", onchange: () => this.draw() });
+      tab("modes", new Modes(this, this.others));
+    }
   }
 
   buildFiles() {
-    const { data } = this;
-    const name = `${data.problem}-${data.task}`;
-    const button = (text, act) => find("files").append(made("button", { type: "button", onclick: act }, text));
-    button("SVG", () => offered(`${name}.svg`, svgText(find("diagram")), "image/svg+xml"));
-    button("PNG", async () => offered(`${name}.png`, await png(find("diagram"), getComputedStyle(document.body).backgroundColor)));
+    const { data } = this, name = `${data.problem}-${data.task}`;
+    const button = (text, about, act) => find("files").append(made("button", { type: "button", title: words(about), onclick: act }, text));
+    button("SVG", "about_svg", () => offered(`${name}.svg`, svgText(find("diagram")), "image/svg+xml"));
+    button("PNG", "about_png", async () => offered(`${name}.png`, await png(find("diagram"), getComputedStyle(document.body).backgroundColor)));
     if (this.session) {
-      button("CSV", () => { this.session.settle(); offered(`${name}.csv`, csvText(this.session), "text/csv"); });
-      button("TOML", () => { const text = this.toml(); if (text) offered(`${data.problem}.toml`, text, "text/plain"); });
+      button("CSV", "about_csv", () => { this.session.settle(); offered(`${name}.csv`, csvText(this.session), "text/csv"); });
+      button("TOML", "about_toml", () => { const text = this.toml(); if (text) offered(`${data.problem}.toml`, text, "text/plain"); });
     }
-    button(this.words("theme"), () => {
+    button("◐", "theme", () => {
       const dark = getComputedStyle(document.documentElement).colorScheme.trim() === "dark"
         || (!document.documentElement.dataset.theme && matchMedia("(prefers-color-scheme: dark)").matches);
       document.documentElement.dataset.theme = dark ? "light" : "dark";
     });
+    const keys = ["drag", "click", "wheel", "pan", "arrows", "space", ...(data.modes && data.modes.length > 1 ? ["brackets"] : []), "zero", ...(data.scene.space ? ["turn"] : []), "undo"];
+    find("help").append(made("h2", {}, words("keys")), made("dl", {}, ...keys.flatMap((key) => [made("dt", {}, words(`key_${key}`)), made("dd", {}, words(`does_${key}`))])), made("form", { method: "dialog" }, made("button", {}, words("close"))));
+    find("help").setAttribute("aria-label", words("keys"));
+    button("?", "keys", () => find("help").showModal());
   }
 
   toml() { return tomlText(this.data.file, this.data.sliders, this.session ? this.session.theta : []); }
@@ -222,25 +223,23 @@ class App {
   }
 
   frame() {
-    const { wanted } = this;
+    const { wanted, session } = this;
     this.wanted = {};
-    const { session } = this;
     let all = false, hurried = false;
     const begun = performance.now();
     if (session) {
-      if (wanted.theta) {
+      if (wanted.theta && Number.isFinite(wanted.theta[1])) {
         const [k, value] = wanted.theta;
         const theta = [...session.theta];
         theta[k] = value;
         hurried = this.hurried(theta);
         const t = hurried ? 1 : session.dimension(theta);
-        this.rows[k].note.hidden = t === 1;
-        this.rows[k].note.textContent = t === 1 ? "" : `${this.words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.rows[k].unit)}: ${session.reason}`;
+        this.dimensions.note(k, t === 1 ? "" : `${words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.dimensions.rows[k].unit)}: ${session.reason}`);
         all = !hurried;
       }
       if (wanted.driver) all = this.several.drive(...wanted.driver) || all;
       if (wanted.reached) this.reached(...wanted.reached);
-      if (wanted.pulled) { this.reshape(wanted.pulled); all = true; }
+      if (wanted.pulled) { this.hand.reshape(wanted.pulled); all = true; }
       const [low, high] = session.range;
       if (wanted.share !== undefined) session.drive(low + wanted.share * (high - low));
       if (wanted.s !== undefined && Number.isFinite(wanted.s)) session.drive(wanted.s);
@@ -252,13 +251,13 @@ class App {
       this.drawAll(!wanted.pulled);
       this.cost = performance.now() - begun;
     } else this.draw();
-    if (hurried) this.showNumbers();
+    if (hurried) this.dimensions.whole();
   }
 
   /** Write the address when nothing changes any more: it costs 1 ms, and engines refuse more than some a second. */
   address() {
     clearTimeout(this.addressed);
-    this.addressed = setTimeout(() => this.writeHash(), 150);
+    this.addressed = setTimeout(() => writeHash(this), 150);
   }
 
   /**
@@ -295,9 +294,8 @@ class App {
   choose(label) {
     this.session.remember();
     const ok = this.session.choose(label);
-    if (this.modes) this.modes.value = this.session.mode;
     this.drawAll();
-    if (!ok) this.say(`${this.words("gone")}: ${this.session.reason}`, true);
+    if (!ok) this.say(`${words("gone")}: ${this.session.reason}`, true);
     return ok;
   }
 
@@ -313,7 +311,7 @@ class App {
 
   play() {
     this.playing = !this.playing;
-    this.button.textContent = this.words(this.playing ? "pause" : "play");
+    this.button.textContent = words(this.playing ? "pause" : "play");
     this.button.setAttribute("aria-pressed", String(this.playing));
     let last = performance.now();
     const tick = (now) => {
@@ -323,6 +321,7 @@ class App {
       requestAnimationFrame(tick);
     };
     if (this.playing) requestAnimationFrame(tick);
+    else this.draw();
   }
 
   advance(seconds) {
@@ -355,19 +354,18 @@ class App {
     const step = ((high - low) / 360) * (event.shiftKey ? 10 : 1);
     const now = session ? session.s : this.shown;
     const to = (s) => {
-      const kept = Math.min(Math.max(s, low), high);
-      if (session) this.want({ s: kept });
-      else { this.shown = Math.round(kept); this.draw(); }
+      const inside = Math.min(Math.max(s, low), high);
+      if (session) this.want({ s: inside });
+      else { this.shown = Math.round(inside); this.draw(); }
     };
     const act = {
       ArrowRight: () => to(now + (session ? step : 1)), ArrowLeft: () => to(now - (session ? step : 1)), Home: () => to(low), End: () => to(high),
-      " ": () => this.play(), "]": () => this.turnMode(1), "[": () => this.turnMode(-1),
+      " ": () => this.play(), "]": () => this.turnMode(1), "[": () => this.turnMode(-1), "+": () => this.zoom(1.25), "-": () => this.zoom(0.8),
+      0: () => { if (this.view) { this.diagram.home(); this.view.value = "chosen"; } this.zoom(0); },
     }[event.key];
     if (act) { event.preventDefault(); act(); return; }
     const turned = { a: [-5, 0], d: [5, 0], w: [0, 5], s: [0, -5] }[event.key.toLowerCase()];
-    if (!this.data.scene.space || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (turned) this.turnView(...turned);
-    else if (event.key === "0") { this.diagram.home(); this.drawAll(); }
+    if (turned && this.view && !event.ctrlKey && !event.metaKey && !event.altKey) this.turnView(...turned);
   }
 
   turnMode(by) {
@@ -380,72 +378,19 @@ class App {
   /** Turn what a spatial mechanism is seen from, by degrees. */
   turnView(azimuth, elevation) {
     this.diagram.turn(azimuth, elevation);
+    this.view.value = "turned";
     this.drawAll();
   }
 
-  /** Points are dragged along their own paths, from where they are. */
-  dragging() {
-    const svg = find("diagram");
-    let held = null;
-    let orbit = null;
-    const place = (event) => this.diagram.from(this.diagram.under(event));
-    svg.addEventListener("pointerdown", (event) => {
-      if (!this.session) return;
-      this.session.settle();
-      const here = place(event);
-      const pose = this.session.pose;
-      let best = 14 / this.diagram.scale;
-      for (const { kind, part, columns } of this.data.entries) {
-        if (kind !== "points" || !pose.y || !(this.several || this.moving(columns))) continue;
-        const there = this.diagram.flat(columns.map((k) => pose.y[0][k]));
-        const apart = Math.hypot(there[0] - here[0], there[1] - here[1]);
-        if (apart < best) { best = apart; held = { part, columns }; }
-      }
-      if (this.shape && this.shape.checked) held = this.shapedAt(here);
-      if (held) svg.setPointerCapture(event.pointerId);
-      if (held && held.shaped) this.session.remember();
-    });
-    svg.addEventListener("pointermove", (event) => {
-      if (held && held.shaped) this.want({ pulled: [held.shaped, place(event)] });
-      else if (held && this.several) this.want({ reached: [held.columns, place(event)] });
-      else if (held) this.pull(held.columns, place(event));
-    });
-    svg.addEventListener("pointerdown", (event) => {
-      if (held || !this.data.scene.space || event.button) return;
-      orbit = [event.clientX, event.clientY];
-      svg.setPointerCapture(event.pointerId);
-    });
-    svg.addEventListener("pointermove", (event) => {
-      if (!held && orbit) {
-        this.turnView((orbit[0] - event.clientX) / 2, (event.clientY - orbit[1]) / 2);
-        orbit = [event.clientX, event.clientY];
-      }
-    });
-    for (const name of ["pointerup", "pointercancel"]) svg.addEventListener(name, () => { held = null; orbit = null; });
+  /** Show the diagram larger about a place of the sheet, by default its middle; 0 fits it. */
+  zoom(times, place = this.diagram.size.map((side) => side / 2)) {
+    this.diagram.zoom(times, place);
+    this.drawAll(times === 0);
   }
 
-  /** The point near a place that dimensions place, fixed ones too. */
-  shapedAt(here) {
-    let best = 14 / this.diagram.scale;
-    let held = null;
-    for (const [name, [x, y]] of Object.entries(this.now())) {
-      const apart = Math.hypot(x - here[0], y - here[1]);
-      if (apart < best && slidersAt(this.data, name).length) { best = apart; held = { shaped: name }; }
-    }
-    return held;
-  }
-
-  /** Change the dimensions that place a point so that it comes to where it is pulled. */
-  reshape([name, place]) {
-    const { session } = this;
-    const theta = pulled(session, name, place);
-    if (!theta) return;
-    const wanted = session.theta.map((value, k) => (theta[k] !== value ? k : -1)).filter((k) => k >= 0);
-    const t = session.dimension(theta);
-    this.rows.forEach(({ note }, k) => {
-      note.hidden = t === 1 || !wanted.includes(k);
-      note.textContent = note.hidden ? "" : session.reason;
-    });
+  pan(x, y) {
+    this.diagram.pan(x, y);
+    this.drawAll(false);
   }
 
   moving(columns) {
@@ -457,33 +402,6 @@ class App {
     }
     const [a, b] = this.two;
     return a && b && columns.some((k) => Math.abs(a.y[0][k] - b.y[0][k]) > 1e-12 * Math.max(1, Math.abs(a.y[0][k])));
-  }
-
-  /** The place nearest to the pointer on the part of the path around the present one. */
-  pull(columns, here) {
-    const { session } = this;
-    const { places, poses } = session;
-    const count = places.length;
-    const span = session.range[1] - session.range[0];
-    const now = Math.round(((session.s - session.range[0]) / span) * (count - 1));
-    const round = this.way.turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
-    const apart = (k) => {
-      const index = round ? ((k % (count - 1)) + count - 1) % (count - 1) : k;
-      const pose = poses[index];
-      if (!pose || !pose.y) return Infinity;
-      const there = this.diagram.flat(columns.map((k) => pose.y[0][k]));
-      return (there[0] - here[0]) ** 2 + (there[1] - here[1]) ** 2;
-    };
-    let best = now;
-    for (const way of [1, -1]) { // only as far as the way there is assembled
-      for (let k = now; Math.abs(k - now) <= 30 && apart(k) < Infinity; k += way) if (apart(k) < apart(best)) best = k;
-    }
-    const [a, b, c] = [apart(best - 1), apart(best), apart(best + 1)];
-    const bend = a - 2 * b + c;
-    const between = bend > 0 && Number.isFinite(bend) ? Math.max(-0.5, Math.min(0.5, (a - c) / (2 * bend))) : 0;
-    let s = session.range[0] + (span * (best + between)) / (count - 1);
-    if (round) s = session.range[0] + ((((s - session.range[0]) % span) + span) % span);
-    this.want({ s: Math.min(Math.max(s, session.range[0]), session.range[1]) });
   }
 
   // -- drawing
@@ -516,19 +434,25 @@ class App {
       this.diagram.traces(moving.map(({ columns }) => session.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null))));
       const ends = session.motion.ends.filter((end) => end && end.kind === "limit");
       this.diagram.faint("limits", ends.map((end) => session.places_of(session.motion.atLimit(end.s, end))));
-      this.showNumbers();
-      const shown = session.output(this.what.value);
-      const [factor, name] = displayed(shown.unit);
-      const [along, alongName] = displayed(this.way.unit);
-      this.chart.draw(session.places, session.poses.map(shown.scalar), {
-        value: (value) => digits(value * factor, 4),
-        values: ([low, high]) => ticks(low * factor, high * factor, 4).map((value) => value / factor),
-        places: ([low, high]) => ticks(low * along, high * along, 6).map((value) => value / along),
-        place: (value) => digits(value * along, 4),
-        name: [this.words(this.way.name), alongName && `[${alongName}]`, name && `→ [${name}]`].filter(Boolean).join(" "),
-      });
+      if (this.told !== session.poses) find("sentence").textContent = turning(this);
+      this.told = session.poses;
     }
+    this.tabs.drawing.whole();
     this.draw();
+  }
+
+  /** The panel that is shown, whole. */
+  drawTab() {
+    if (this.explain && this.tabs.shown !== "explain") this.explain.clear();
+    this.tabs.drawing.whole();
+    this.drawFrame();
+    if (this.tabs.shown !== "dimensions") this.dimensions.frame();
+  }
+
+  /** What of the panel shown belongs to the pose. */
+  drawFrame() {
+    const { session } = this, pose = session && session.pose;
+    this.tabs.drawing.frame(pose, session && session.forcesAt(pose));
   }
 
   /** Symbols as the numbers shown make them. */
@@ -538,34 +462,24 @@ class App {
     this.session.look(this.data.scene);
   }
 
-  /** Sliders and fields of the dimensions. */
-  showNumbers() {
-    const { session } = this;
-    (this.rows || []).forEach(({ range, field, factor, unit }, k) => {
-      range.value = session.theta[k];
-      range.setAttribute("aria-valuetext", quantity(session.theta[k], unit));
-      if (document.activeElement !== field) field.value = digits(session.theta[k] * factor, 7);
-    });
-  }
-
   draw() {
-    const { session, data } = this;
-    const { driven, way } = this;
+    const { session, data, driven, way } = this;
     if (!session) {
       this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), this.shown / Math.max(this.recorded.count - 1, 1), driven);
       const value = this.recorded.value(this.shown);
       this.slider.value = this.recorded.count > 1 ? this.shown / (this.recorded.count - 1) : 0;
       this.number.value = digits(value * displayed(data.driver.unit)[0], 7);
-      this.say(`${data.driver.name} = ${quantity(value, data.driver.unit)}; ${this.recorded.status(this.shown)}`, false);
+      this.drawFrame();
+      this.say(`${data.driver.name} = ${quantity(value, data.driver.unit)}; ${words(this.recorded.status(this.shown))}`, false);
       return;
     }
     this.address();
     this.look();
     const pose = session.pose;
-    const places = session.places_of(pose), [least, most] = session.range;
-    this.diagram.draw(places, session.angles_of(pose), most > least ? Math.min(Math.max((session.s - least) / (most - least), 0), 1) : 0, driven);
+    const places = session.places_of(pose), [low, high] = session.range;
+    this.diagram.draw(places, session.angles_of(pose), high > low ? Math.min(Math.max((session.s - low) / (high - low), 0), 1) : 0, driven);
     const velocities = {};
-    if (this.velocities.checked) {
+    if (this.switches.velocities.checked) {
       for (const { kind, part, columns } of data.entries) {
         const found = kind === "points" ? session.inTime(pose, columns, 1) : null;
         if (found) velocities[part] = found;
@@ -573,29 +487,35 @@ class App {
     }
     const forces = session.forcesAt(pose);
     this.diagram.arrows("arrows", "velocity", places, velocities);
-    this.diagram.arrows("forces", "force", places, this.arrowsOfForces && this.arrowsOfForces.checked && forces ? this.reactionsAt(forces) : {});
+    this.diagram.arrows("forces", "force", places, this.switches.forces.checked && forces ? this.reactionsAt(forces) : {});
+    this.overlays.frame(pose);
     this.showOthers();
-    this.plans.draw(pose, forces);
-    const [low, high] = session.range;
     this.slider.value = (session.s - low) / (high - low);
-    const told = way.unit ? quantity(session.s, way.unit) : digits(session.s, 7);
-    this.slider.setAttribute("aria-valuetext", told);
+    this.drawFrame();
+    if (this.dimensions.one >= 0 && this.tabs.shown !== "dimensions") this.dimensions.frame();
+    const now = performance.now();
+    if (this.playing && now - (this.read || 0) < READ) return; // nobody reads faster
+    this.read = now;
+    this.tell(pose, forces, way);
+  }
+
+  /** Texts of the pose: the driver's value, what is proved of it. */
+  tell(pose, forces, way) {
+    const { session } = this, value = way.unit ? quantity(session.s, way.unit) : digits(session.s, 7);
+    this.slider.setAttribute("aria-valuetext", value);
     if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(way.unit)[0], 7);
     if (this.several) this.showWay();
-    this.chart.mark(session.s, session.output(this.what.value).scalar(pose));
-    this.table(pose, forces);
-    const head = `${this.words(way.name)} = ${told}`;
+    const head = `${words(way.name)} = ${value}`;
     if (pose.status === "ok") {
       const bound = session.motion.bound(pose);
-      this.say(`${head}; ${this.words("certified")}, ${this.words("bound")} ${rounded(bound.length, "m")}, ${rounded(bound.angle, "rad")}${this.told(forces)}`, Boolean(forces) && forces.status !== "ok");
-    } else if (pose.status === "limit") this.say(`${head}; ${this.words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);
-    else this.say(`${head}; ${this.words("unassembled")}: ${session.reason || session.opening(session.s)}`, true);
+      this.say(`${head}; ${words("certified")}, ${words("bound")} ${rounded(bound.length, "m")}, ${rounded(bound.angle, "rad")}${this.toldForces(forces)}`, Boolean(forces) && forces.status !== "ok");
+    } else if (pose.status === "limit") this.say(`${head}; ${words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);
+    else this.say(`${head}; ${words("unassembled")}: ${session.reason || session.opening(session.s)}`, true);
   }
 
   /** Names of what the slider moves along, and the values of all drivers. */
   showWay() {
-    const { way, words } = this;
-    const [, unit] = displayed(way.unit);
+    const { way } = this, [, unit] = displayed(way.unit);
     this.unit.textContent = ` ${unit}`;
     this.slider.setAttribute("aria-label", `${words("driver")} ${words(way.name)}`);
     this.number.setAttribute("aria-label", `${words(way.name)} [${unit}]`);
@@ -613,187 +533,46 @@ class App {
   }
 
   /** What is to be said of the forces of a pose. */
-  told(forces) {
+  toldForces(forces) {
     if (!forces) return "";
-    const { words } = this;
     if (forces.status === "jammed") return `; ${words("jammed")}${forces.critical === null ? "" : ` (${words("critical")}: ${digits(forces.critical, 4)})`}`;
     const own = Object.entries(forces.efforts).map(([name, value]) => `${words("effort")} ${quantity(value, this.session.data.forces.units[name], 5)}`);
     return `; ${own.join(", ")}${forces.status === "ambiguous" ? `; ${words("ambiguous")}` : ""}${forces.still ? `; ${words("still")}` : ""}`;
   }
 
+  /** Labels and poses of the other assembly modes at the driver's value. */
+  otherPoses() {
+    const { session } = this;
+    session.settle();
+    session.ghosts.carry(session.theta, session.range, session.mode, this.way, session.drivers());
+    return session.ghosts.at(session.s);
+  }
+
   /** The other assembly modes, faintly; a click goes over to one. */
   showOthers() {
-    if (!this.others) return;
     const { session } = this;
-    if (session.held) return;
-    if (!this.others.checked) { this.diagram.faint("ghosts", []); return; }
-    session.ghosts.carry(session.theta, session.range, session.mode, this.way, session.drivers());
-    const found = session.ghosts.at(session.s);
+    if (!this.others || session.held) return;
+    if (!this.others.checked) {
+      if (this.diagram.layers.ghosts.firstChild) this.diagram.faint("ghosts", []);
+      return;
+    }
+    const found = this.otherPoses();
     this.diagram.faint("ghosts", found.map(({ pose }) => session.places_of(pose)), (k) => {
       const { s } = session;
       if (this.choose(found[k].label)) this.want({ s });
     }, found.map(({ label }) => label));
   }
 
-  table(pose, forces) {
-    const rows = [];
-    const row = (name, text) => rows.push([name, text]);
-    if (forces && forces.status !== "jammed") {
-      for (const [name, value] of Object.entries(forces.efforts)) row(`${this.words("effort")} ${name}`, quantity(value, this.session.data.forces.units[name]));
-      for (const [name, [x, y, moment]] of Object.entries(forces.reactions)) row(`R ${name}`, `${quantity(Math.hypot(x, y), "N", 5)}; ${quantity(moment, "N m", 5)}`);
-    }
-    for (const { kind, part, columns, names, unit } of this.data.entries) {
-      if (bareAngle({ kind, names })) continue;
-      const found = this.session.told(pose, { columns, names }, 0);
-      const speed = this.session.told(pose, { columns, names }, 1);
-      const shown = (v) => (names[0] === "orientation" ? digits(v, 5) : quantity(v, unit, 5));
-      const noise = found && 1e-12 * Math.max(...found.map(Math.abs)); // beside the largest component
-      const text = found ? (found.length > 1 ? `(${found.map((v) => shown(Math.abs(v) < noise ? 0 : v)).join(", ")})` : quantity(found[0], unit)) : "–";
-      const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
-      row(part, `${text}; ${rate}`);
-    }
-    // rows that stay are kept: only texts that changed are laid out again
-    while (this.body.rows.length > rows.length) this.body.deleteRow(-1);
-    rows.forEach((texts, k) => {
-      const own = this.body.rows[k] || this.body.appendChild(made("tr", {}, made("td"), made("td")));
-      texts.forEach((text, j) => { if (own.cells[j].textContent !== text) own.cells[j].textContent = text; });
-    });
-  }
-
   say(text, warn) {
     const own = find("status");
     own.className = warn ? "warn" : "";
-    if (own.textContent === text) return;
-    const now = performance.now();
-    if (this.playing && this.spoken && now - this.spoken < 500) return;
-    this.spoken = now;
-    own.textContent = text;
+    if (own.textContent !== text) own.textContent = text;
   }
-
-  // -- address
-
-  writeHash() {
-    if (!this.session || location.protocol === "about:") return;
-    const parts = this.data.sliders.flatMap((slider, k) => (this.session.theta[k] === slider.value ? [] : [`${encodeURIComponent(slider.name)}=${this.session.theta[k]}`]));
-    const { way } = this;
-    if (way !== this.session.way) parts.push(`drivers=${this.session.drivers()}`, `along=${encodeURIComponent(way.name)}`);
-    else if (this.session.s !== this.data.start.s) parts.push(`s=${this.session.s}`);
-    const own = (this.data.modes.find((mode) => mode.own) || {}).label;
-    if (this.session.mode && this.session.mode !== own) parts.push(`mode=${encodeURIComponent(this.session.mode)}`);
-    try { history.replaceState(null, "", parts.length ? `#${parts.join("&")}` : location.pathname + location.search); } catch { /* in a frame without address */ }
-  }
-
-  readHash() {
-    if (!this.session || location.hash.length < 2) return;
-    const given = new Map(location.hash.slice(1).split("&").map((part) => part.split("=").map(decodeURIComponent)));
-    if (given.has("mode")) this.session.choose(given.get("mode"));
-    const theta = this.data.sliders.map((slider, k) => {
-      const value = Number(given.get(slider.name));
-      return given.has(slider.name) && Number.isFinite(value) ? value : this.session.theta[k];
-    });
-    if (theta.some((value, k) => value !== this.session.theta[k])) this.session.dimension(theta);
-    const u = (given.get("drivers") || "").split(",").map(Number);
-    const k = (this.data.drivers || []).findIndex(({ name }) => name === given.get("along"));
-    if (k >= 0 && u.length === this.data.drivers.length && u.every(Number.isFinite)) this.session.move(u, k);
-    const s = Number(given.get("s"));
-    if (given.has("s") && Number.isFinite(s)) this.session.drive(s);
-  }
-}
-
-/** The interface for embedding and tests. */
-function interfaceOf(app) {
-  const { data } = app;
-  const own = {
-    reason: "",
-    get live() { return app.live; },
-    ready: Promise.resolve(true),
-    pose() {
-      const { session } = app;
-      if (!session) {
-        const places = app.recorded.places(app.shown);
-        const points = Object.fromEntries(Object.entries(places).map(([name, position]) => [name, { position }]));
-        return { driver: { [data.driver.name]: app.recorded.value(app.shown) }, status: app.recorded.status(app.shown), mode: "", bound: null, points, bodies: {}, joints: {}, efforts: {} };
-      }
-      const pose = session.pose;
-      const driver = { [app.way.name]: session.s };
-      if (data.drivers) session.drivers().forEach((value, k) => { driver[data.drivers[k].name] = value; });
-      const result = { driver, status: pose.status, mode: session.mode, bound: session.motion.bound(pose), points: {}, bodies: {}, joints: {}, efforts: {} };
-      if (!pose.y) return result;
-      for (const { kind, part, columns, names } of data.entries) {
-        const table = (result[kind][part] = result[kind][part] || {});
-        names.forEach((name, order) => {
-          const found = session.told(pose, { columns, names }, order);
-          if (bareAngle({ kind, names }) && order) return;
-          table[name] = found && found.length === 1 ? found[0] : found;
-        });
-      }
-      const forces = session.forcesAt(pose);
-      if (forces) {
-        if (forces.status !== "ok") result.status = forces.status;
-        result.efforts = forces.efforts;
-        for (const [name, reaction] of Object.entries(forces.reactions)) Object.assign((result.joints[name] = result.joints[name] || {}), { reaction });
-        for (const [name, loss] of Object.entries(forces.losses)) result.joints[name].loss = loss;
-      }
-      return result;
-    },
-    set(values) {
-      const { session } = app;
-      if (!session) { own.reason = app.reason; return false; }
-      session.settle();
-      const theta = [...session.theta];
-      let s = null, moved = null;
-      const names = (data.drivers || []).map((own) => own.name);
-      for (const [name, value] of Object.entries(values)) {
-        const k = data.sliders.findIndex((slider) => slider.name === name);
-        if (typeof value !== "number" || !Number.isFinite(value)) { own.reason = `${name} ${app.words("nonumber")}`; return false; }
-        if (names.includes(name)) (moved = moved || {})[names.indexOf(name)] = value;
-        else if (name === app.way.name) s = value;
-        else if (k >= 0) theta[k] = value;
-        else { own.reason = `${app.words("noname")} ${name}`; return false; }
-      }
-      const before = session.now();
-      let ok = true;
-      if (theta.some((value, k) => value !== session.theta[k])) ok = session.dimension(theta) === 1;
-      own.reason = session.reason;
-      if (ok && moved) { ok = session.move(session.drivers().map((value, i) => moved[i] ?? value), Number(Object.keys(moved)[0])) === 1; own.reason = session.reason; }
-      if (ok && s !== null) { ok = session.drive(s); own.reason = session.reason; }
-      if (!ok) { const { reason } = own; session.restore(before); own.reason = reason; }
-      app.drawAll();
-      return ok;
-    },
-    sweep(path, count = 361) {
-      const { session } = app;
-      if (!session) return [];
-      session.settle();
-      const output = session.output(path);
-      const [low, high] = session.range;
-      return Array.from({ length: count }, (_, k) => {
-        const pose = session.motion.pose(count > 1 ? low + ((high - low) * k) / (count - 1) : low);
-        if (!output.whole) return output.scalar(pose);
-        const found = output.of(pose);
-        return found && found.length === 1 ? found[0] : found;
-      });
-    },
-    limits() {
-      if (app.session) app.session.settle();
-      return app.session ? app.session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null)) : [null, null];
-    },
-    modes() { return app.session ? data.modes.map((mode) => mode.label) : []; },
-    choose(label) {
-      if (!app.session) { own.reason = app.reason; return false; }
-      const ok = app.choose(label);
-      own.reason = ok ? "" : app.session.reason;
-      return ok;
-    },
-    toml() { return app.toml(); },
-    /** The direction a spatial mechanism is seen from [deg]; null in the plane. */
-    view() { return data.scene.space ? { azimuth: app.diagram.view.azimuth, elevation: app.diagram.view.elevation } : null; },
-  };
-  return own;
 }
 
 /** Start the page with the diagrams of the plane or of space. */
 export function begin(Kind) {
+  document.head.append(made("style", {}, LOOK));
   const given = JSON.parse(find("mechdae").textContent);
   if (isWhole(find("mechdae").textContent, SUM)) {
     const app = new App(given, K, Kind, DRAWING);

@@ -1,112 +1,109 @@
-/** Vector polygons of the pose shown: velocities and accelerations from their pole, forces on one body. */
+/** Vector polygons of the pose shown: velocities and accelerations from their poles, forces on one body. */
 import { arrow, element } from "./view.js";
-import { digits } from "./units.js";
+import { lightable } from "./light.js";
+import { find, made, written } from "./made.js";
+import { words } from "./words.js";
+import { digits, displayed } from "./units.js";
+
+/** Letters of ends keep this from each other [px]. */
+const APART = 13;
 
 export class Plans {
-  /** @param {HTMLElement} place @param {any} session @param {(key: string) => string} words @param {any} made @param {() => void} redraw */
-  constructor(place, session, words, made, redraw) {
-    this.session = session;
-    this.words = words;
-    const options = [["", "–"], ["velocity", words("velocity")], ["acceleration", words("acceleration")]];
-    if (session.forces) for (const { name } of session.data.scene.bodies) options.push([`forces ${name}`, `${words("acting")} ${name}`]);
-    this.choice = made("select", { "aria-label": words("plans"), onchange: () => redraw() }, ...options.map(([value, text]) => made("option", { value }, text)));
-    this.svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    this.svg.setAttribute("role", "img");
-    this.svg.setAttribute("aria-label", words("plans"));
-    this.svg.setAttribute("style", "width:100%;height:260px;display:none");
-    place.append(made("fieldset", {}, made("legend", {}, words("plans")), this.choice, this.svg));
+  /** @param {any} app @param {() => void} redraw */
+  constructor(app, redraw) {
+    this.app = app;
+    const options = [["both", `${words("velocity")}, ${words("acceleration")}`], ["1", words("velocity")], ["2", words("acceleration")]];
+    if (app.session.forces) for (const { name } of app.data.scene.bodies) options.push([`forces ${name}`, `${words("acting")} ${name}`]);
+    this.choice = made("select", { "aria-label": words("plans"), title: words("about_plans"), onchange: redraw }, ...options.map(([value, text]) => made("option", { value }, text)));
+    this.sheets = [1, 2].map((order) => planSheet(words(order === 1 ? "velocity" : "acceleration")));
+    find("plans").append(made("p", { class: "hint" }, words("hint_plans")), this.choice, ...this.sheets);
   }
 
-  draw(pose, forces) {
-    const what = this.choice.value;
-    this.svg.style.display = what ? "block" : "none";
-    this.svg.replaceChildren();
-    if (!what) return;
-    const plan = what.startsWith("forces ") ? this.polygon(what.slice(7), forces) : this.rates(pose, what === "velocity" ? 1 : 2);
-    if (plan) this.picture(plan);
-    else element("text", { x: 12, y: 24, class: "tick" }, this.svg).textContent = this.words("none");
-  }
+  whole() { /* plans are of one pose */ }
 
-  /** Images of the points: vectors from the pole, and those between points of one body. */
-  rates(pose, order) {
-    const { session } = this;
-    const images = {};
-    for (const { kind, part, columns } of session.data.entries) {
-      const found = kind === "points" ? session.inTime(pose, columns, order) : null;
-      if (found && found.every(Number.isFinite)) images[part] = found;
-    }
-    const size = Math.max(0, ...Object.values(images).map((own) => Math.hypot(...own)));
-    if (!(size > 0)) return null;
-    const arrows = [], lines = [], letters = [{ text: "p", at: [0, 0] }];
-    const drawn = [];
-    for (const [name, own] of Object.entries(images)) {
-      if (Math.hypot(...own) < 1e-9 * size) continue;
-      const letter = name.split(".")[1].toLowerCase();
-      const same = drawn.find((other) => Math.hypot(other.at[0] - own[0], other.at[1] - own[1]) < 1e-6 * size);
-      if (same) {
-        if (!same.text.split(", ").includes(letter)) same.text += `, ${letter}`;
-        continue;
-      }
-      arrows.push({ from: [0, 0], to: own, kind: order === 1 ? "velocity" : "force" });
-      drawn.push({ text: letter, at: own });
-    }
-    for (const body of session.data.scene.bodies) {
-      const own = Object.entries(images).filter(([name]) => name.split(".")[0] === body.name).map(([, image]) => image);
-      for (let k = 1; k < own.length; k += 1) lines.push([own[k - 1], own[k]]);
-      if (own.length > 2) lines.push([own[own.length - 1], own[0]]);
-    }
-    return { arrows, lines, letters: [...letters, ...drawn], unit: order === 1 ? "m/s" : "m/s²" };
+  frame(pose, forces) {
+    const what = this.choice.value, body = what.startsWith("forces ") && what.slice(7);
+    const orders = body ? [1] : what === "both" ? [1, 2] : [Number(what)];
+    this.sheets.forEach((svg, k) => { svg.style.display = orders.includes(k + 1) ? "block" : "none"; });
+    const equations = body ? null : this.app.equations();
+    for (const order of orders) drawPlan(this.sheets[order - 1], body ? this.polygon(body, forces) : equations && equations.rated ? equations.plan(order) : null, body ? "" : words(order === 1 ? "velocity" : "acceleration"));
   }
 
   /** Reactions on a body head to tail; what closes them are loads, inertia and the drive. */
   polygon(body, forces) {
     if (!forces || forces.status === "jammed") return null;
-    const arrows = [], letters = [];
+    const arrows = [];
     let here = [0, 0];
-    for (const joint of this.session.data.scene.joints) {
+    for (const joint of this.app.data.scene.joints) {
       const own = forces.reactions[joint.name];
       const sign = joint.second.split(".")[0] === body ? 1 : joint.first.split(".")[0] === body ? -1 : 0;
       if (!own || !sign) continue;
       const next = [here[0] + sign * own[0], here[1] + sign * own[1]];
-      arrows.push({ from: here, to: next, kind: "force" });
-      letters.push({ text: joint.name, at: [(here[0] + next[0]) / 2, (here[1] + next[1]) / 2], across: [sign * own[0], sign * own[1]] });
+      arrows.push({ id: `thing-${joint.name}`, from: here, to: next, kind: "reaction", letter: ["R", joint.name, ""] });
       here = next;
     }
     const size = Math.max(0, ...arrows.map(({ from, to }) => Math.hypot(to[0] - from[0], to[1] - from[1])));
     if (!(size > 0)) return null;
-    if (Math.hypot(...here) > 1e-9 * size) {
-      arrows.push({ from: here, to: [0, 0], kind: "rest" });
-    }
-    return { arrows, lines: [], letters, unit: "N", note: `– – ${this.words("rest")}` };
+    if (Math.hypot(...here) > 1e-9 * size) arrows.push({ id: "rest", from: here, to: [0, 0], kind: "rest", letter: null });
+    return { arrows, lines: [], ends: [], unit: "N", note: `– – ${words("rest")}` };
   }
+}
 
-  /** Draw a plan to the largest scale of 1, 2, 5 that fits. */
-  picture({ arrows, lines, letters, unit, note = "" }) {
-    const { width, height } = this.svg.getBoundingClientRect();
-    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    const every = [[0, 0], ...arrows.flatMap(({ from, to }) => [from, to])];
-    const [xs, ys] = [0, 1].map((k) => every.map((own) => own[k]));
-    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    const fit = Math.min((width - 90) / Math.max(right - left, 1e-300), (height - 70) / Math.max(high - low, 1e-300));
-    const power = 10 ** Math.floor(Math.log10(fit));
-    const scale = power * [5, 2, 1].find((k) => k * power <= fit * (1 + 1e-12));
-    const at = ([x, y]) => [width / 2 + scale * (x - (left + right) / 2), (height - 14) / 2 - scale * (y - (low + high) / 2)];
-    for (const [a, b] of lines) {
-      const [[x1, y1], [x2, y2]] = [at(a), at(b)];
-      element("line", { x1, y1, x2, y2, class: "relative" }, this.svg);
-    }
-    for (const { from, to, kind } of arrows) {
-      const [a, b] = [at(from), at(to)];
-      const size = Math.hypot(b[0] - a[0], b[1] - a[1]);
-      if (size > 1) arrow(this.svg, a, [b[0] - a[0], b[1] - a[1]], size, kind);
-    }
-    for (const { text, at: place, across } of letters) {
-      const [x, y] = at(place);
-      const size = across ? Math.hypot(...across) : 0; // beside a vector, on its left
-      const [dx, dy] = size > 0 ? [(-12 * across[1]) / size, (-12 * across[0]) / size] : [5, -5];
-      element("text", { x: x + dx, y: y + dy + (size > 0 ? 4 : 0), class: "letter", "text-anchor": size > 0 ? "middle" : "start" }, this.svg).textContent = text;
-    }
-    const length = 50 / scale;
-    element("text", { x: 8, y: height - 6, class: "tick" }, this.svg).textContent = `50 px = ${digits(length, 4)} ${unit}   ${note}`;
+/** A picture for a plan. */
+export function planSheet(label) {
+  const svg = element("svg", { class: "plan", role: "img", "aria-label": label });
+  return svg;
+}
+
+/** Write a symbol with its indices into a picture. */
+export function letterIn(group, x, y, [letter, low, high], anchor = "middle") {
+  const text = element("text", { x: x.toFixed(1), y: y.toFixed(1), class: "vector-name", "text-anchor": anchor }, group);
+  const part = (value, shift, kind) => { const own = element("tspan", { dy: shift, class: kind }, text); own.textContent = value; };
+  part(letter, 0, "big");
+  if (high) part(high, -5, "small");
+  if (low) part(written(low), high ? 8 : 3, "small");
+}
+
+/** Draw a plan to the largest scale of 1, 2, 2.5, 4, 5 that fits. */
+export function drawPlan(svg, plan, title) {
+  svg.replaceChildren();
+  const { width, height } = svg.getBoundingClientRect();
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  const note = (text, y) => { element("text", { x: 8, y, class: "tick" }, svg).textContent = text; };
+  if (title) note(title, 13);
+  if (!plan || !(width > 0)) { if (!plan) note(words("none"), 30); return; }
+  const { arrows, lines, ends, unit } = plan;
+  const every = [[0, 0], ...arrows.flatMap(({ from, to }) => [from, to])];
+  const [xs, ys] = [0, 1].map((k) => every.map((own) => own[k]));
+  const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  const fit = Math.min((width - 70) / Math.max(right - left, 1e-300), (height - 74) / Math.max(high - low, 1e-300));
+  const power = 10 ** Math.floor(Math.log10(fit));
+  const scale = power * [5, 4, 2.5, 2, 1].find((k) => k * power <= fit * (1 + 1e-12));
+  const at = ([x, y]) => [width / 2 + scale * (x - (left + right) / 2), height / 2 - scale * (y - (low + high) / 2)];
+  for (const [a, b] of lines) {
+    const [[x1, y1], [x2, y2]] = [at(a), at(b)];
+    element("line", { x1, y1, x2, y2, class: "relative" }, svg);
   }
+  const taken = ends.map(({ at: place }) => at(place));
+  for (const { id, from, to, kind, letter } of arrows) {
+    const [a, b] = [at(from), at(to)], size = Math.hypot(b[0] - a[0], b[1] - a[1]);
+    if (!(size > 1)) continue;
+    const group = lightable(element("g", { class: `vector ${kind}` }, svg), id);
+    arrow(group, a, [b[0] - a[0], b[1] - a[1]], size, "");
+    if (!letter || size < 26) continue;
+    const [dx, dy] = [(b[1] - a[1]) / size, (a[0] - b[0]) / size], [mx, my] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+    const spots = [[0, 1], [0, -1], [0.22, 1], [0.22, -1], [-0.22, 1], [-0.22, -1]].map(([t, side]) => [mx + t * (b[0] - a[0]) + 14 * side * dx, my + t * (b[1] - a[1]) + 14 * side * dy]);
+    const room = (spot) => Math.min(99, ...taken.map(([x, y]) => Math.hypot(x - spot[0], 1.5 * (y - spot[1]))));
+    const best = spots.reduce((one, two) => (room(two) > room(one) + 6 ? two : one));
+    taken.push(best);
+    letterIn(group, best[0], best[1] + 4, letter);
+  }
+  const middle = at([(left + right) / 2, (low + high) / 2]);
+  for (const { text, at: place } of ends) {
+    const [x, y] = at(place), far = Math.hypot(x - middle[0], y - middle[1]) || 1;
+    element("text", { x: (x + (APART * (x - middle[0])) / far).toFixed(1), y: (y + (APART * (y - middle[1])) / far + 4).toFixed(1), class: "end" }, svg).textContent = written(text);
+    element("circle", { cx: x, cy: y, r: 1.6, class: "end-dot" }, svg);
+  }
+  const [factor, name] = displayed(unit);
+  note(`50 px = ${digits((50 / scale) * factor, 4)} ${name}   ${plan.note || ""}`, height - 6);
 }

@@ -7,6 +7,15 @@ export function unpacked(text) {
   return Float64Array.from({ length: bytes.length / 8 }, (_, k) => view.getFloat64(8 * k, true));
 }
 
+/** Values of a curve from 16 bits each; the largest is none. */
+function curveOf([low, high, text]) {
+  const letters = atob(text);
+  return Array.from({ length: letters.length / 2 }, (_, k) => {
+    const own = letters.charCodeAt(2 * k) + 256 * letters.charCodeAt(2 * k + 1);
+    return own === 65535 ? null : low + ((high - low) * own) / 65534;
+  });
+}
+
 export class Recorded {
   /** @param {any} data */
   constructor(data) {
@@ -15,6 +24,28 @@ export class Recorded {
     this.points = Object.fromEntries(Object.entries(data.recorded.points).map(([name, text]) => [name, unpacked(text)]));
     this.angles = Object.entries(data.recorded.angles).map(([name, text]) => [name, unpacked(text)]);
     this.rotations = Object.fromEntries(Object.entries(data.recorded.turns).map(([name, text]) => [name, unpacked(text)]));
+  }
+
+  /** Curves that were stored: kind, part, names, unit, values of each. */
+  get series() {
+    this.curves ||= (this.data.recorded.series || []).map(([kind, part, names, unit, values]) => ({ kind, part, names, unit, values: values.map(curveOf) }));
+    return this.curves;
+  }
+
+  /** Points that move, one for each place. */
+  moving() {
+    const seen = new Set();
+    return Object.keys(this.points).filter((name) => {
+      const width = this.data.scene.dimension, key = this.data.recorded.points[name], own = this.points[name];
+      const moves = own.some((value, k) => Math.abs(value - own[k % width]) > 1e-9);
+      return moves && !seen.has(key) && seen.add(key);
+    });
+  }
+
+  /** One coordinate of a point over the poses. */
+  track(name, axis) {
+    const width = this.data.scene.dimension;
+    return Array.from({ length: this.count }, (_, k) => { const value = this.points[name][width * k + axis]; return Number.isFinite(value) ? value : null; });
   }
 
   get count() { return this.rows.length; }

@@ -4,9 +4,13 @@ const FACTORS = { rad: [180 / Math.PI, "°"], "rad/s": [1, "rad/s"], "rad/s2": [
   "m/s2": [1, "m/s²"], s: [1, "s"], 1: [1, ""], "": [1, ""] };
 
 const NAMES = {};
+let decimalMark = ".";
 
-/** Write units as a language does: name -> name. */
-export function nameIn(table) { Object.assign(NAMES, table); }
+/** Write units and numbers as a language does: name -> name, and what stands before decimals. */
+export function nameIn(table, mark) {
+  Object.assign(NAMES, table);
+  decimalMark = mark;
+}
 
 /** Show units as somebody asked for: SI -> [factor, name]. */
 export function showIn(table) {
@@ -24,8 +28,11 @@ export function digits(value, count = 6) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  return size >= 1e6 || size < 1e-4 ? value.toExponential(count - 2) : String(Number(value.toPrecision(count)));
+  return localised(size >= 1e6 || size < 1e-4 ? value.toExponential(count - 2) : String(Number(value.toPrecision(count))));
 }
+
+/** A number as the language writes it. */
+const localised = (text) => text.replace(".", decimalMark);
 
 /** A value with its unit. */
 export function quantity(value, unit, count = 6) {
@@ -36,7 +43,7 @@ export function quantity(value, unit, count = 6) {
 /** A bound with its unit: two digits. */
 export function rounded(value, unit) {
   const [factor, name] = displayed(unit);
-  return `${value === 0 ? "0" : (value * factor).toExponential(1)}${name === "°" ? "°" : ` ${name}`}`;
+  return `${value === 0 ? "0" : localised((value * factor).toExponential(1))}${name === "°" ? "°" : ` ${name}`}`;
 }
 
 /** The unit of a rate of a quantity. */

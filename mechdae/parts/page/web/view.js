@@ -63,6 +63,8 @@ export class View {
     this.scene = scene;
     this.drawing = drawing;
     this.box = null;
+    /** How much larger than to fit, and how far moved [units]. */
+    this.zoomed = [1, 0, 0];
     /** Its place on the screen; null where that has to be looked up again. */
     this.rect = null;
     this.layers = Object.fromEntries(layers.map((name) => [name, element("g", { class: { limits: "limit", ghosts: "ghost" }[name] || name }, svg)]));
@@ -104,8 +106,24 @@ export class View {
     const room = this.size.map((side, k) => Math.max(side - 2 * MARGIN - k * STRIP, 40));
     const spans = Math.max((right - left) / room[0], (high - low) / room[1]);
     this.scale = spans > 0 ? 1 / spans : 1;
-    this.shift = [this.size[0] / 2 - (this.scale * (left + right)) / 2, (this.size[1] - STRIP) / 2 + (this.scale * (low + high)) / 2];
+    const [times, x, y] = this.zoomed;
+    this.scale *= times;
+    this.shift = [this.size[0] / 2 - (this.scale * (left + right)) / 2 + x, (this.size[1] - STRIP) / 2 + (this.scale * (low + high)) / 2 + y];
     this.svg.setAttribute("viewBox", `0 0 ${this.size.map((side) => side.toFixed(3)).join(" ")}`);
+    this.bar();
+  }
+
+  /** Show all `times` larger with a place of the sheet held; 0 fits all. */
+  zoom(times, [x, y] = [0, 0]) {
+    const [now, dx, dy] = this.zoomed, next = Math.min(Math.max(now * times, 0.2), 60), share = next / now;
+    const [u, v] = [x - this.size[0] / 2 - dx, y - (this.size[1] - STRIP) / 2 - dy];
+    this.zoomed = times ? [next, dx + (1 - share) * u, dy + (1 - share) * v] : [1, 0, 0];
+    this.measure();
+  }
+
+  pan(x, y) {
+    this.zoomed = [this.zoomed[0], this.zoomed[1] + x, this.zoomed[2] + y];
+    this.measure();
   }
 
   /** A place in the picture, in metres. */

@@ -1,0 +1,163 @@
+/** How this pose is computed on paper: group after group, positions, velocities, accelerations. */
+import { arrow, element } from "./view.js";
+import { lightable } from "./light.js";
+import { find, made, symbol, written } from "./made.js";
+import { sentence, words } from "./words.js";
+import { digits, displayed, quantity } from "./units.js";
+import { drawPlan, planSheet } from "./plans.js";
+
+const ORDERS = ["positions", "velocities_of", "accelerations"];
+/** Arrows in the diagram: the longest one; half of a line that points slide along [units]. */
+const LONGEST = 62, REACH = 120;
+
+export class Explain {
+  /** @param {any} app */
+  constructor(app) {
+    this.app = app;
+    this.steps = app.data.lesson.groups.flatMap((group, k) => [0, 1, 2].map((order) => ({ k, order })));
+    this.step = 0;
+    this.layer = element("g", { class: "explained" }, app.diagram.svg);
+    const go = (by, key, text) => made("button", { type: "button", title: words(key), "aria-label": words(key), onclick: () => this.go(by) }, text);
+    this.title = made("h2", {});
+    this.body = made("div", { class: "paper" });
+    this.sheet = planSheet(words("plan"));
+    find("explain").append(made("div", { class: "steps" }, go(-1, "before", "‹"), this.title, go(1, "next", "›")), this.body, this.sheet);
+  }
+
+  go(by) {
+    this.step = (this.step + by + this.steps.length) % this.steps.length;
+    this.frame();
+  }
+
+  whole() { /* of one pose */ }
+
+  /** Nothing of it is drawn where another tab is shown. */
+  clear() { this.layer.replaceChildren(); }
+
+  frame() {
+    const { k, order } = this.steps[this.step], equations = this.app.equations();
+    this.title.textContent = `${this.step + 1}/${this.steps.length}  ${sentence("group", this.app.data.lesson.groups[k].name)}: ${words(ORDERS[order])}`;
+    const group = equations && equations.groups[k];
+    this.clear();
+    const there = group && (order ? equations.rated : true);
+    this.body.replaceChildren(...(there ? this.written(equations, group, order) : [made("p", {}, words("none"))]));
+    this.sheet.style.display = order && there ? "block" : "none";
+    if (!there) return;
+    if (order) drawPlan(this.sheet, equations.plan(order, k), "");
+    if (order) this.arrows(equations, group, order);
+    else this.circles(equations, group);
+  }
+
+  /** What is to be read: facts, equations in letters and numbers, vectors, values. */
+  written(equations, group, order) {
+    const { lesson } = this.app.data, title = (body) => (body === "ground" ? words("frame") : `${lesson.numbers[body]} ${body}`);
+    const line = (...parts) => made("p", {}, ...parts), rows = [];
+    const starts = [...new Set(group.all.filter(({ start }) => !group.bodies.includes(start.body) || this.outside(start, group)).map(({ start }) => written(start.letter)))];
+    if (order === 0) {
+      rows.push(line(made("b", {}, `${words("links")} `), group.bodies.map(title).join(", ")));
+      rows.push(line(made("b", {}, `${words("joints")} `), group.joints.join(", ")));
+      if (starts.length) rows.push(line(made("b", {}, `${words("known")} `), sentence("places_of", starts.join(", "))));
+    }
+    for (const equation of group.all) {
+      if (order === 0 && equation.joint) continue;
+      rows.push(...(order ? this.rates(equations, equation, order) : this.closure(equation)));
+    }
+    if (order === 0) rows.push(...this.meeting(group));
+    const unit = ["rad", "rad/s", "rad/s2"][order], values = group.bodies.flatMap((body) => {
+      const own = (equations.spins.get(body) || [])[order];
+      return Number.isFinite(own) ? [made("span", { class: "value" }, symbol([["φ", "ω", "ε"][order], String(lesson.numbers[body]), ""]), ` = ${quantity(own, unit, 7)}`)] : [];
+    });
+    if (values.length) rows.push(made("p", { class: "values" }, made("b", {}, `${words("solved")} `), ...values));
+    return rows;
+  }
+
+  /** Whether a point of a group is held by what is known before it. */
+  outside({ reference }, group) {
+    return this.app.data.scene.joints.some(({ first, second }) => [first, second].includes(reference) && [first, second].some((own) => !group.bodies.includes(own.split(".")[0])));
+  }
+
+  /** r_C = r_B + r_CB. */
+  closure({ start, end, arm }) {
+    const [factor, unit] = displayed("m"), names = `${end.letter}${start.letter}`;
+    const pair = ([x, y]) => `(${digits(x * factor, 5)}; ${digits(y * factor, 5)})`;
+    return [made("p", { class: "formula" }, symbol(["r", end.letter]), " = ", symbol(["r", start.letter]), " + ", symbol(["r", names])),
+      made("p", { class: "formula numbers" }, `${pair(end.rates[0])} = ${pair(start.rates[0])} + ${pair(arm)} ${unit}`)];
+  }
+
+  /** The sentence of two circles, or of a circle and a line, that meet. */
+  meeting(group) {
+    const arms = group.all.filter(({ joint, start, end }) => !joint && this.outside(start, group) && !(start.letter === end.letter));
+    const circles = arms.map(({ start, end, arm }) => ({ about: written(start.letter), through: written(end.letter), radius: quantity(Math.hypot(...arm), "m", 5) }));
+    if (circles.length === 2 && circles[0].through === circles[1].through) {
+      const [a, b] = circles;
+      return [made("p", { class: "told" }, sentence("circles_meet", a.through, a.about, a.radius, b.about, b.radius))];
+    }
+    if (circles.length === 1) return [made("p", { class: "told" }, sentence(group.joints.length > 1 ? "circle_line" : "circle_of", circles[0].through, circles[0].about, circles[0].radius))];
+    return [];
+  }
+
+  /** An equation of rates in letters, its vectors, and the rate that follows from one of them. */
+  rates(equations, equation, order) {
+    const right = equations.right(equation, order), whole = equations.whole(equation.end, order), unit = order === 1 ? "m/s" : "m/s2";
+    if (!right.length) return [];
+    const terms = right.flatMap(({ id, letter }, k) => [k ? " + " : " = ", lightable(made("span", { class: "term" }, symbol(letter)), id)]);
+    const rows = [...right, whole].map(({ id, letter, vector, kind }) => lightable(made("tr", { tabindex: "0" },
+      made("td", {}, symbol(letter)), made("td", {}, quantity(Math.hypot(...vector), unit, 5)), made("td", {}, quantity(Math.atan2(vector[1], vector[0]), "rad", 5)), made("td", {}, this.direction(kind, equation, id === whole.id))), id));
+    const head = made("tr", {}, ...["vector", "size", "direction", "line_of_action"].map((key) => made("th", { scope: "col" }, words(key))));
+    return [made("p", { class: "formula" }, lightable(made("span", { class: "term" }, symbol(whole.letter)), whole.id), ...terms),
+      made("table", {}, made("thead", {}, head), made("tbody", {}, ...rows)), ...this.follows(equations, equation, order)];
+  }
+
+  direction(kind, { start, end, joint }, last) {
+    const arm = written(`${end.letter}${start.letter}`);
+    if (last) return "";
+    return { relative: sentence("square_to", arm), tangential: sentence("square_to", arm), normal: sentence("from_to", written(end.letter), written(start.letter)),
+      sliding: sentence("along_joint", joint), coriolis: sentence("turned_joint", joint), total: words("known") }[kind];
+  }
+
+  /** ω = |v_CB| / |r_CB| and what else a size follows by. */
+  follows({ spins }, { joint, start, end, arm, terms }, order) {
+    const { numbers } = this.app.data.lesson, long = Math.hypot(...arm), size = (kind) => Math.hypot(...((terms[order].find((own) => own.kind === kind) || { vector: [0, 0] }).vector));
+    const low = String(numbers[joint ? this.app.data.scene.joints.find(({ name }) => name === joint).first.split(".")[0] : end.body]), names = `${end.letter}${start.letter}`;
+    const row = (...parts) => made("p", { class: "formula numbers" }, ...parts);
+    if (joint) {
+      const turned = size("coriolis");
+      return turned > 0 ? [row("|", symbol(["a", names, "k"]), "| = 2·|", symbol(["ω", low]), "|·|", symbol(["v", names, "r"]), `| = ${quantity(turned, "m/s2", 5)}`)] : [];
+    }
+    const metre = quantity(long, "m", 5), spin = spins.get(end.body) || [];
+    if (order === 1) return [row("|", symbol(["ω", low]), "| = |", symbol(["v", names]), "| / |", symbol(["r", names]), `| = ${quantity(size("relative"), "m/s", 5)} / ${metre} = ${quantity(Math.abs(spin[1]), "rad/s", 5)}`)];
+    return [row("|", symbol(["a", names, "n"]), "| = ", symbol(["ω", low]), `²·|`, symbol(["r", names]), `| = ${quantity(size("normal"), "m/s2", 5)},  |`, symbol(["ε", low]), "| = |", symbol(["a", names, "τ"]), "| / |", symbol(["r", names]), `| = ${quantity(Math.abs(spin[2]), "rad/s2", 5)}`)];
+  }
+
+  /** The vectors of the step at the points they belong to. */
+  arrows(equations, group, order) {
+    const { diagram } = this.app, size = equations.size[order - 1], seen = new Set();
+    if (!(size > 0)) return;
+    for (const equation of group.all) {
+      for (const { id, kind, vector } of [...equations.right(equation, order), equations.whole(equation.end, order)]) {
+        const long = (LONGEST * Math.hypot(...vector)) / size;
+        if (seen.has(id) || long < 3) continue;
+        seen.add(id);
+        const spot = kind === "total" && id === equations.whole(equation.start, order).id ? equation.start : equation.end;
+        arrow(lightable(element("g", { class: `vector ${kind}` }, this.layer), id), diagram.at(spot.rates[0]), [vector[0], -vector[1]], long, "");
+      }
+    }
+  }
+
+  /** Circles that points of the group lie on, about points that are known. */
+  circles(equations, group) {
+    const { diagram } = this.app;
+    for (const { joint, start, end, arm } of group.all) {
+      if (joint || !this.outside(start, group)) continue;
+      const [cx, cy] = diagram.at(start.rates[0]), [x, y] = diagram.at(end.rates[0]);
+      element("circle", { cx, cy, r: Math.hypot(...arm) * diagram.scale, class: "locus" }, this.layer);
+      element("path", { d: `M${cx} ${cy}L${x} ${y}`, class: "locus" }, this.layer);
+    }
+    for (const { name, first, second, axis } of this.app.data.scene.joints) {
+      const turn = equations.spins.get(first.split(".")[0]), place = equations.places[second];
+      if (axis === undefined || !group.joints.includes(name) || !turn || !place) continue;
+      const [x, y] = diagram.at(place), [c, s] = [Math.cos(turn[0] + axis), -Math.sin(turn[0] + axis)];
+      element("path", { d: `M${x - REACH * c} ${y - REACH * s}L${x + REACH * c} ${y + REACH * s}`, class: "locus" }, this.layer);
+    }
+  }
+}

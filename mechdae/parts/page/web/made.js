@@ -1,0 +1,25 @@
+/** Elements of the page. */
+
+export const find = (id) => document.getElementById(id);
+
+/** An HTML element with attributes and children; texts are texts, never markup. */
+export function made(name, attributes = {}, ...children) {
+  const own = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) own.addEventListener(key.slice(2), value);
+    else if (value !== false) own.setAttribute(key, value === true ? "" : String(value));
+  }
+  own.append(...children);
+  return own;
+}
+
+/** A letter as it is written: A_3 has a low index. */
+export const written = (letter) => letter.replace(/_(\d+)/g, (_, index) => [...index].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join(""));
+
+/** A symbol with indices: low, high. */
+export function symbol([letter, low, high = ""]) {
+  return made("span", { class: "symbol" }, made("var", {}, letter), ...(high ? [made("sup", {}, high)] : []), ...(low ? [made("sub", {}, written(low))] : []));
+}
+
+/** A number of a form: a comma stands for a point too. */
+export const numberIn = (text) => (text.trim() === "" ? NaN : Number(text.replace(",", ".").replace("\u2212", "-")));
