@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_060,
     "cli": 1_500,
-    "parts": 24_430,
+    "parts": 24_680,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 717
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_270
+TOTAL = 131_360
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

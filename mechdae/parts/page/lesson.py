@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterator, Sequence
 from itertools import permutations
+from typing import TYPE_CHECKING, Any, cast
 
 import casadi as ca
 import numpy as np
@@ -19,6 +20,9 @@ from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.measures.transmission import dyads
 from mechdae.results import Result
 from mechdae.types import Floats, Graph, Json
+
+if TYPE_CHECKING:
+    from mechdae.results.kinds import SweepResult
 
 SAME = 1e-9
 """A number is a length where they differ by less than this share of it."""
@@ -146,7 +150,9 @@ def groups_of(result: Result) -> Json:
     if result.mechanism.dimension == 3:
         return {"groups": []}
     scene = read_scene(result)
-    told = Relations(result, scene, choose_pose(scene, result.kind), "velocity")
+    told = Relations(
+        cast("SweepResult", result), scene, choose_pose(scene, result.kind), "velocity"
+    )
 
     def listed(spot: Spot) -> list[str]:
         return [spot.body, spot.reference, spot.letter]
@@ -226,8 +232,8 @@ def series_of(result: Result, rows: Sequence[int]) -> Json:
     """
     found: list[list[object]] = []
 
-    def put(kind: str, part: str, names: Sequence[str], unit: str, series: object) -> None:
-        values = [np.asarray(series[name], float)[rows] for name in names]  # type: ignore[index]
+    def put(kind: str, part: str, names: Sequence[str], unit: str, series: Any) -> None:
+        values: list[Floats] = [np.asarray(series[name], dtype=float)[rows] for name in names]
         if values and np.isfinite(values[0]).any() and float(np.nanmax(np.ptp(values[0]))) > 0:
             found.append([kind, part, names, unit, [_packed(own) for own in values]])
 
@@ -240,11 +246,10 @@ def series_of(result: Result, rows: Sequence[int]) -> Json:
     scalars = getattr(result, "scalars", {})
     for part in ("energy", "kinetic", "potential"):
         put("scalars", part, [part] if part in scalars else [], "J", scalars)
-    events = [
-        [float(event.at), event.kind, getattr(event, "joint", None) or getattr(event, "name", "")]
-        for event in result.events
-        if event.at is not None
-    ]
+    events = []
+    for event in result.events:
+        part = getattr(event, "joint", None) or getattr(event, "name", "")
+        events += [] if event.at is None else [[float(np.ravel(event.at)[0]), event.kind, part]]
     return {"series": found, "events": events}
 
 
