@@ -14,6 +14,7 @@ import tomllib
 import zlib
 from functools import cache
 from pathlib import Path
+from posixpath import dirname, join, normpath
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 WEB = Path(__file__).resolve().parent / "web"
 OPENING = '<script type="application/json" id="mechdae">'
-IMPORT = re.compile(r'^import \{([^}]*)\} from "\./(\w+)\.js";\n', re.M)
+IMPORT = re.compile(r'^import \{([^}]*)\} from "(\.{1,2}/[\w/]+)\.js";\n', re.M)
 NAMES = re.compile(r"^(?:export )?(?:const|let|class|function) (\w+)", re.M)
 MORE = re.compile(r", (\w+) = ")
 """Further names of one declaration."""
@@ -110,7 +111,7 @@ def modules(main: str = MAIN) -> str:
             return
         text = (WEB / f"{name}.js").read_text(encoding="utf-8")
         for _, other in IMPORT.findall(text):
-            put(other)
+            put(normpath(join(dirname(name), other)))
         texts[name] = IMPORT.sub("", text)
 
     put(main)

@@ -9,8 +9,9 @@ import { digits } from "./units.js";
 import { drawingOf } from "./opened.js";
 import { Refused } from "./read_toml.js";
 import { words } from "./words.js";
+import { Finder } from "./find/find.js";
 
-const TOOLS = ["select", "link", "bar", "pivot", "weld", "slider", "slot", "driver", "delete"];
+const TOOLS = ["select", "link", "bar", "pivot", "weld", "slider", "slot", "driver", "delete", "find"];
 const NEAR = 12, GRID = 0.005, LARGEST = 200000;
 const get = (id) => document.getElementById(id);
 
@@ -29,12 +30,13 @@ class Editor {
     this.diagram = new Diagram(this.svg, { joints: [] }, { parts: [], reach: {}, loads: {} });
     this.over = element("g", {}, this.svg);
     this.buttons();
+    this.finder = new Finder(this.diagram, [get("find"), get("found")], words, (drawing) => { this.put(drawing); this.fit(); }, () => this.draw());
     this.fit();
     addEventListener("resize", () => { this.diagram.rect = null; this.diagram.measure(); this.draw(); });
     this.svg.addEventListener("pointerdown", (event) => this.down(event));
     this.svg.addEventListener("pointermove", (event) => this.move(event));
     this.svg.addEventListener("pointerup", (event) => this.up(event));
-    this.svg.addEventListener("dblclick", () => this.escape());
+    this.svg.addEventListener("dblclick", () => { if (this.tool !== "find") this.escape(); });
     document.addEventListener("keydown", (event) => this.key(event));
     document.addEventListener("dragover", (event) => event.preventDefault());
     document.addEventListener("drop", (event) => { event.preventDefault(); if (event.dataTransfer.files.length) this.open(event.dataTransfer.files[0]); });
@@ -100,10 +102,9 @@ class Editor {
     const [drawing, refused] = large ? [null, large] : this.read(await file.text(), file.name);
     this.escape();
     if (drawing) {
-      this.model.data = drawing;
-      this.model.done();
+      this.put(drawing);
       this.fit();
-      this.changed();
+      this.draw();
     } else {
       this.message = refused;
       this.draw();
@@ -111,9 +112,17 @@ class Editor {
     this.opened += 1;
   }
 
+  /** Put a drawing in the place of this one, as one gesture. */
+  put(drawing) {
+    this.model.data = drawing;
+    this.model.done();
+    this.changed();
+  }
+
   choose(tool) {
     this.escape();
     this.tool = tool;
+    get("find").hidden = get("found").hidden = tool !== "find";
     this.draw();
   }
 
@@ -140,8 +149,8 @@ class Editor {
   // -- where the pointer is
 
   fit() {
-    const { nodes } = this.model.data;
-    this.diagram.fit(nodes.length ? nodes.map(({ x, y }) => [x, y]) : [[-0.05, -0.05], [0.25, 0.15]]);
+    const places = [...this.model.data.nodes.map(({ x, y }) => [x, y]), ...(this.tool === "find" ? this.finder.places : [])];
+    this.diagram.fit(places.length ? places : [[-0.05, -0.05], [0.25, 0.15]]);
   }
 
   point(event) { return this.diagram.under(event); }
@@ -203,6 +212,7 @@ class Editor {
 
   down(event) {
     const place = this.point(event);
+    if (this.tool === "find") { this.svg.setPointerCapture(event.pointerId); this.finder.down(place); return; }
     const node = this.nodeAt(place), link = this.linkAt(place);
     const { model } = this;
     if (this.tool === "link") {
@@ -256,7 +266,8 @@ class Editor {
 
   move(event) {
     const place = this.point(event);
-    if (this.state.name === "dragging") {
+    if (this.tool === "find") this.finder.move(place);
+    else if (this.state.name === "dragging") {
       const over = this.nodeAt(place, this.state.node);
       const other = over === null ? null : this.model.node.get(over);
       this.model.move(this.state.node, ...(other ? [other.x, other.y] : this.snapped(place)));
@@ -268,6 +279,7 @@ class Editor {
   }
 
   up(event) {
+    if (this.tool === "find") this.finder.up();
     if (this.state.name !== "dragging") return;
     const over = this.nodeAt(this.point(event), this.state.node);
     if (over !== null) this.model.merge(this.state.node, over);
@@ -383,6 +395,8 @@ class Editor {
       for (const [cx, cy] of places) element("circle", { cx, cy, r: 7, class: "open" }, this.over);
       for (const [x, y] of places.slice(1)) element("line", { x1: places[0][0], y1: places[0][1], x2: x, y2: y, class: "open" }, this.over);
     }
+    if (this.tool === "find") this.finder.draw(this.svg);
+    else this.finder.layer.remove();
     for (const own of this.toolButtons) own.setAttribute("aria-pressed", String(own.dataset.tool === this.tool));
     const status = get("status");
     get("kept").textContent = this.file.kept.length ? `${this.words("kept")}: ${this.file.names.join(", ")}` : "";
@@ -401,6 +415,7 @@ window.mechdae = {
   state: () => JSON.parse(editor.model.now),
   mobility: () => editor.found,
   opened: () => editor.opened,
+  finder: editor.finder,
   values: () => (editor.poses ? editor.poses.poses.map(({ u }) => u) : []),
   set: (u) => { if (!editor.poses) return false; editor.show(u); return editor.value.gap === 0; },
   pose: () => ({ points: editor.draft.places(editor.value ? editor.value.q : editor.draft.start), gap: editor.value ? editor.value.gap : 0 }),

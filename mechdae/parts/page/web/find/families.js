@@ -1,0 +1,105 @@
+/** Families of mechanisms that trace curves: the point of a body is o + p u + q v, where u is the path of a pin of that body, v its direction, and o, p, q
+ * are complex numbers: place, size and turn of the mechanism, and the point. The numbers x of the linkage shape u and v; the driver runs once around in [0, 2 pi). */
+import { FULL_TURN } from "./complex.js";
+
+/** The direction of a bar from a to the end of a second one on d: bar, rocker their lengths; false where they do not meet. `at`: where it is written. */
+function barred(ax, ay, dx, dy, bar, rocker, sign, V, at) {
+  const x = dx - ax, y = dy - ay, far = x * x + y * y;
+  const s = (bar * bar - rocker * rocker + far) / (2 * far), rest = (bar * bar) / far - s * s;
+  if (!(rest >= 0)) return false;
+  const t = sign * Math.sqrt(rest);
+  V[at] = (s * x - t * y) / bar;
+  V[at + 1] = (s * y + t * x) / bar;
+  return true;
+}
+
+/** Four lengths, the first the crank of 1, from their logarithms. */
+function turned(x, tau, U, V) {
+  const bar = Math.exp(x[0]), rocker = Math.exp(x[1]), ground = Math.exp(x[2]);
+  if (Math.abs(ground - 1) < Math.abs(bar - rocker) || ground + 1 > bar + rocker) return false;
+  for (let k = 0; k < tau.length; k += 1) {
+    const c = Math.cos(tau[k]), s = Math.sin(tau[k]);
+    U[2 * k] = c;
+    U[2 * k + 1] = s;
+    if (!barred(c, s, ground, 0, bar, rocker, 1, V, 2 * k)) return false;
+  }
+  return true;
+}
+
+/** The middle and half of the arc of a driven link that does not turn fully, or null. */
+export function swung(bar, rocker, ground) {
+  const cosine = (reach) => (1 + ground * ground - reach * reach) / (2 * ground);
+  const [near, far] = [cosine(Math.abs(bar - rocker)), cosine(bar + rocker)];
+  if (near < 1 && far <= -1) return [Math.PI, Math.PI - Math.acos(Math.max(-1, near))];
+  if (near >= 1 && far > -1) return [0, Math.acos(Math.min(1, far))];
+  return near < 1 && far > -1 ? [(Math.acos(near) + Math.acos(far)) / 2, (Math.acos(far) - Math.acos(near)) / 2] : null;
+}
+
+/** Four-bars whose driven link swings between limits: both branches, one after the other. */
+function swinging(x, tau, U, V) {
+  const [bar, rocker, ground] = [Math.exp(x[0]), Math.exp(x[1]), Math.exp(x[2])];
+  const arc = swung(bar, rocker, ground);
+  if (!arc || !(arc[1] > 0.05)) return false;
+  for (let k = 0; k < tau.length; k += 1) {
+    const turn = arc[0] + arc[1] * (1 - 1e-9) * Math.sin(tau[k]), c = Math.cos(turn), s = Math.sin(turn);
+    U[2 * k] = c;
+    U[2 * k + 1] = s;
+    if (!barred(c, s, ground, 0, bar, rocker, Math.cos(tau[k]) < 0 ? -1 : 1, V, 2 * k)) return false;
+  }
+  return true;
+}
+
+/** Slider-cranks: logarithm of the bar, height of the guide above the crank's pivot. */
+function sliding(x, tau, U, V) {
+  const bar = Math.exp(x[0]);
+  if (Math.abs(x[1]) + 1 > bar) return false;
+  for (let k = 0; k < tau.length; k += 1) {
+    const c = Math.cos(tau[k]), s = Math.sin(tau[k]), sine = (x[1] - s) / bar;
+    U[2 * k] = c;
+    U[2 * k + 1] = s;
+    V[2 * k] = Math.sqrt(1 - sine * sine);
+    V[2 * k + 1] = sine;
+  }
+  return true;
+}
+
+/** Four-bars with a dyad more, from a point of the coupler to the ground, or to a point of the rocker; x: three logarithms, the point of the coupler,
+ * the other point, logarithms of the dyad's bars. */
+function dyadOn(rocking) {
+  const W = new Float64Array(4);
+  return (x, tau, U, V) => {
+    if (!turned(x, tau, U, V)) return false;
+    const [bar, rocker, ground, first, second] = [Math.exp(x[0]), Math.exp(x[1]), Math.exp(x[2]), Math.exp(x[7]), Math.exp(x[8])];
+    for (let k = 0; k < tau.length; k += 1) {
+      const ux = U[2 * k], uy = U[2 * k + 1], vx = V[2 * k], vy = V[2 * k + 1];
+      const ex = ux + x[3] * vx - x[4] * vy, ey = uy + x[3] * vy + x[4] * vx;
+      let fx = x[5], fy = x[6];
+      if (rocking) {
+        const px = (ux + bar * vx - ground) / rocker, py = (uy + bar * vy) / rocker;
+        [fx, fy] = [ground + x[5] * px - x[6] * py, x[5] * py + x[6] * px];
+      }
+      if (!barred(ex, ey, fx, fy, first, second, 1, W, 0)) return false;
+      U[2 * k] = ex;
+      U[2 * k + 1] = ey;
+      V[2 * k] = W[0];
+      V[2 * k + 1] = W[1];
+    }
+    return true;
+  };
+}
+
+/** Between two numbers. */
+const within = (low, high) => (share) => low + (high - low) * share;
+const LOGS = [within(-0.6, 2), within(-0.6, 2), within(-0.9, 2)];
+
+/** Names, ranges of the numbers in the atlas, how many linkages of it, how many turns it has in a search; `whole` where the driver turns fully. */
+export const FAMILIES = [
+  { name: "four-bar", turns: 4, trace: turned, ranges: LOGS, share: 8, whole: true },
+  { name: "rocker", turns: 1, trace: swinging, ranges: [within(-1.2, 1.2), within(-1.2, 1.2), within(-1.2, 1.2)], share: 3, whole: false },
+  { name: "slider-crank", turns: 1, trace: sliding, ranges: [within(0.05, 2), within(0, 3)], share: 1, whole: true },
+  { name: "stephenson", turns: 1, trace: dyadOn(false), ranges: [...LOGS, within(-3, 4), within(-3, 3), within(-5, 6), within(-5, 5), within(-0.2, 2), within(-0.2, 2)], share: 2, whole: true },
+  { name: "watt", turns: 1, trace: dyadOn(true), ranges: [...LOGS, within(-3, 4), within(-3, 3), within(-4, 4), within(-4, 4), within(-0.2, 2), within(-0.2, 2)], share: 2, whole: true },
+];
+
+/** n values of the driver around. */
+export const around = (n) => Float64Array.from({ length: n }, (_, k) => (FULL_TURN * k) / n);
