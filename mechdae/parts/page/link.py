@@ -8,6 +8,7 @@ With the kernels they are deflated; the page unpacks them when it is opened.
 from __future__ import annotations
 
 import base64
+import html
 import json
 import re
 import tomllib
@@ -70,7 +71,7 @@ def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = No
     total += f"const LOOK = {json.dumps(look)};\n"
     script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
     parts = {
-        "title": _escaped(str(data["title"])),
+        "title": html.escape(str(data["title"]), quote=False),
         "lang": str(data["lang"]),
         "style": (WEB / "page.css").read_text(encoding="utf-8"),
         "data": OPENING + inside + "</script>",
@@ -133,7 +134,3 @@ def _names(text: str) -> list[str]:
 def _short(text: str) -> str:
     """Return a script without comments and indentation, which nobody needs in a page."""
     return re.sub(r"^ +", "", COMMENTS.sub("", text), flags=re.M)
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
