@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import casadi as ca
 import numpy as np
@@ -22,13 +22,55 @@ class NoSeries(Exception):
     """The function holds an operation that is not known here."""
 
 
-class BoundedPolynomial:
-    """A polynomial with coefficients ``c`` (k,) and a bound ``e`` of the error for 0 <= t <= 1."""
+class BoundedSeries:
+    """Coefficients ``c``, from that of 1 on, and a bound ``e`` of what is left out."""
 
     __slots__ = ("__dict__", "c", "e")
 
-    def __init__(self, c: Floats, e: float = 0.0) -> None:
+    def __init__(self, c: Any, e: Any = 0.0) -> None:
         self.c, self.e = c, e
+
+    def plus(self, b: Value) -> Self:
+        """Return the sum with a value."""
+        raise NotImplementedError
+
+    def times(self, b: Value) -> Self:
+        """Return the product with a value."""
+        raise NotImplementedError
+
+    def __neg__(self) -> Self:
+        raise NotImplementedError
+
+    @cached_property
+    def waves(self) -> tuple[Self, Self]:
+        """Sine and cosine."""
+        raise NotImplementedError
+
+
+class BoundedPolynomial(BoundedSeries):
+    """A polynomial with coefficients ``c`` (k,) and a bound ``e`` of the error for 0 <= t <= 1."""
+
+    __slots__ = ()
+
+    def plus(self, b: Value) -> BoundedPolynomial:
+        if isinstance(b, BoundedPolynomial):
+            return BoundedPolynomial(self.c + b.c, self.e + b.e)
+        c = self.c.copy()
+        c[0] += b
+        return BoundedPolynomial(c, self.e)
+
+    def times(self, b: Value) -> BoundedPolynomial:
+        if not isinstance(b, BoundedPolynomial):
+            return BoundedPolynomial(self.c * b, self.e * abs(b))
+        count = len(self.c)
+        full = np.convolve(self.c, b.c)
+        left = float(np.abs(full[count:]).sum())
+        if self.e or b.e:
+            left += self.size * b.e + b.size * self.e + self.e * b.e
+        return BoundedPolynomial(full[:count], left)
+
+    def __neg__(self) -> BoundedPolynomial:
+        return BoundedPolynomial(-self.c, self.e)
 
     @cached_property
     def size(self) -> float:
@@ -57,67 +99,49 @@ class BoundedPolynomial:
 
 
 Value = Any
-"""A float or a Series."""
+"""A number, which does not move, or a series."""
 
 
-def _sum(a: Value, b: Value) -> Value:
-    if not isinstance(a, BoundedPolynomial):
+def plus(a: Value, b: Value) -> Value:
+    """Return the sum of two values."""
+    if not isinstance(a, BoundedSeries):
         a, b = b, a
-    if not isinstance(a, BoundedPolynomial):
-        return a + b
-    if isinstance(b, BoundedPolynomial):
-        return BoundedPolynomial(a.c + b.c, a.e + b.e)
-    c = a.c.copy()
-    c[0] += b
-    return BoundedPolynomial(c, a.e)
+    return a.plus(b) if isinstance(a, BoundedSeries) else a + b
 
 
-def _product(a: Value, b: Value) -> Value:
-    if not isinstance(a, BoundedPolynomial):
+def product(a: Value, b: Value) -> Value:
+    """Return the product of two values."""
+    if not isinstance(a, BoundedSeries):
         a, b = b, a
-    if not isinstance(a, BoundedPolynomial):
-        return a * b
-    if not isinstance(b, BoundedPolynomial):
-        return BoundedPolynomial(a.c * b, a.e * abs(b))
-    count = len(a.c)
-    full = np.convolve(a.c, b.c)
-    left = float(np.abs(full[count:]).sum())
-    if a.e or b.e:
-        left += a.size * b.e + b.size * a.e + a.e * b.e
-    return BoundedPolynomial(full[:count], left)
+    return a.times(b) if isinstance(a, BoundedSeries) else a * b
 
 
-def _negative(a: Value) -> Value:
-    return BoundedPolynomial(-a.c, a.e) if isinstance(a, BoundedPolynomial) else -a
-
-
-def _quotient(a: Value, b: Value) -> Value:
-    if isinstance(b, BoundedPolynomial):
+def _over(a: Value, b: Value) -> Value:
+    if isinstance(b, BoundedSeries):
         raise NoSeries
-    return _product(a, 1 / b)
+    return product(a, 1 / b)
 
 
-def _sine(a: Value) -> Value:
-    return a.waves[0] if isinstance(a, BoundedPolynomial) else np.sin(a)
+def _wave(a: Value, k: int) -> Value:
+    if isinstance(a, BoundedSeries):
+        return a.waves[k]
+    return ((ca.sin, ca.cos) if isinstance(a, ca.SX) else (np.sin, np.cos))[k](a)
 
 
-def _cosine(a: Value) -> Value:
-    return a.waves[1] if isinstance(a, BoundedPolynomial) else np.cos(a)
-
-
-_OPERATIONS: dict[int, Callable[..., Value]] = {
+OPERATIONS: dict[int, Callable[..., Value]] = {
     ca.OP_ASSIGN: lambda a: a,
-    ca.OP_ADD: _sum,
-    ca.OP_SUB: lambda a, b: _sum(a, _negative(b)),
-    ca.OP_MUL: _product,
-    ca.OP_DIV: _quotient,
-    ca.OP_NEG: _negative,
-    ca.OP_SQ: lambda a: _product(a, a),
-    ca.OP_TWICE: lambda a: _product(a, 2.0),
-    ca.OP_INV: lambda a: _quotient(1.0, a),
-    ca.OP_SIN: _sine,
-    ca.OP_COS: _cosine,
+    ca.OP_ADD: plus,
+    ca.OP_SUB: lambda a, b: plus(a, -b),
+    ca.OP_MUL: product,
+    ca.OP_DIV: _over,
+    ca.OP_NEG: lambda a: -a,
+    ca.OP_SQ: lambda a: product(a, a),
+    ca.OP_TWICE: lambda a: product(a, 2.0),
+    ca.OP_INV: lambda a: _over(1.0, a),
+    ca.OP_SIN: lambda a: _wave(a, 0),
+    ca.OP_COS: lambda a: _wave(a, 1),
 }
+"""What is known of series; numbers and symbols among its values go with them."""
 
 
 _GIVEN = (ca.OP_INPUT, ca.OP_CONST)
@@ -164,7 +188,7 @@ class SeriesFunction:
             if code == ca.OP_CONST:
                 what, source = "number", function.instruction_constant(k)
             elif code != ca.OP_INPUT:
-                table = ARRAYS if alone and code not in _OPERATIONS else _OPERATIONS
+                table = ARRAYS if alone and code not in OPERATIONS else OPERATIONS
                 if code not in table:
                     raise NoSeries
                 what = table[code]

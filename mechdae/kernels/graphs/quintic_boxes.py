@@ -17,7 +17,8 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded, plus, times, total
+from mechdae.kernels.bounds.series import plus, product
+from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded, total
 from mechdae.kernels.bounds.walk import majorant
 from mechdae.kernels.graphs.blocks import BlockShape, inverse
 from mechdae.kernels.run.functions import without_repeats
@@ -108,7 +109,7 @@ def _row(Y: Any, a: int, column: list[Any], n: int) -> Any:
     """Return the product of a row of Y with a column of series."""
     result: Any = SX(0)
     for i in range(n):
-        result = plus(result, times(column[i], Y[a, i]))
+        result = plus(result, product(column[i], Y[a, i]))
     return result
 
 

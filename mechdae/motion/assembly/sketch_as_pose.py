@@ -3,17 +3,60 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
-from mechdae.motion.assembly.nearest_mode import Sketched
-from mechdae.types import Floats, Unknowns
+from mechdae.motion.assembly.nearest_mode import Sketched, SketchNumber
+from mechdae.types import Floats, Jacobian, Matrix, Unknowns
 
 OWN = 1e-3
 """Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
 ITERATIONS, FITS = 12, 3
 NUDGE = 1e-6
+
+
+class SketchedBlock:
+    """The equations of block `b` and what the sketch says, all in sizes of the mechanism.
+
+    `u` (nd,): the drivers' values. ``size`` (n,): sizes of the block's unknowns.
+    """
+
+    def __init__(self, sketched: Sketched, b: int, u: Floats) -> None:
+        assembler = self.assembler = sketched.assembler
+        self.sketched, self.b, self.u, self.p = sketched, b, u, assembler.p
+        self.graph = assembler.graphs.blocks[b]
+        self.unknowns, self.size = self.graph.own, assembler.natural[self.graph.own]
+        lengths = [unit == "m" for unit in self.graph.block.units]
+        self.units = np.where(lengths, assembler.size, 1.0)
+
+    def equations(self, pose: Unknowns) -> tuple[Floats, Jacobian]:
+        """Return residuals and Jacobian at a pose (nx,)."""
+        F, J, _ = self.graph.value_at(pose, self.u, self.p)
+        return F / self.units, J * self.size / self.units[:, None]
+
+    def step(self, pose: Unknowns) -> tuple[Floats, Floats, Jacobian] | None:
+        """Return Newton's step, residuals and Jacobian; None where these are not finite."""
+        F, J = self.equations(pose)
+        if not (np.isfinite(F).all() and np.isfinite(J).all()):
+            return None
+        return np.linalg.lstsq(J, F)[0], F, J
+
+    def gaps(self, entries: Sequence[SketchNumber], pose: Unknowns) -> Floats:
+        """Return by how much a pose is off entries of the sketch."""
+        return np.array([entry.gap(pose, self.u, self.p) for entry in entries])
+
+    def slopes(
+        self, entries: Sequence[SketchNumber], places: Sequence[int], pose: Unknowns
+    ) -> Matrix:
+        """Return the derivatives (m, n) of gaps by some of the block's unknowns."""
+        here, slopes = self.gaps(entries, pose), np.zeros((len(entries), len(places)))
+        for column, k in enumerate(places):
+            moved = pose.copy()
+            moved[self.unknowns[k]] += NUDGE * self.size[k]
+            slopes[:, column] = (self.gaps(entries, moved) - here) / NUDGE
+        return slopes
 
 
 def own_pose(
@@ -25,33 +68,29 @@ def own_pose(
     it says, but where another start (nx,) is `begun` from; Newton's method must not lead away
     from them.
     """
-    start = _start(sketched, b, x, u) if begun is None else begun
+    block = SketchedBlock(sketched, b, u)
+    start = _start(block, x) if begun is None else begun
     if start is None:
         return None
-    graph = sketched.assembler.graphs.blocks[b]
-    unknowns, size = graph.own, sketched.assembler.natural[graph.own]
-    units = [sketched.assembler.size if unit == "m" else 1.0 for unit in graph.block.units]
     pose, last = start.copy(), math.inf
     for _ in range(ITERATIONS):
-        F, J, _ = graph.value_at(pose, u, sketched.assembler.p)
-        if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
+        found = block.step(pose)
+        if found is None:
             return None
-        step = np.linalg.lstsq(J * size / np.array(units)[:, None], F / units)[0]
-        moved = float(np.abs(step).max())
+        moved = float(np.abs(found[0]).max())
         if moved > OWN or (moved >= last and last > OWN**2):
             return None
         if moved >= last or moved == 0.0:
             break
-        pose[unknowns] -= step * size
+        pose[block.unknowns] -= found[0] * block.size
         last = moved
     return pose
 
 
-def _start(sketched: Sketched, b: int, x: Unknowns, u: Floats) -> Floats | None:
-    """Return x with the unknowns of block `b` by the sketch, None where it is silent."""
-    assembler, graph = sketched.assembler, sketched.assembler.graphs.blocks[b]
-    pose, lengths = x.copy(), []
-    for i in graph.own:
+def _start(block: SketchedBlock, x: Unknowns) -> Floats | None:
+    """Return x with the unknowns of a block by the sketch, None where it is silent."""
+    assembler, sketched, pose, lengths = block.assembler, block.sketched, x.copy(), []
+    for k, i in enumerate(block.unknowns):
         coordinate = sketched.scene.unknowns[i]
         if coordinate.kind is PLACE or (
             coordinate.kind is ANGLE and coordinate.owner not in sketched.stage
@@ -59,35 +98,25 @@ def _start(sketched: Sketched, b: int, x: Unknowns, u: Floats) -> Floats | None:
             places = {c.part: v for c, v in assembler.places.items() if c.on_curve}
             pose[i] = places.get(coordinate.owner, np.nan)
         elif coordinate.kind is ANGLE:
-            pose[i] = assembler.turns.whole.start(i, pose, u)
+            pose[i] = assembler.turns.whole.start(i, pose, block.u)
         else:
-            lengths.append(i)
-    if not np.all(np.isfinite(pose[graph.own])):
+            lengths.append(k)
+    own = block.unknowns
+    if not np.all(np.isfinite(pose[own])):
         return None
-    pose[graph.own] = assembler.solvers[b].with_tangents(pose[None, graph.own])[0]
-    return _fitted(sketched, b, lengths, pose, u)
+    pose[own] = assembler.solvers[block.b].with_tangents(pose[None, own])[0]
+    return _fitted(block, lengths, pose)
 
 
-def _fitted(sketched: Sketched, b: int, lengths: list[int], pose: Unknowns, u: Floats) -> Floats:
-    """Return the pose with lengths that fit the equations of block `b` and the sketch best."""
-    assembler = sketched.assembler
-    graph, p, size = assembler.graphs.blocks[b], assembler.p, assembler.size
-    units = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
-    columns = [graph.own.index(i) for i in lengths]
-    held = [e for e in sketched.entries if set(e.value.held[0]) & set(lengths)]
-    held = [e for e in held if max(e.value.held[0]) <= max(graph.own)]
+def _fitted(block: SketchedBlock, lengths: list[int], pose: Unknowns) -> Floats:
+    """Return the pose with lengths that fit the equations of a block and the sketch best."""
+    columns = [block.unknowns[k] for k in lengths]
+    held = [e for e in block.sketched.entries if set(e.value.held[0]) & set(columns)]
+    held = [e for e in held if max(e.value.held[0]) <= max(block.unknowns)]
     for _ in range(FITS if lengths else 0):
-        F, J, _ = graph.value_at(pose, u, p)
-        gaps = np.array([entry.gap(pose, u, p) for entry in held])
-        rows = [J[:, columns] * size / units[:, None]]
-        for entry in held:
-            ahead = []
-            for i in lengths:
-                moved = pose.copy()
-                moved[i] += NUDGE * size
-                ahead.append((entry.gap(moved, u, p) - entry.gap(pose, u, p)) / NUDGE)
-            rows.append(np.array([ahead]))
-        step = np.linalg.lstsq(np.vstack(rows), np.append(F / units, gaps))[0]
+        F, J = block.equations(pose)
+        rows = [J[:, lengths], block.slopes(held, lengths, pose)]
+        step = np.linalg.lstsq(np.vstack(rows), np.append(F, block.gaps(held, pose)))[0]
         pose = pose.copy()
-        pose[lengths] -= step * size
+        pose[columns] -= step * block.size[lengths]
     return pose

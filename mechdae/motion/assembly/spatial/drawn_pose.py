@@ -14,7 +14,8 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 from mechdae.motion.assembly.nearest_mode import ROUNDING, Sketched, SketchNumber
-from mechdae.types import Floats, Matrix, Unknowns
+from mechdae.motion.assembly.sketch_as_pose import SketchedBlock
+from mechdae.types import Unknowns
 
 CLOSE = 1e-6
 """Farthest a sketch is from the pose that it is but for rounding [rad, sizes]."""
@@ -24,7 +25,6 @@ MET = 1e-13
 """Largest residual of a solution, in sizes of the mechanism and radians."""
 APART = 0.01
 """Share of 1/beta within which a solution is the only one: equations of size 1 bend by a few."""
-NUDGE = 1e-6
 ITERATIONS = 8
 
 
@@ -34,11 +34,9 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
     The second value tells whether it is nearer to the sketch than any other mode. `x` (nx,) has
     the unknowns of earlier blocks, `u` (nd,) are the drivers' values.
     """
-    assembler = sketched.assembler
-    graph, p = assembler.graphs.blocks[b], assembler.p
-    places = {(c.part, c.word): value for c, value in assembler.places.items()}
-    unknowns, size = graph.own, assembler.natural[graph.own]
-    units = np.array([assembler.size if unit == "m" else 1.0 for unit in graph.block.units])
+    block = SketchedBlock(sketched, b, u)
+    unknowns, size = block.unknowns, block.size
+    places = {(c.part, c.word): value for c, value in block.assembler.places.items()}
     pose, lengths = x.copy(), []
     for k, i in enumerate(unknowns):
         unknown = sketched.scene.unknowns[i]
@@ -50,29 +48,24 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
         else:
             return None
 
-    def equations() -> tuple[Any, Any]:
-        F, J, _ = graph.value_at(pose, u, p)
-        return F / units, J * size / units[:, None]
-
     sigma = 1.0
     if lengths:
         columns = [unknowns[k] for k in lengths]
         held = [e for e in sketched.entries if _tells(e, columns, unknowns, x)]
         for _ in range(ITERATIONS):
-            F, J = equations()
-            gaps = [entry.gap(pose, u, p) for entry in held]
-            A = np.vstack([J[:, lengths], _slopes(held, columns, size[lengths], pose, u, p)])
-            step, _, _, values = np.linalg.lstsq(A, np.append(F, gaps))
+            F, J = block.equations(pose)
+            A = np.vstack([J[:, lengths], block.slopes(held, lengths, pose)])
+            step, _, _, values = np.linalg.lstsq(A, np.append(F, block.gaps(held, pose)))
             pose[columns] -= step * size[lengths]
             sigma = min(1.0, float(values[-1]))
             if np.abs(step).max() < CLOSE:
                 break
     told, last, J = pose[unknowns].copy(), np.inf, None
     for _ in range(ITERATIONS):
-        F, J = equations()
-        if not (np.isfinite(F).all() and np.isfinite(J).all()):
+        found = block.step(pose)
+        if found is None:
             return None
-        step = np.linalg.lstsq(J, F)[0]
+        step, F, J = found
         moved = float(np.abs(step).max(initial=0.0))
         met = float(np.abs(F).max(initial=0.0)) <= MET
         if moved > CLOSE or (moved >= last and last > CLOSE**2 and not met):
@@ -90,21 +83,3 @@ def _tells(entry: SketchNumber, columns: list[int], unknowns: list[int], x: Unkn
     """Return whether an entry of the sketch holds some of the lengths, and nothing unsolved."""
     held = set(entry.value.held[0])
     return bool(held & set(columns)) and held <= set(range(min(unknowns))) | set(unknowns)
-
-
-def _slopes(
-    entries: list[SketchNumber],
-    columns: list[int],
-    sizes: Floats,
-    pose: Unknowns,
-    u: Floats,
-    p: Floats,
-) -> Matrix:
-    """Return the derivatives (m, n) of entries of the sketch by some unknowns in their sizes."""
-    slopes = np.zeros((len(entries), len(columns)))
-    for k, (i, size) in enumerate(zip(columns, sizes, strict=True)):
-        moved = pose.copy()
-        moved[i] += NUDGE * size
-        for j, entry in enumerate(entries):
-            slopes[j, k] = (entry.gap(moved, u, p) - entry.gap(pose, u, p)) / NUDGE
-    return slopes

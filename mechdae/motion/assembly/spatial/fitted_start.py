@@ -12,10 +12,9 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import UNIT
 from mechdae.motion.assembly.nearest_mode import Sketched
-from mechdae.motion.assembly.sketch_as_pose import OWN
+from mechdae.motion.assembly.sketch_as_pose import OWN, SketchedBlock
 from mechdae.types import Floats, Unknowns
 
-NUDGE = 1e-6
 ITERATIONS = 25
 LARGEST = 0.7
 """Longest step [rad, sizes]."""
@@ -28,20 +27,14 @@ def fitted_start(sketched: Sketched, b: int, x: Unknowns, u: Floats) -> Any:
 
     `x` has the unknowns of earlier blocks, `u` (nd,) are the drivers' values.
     """
-    assembler = sketched.assembler
-    graph, p = assembler.graphs.blocks[b], assembler.p
-    own, size = graph.own, assembler.natural[graph.own]
-    units = np.array([assembler.size if unit == "m" else 1.0 for unit in graph.block.units])
-    places = {(c.part, c.word): value for c, value in assembler.places.items()}
+    block = SketchedBlock(sketched, b, u)
+    own = block.unknowns
+    places = {(c.part, c.word): value for c, value in block.assembler.places.items()}
     unknowns = [sketched.scene.unknowns[i] for i in own]
     turned = [k for k, unknown in enumerate(unknowns) if unknown.kind is UNIT]
     known = set(range(min(own))) | set(own)
     held = [e for e in sketched.entries if set(own) & set(e.value.held[0]) <= known]
     held = [entry for entry in held if set(entry.value.held[0]) & set(own)]
-
-    def gaps(pose: Unknowns) -> Floats:
-        return np.array([entry.gap(pose, u, p) for entry in held])
-
     for rotation in ROTATIONS if turned else ROTATIONS[:1]:
         pose = x.copy()
         for k, i in enumerate(own):
@@ -49,20 +42,14 @@ def fitted_start(sketched: Sketched, b: int, x: Unknowns, u: Floats) -> Any:
         for k in turned:
             pose[own[k]] = rotation[int(unknowns[k].name[1:])] / np.linalg.norm(rotation)
         for _ in range(ITERATIONS):
-            F, J, _ = graph.value_at(pose, u, p)
-            here = gaps(pose)
-            slopes = np.empty((len(held), len(own)))
-            for k, i in enumerate(own):
-                moved = pose.copy()
-                moved[i] += NUDGE * size[k]
-                slopes[:, k] = (gaps(moved) - here) / NUDGE
-            A = np.vstack([J * size / units[:, None], slopes])
-            left = np.append(F / units, here)
+            F, J = block.equations(pose)
+            A = np.vstack([J, block.slopes(held, range(len(own)), pose)])
+            left = np.append(F, block.gaps(held, pose))
             if not (np.isfinite(A).all() and np.isfinite(left).all()):
                 break
             step = np.linalg.lstsq(A, left)[0]
             longest = float(np.abs(step).max())
-            pose[own] -= step * size * min(1.0, LARGEST / max(longest, SETTLED))
+            pose[own] -= step * block.size * min(1.0, LARGEST / max(longest, SETTLED))
             if longest < SETTLED:
                 if np.abs(left).max() <= OWN:
                     return pose

@@ -8,7 +8,6 @@ pins, a driven coordinate of a point a line of the ground.
 from __future__ import annotations
 
 import cmath
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,12 +18,15 @@ from mechdae.equations.reduction import Scene
 from mechdae.kernels.stored.folder import Folder
 from mechdae.kernels.stored.folder import place as cache_place
 from mechdae.motion.cases.larger_groups.rigid_parts import (
+    Coordinates,
     GroupParts,
     GroupPoses,
     LegPoint,
     OtherShape,
     PlacedParts,
+    ShapedGroup,
     place,
+    shaped,
 )
 from mechdae.numerics.homotopy.canonical import Canonical
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage
@@ -39,12 +41,9 @@ BASIS = {
 }
 
 
-def linkage_group(scene: Scene, group: Group, p: Floats) -> LinkageGroup | None:
+def linkage_group(scene: Scene, group: Group, p: Floats) -> ShapedGroup | None:
     """Return the group as a linkage, None where it has other joints."""
-    try:
-        return LinkageGroup(scene, group, p)
-    except OtherShape:
-        return None
+    return shaped((LinkageGroup,), scene, group, p)
 
 
 class LinkageGroup(GroupParts):
@@ -123,16 +122,8 @@ class LinkageGroup(GroupParts):
             raise OtherShape from None
         return linkage
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
-        """Return the bodies' coordinates in all poses, None where no generic linkage is known.
-
-        Parameters
-        ----------
-        q
-            Absolute coordinates of earlier groups.
-        u : (nd,) array
-            Driver values.
-        """
+    def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
+        """Return all poses, None where no generic linkage is known."""
         path = cache_place()
         found = instance_of(self.linkage, Folder(path) if path else None)
         if found is None:
@@ -162,7 +153,7 @@ class _Numbers(PlacedParts):
 
     shape: LinkageGroup
 
-    def __init__(self, shape: LinkageGroup, q: Mapping[tuple[str, str], float], u: Floats) -> None:
+    def __init__(self, shape: LinkageGroup, q: Coordinates, u: Floats) -> None:
         super().__init__(shape, q, u)
         bars = [
             {pair[0]: 0j, pair[1]: complex(shape.number(f"{joint.name}.length"))}

@@ -6,6 +6,7 @@ Links welded together or held by a driver count as one part, all that is known a
 from __future__ import annotations
 
 import cmath
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -21,6 +22,8 @@ from mechdae.kernels.run.functions import Call
 from mechdae.records import dataclass
 from mechdae.types import Floats
 
+Coordinates = Mapping[tuple[str, str], float]
+"""Values by (body or joint, name)."""
 Pose = tuple[complex, float]
 """Origin and angle of a frame in another."""
 
@@ -78,8 +81,34 @@ class GroupPoses:
         )
 
 
-class GroupParts:
-    """The parts of a planar group; raises `OtherShape` for groups with other joints."""
+class ShapedGroup(ABC):
+    """A group of a shape whose poses are found at once; raises `OtherShape` for other groups."""
+
+    @abstractmethod
+    def __init__(self, scene: Scene, group: Group, p: Floats) -> None: ...
+
+    @abstractmethod
+    def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
+        """Return the group's coordinates in all poses, None where this way does not tell them.
+
+        `q` are coordinates of earlier groups, absolute ones in the plane; `u` (nd,) driver values.
+        """
+
+
+def shaped(
+    shapes: tuple[type[ShapedGroup], ...], scene: Scene, group: Group, p: Floats
+) -> ShapedGroup | None:
+    """Return a group as the first of some shapes that it has, None where it has none of them."""
+    for shape in shapes:
+        try:
+            return shape(scene, group, p)
+        except OtherShape:
+            continue
+    return None
+
+
+class GroupParts(ShapedGroup):
+    """The parts of a planar group."""
 
     def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         model = scene.model
@@ -177,7 +206,7 @@ class GroupParts:
 class PlacedParts:
     """The parts of a group in numbers, at one pose of what is known."""
 
-    def __init__(self, shape: GroupParts, q: Mapping[tuple[str, str], float], u: Floats) -> None:
+    def __init__(self, shape: GroupParts, q: Coordinates, u: Floats) -> None:
         self.shape, self.q, self.u = shape, q, u
         self.placed: dict[str, Pose] = {}
         """Frames of bodies in that of the body they are one with."""

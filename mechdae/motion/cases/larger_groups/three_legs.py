@@ -20,12 +20,15 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.motion.assembly.platform import EPS, Leg, closures
 from mechdae.motion.cases.larger_groups.rigid_parts import (
+    Coordinates,
     GroupParts,
     GroupPoses,
     LegPoint,
     OtherShape,
     PlacedParts,
+    ShapedGroup,
     place,
+    shaped,
 )
 from mechdae.records import dataclass
 
@@ -55,12 +58,9 @@ class Strut:
     driven: NamedCoordinate | None = None
 
 
-def truss(scene: Scene, group: Group, p: Floats) -> Truss | None:
+def truss(scene: Scene, group: Group, p: Floats) -> ShapedGroup | None:
     """Return the group as a platform on three legs, None when it is none."""
-    try:
-        return Truss(scene, group, p)
-    except OtherShape:
-        return None
+    return shaped((Truss,), scene, group, p)
 
 
 class Truss(GroupParts):
@@ -116,16 +116,7 @@ class Truss(GroupParts):
         """Return how many places of a pin belong to known bodies besides the first."""
         return max(sum(self.node_of(place.body) == GROUND for place in pin) - 1, 0)
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses:
-        """Return the bodies' coordinates in all poses.
-
-        Parameters
-        ----------
-        q
-            Absolute coordinates of earlier groups.
-        u : (nd,) array
-            Driver values.
-        """
+    def solve(self, q: Coordinates, u: Floats) -> GroupPoses:
         at = _Numbers(self, q, u)
         legs = [at.leg(strut) for strut in self.struts]
         bars = [leg.length for leg in legs if leg.normal == 0]

@@ -14,8 +14,13 @@ import numpy as np
 
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
-from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses, OtherShape
-from mechdae.motion.cases.space.known_sides import KnownSides
+from mechdae.motion.cases.larger_groups.rigid_parts import (
+    Coordinates,
+    GroupPoses,
+    OtherShape,
+    ShapedGroup,
+)
+from mechdae.motion.cases.space.known_sides import KnownSides, RodsAndJoints, triad
 from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.types import Floats, Unknowns
 
@@ -25,32 +30,31 @@ CLEAR = 1e-9
 """Share of its amplitude by which a turn must keep from where both are one."""
 
 
-class ArmAndHub:
+class ArmAndHub(ShapedGroup):
     """An arm on a hinge, and a hub on two balls, of the arm and of a known body, with a rod."""
 
     def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
-        model: Any = scene.model
-        idle, joints = getattr(model, "idle", {}), model.mechanism.joints
-        rods = [(*idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
-        spun = {name for link in idle.values() for name in (link.joint, *link.others)}
-        chain = [joints[name] for name in group.joints if name not in spun]
-        rods += [(j.first, j.second, model.numbers[f"{j.name}.length"]) for j in chain if j.bar]
-        inner = {body for body in group.bodies if body not in idle}
+        parts = RodsAndJoints(scene.model, group)
+        chain, inner = parts.joints, set(parts.bodies)
         hinges = [j for j in chain if j.turns and len(j.coordinates) == 1]
         balls = [j for j in chain if j.ball]
-        if (len(hinges), len(balls), len(rods), len(inner)) != (1, 2, 1, 2) or group.superfluous:
+        if (len(hinges), len(balls), len(parts.rods), len(inner)) != (
+            1,
+            2,
+            1,
+            2,
+        ) or group.superfluous:
             raise OtherShape
         if len(chain) - len([j for j in chain if j.bar]) != 3:
             raise OtherShape
-        (hinge,), (rod,) = hinges, rods
+        (hinge,), (rod,) = hinges, parts.rods
         (arm,) = inner & set(hinge.bodies) if len(inner & set(hinge.bodies)) == 1 else (None,)
         (hub,) = inner - {arm} if arm else (None,)
         here = [j for j in balls if set(j.bodies) == {arm, hub}]
         there = [j for j in balls if hub in j.bodies and not {arm} & set(j.bodies)]
-        ends = [end for end in rod[:2] if end.split(".")[0] == hub]
-        known = [end for end in rod[:2] if end.split(".")[0] not in group.bodies]
-        if not (len(here) == len(there) == len(ends) == len(known) == 1):
+        if hub is None or not len(here) == len(there) == 1:
             raise OtherShape
+        steered, known = rod.ends(hub, group)
         self.hinge, self.forward = hinge.name, hinge.second_body == arm
         owners = {owner for owner, _ in scene.x_names}
         self.turned = [j for j in (here[0], there[0]) if j.name in owners]
@@ -66,19 +70,11 @@ class ArmAndHub:
             "known ball": (there[0].name, there[0].second_body != hub),
             "hub known": (there[0].name, there[0].second_body == hub),
         }
-        places = {"rod": known[0], "steer": ends[0]}
-        self.sides = KnownSides(scene, group, p, places, sides, {"length": rod[2]})
+        places = {"rod": known, "steer": steered}
+        self.sides = KnownSides(scene, group, p, places, sides, {"length": rod.length})
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
-        """Return the hinge's angle and the ball's quaternion in all poses, None next to a fold.
-
-        Parameters
-        ----------
-        q
-            Coordinates of earlier groups.
-        u : (nd,) array
-            Driver values.
-        """
+    def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
+        """Return the hinge's angle and the ball's quaternion in all poses, None next to a fold."""
         at = self.sides.at(q)
         frame, C = at["hinge"][:, 1:], at["arm"][:, 1:]
         out = C.T @ (at["arm ball"][:, 0] - at["arm"][:, 0])
@@ -143,10 +139,7 @@ def _turns(middle: Floats, X: Unknowns, Y: Floats, square: float) -> list[float]
 
 
 def _frame(along: Floats, beside: Floats) -> Any:
-    """Return a frame (3, 3) whose first axis leads along, its second one in the plane of both."""
+    """Return the frame of two directions, None where they are one."""
     x = along / np.linalg.norm(along)
-    y = beside - (beside @ x) * x
-    if not np.linalg.norm(y) > CLEAR * np.linalg.norm(beside):
-        return None
-    y = y / np.linalg.norm(y)
-    return np.stack([x, y, np.cross(x, y)], axis=1)
+    across = np.linalg.norm(beside - (beside @ x) * x)
+    return triad(along, beside) if across > CLEAR * np.linalg.norm(beside) else None

@@ -7,14 +7,18 @@ one normal's foot to the next one's.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
-from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses, OtherShape
+from mechdae.motion.cases.larger_groups.rigid_parts import (
+    Coordinates,
+    GroupPoses,
+    OtherShape,
+    ShapedGroup,
+)
 from mechdae.motion.cases.space.known_sides import KnownSides
 from mechdae.numerics.homotopy.six_axes import PARALLEL, arm_poses
 from mechdae.numerics.homotopy.wrists import wrist_at
@@ -25,7 +29,7 @@ BASIS = "homotopy: {} complex poses are certified, as many as there can be"
 WRIST = "three axes meet in a point: {} complex poses, as many as there can be"
 
 
-class HingeLoop:
+class HingeLoop(ShapedGroup):
     """Five bodies in a row on six hinges, whose ends are known."""
 
     def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
@@ -60,16 +64,8 @@ class HingeLoop:
             sides |= {f"before {k}": (name, not forward), f"behind {k}": (name, forward)}
         self.sides = KnownSides(scene, group, p, {}, sides, {})
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses | None:
-        """Return the joints' angles in all poses, None where parallel axes leave none of the ways.
-
-        Parameters
-        ----------
-        q
-            Coordinates of earlier groups.
-        u : (nd,) array
-            Driver values.
-        """
+    def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
+        """Return the joints' angles in all poses, None where axes are one or parallel."""
         at = self.sides.at(q)
         before = [at[f"before {k}"] for k in range(AXES)]
         behind = [at[f"behind {k}"] for k in range(AXES)]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.joints.joint import Joint
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
+from mechdae.motion.cases.larger_groups.rigid_parts import Coordinates, OtherShape
 from mechdae.types import Floats, Sym
 
 if TYPE_CHECKING:
@@ -17,6 +19,50 @@ if TYPE_CHECKING:
 
 
 SX = ca.SX
+
+
+class Rod(NamedTuple):
+    """A bar, or a link that spins between two balls: its ends and its length."""
+
+    first: str
+    second: str
+    length: Sym
+
+    def ends(self, hub: str, group: Group) -> tuple[str, str]:
+        """Return the end on a body and the one on a known body; `OtherShape` for other rods."""
+        on = [end for end in self[:2] if end.split(".")[0] == hub]
+        off = [end for end in self[:2] if end.split(".")[0] not in group.bodies]
+        if len(on) != 1 or len(off) != 1:
+            raise OtherShape
+        return on[0], off[0]
+
+
+class RodsAndJoints:
+    """What a group is made of: rods, other bodies, and joints but those of links that spin."""
+
+    def __init__(self, model: Any, group: Group) -> None:
+        idle, joints = getattr(model, "idle", {}), model.mechanism.joints
+        spun = {name for link in idle.values() for name in (link.joint, *link.others)}
+        self.bodies = [body for body in group.bodies if body not in idle]
+        self.joints: list[Joint] = [joints[name] for name in group.joints if name not in spun]
+        self.rods = [Rod(*idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
+        self.rods += [
+            Rod(j.first, j.second, model.numbers[f"{j.name}.length"]) for j in self.joints if j.bar
+        ]
+
+
+def both_sides(joints: Iterable[str]) -> dict[str, tuple[str, bool]]:
+    """Return the sides of joints to ask `KnownSides` for: ``first NAME``, ``second NAME``."""
+    words = (("first", False), ("second", True))
+    return {f"{word} {name}": (name, second) for name in joints for word, second in words}
+
+
+def triad(along: Floats, beside: Floats) -> Floats:
+    """Return a frame (3, 3) whose first axis leads along, its second one in the plane of both."""
+    x = along / np.linalg.norm(along)
+    y = beside - (beside @ x) * x
+    y = y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
 class KnownSides:
@@ -64,7 +110,7 @@ class KnownSides:
             return model.local(reference)
         return model.point(reference)
 
-    def at(self, q: Mapping[tuple[str, str], float]) -> dict[str, Any]:
+    def at(self, q: Coordinates) -> dict[str, Any]:
         """Return arrays by name at the coordinates of earlier groups."""
         values = [q.get(key, 0.0) for key in self.scene.model.q_names]
         found = np.array(self._function(values, self.p)).ravel()

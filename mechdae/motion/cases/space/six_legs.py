@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.coordinate_kinds import LENGTH, UNIT
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
-from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses, OtherShape
-from mechdae.motion.cases.space.known_sides import KnownSides
+from mechdae.motion.cases.larger_groups.rigid_parts import (
+    Coordinates,
+    GroupPoses,
+    OtherShape,
+    ShapedGroup,
+)
+from mechdae.motion.cases.space.known_sides import KnownSides, RodsAndJoints
 from mechdae.numerics.homotopy.platforms import platform_poses
 from mechdae.numerics.homotopy.study_quadrics import MOST
 
 if TYPE_CHECKING:
-    from mechdae.types import Floats, Sym
+    from mechdae.types import Floats
 
 
 LEGS = 6
@@ -22,39 +26,22 @@ BASIS = f"homotopy: {MOST} complex poses are certified, as many as there can be"
 FAR = "homotopy: {} complex poses and {} at infinity are certified, as many as there can be"
 
 
-class SixLegs:
+class SixLegs(ShapedGroup):
     """A platform on six legs of given lengths: bars, and links that spin between ball joints."""
 
     def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         model: Any = scene.model
-        idle = getattr(model, "idle", {})
-        hubs = [name for name in group.bodies if name not in idle]
-        if group.superfluous or len(hubs) != 1:
+        parts = RodsAndJoints(model, group)
+        if group.superfluous or len(parts.bodies) != 1:
             raise OtherShape
-        (self.hub,) = hubs
+        (self.hub,) = parts.bodies
         self._own = [c for c in model.coordinates if c.owner == self.hub]
-        ends: list[tuple[str, str, Sym]] = []
-        spun = {name for link in idle.values() for name in (link.joint, *link.others)}
-        for name in group.bodies:
-            if name in idle:
-                ends.append((*idle[name].ends, model.length(idle[name])))
-        for name in group.joints:
-            joint = model.mechanism.joints[name]
-            if name in spun:
-                continue
-            if not joint.bar:
-                raise OtherShape
-            ends.append((joint.first, joint.second, model.numbers[f"{name}.length"]))
-        if len(ends) != LEGS or not self._free:
+        if len(parts.rods) != LEGS or not (self._free and all(j.bar for j in parts.joints)):
             raise OtherShape
         places: dict[str, str] = {}
-        for k, (first, second, _) in enumerate(ends):
-            inside = [end for end in (first, second) if end.split(".")[0] == self.hub]
-            outside = [end for end in (first, second) if end.split(".")[0] not in group.bodies]
-            if len(inside) != 1 or len(outside) != 1:
-                raise OtherShape
-            places |= {f"base {k}": outside[0], f"platform {k}": inside[0]}
-        lengths = {f"length {k}": value for k, (_, _, value) in enumerate(ends)}
+        for k, rod in enumerate(parts.rods):
+            places[f"platform {k}"], places[f"base {k}"] = rod.ends(self.hub, group)
+        lengths = {f"length {k}": rod.length for k, rod in enumerate(parts.rods)}
         self._point = places["platform 0"]
         self.sides = KnownSides(scene, group, p, places, {}, lengths)
 
@@ -63,16 +50,7 @@ class SixLegs:
         """Whether place and quaternion of the body are its coordinates."""
         return [c.kind for c in self._own] == [LENGTH] * 3 + [UNIT] * 4
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses:
-        """Return the body's coordinates in all poses.
-
-        Parameters
-        ----------
-        q
-            Coordinates of earlier groups.
-        u : (nd,) array
-            Driver values.
-        """
+    def solve(self, q: Coordinates, u: Floats) -> GroupPoses:
         at = self.sides.at(q)
         base, platform = (
             [at[f"{word} {k}"].ravel() for k in range(LEGS)] for word in ("base", "platform")

@@ -16,8 +16,13 @@ import numpy as np
 from mechdae.describe.joints.joint import Joint
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
-from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses, OtherShape
-from mechdae.motion.cases.space.known_sides import KnownSides
+from mechdae.motion.cases.larger_groups.rigid_parts import (
+    Coordinates,
+    GroupPoses,
+    OtherShape,
+    ShapedGroup,
+)
+from mechdae.motion.cases.space.known_sides import KnownSides, RodsAndJoints, both_sides, triad
 from mechdae.motion.cases.space.tree_coordinates import TreeCoordinates
 from mechdae.motion.cases.space.triangle import MOST, PAIRS, PointCourse, triangles
 from mechdae.records import dataclass
@@ -51,7 +56,7 @@ class TwoBars:
     other: str
 
 
-class ThreePoints:
+class ThreePoints(ShapedGroup):
     """A body on three legs of one freedom with balls at their ends."""
 
     def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
@@ -59,26 +64,15 @@ class ThreePoints:
         if group.superfluous or model.mechanism.closure is not None:
             raise OtherShape
         self.group, self.joints = group, model.mechanism.joints
-        idle = getattr(model, "idle", {})
-        spun = {name for link in idle.values() for name in (link.joint, *link.others)}
-        self._inner = [body for body in group.bodies if body not in idle]
-        self._own = [self.joints[name] for name in group.joints if name not in spun]
-        self._bars = [(idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
-        self._bars += [
-            ((j.first, j.second), model.numbers[f"{j.name}.length"]) for j in self._own if j.bar
-        ]
+        self.parts = RodsAndJoints(model, group)
         self._read_drivers(scene)
         self.places: dict[str, str] = {}
         self.numbers: dict[str, Any] = {}
         self.hub, self.inward, self.legs = self._legs()
         self.tree = TreeCoordinates(scene, group)
         chained = [j.name for leg in self.legs if isinstance(leg, LegChain) for j, _ in leg.joints]
-        sides = {
-            f"{word} {name}": (name, word == "second")
-            for name in chained
-            for word in ("first", "second")
-        }
-        self.sides = KnownSides(scene, group, p, self.places, sides | self.tree.sides, self.numbers)
+        sides = both_sides(chained) | self.tree.sides
+        self.sides = KnownSides(scene, group, p, self.places, sides, self.numbers)
 
     def _read_drivers(self, scene: Scene) -> None:
         """Sort the group's drivers by the joint whose one coordinate they hold."""
@@ -95,7 +89,7 @@ class ThreePoints:
 
     def _legs(self) -> tuple[str, bool, list[LegChain | TwoBars]]:
         """Return the body, whether legs begin on it, and the legs."""
-        for hub in self._inner:
+        for hub in self.parts.bodies:
             for inward in (False, True):
                 try:
                     return hub, inward, self._legs_of(hub, inward)
@@ -106,14 +100,14 @@ class ThreePoints:
     def _legs_of(self, hub: str, inward: bool) -> list[LegChain | TwoBars]:
         self.places, self.numbers = {}, {}
         used, bodies, legs = set[str](), {hub}, list[LegChain | TwoBars]()
-        for ball in (j for j in self._own if j.ball):
+        for ball in (j for j in self.parts.joints if j.ball):
             leg = self._chain(ball, hub, inward, len(legs))
             used |= {ball.name, *(joint.name for joint, _ in leg.joints)}
             bodies |= {body for joint, _ in leg.joints for body in joint.bodies}
             legs.append(leg)
         legs += self._pairs(hub, inward, len(legs))
-        every = {joint.name for joint in self._own if not joint.bar}
-        if len(legs) != 3 or used != every or not bodies >= {*self._inner}:
+        every = {joint.name for joint in self.parts.joints if not joint.bar}
+        if len(legs) != 3 or used != every or not bodies >= {*self.parts.bodies}:
             raise OtherShape
         return legs
 
@@ -130,7 +124,7 @@ class ThreePoints:
         self.places |= {tip: ends[here], other: ends[outer[0]]}
         row, last = list[tuple[Joint, bool]](), ball
         while here in self.group.bodies and (not inward or here != hub):
-            after = [j for j in self._own if here in j.bodies and j is not last]
+            after = [j for j in self.parts.joints if here in j.bodies and j is not last]
             if here == hub or len(after) != 1 or after[0].ball or after[0].bar:
                 raise OtherShape
             last = after[0]
@@ -154,13 +148,10 @@ class ThreePoints:
     def _pairs(self, hub: str, inward: bool, number: int) -> list[LegChain | TwoBars]:
         """Return the pairs of distances with a common point."""
         met: dict[str, list[tuple[str, Sym]]] = {}
-        for ends, length in self._bars:
-            on = [end for end in ends if end.split(".")[0] == hub]
-            off = [end for end in ends if end.split(".")[0] not in self.group.bodies]
-            if len(on) != 1 or len(off) != 1:
-                raise OtherShape
-            point, other = (off[0], on[0]) if inward else (on[0], off[0])
-            met.setdefault(point, []).append((other, length))
+        for rod in self.parts.rods:
+            on, off = rod.ends(hub, self.group)
+            point, other = (off, on) if inward else (on, off)
+            met.setdefault(point, []).append((other, rod.length))
         found: list[LegChain | TwoBars] = []
         for k, (point, bars) in enumerate(met.items(), start=number):
             if len(bars) != 2:
@@ -176,16 +167,8 @@ class ThreePoints:
 
     # -- all poses -------------------------------------------------------------------------
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Floats) -> GroupPoses | None:
-        """Return the group's coordinates in all poses, None where legs lead points nowhere.
-
-        Parameters
-        ----------
-        q
-            Coordinates of earlier groups.
-        u : (nd,) array
-            Driver values.
-        """
+    def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
+        """Return all poses, None where legs lead points nowhere."""
         at = self.sides.at(q)
         points = np.stack([at[leg.other].ravel() for leg in self.legs])
         sizes = [float(np.linalg.norm(points[i] - points[j])) for i, j in PAIRS]
@@ -283,7 +266,8 @@ class ThreePoints:
         """Return a pose as coordinates, from the values of the three legs."""
         ends = np.stack([course.at(value) for course, value in zip(courses, values, strict=True)])
         base, moved = (ends, points) if not self.inward else (points, ends)
-        R = _triad(base) @ _triad(moved).T
+        fixed, turned = (triad(p[1] - p[0], p[2] - p[0]) for p in (base, moved))
+        R = fixed @ turned.T
         r = base.mean(axis=0) - R @ moved.mean(axis=0)
         frames = {self.hub: (r, R)}
         for leg, value in zip(self.legs, values, strict=True):
@@ -292,16 +276,6 @@ class ThreePoints:
             for body, (s, S) in self._walk(at, leg, u, float(value)).items():
                 frames[body] = (r + R @ s, R @ S) if self.inward else (s, S)
         return self.tree.read(at, frames)
-
-
-def _triad(points: Floats) -> Floats:
-    """Return a frame (3, 3) of three points (3, 3)."""
-    x = points[1] - points[0]
-    x = x / np.linalg.norm(x)
-    y = points[2] - points[0]
-    y = y - (y @ x) * x
-    y = y / np.linalg.norm(y)
-    return np.stack([x, y, np.cross(x, y)], axis=1)
 
 
 def _circle(at: Mapping[str, Floats], leg: TwoBars) -> PointCourse | bool | None:

@@ -11,6 +11,7 @@ from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.motion.cases.larger_groups.rigid_parts import OtherShape
+from mechdae.motion.cases.space.known_sides import both_sides
 from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.types import Floats
 
@@ -34,9 +35,7 @@ class TreeCoordinates:
     @property
     def sides(self) -> dict[str, tuple[str, bool]]:
         """The sides to ask `KnownSides` for."""
-        pairs = ((f"{word} {j.name}", (j.name, word == "second")) for j in self.joints
-                 for word in ("first", "second"))  # fmt: skip
-        return dict(pairs)
+        return both_sides(joint.name for joint in self.joints)
 
     def read(
         self, at: Mapping[str, Floats], frames: Mapping[str, tuple[Floats, Floats]]
