@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.kernels.machine.line import CompiledLine
-from mechdae.kernels.run.numpy_backend import NumpyFunction, Place
+from mechdae.kernels.run.numpy_backend import Place, PoseLine
 from mechdae.types import Floats, Integers, Matrix
 
 NOWHERE = -1
@@ -108,7 +107,7 @@ class StoreLayout:
 
     def __init__(
         self,
-        line: CompiledLine | NumpyFunction,
+        line: PoseLine,
         kept: Sequence[tuple[int, int, Sequence[Sequence[int]]]],
         timed: bool,
     ) -> None:

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 from weakref import WeakKeyDictionary
 
 import casadi as ca
@@ -101,31 +101,34 @@ class Call:
         try:
             buffers = self._threads.buffers
         except AttributeError:
-            buffers = self._threads.buffers = _PoseBuffers(self.function)
+            buffers = self._threads.buffers = _Buffers.of_pose(self.function)
         for array, value in zip(buffers.inputs, inputs, strict=True):
             array[:] = value
-        buffers.trigger()
-        if buffers.buffer.ret():
-            raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
-        return [view.copy() for view in buffers.views]
+        buffers.run()
+        return [(a[:, 0] if a.shape[1] == 1 else a).copy() for a in buffers.outputs]
 
 
-class _PoseBuffers:
+class _Buffers:
     """Arrays of one thread; `Function.buffer` holds bare pointers to them."""
 
-    def __init__(self, function: Graph) -> None:
-        self.buffer, self.trigger = function.buffer()
-        self.inputs: list[Any] = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
-        self.outputs: list[Any] = [
-            np.zeros(function.size_out(i), order="F") for i in range(function.n_out())
-        ]
-        for i, array in enumerate(self.inputs):
-            if array.size:
-                self.buffer.set_arg(i, memoryview(array))
-        for i, array in enumerate(self.outputs):
-            if array.size:
-                self.buffer.set_res(i, memoryview(array.reshape(-1, order="F")))
-        self.views = [array[:, 0] if array.shape[1] == 1 else array for array in self.outputs]
+    def __init__(self, function: Graph, inputs: list[Any], outputs: list[Any]) -> None:
+        self.name, (self.buffer, self._trigger) = function.name(), function.buffer()
+        self.inputs, self.outputs = inputs, outputs
+        for arrays, put in ((inputs, self.buffer.set_arg), (outputs, self.buffer.set_res)):
+            for i, array in enumerate(arrays):
+                if array.size:
+                    put(i, memoryview(array.reshape(-1, order="A")))
+
+    def run(self) -> None:
+        self._trigger()
+        if self.buffer.ret():
+            raise RuntimeError(f"casadi could not evaluate {self.name}")
+
+    @classmethod
+    def of_pose(cls, function: Graph) -> Self:
+        inputs = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
+        outputs = [np.zeros(function.size_out(i), order="F") for i in range(function.n_out())]
+        return cls(function, inputs, outputs)
 
 
 class Local:
@@ -200,31 +203,20 @@ class StepChain:
         try:
             buffers = self._threads.buffers
         except AttributeError:
-            buffers = self._threads.buffers = _ChainBuffers(self.function, self.count)
-        buffers.state[:] = state
-        buffers.steps[:count, 0], buffers.steps[count:, 1] = s, 0.0
-        buffers.steps[:count, 1] = ds
-        buffers.consts[:] = consts
-        buffers.trigger()
-        return [result.copy() for result in buffers.results]
-
-
-class _ChainBuffers:
-    """Arrays of one thread; `Function.buffer` holds bare pointers to them."""
-
-    def __init__(self, function: Graph, count: int) -> None:
-        self.buffer, self.trigger = function.buffer()
-        self.state = np.zeros(function.size1_in(0))
-        self.steps = np.zeros((count, 2))
-        self.consts = np.zeros((count, function.size1_in(2)))
-        self.results: list[Any] = [
-            np.zeros((count, function.size1_out(i))) for i in range(function.n_out())
-        ]
-        inputs: list[Any] = [self.state, self.steps, self.consts]
-        for i, array in enumerate(inputs):
-            self.buffer.set_arg(i, memoryview(array))
-        for i, array in enumerate(self.results):
-            self.buffer.set_res(i, memoryview(array))
+            shapes = (
+                self.advance.size1_in(0),
+                (self.count, 2),
+                (self.count, self.advance.size1_in(2)),
+            )
+            results = [np.zeros((self.count, rows)) for rows in self._rows]
+            buffers = _Buffers(self.function, [np.zeros(shape) for shape in shapes], results)
+            self._threads.buffers = buffers
+        into, steps, numbers = buffers.inputs
+        into[:], numbers[:] = state, consts
+        steps[:count, 0], steps[count:, 1] = s, 0.0
+        steps[:count, 1] = ds
+        buffers.run()
+        return [result.copy() for result in buffers.outputs]
 
 
 CHUNK = 512
@@ -297,19 +289,17 @@ class Batch:
         if n == 0:
             return results
         size = min(self.limit, 1 << (n - 1).bit_length())
-        buffer, trigger, staged_in, staged_out = self._chunk(size)
+        buffers = self._chunk(size)
         for i in self.shared:
-            staged_in[i][:] = arrays[i]
+            buffers.inputs[i][:] = arrays[i]
         for start in range(0, n, size):
             count = min(size, n - start)
             for i, array in enumerate(arrays):
                 if i not in self.shared:
-                    staged_in[i][:count] = array[start : start + count]
-            trigger()
-            for staged, result in zip(staged_out, results, strict=True):
+                    buffers.inputs[i][:count] = array[start : start + count]
+            buffers.run()
+            for staged, result in zip(buffers.outputs, results, strict=True):
                 result[start : start + count] = staged[:count]
-        if buffer.ret():
-            raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
         return results
 
     def _compiled(self, found: Any, inputs: tuple[Floats | list[list[float]], ...]) -> list[Floats]:
@@ -337,23 +327,16 @@ class Batch:
             raise ValueError(f"input {name} has rows of shape {array.shape}, not {shape}")
         return array
 
-    def _chunk(self, size: int) -> tuple[Sym, Any, list[Floats], list[Floats]]:
-        """Return buffer, trigger and staged arrays of this thread for `size` poses."""
-        buffers: dict[Any, Any] = self._buffers.__dict__
+    def _chunk(self, size: int) -> _Buffers:
+        """Return the buffers of this thread for `size` poses."""
+        buffers: dict[Any, _Buffers] = self._buffers.__dict__
         if size not in buffers:
             mapped = self._mapped.get(size)
             if mapped is None:
                 mapped = self.function.map(size) if size > 1 else self.function
                 self._mapped[size] = mapped
-            buffer, trigger = mapped.buffer()
-            staged_in: list[Any] = [np.zeros((size, rows)) for rows in self.rows_in]
-            staged_out: list[Any] = [np.zeros((size, rows)) for rows in self.rows_out]
-            for i, array in enumerate(staged_in):
-                if array.size:
-                    buffer.set_arg(i, memoryview(array))
-            for i, array in enumerate(staged_out):
-                if array.size:
-                    buffer.set_res(i, memoryview(array))
-            buffers[size] = (buffer, trigger, staged_in, staged_out)
-        found: tuple[Sym, Any, list[Floats], list[Floats]] = buffers[size]
-        return found
+            rows = self.rows_in, self.rows_out
+            buffers[size] = _Buffers(
+                mapped, *([np.zeros((size, r)) for r in part] for part in rows)
+            )
+        return buffers[size]

@@ -7,7 +7,7 @@ Operation by operation the results are those of casadi's own virtual machine.
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import casadi as ca
@@ -53,18 +53,10 @@ Place = tuple[str, Any]
 Operation = tuple[Any, list[Place], Any]
 
 
-class NumpyFunction:
+class PoseLine:
     """Evaluates an SX function with dense vector inputs and outputs for many poses.
 
-    Parameters
-    ----------
-    function
-        The function.
-    shared
-        Inputs that have one value for all poses.
-    unwanted
-        (output, row) of values that nobody reads: neither they nor what only they need is
-        computed.
+    `shared`: inputs that have one value for all poses.
 
     Attributes
     ----------
@@ -73,6 +65,81 @@ class NumpyFunction:
     places : dict
         (output, row) -> the place of its value: one of `results`, an input, a constant, or one
         of the `scalars` that all poses share.
+    chunk : int
+        Most poses of a block.
+    """
+
+    chunk: int
+    places: dict[tuple[int, int], Place]
+
+    def __init__(self, function: Graph, shared: Sequence[int] = ()) -> None:
+        self.function, self.shared = function, set(shared)
+
+    @cached_property
+    def results(self) -> list[tuple[int, int]]:
+        return [result for result, place in self.places.items() if place == ("result", result)]
+
+    def scalars(self, inputs: Sequence[Floats]) -> list[float]:
+        """Return the values that all poses share, for inputs of which only shared ones are read."""
+        raise NotImplementedError
+
+    def block(
+        self, inputs: Sequence[Floats], scalars: list[float], into: Mapping[tuple[int, int], Floats]
+    ) -> None:
+        """Compute the results of a block of poses.
+
+        Parameters
+        ----------
+        inputs
+            One (rows, n) array for each input, shared ones (rows,).
+        scalars
+            What `scalars` gives for them.
+        into
+            (output, row) -> (n,) array to be written, for all of `results`.
+        """
+        raise NotImplementedError
+
+    def value(
+        self,
+        place: Place,
+        inputs: Sequence[Floats],
+        scalars: list[float],
+        into: Mapping[tuple[int, int], Floats],
+    ) -> Any:
+        """Return what stands at a place: an array (n,) or one number."""
+        kind, what = place
+        if kind in ("input", "shared"):
+            return inputs[what[0]][what[1]]
+        if kind == "result":
+            return into[what]
+        return scalars[what] if kind == "scalar" else what
+
+    def __call__(self, inputs: Sequence[Floats]) -> list[Floats]:
+        """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
+        n = next(len(a) for i, a in enumerate(inputs) if i not in self.shared)
+        columns = [
+            a if i in self.shared else np.ascontiguousarray(np.asarray(a, float).T)
+            for i, a in enumerate(inputs)
+        ]
+        f, scalars = self.function, self.scalars(columns)
+        whole = [np.empty((f.size1_out(i), n)) for i in range(f.n_out())]
+        for a in range(0, n, self.chunk):
+            some = slice(a, a + self.chunk)
+            block = [c if i in self.shared else c[:, some] for i, c in enumerate(columns)]
+            into = {result: whole[result[0]][result[1], some] for result in self.results}
+            self.block(block, scalars, into)
+        into = {result: whole[result[0]][result[1]] for result in self.results}
+        for (i, row), place in self.places.items():
+            if place != ("result", (i, row)):
+                whole[i][row] = self.value(place, columns, scalars, into)
+        return [result.T for result in whole]
+
+
+class NumpyFunction(PoseLine):
+    """A function in NumPy.
+
+    `unwanted` are the (output, row) of values that nobody reads: neither they nor what only they
+    need is computed.
     """
 
     def __init__(
@@ -81,17 +148,15 @@ class NumpyFunction:
         shared: Sequence[int] = (),
         unwanted: Container[tuple[int, int]] = (),
     ) -> None:
-        self.function, self.shared, self._unwanted = function, set(shared), unwanted
-        self.places: dict[tuple[int, int], Place] = {}
+        super().__init__(function, shared)
+        self._unwanted = unwanted
+        self.places = {}
         self._once: list[tuple[Any, ...]] = []
         self._line: list[tuple[Any, ...]] = []
         self.registers = 0
         self._spare: list[Any] = []
         """Buffers between two calls: fresh memory is slow at its first touch."""
         self._read()
-        self.results = [
-            result for result, place in self.places.items() if place == ("result", result)
-        ]
         self.chunk = max(SMALLEST_CHUNK, CACHE_BYTES // (8 * max(self.registers, 1)))
 
     @staticmethod
@@ -204,34 +269,16 @@ class NumpyFunction:
             self._line.append((ufunc, number[key(given[0])], second, number[target]))
 
     def scalars(self, inputs: Sequence[Floats]) -> list[float]:
-        """Return the values that all poses share, for inputs of which only shared ones are read."""
         found: list[float] = []
-
-        def value(place: Place) -> Any:
-            kind, what = place
-            if kind == "shared":
-                return inputs[what[0]][what[1]]
-            return found[what] if kind == "scalar" else what
-
         with np.errstate(all="ignore"):
             for ufunc, sources in self._once:
-                found.append(ufunc(*[np.float64(value(place)) for place in sources]))
+                values = (self.value(place, inputs, found, {}) for place in sources)
+                found.append(ufunc(*map(np.float64, values)))
         return found
 
     def block(
         self, inputs: Sequence[Floats], scalars: list[float], into: Mapping[tuple[int, int], Floats]
     ) -> None:
-        """Compute the results of one block of poses.
-
-        Parameters
-        ----------
-        inputs
-            One (rows, n) array for each input, shared ones (rows,); n is at most `chunk`.
-        scalars
-            What `scalars` gives for them.
-        into
-            (output, row) -> (n,) array to be written, for all of `results`.
-        """
         n = next(a.shape[1] for i, a in enumerate(inputs) if i not in self.shared)
         try:
             work = self._spare.pop()  # another thread may have taken it
@@ -239,17 +286,8 @@ class NumpyFunction:
             work = np.empty((self.registers, n))
         if work.shape[1] < n:
             work = np.empty((self.registers, n))
-
-        def value(place: Place) -> Any:
-            kind, what = place
-            if kind in ("input", "shared"):
-                return inputs[what[0]][what[1]]
-            if kind == "result":
-                return into[what]
-            return scalars[what] if kind == "scalar" else what
-
         at = [row[:n] for row in work]
-        at += [value(place) for place in self._others]
+        at += [self.value(place, inputs, scalars, into) for place in self._others]
         with np.errstate(all="ignore"):
             for ufunc, i, j, k in self._line:
                 if j < 0:
@@ -257,31 +295,6 @@ class NumpyFunction:
                 else:
                     ufunc(at[i], at[j], out=at[k])
         self._spare = [work]
-
-    def __call__(self, inputs: Sequence[Floats]) -> list[Floats]:
-        """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
-        n = next(len(a) for i, a in enumerate(inputs) if i not in self.shared)
-        columns = [
-            a if i in self.shared else np.ascontiguousarray(np.asarray(a).T)
-            for i, a in enumerate(inputs)
-        ]
-        f, scalars = self.function, self.scalars(columns)
-        whole = [np.empty((f.size1_out(i), n)) for i in range(f.n_out())]
-        for a in range(0, n, self.chunk):
-            some = slice(a, a + self.chunk)
-            block = [c if i in self.shared else c[:, some] for i, c in enumerate(columns)]
-            into = {result: whole[result[0]][result[1], some] for result in self.results}
-            self.block(block, scalars, into)
-        for (i, row), (kind, what) in self.places.items():
-            if (kind, what) == ("result", (i, row)):
-                continue
-            if kind == "result":
-                whole[i][row] = whole[what[0]][what[1]]
-            elif kind in ("input", "shared"):
-                whole[i][row] = columns[what[0]][what[1]]
-            else:
-                whole[i][row] = scalars[what] if kind == "scalar" else what
-        return [result.T for result in whole]
 
 
 def straight(

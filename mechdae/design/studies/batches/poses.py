@@ -49,6 +49,7 @@ class Lanes:
     size: Any
 
     def take(self, rows: Integers) -> Lanes:
+        """Return some lanes, one or several times each."""
         parts = (self.consts, self.kappa, self.rho, self.sign, self.size)
         return Lanes(*(part[:, rows] for part in parts))
 
@@ -198,43 +199,39 @@ class LanePoses:
         self, lanes: Lanes, guess: Unknowns, u: Floats, n: int, living: Booleans | None
     ) -> tuple[list[Any], Any, Any]:
         """Return y and its derivatives (columns, m), which poses (m,) are certified, beta."""
-        consts, kappa, rho, sign, size = (
-            np.repeat(part, n, axis=1)
-            for part in (lanes.consts, lanes.kappa, lanes.rho, lanes.sign, lanes.size)
-        )
-        scale = consts[self.graphs.np]
-        tiny = self.tiny[0] * scale + self.tiny[1]
-        results = self._evaluated(guess, u, consts, kappa, tiny)
-        good = self._good(results, guess, kappa, rho, sign, size)
-        with np.errstate(invalid="ignore", over="ignore"):
-            good &= kappa * results[2] * results[3] <= tiny  # else Newton's method began far away
+        lanes = lanes.take(np.repeat(np.arange(lanes.consts.shape[1]), n))
+        results = self._evaluated(guess, u, lanes)
+        good = self._good(results, guess, lanes)
+        with np.errstate(invalid="ignore", over="ignore"):  # else Newton's method began far away
+            good &= lanes.kappa * results[2] * results[3] <= self._tiny(lanes)
         if living is not None:
             good |= ~living
         bad = np.flatnonzero(~good.all(axis=0))
         if bad.size:
-            parts = [part[:, bad] for part in (consts, kappa, rho, sign, size, tiny)]
-            consts, kappa, rho, sign, size, tiny = parts
-            x = self.form.poses(u[bad, None], sign.T, consts[: self.graphs.np].T)[0].T
+            lanes = lanes.take(bad)
+            x = self.form.poses(u[bad, None], lanes.sign.T, lanes.consts[: self.graphs.np].T)[0].T
             x = x + np.where(self.angles, TURN * np.round((guess[:, bad] - x) / TURN), 0.0)
-            again = self._evaluated(x, u[bad], consts, kappa, tiny)
+            again = self._evaluated(x, u[bad], lanes)
             for whole, part in zip(results, again, strict=True):
                 whole[:, bad] = part
-            better = self._good(again, x, kappa, rho, sign, size)
+            better = self._good(again, x, lanes)
             good[:, bad] = better if living is None else better | ~living[:, bad]
         y = np.split(results[-1], self.asked.order + 1)
         return y, good.all(axis=0), results[2]
 
     def certified(self, lanes: Lanes, guess: Unknowns, u: Floats) -> tuple[Any, Any]:
         """Return y, y', ... below one another at one place of each lane, which are certified."""
-        tiny = self.tiny[0] * lanes.consts[self.graphs.np] + self.tiny[1]
-        results = self._evaluated(guess, u, lanes.consts, lanes.kappa, tiny)
-        good = self._good(results, guess, lanes.kappa, lanes.rho, lanes.sign, lanes.size)
-        return results[-1], good.all(axis=0)
+        results = self._evaluated(guess, u, lanes)
+        return results[-1], self._good(results, guess, lanes).all(axis=0)
 
-    def _evaluated(
-        self, guess: Unknowns, u: Floats, consts: Floats, kappa: Floats, tiny: Floats
-    ) -> list[Floats]:
+    def _tiny(self, lanes: Lanes) -> Floats:
+        """Return steps of Newton's method that are none (nb, m)."""
+        tiny: Floats = self.tiny[0] * lanes.consts[self.graphs.np] + self.tiny[1]
+        return tiny
+
+    def _evaluated(self, guess: Unknowns, u: Floats, lanes: Lanes) -> list[Floats]:
         """Return x, det, beta, eta^2 and y after as many steps as are needed."""
+        consts, kappa, tiny = lanes.consts, lanes.kappa, self._tiny(lanes)
         results = [part.T for part in self.pose(guess.T, u[:, None], consts.T)]
         for _ in range(ROUNDS):
             with np.errstate(invalid="ignore", over="ignore"):
@@ -247,22 +244,14 @@ class LanePoses:
                 whole[:, again] = new.T
         return results
 
-    def _good(
-        self,
-        results: list[Floats],
-        guess: Unknowns,
-        kappa: Floats,
-        rho: Floats,
-        sign: Floats,
-        size: Floats,
-    ) -> Booleans:
+    def _good(self, results: list[Floats], guess: Unknowns, lanes: Lanes) -> Booleans:
         """Return which blocks (nb, m) are certified, on the branch of their lane."""
         x, det, beta, eta = results[:4]
         with np.errstate(invalid="ignore", over="ignore"):
-            h = kappa * beta * (np.sqrt(eta) + beta * rho)
-            good = (h <= H_LIMIT) & (det * sign > 0)
+            h = lanes.kappa * beta * (np.sqrt(eta) + beta * lanes.rho)
+            good = (h <= H_LIMIT) & (det * lanes.sign > 0)
             far = (np.abs(x - guess) > HALF_TURN) & self.angles
-            far |= ~(np.abs(x) <= size)
+            far |= ~(np.abs(x) <= lanes.size)
         if good.shape[0]:
             good &= ~np.logical_or.reduceat(far, self.graphs.first, axis=0)
         return good

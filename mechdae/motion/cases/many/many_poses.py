@@ -14,7 +14,7 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.machine.line import CompiledLine
 from mechdae.kernels.run.columns import PoseColumns, StoreLayout
-from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
+from mechdae.kernels.run.numpy_backend import PoseLine, straight
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.beyond_ends import HALF_TURN
 from mechdae.motion.continuation.evaluate import CARRIED, H_LIMIT, Evaluator, Poses, Rates, in_time
@@ -29,7 +29,6 @@ TWICE = 3
 """Times that a block is solved again as a whole."""
 MOST_ALONE = 8
 """One pose in so many may be left over, or the whole block is solved again."""
-Line = CompiledLine | NumpyFunction
 
 
 def in_blocks(
@@ -47,17 +46,17 @@ def in_blocks(
     return ManyPoses(evaluator, line, path, s, rates, None if timed is None else timed[0]).run()
 
 
-def lean_line(graphs: Graphs, outputs: Outputs) -> Line | None:
+def lean_line(graphs: Graphs, outputs: Outputs) -> PoseLine | None:
     """Return the pose kernel without what no result shows."""
     orders = range(1, graphs.derivatives + 1)
     unshown = {(Y + k, i) for k in orders for i in outputs.without_rates}
     shared = [graphs.pose.n_in() - 1]
     made = graphs.pose, shared, unshown
-    line: Line | None = graphs.cache("lean", lambda: CompiledLine.of(*made) or straight(*made))
+    line: PoseLine | None = graphs.cache("lean", lambda: CompiledLine.of(*made) or straight(*made))
     return line
 
 
-def chunk_of(line: Line) -> int:
+def chunk_of(line: PoseLine) -> int:
     """Return how many poses are evaluated at once."""
     return line.chunk
 
@@ -68,7 +67,7 @@ class ManyPoses:
     def __init__(
         self,
         evaluator: Evaluator,
-        line: Line,
+        line: PoseLine,
         path: Path,
         s: Floats,
         rates: Rates,
@@ -147,7 +146,8 @@ class ManyPoses:
         into |= {slot: store[row] for slot, row in layout.target.items()}
 
         def values(output: int, count: int) -> Any:
-            return [self._value(inputs, into, output, i) for i in range(count)]
+            places = (self.line.places[output, i] for i in range(count))
+            return [self.line.value(place, inputs, self.scalars, into) for place in places]
 
         guess = inputs[0] = self.path.guess(s).T
         first: Any = True
@@ -180,17 +180,6 @@ class ManyPoses:
         if layout.timed:
             layout.rates(store, inputs, self.speed)
         return np.zeros(0, int) if good is True else a + np.flatnonzero(~good)
-
-    def _value(
-        self, inputs: list[Floats], into: dict[tuple[int, int], Floats], output: int, row: int
-    ) -> Any:
-        """Return a value of the block: an array (n,) or one number."""
-        kind, what = self.line.places[output, row]
-        if kind == "result":
-            return into[what]
-        if kind in ("input", "shared"):
-            return inputs[what[0]][what[1]]
-        return self.scalars[what] if kind == "scalar" else what
 
     # -- tests: True where all poses pass by the largest numbers among them, else (n,) ----------
 

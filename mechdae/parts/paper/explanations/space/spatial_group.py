@@ -136,28 +136,17 @@ class SpatialSubject(Subject):
     def axis(self, joint: Joint, second: bool = False) -> Array | None:
         return self.scene.axis(joint, self.pose, second)
 
-    def rates_of_joint(self, joint: str, word: str) -> dict[str, float]:
-        """Return the rates of a joint's coordinates by name, those of drivers too."""
+    def of_joint(self, joint: str, word: str = "position") -> dict[str, float]:
+        """Return the values or rates of a joint's coordinates by name, those of drivers too."""
         found = {}
         series = self.result.joints.get(joint) or {}
         for name in self.scene.mechanism.joints[joint].coordinates:
             driver = self.result.drivers.get(f"{joint}.{name}")
-            if f"{name}_{word}" in series:
-                found[name] = self.value(series, f"{name}_{word}")
+            key = name if word == "position" else f"{name}_{word}"
+            if key in series:
+                found[name] = self.value(series, key)
             elif driver is not None and word in driver:
                 found[name] = self.value(driver, word)
-        return found
-
-    def coordinates_of_joint(self, joint: str) -> dict[str, float]:
-        """Return the values of a joint's coordinates by name, those of drivers too."""
-        found = {}
-        series = self.result.joints.get(joint) or {}
-        for name in self.scene.mechanism.joints[joint].coordinates:
-            driver = self.result.drivers.get(f"{joint}.{name}")
-            if name in series:
-                found[name] = self.value(series, name)
-            elif driver is not None:
-                found[name] = self.value(driver, "position")
         return found
 
 
@@ -249,7 +238,7 @@ class SpatialGroup:
     def sought(self) -> Iterator[tuple[str, str]]:
         """Yield joint and coordinate of what the group's equations give."""
         for joint in self.joints:
-            for word in self.subject.coordinates_of_joint(joint.name):
+            for word in self.subject.of_joint(joint.name):
                 if f"{joint.name}.{word}" not in self.subject.result.drivers:
                     yield joint.name, word
 
@@ -291,9 +280,7 @@ class SpatialGroup:
 
     def values(self, joint: Joint, word: str) -> dict[str, float]:
         """Return the coordinates of a joint, or their rates."""
-        if word == "position":
-            return self.subject.coordinates_of_joint(joint.name)
-        return self.subject.rates_of_joint(joint.name, word)
+        return self.subject.of_joint(joint.name, word)
 
     def long(self, joint: Joint) -> float:
         """Return the length of a vector, which may be a number or a coordinate."""

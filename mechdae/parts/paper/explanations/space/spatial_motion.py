@@ -91,8 +91,8 @@ class SpatialRates:
         first, second = joint.first_body, joint.second_body
         one, two = (subject.spin(body, self.word) for body in (first, second))
         base, top = (subject.spin(body) for body in (first, second))
-        rates = subject.rates_of_joint(joint.name, "velocity")
-        gains = subject.rates_of_joint(joint.name, self.word)
+        rates = subject.of_joint(joint.name, "velocity")
+        gains = subject.of_joint(joint.name, self.word)
         ways = {
             w: way for w, way in self.group.directions(joint).items() if w in ("angle", "angle2")
         }
@@ -192,17 +192,14 @@ class SpatialRates:
         turned = [Letter("e" + DOTS[order], (joint.name,), vector=True) for order in POINT]
         length = coordinate_letter(joint.name, "length")
         terms = self.group.slid(joint, self.word)
-        if self.word == "velocity":
-            direction = self.group.long(joint) * self.group.pointed(joint, self.word)
-            terms.append(Addend(Product((length, turned[0])), direction))
-        else:
+        if self.word == "acceleration":
             speed = self.group.values(joint, "velocity").get("length", 0.0)
             letter = Product(
                 (Number("2"), coordinate_letter(joint.name, "length", "velocity"), turned[0])
             )
             terms.append(Addend(letter, 2 * speed * self.group.pointed(joint, "velocity")))
-            direction = self.group.long(joint) * self.group.pointed(joint, self.word)
-            terms.append(Addend(Product((length, turned[1])), direction))
+        direction = self.group.long(joint) * self.group.pointed(joint, self.word)
+        terms.append(Addend(Product((length, turned[self.word == "acceleration"])), direction))
         symbol, unit = POINT[self.word]
         yield from self.group.between(symbol, joint.first, joint.second, terms, unit, self.word)
 
@@ -214,7 +211,7 @@ class SpatialRates:
             return
         letters, rates = list[Part](), list[float]()
         for pin in (pin for pin in pins if pin is not None):
-            rate = self.subject.rates_of_joint(pin.name, self.word).get("angle", np.nan)
+            rate = self.subject.of_joint(pin.name, self.word).get("angle", np.nan)
             letter = coordinate_letter(pin.name, "angle", self.word)
             away = pin.first_body == carrier
             letters.append(letter if away else Less(letter))
