@@ -85,7 +85,7 @@ class Descent(ABC):
             damping = np.where(taken, np.maximum(damping / 3, 1e-9), damping * growth)
             damping = np.minimum(damping, 1e9)
             growth = np.where(taken, 2.0, np.minimum(2 * growth, 64.0))
-            state = self._chosen(taken, other, state)
+            state = rows_of(taken, other, state)
             self.places = state.places
         return self._finished(state)
 
@@ -104,10 +104,6 @@ class Descent(ABC):
     @abstractmethod
     def _normal(self, state: Any) -> tuple[Matrices, Floats]:
         """Return approximate Hessian (b, p, p) and gradient (b, p) of the merit."""
-
-    @abstractmethod
-    def _chosen(self, taken: Booleans, one: Any, other: Any) -> Any:
-        """Return a state of rows of two states."""
 
     def _judged(
         self, places: Complexes, turn: SchemeTurn, merit: Floats
@@ -156,6 +152,14 @@ class Descent(ABC):
         slope = loss_slopes(self.scheme, places, aim, rubbing)
         share = np.where(over > 0, PRESS / limits, 0.0)
         return PRESS * over, share[:, None] * slope
+
+
+def rows_of(taken: Booleans, one: Any, other: Any) -> Any:
+    """Return the rows of one state where they are `taken` (b,), else those of another."""
+    if isinstance(one, np.ndarray):
+        return np.where(taken.reshape([-1] + [1] * (one.ndim - 1)), one, other)
+    pairs = ((getattr(one, entry.name), getattr(other, entry.name)) for entry in fields(one))
+    return type(one)(*(rows_of(taken, *pair) for pair in pairs))
 
 
 def moved_by(places: Complexes, step: Floats) -> Complexes:
@@ -276,13 +280,6 @@ class Fitting(Descent):
             slope = slope + np.einsum("bmp,bm->bp", rows, error)
         return hessian, slope
 
-    def _chosen(self, taken: Booleans, one: _Fit, other: _Fit) -> _Fit:
-        found = []
-        for entry in fields(_Fit):
-            a, b = getattr(one, entry.name), getattr(other, entry.name)
-            found.append(np.where(taken.reshape([-1] + [1] * (a.ndim - 1)), a, b))
-        return _Fit(*found)
-
     def turned_at(self, places: Complexes) -> SchemeTurn:
         """Return a batch at the angles of the targets, and between them."""
         return turned(self.scheme, places, self.aim.nodes(self.count), derivatives=True)
@@ -293,7 +290,7 @@ class _State:
     """Where each set of a batch is."""
 
     places: Any
-    turn: SchemeTurn
+    rates: Any
     curve: Resampled
     gaps: Complexes
     merit: Floats
@@ -338,10 +335,10 @@ class Refinement(Descent):
         gaps = centred(curve.points) - targets
         far = np.sqrt(np.abs(gaps) ** 2 + SOFT**2) - SOFT
         merit, excess, slopes = self._judged(places, turn, far.mean(axis=1))
-        return _State(places, turn, curve, gaps, merit, excess, slopes)
+        return _State(places, turn.derivatives, curve, gaps, merit, excess, slopes)
 
     def _normal(self, state: _State) -> tuple[Matrices, Floats]:
-        rates = state.curve.derivatives(np.nan_to_num(state.turn.derivatives))
+        rates = state.curve.derivatives(np.nan_to_num(state.rates))
         rates = rates - rates.mean(axis=1, keepdims=True)
         weight = 1 / np.sqrt(np.abs(state.gaps) ** 2 + SOFT**2) / POINTS
         root = np.sqrt(weight)[:, :, None]
@@ -356,39 +353,7 @@ class Refinement(Descent):
         slope = slope + 2 * np.einsum("bkp,bk->bp", slopes, state.excess)
         return hessian, slope
 
-    def _chosen(self, taken: Booleans, one: _State, other: _State) -> _State:
-        return _rows_of(taken, one, other)
-
 
 def _finite(curves: Complexes) -> Complexes:
     """Return curves without gaps: what does not assemble is lost anyway."""
     return np.nan_to_num(curves)
-
-
-def _rows_of(taken: Booleans, one: _State, other: _State) -> _State:
-
-    def rows(a: Any, b: Any, axis: int = 0) -> Any:
-        shape = [1] * a.ndim
-        shape[axis] = -1
-        return np.where(taken.reshape(shape), a, b)
-
-    assert one.turn.slopes is not None
-    assert other.turn.slopes is not None
-    turn = SchemeTurn(
-        rows(one.turn.x, other.turn.x, 1),
-        {k: rows(sines, other.turn.sines[k]) for k, sines in one.turn.sines.items()},
-        rows(one.turn.derivatives, other.turn.derivatives),
-    )
-    turn.slopes = {
-        k: (rows(at, other.turn.slopes[k][0]), rows(rates, other.turn.slopes[k][1]))
-        for k, (at, rates) in one.turn.slopes.items()
-    }
-    curve = Resampled(*(
-        rows(getattr(one.curve, name), getattr(other.curve, name))
-        for name in ("points", "segment", "share", "steps", "lengths")
-    ))  # fmt: skip
-    return _State(
-        rows(one.places, other.places), turn, curve, rows(one.gaps, other.gaps),
-        rows(one.merit, other.merit), rows(one.excess, other.excess),
-        rows(one.slopes, other.slopes),
-    )  # fmt: skip
