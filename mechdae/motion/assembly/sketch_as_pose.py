@@ -41,7 +41,8 @@ class SketchedBlock:
         F, J = self.equations(pose)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
             return None
-        return np.linalg.lstsq(J, F)[0], F, J
+        step: Floats = np.linalg.lstsq(J, F)[0]
+        return step, F, J
 
     def gaps(self, entries: Sequence[SketchNumber], pose: Unknowns) -> Floats:
         """Return by how much a pose is off entries of the sketch."""

@@ -60,7 +60,7 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
             sigma = min(1.0, float(values[-1]))
             if np.abs(step).max() < CLOSE:
                 break
-    told, last, J = pose[unknowns].copy(), np.inf, None
+    told, last = pose[unknowns].copy(), np.inf
     for _ in range(ITERATIONS):
         found = block.step(pose)
         if found is None:

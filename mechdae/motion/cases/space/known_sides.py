@@ -45,7 +45,9 @@ class RodsAndJoints:
         spun = {name for link in idle.values() for name in (link.joint, *link.others)}
         self.bodies = [body for body in group.bodies if body not in idle]
         self.joints: list[Joint] = [joints[name] for name in group.joints if name not in spun]
-        self.rods = [Rod(*idle[b].ends, model.length(idle[b])) for b in group.bodies if b in idle]
+        self.rods = [
+            Rod._make((*idle[b].ends, model.length(idle[b]))) for b in group.bodies if b in idle
+        ]
         self.rods += [
             Rod(j.first, j.second, model.numbers[f"{j.name}.length"]) for j in self.joints if j.bar
         ]
