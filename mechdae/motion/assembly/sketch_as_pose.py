@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,7 @@ class SketchedBlock:
         F, J = self.equations(pose)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
             return None
-        step: Floats = np.linalg.lstsq(J, F)[0]
+        step: Any = np.linalg.lstsq(J, F)[0]
         return step, F, J
 
     def gaps(self, entries: Sequence[SketchNumber], pose: Unknowns) -> Floats:
