@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from typing import Any
 
@@ -49,9 +50,15 @@ class Lanes:
     size: Any
 
     def take(self, rows: Integers) -> Lanes:
-        """Return some lanes, one or several times each."""
+        return self._each(lambda part: part[:, rows])
+
+    def repeated(self, times: int) -> Lanes:
+        """Return each lane so many times."""
+        return self._each(lambda part: np.repeat(part, times, axis=1))
+
+    def _each(self, change: Callable[[Floats], Floats]) -> Lanes:
         parts = (self.consts, self.kappa, self.rho, self.sign, self.size)
-        return Lanes(*(part[:, rows] for part in parts))
+        return Lanes(*map(change, parts))
 
 
 class LaneNodes:
@@ -199,11 +206,12 @@ class LanePoses:
         self, lanes: Lanes, guess: Unknowns, u: Floats, n: int, living: Booleans | None
     ) -> tuple[list[Any], Any, Any]:
         """Return y and its derivatives (columns, m), which poses (m,) are certified, beta."""
-        lanes = lanes.take(np.repeat(np.arange(lanes.consts.shape[1]), n))
-        results = self._evaluated(guess, u, lanes)
+        lanes = lanes.repeated(n)
+        tiny = self._tiny(lanes)
+        results = self._evaluated(guess, u, lanes, tiny)
         good = self._good(results, guess, lanes)
         with np.errstate(invalid="ignore", over="ignore"):  # else Newton's method began far away
-            good &= lanes.kappa * results[2] * results[3] <= self._tiny(lanes)
+            good &= lanes.kappa * results[2] * results[3] <= tiny
         if living is not None:
             good |= ~living
         bad = np.flatnonzero(~good.all(axis=0))
@@ -211,7 +219,7 @@ class LanePoses:
             lanes = lanes.take(bad)
             x = self.form.poses(u[bad, None], lanes.sign.T, lanes.consts[: self.graphs.np].T)[0].T
             x = x + np.where(self.angles, TURN * np.round((guess[:, bad] - x) / TURN), 0.0)
-            again = self._evaluated(x, u[bad], lanes)
+            again = self._evaluated(x, u[bad], lanes, tiny[:, bad])
             for whole, part in zip(results, again, strict=True):
                 whole[:, bad] = part
             better = self._good(again, x, lanes)
@@ -221,7 +229,7 @@ class LanePoses:
 
     def certified(self, lanes: Lanes, guess: Unknowns, u: Floats) -> tuple[Any, Any]:
         """Return y, y', ... below one another at one place of each lane, which are certified."""
-        results = self._evaluated(guess, u, lanes)
+        results = self._evaluated(guess, u, lanes, self._tiny(lanes))
         return results[-1], self._good(results, guess, lanes).all(axis=0)
 
     def _tiny(self, lanes: Lanes) -> Floats:
@@ -229,9 +237,9 @@ class LanePoses:
         tiny: Floats = self.tiny[0] * lanes.consts[self.graphs.np] + self.tiny[1]
         return tiny
 
-    def _evaluated(self, guess: Unknowns, u: Floats, lanes: Lanes) -> list[Floats]:
+    def _evaluated(self, guess: Unknowns, u: Floats, lanes: Lanes, tiny: Floats) -> list[Floats]:
         """Return x, det, beta, eta^2 and y after as many steps as are needed."""
-        consts, kappa, tiny = lanes.consts, lanes.kappa, self._tiny(lanes)
+        consts, kappa = lanes.consts, lanes.kappa
         results = [part.T for part in self.pose(guess.T, u[:, None], consts.T)]
         for _ in range(ROUNDS):
             with np.errstate(invalid="ignore", over="ignore"):
