@@ -90,42 +90,6 @@ def test_spatial_modules_against_the_table(name: str) -> None:
         assert row["count_complex"] <= MODULES[name].solutions
 
 
-def solve_planar(name: str, vectors: list[dict[str, Any]], total: list[float]) -> ModuleSolutions:
-    """Return all real solutions of a planar module: vectors with ``length`` and ``angle``.
-
-    A planar module is a spatial one whose vectors lie in a plane of one azimuth, beside a third
-    vector at right angles to it, which vanishes.
-    """
-    d = np.atleast_2d(np.asarray(total, float))
-    level = np.zeros(len(d))
-    total3 = np.stack([d[:, 0], d[:, 1], level], axis=1)
-    solutions = [
-        {"elevation" if word == "angle" else word: value for word, value in v.items()}
-        | {"azimuth": level}
-        for v in vectors
-    ]
-    # the line across, along z: its length is found as zero
-    across = {"elevation": level, "azimuth": level + np.pi / 2}
-    spatial, order = {
-        "la": ("la-l", [*solutions, across]),
-        "l-l": ("l-l-l", [*solutions, across]),
-        "l-a": ("l-l-a", [solutions[0], across, *solutions[1:]]),
-        "a-a": ("l-a-a", [across, *solutions]),
-    }[name]
-    result = solve_module(spatial, order, total3)
-    unknowns = {}
-    for key, value in result.unknowns.items():
-        word, place = key[:-1], int(key[-1]) - 1
-        given = order[place]
-        if given is across:
-            continue
-        position = next(k for k, v in enumerate(solutions, start=1) if v is given)
-        unknowns[f"{'angle' if word == 'elevation' else word}{position}"] = value
-    return ModuleSolutions(
-        dict(sorted(unknowns.items())), result.count, result.gap, result.determinant
-    )
-
-
 @pytest.mark.parametrize("name", PLANAR)
 def test_planar_modules_against_the_table(name: str) -> None:
     for row in TABLE["planar"][name]:
