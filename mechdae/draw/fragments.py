@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -264,16 +264,17 @@ def _corners(shares: Array, ways: Array) -> Json:
     return {"corners": corners} if any(any(corner) for corner in corners) else {}
 
 
-def _look(shape: Primitive) -> str:
-    """Return the paint of a primitive: stroke, fill, width, dashes."""
-    edge = NAMES[shape.color] if shape.width and shape.color != "none" else "none"
+def look_of(shape: Any, color: str | None = None) -> str:
+    """Return the paint of a primitive or facet: stroke, fill, width, dashes."""
+    color = shape.edge if color is None else color
+    edge = NAMES[color] if shape.width and color != "none" else "none"
     dash = "" if shape.dash is None else f" {','.join(f'{part:g}' for part in shape.dash[1])}"
     return f"{edge} {NAMES.get(shape.fill, 'none')} {shape.width:g}{dash}"
 
 
 def _paint(shape: Primitive) -> Json:
     """Return kind and paint of a fragment that is one path or circle."""
-    part: Json = {"kind": shape.kind, "look": _look(shape)}
+    part: Json = {"kind": shape.kind, "look": look_of(shape, shape.color)}
     return part | ({"radius": round(shape.radius, 3)} if shape.kind == "circle" else {})
 
 
@@ -284,8 +285,8 @@ def _shape(shape: Primitive, points: Array) -> list[object]:
         size, slanted = shape.font.size, shape.font.style == "italic"
         return ["text", NAMES[shape.color], x, y, size, shape.text, slanted, shape.short]
     if shape.kind == "circle":
-        return ["circle", _look(shape), x, y, shape.radius]
-    return ["path", _look(shape), path_of(shape.kind, points)]
+        return ["circle", look_of(shape, shape.color), x, y, shape.radius]
+    return ["path", look_of(shape, shape.color), path_of(shape.kind, points)]
 
 
 def templates() -> Json:

@@ -77,10 +77,7 @@ def test_places_in_the_picture_are_those_of_the_points():
     right = -np.sin(a) * x + np.cos(a) * y
     up = -np.sin(e) * (np.cos(a) * x + np.sin(a) * y) + np.cos(e) * z
     rim = next(own for own in axes.patches if own.get_gid() == "joint-C-ball")
-    corners = rim.get_path().vertices
-    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    size = np.ptp(corners, axis=0).max()
-    np.testing.assert_allclose(middle, [right, up], atol=0.02 * size)
+    np.testing.assert_allclose(rim.center, [right, up], atol=0.04 * rim.radius)
 
 
 def test_shafts_of_a_cardan_joint_lie_on_their_axes_apart():
@@ -102,11 +99,9 @@ def test_three_views_to_one_scale():
     scales = []
     for own, (right, up) in zip(axes, ((0, 2), (1, 2), (0, 1)), strict=False):
         rim = next(own for own in own.patches if own.get_gid() == "joint-C-ball")
-        corners = rim.get_path().vertices
-        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
         sign = -1.0 if right == 1 else 1.0  # seen from the left, y points to the left
-        near = 0.02 * np.ptp(corners, axis=0).max()
-        np.testing.assert_allclose(middle, [sign * place[right], place[up]], atol=near)
+        near = 0.04 * rim.radius
+        np.testing.assert_allclose(rim.center, [sign * place[right], place[up]], atol=near)
         ends = own.transData.transform([(0, 0), (1, 0)])
         scales.append(ends[1, 0] - ends[0, 0])
     assert scales == pytest.approx([scales[0]] * 3)

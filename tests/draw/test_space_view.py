@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechdae.draw.space import solids
-from mechdae.draw.space.depth import Item, crossings, depth_order, gaps, nearer
+from mechdae.draw.space.depth import STEP, Item, crossings, depth_order, gaps, nearer, seen
 from mechdae.draw.space.spatial_links import edges_of, faces_of
 from mechdae.draw.space.view_choice import Wireframe, best_view
 from mechdae.draw.space.viewpoint import Viewpoint
@@ -81,13 +81,23 @@ def test_depths_where_lines_cross():
     assert nearer(a, line((0, 9, 5), (10, 9, 5))) == 0
 
 
-def test_a_line_behind_a_face_whose_middle_is_farther():
-    """Middles alone would order them wrongly: the face leans away."""
+def test_lines_behind_a_face_are_dashed_there():
+    """Middles alone would not tell which are: the face leans away."""
     leaning = face((0, 0, 0), (20, 0, -100), (20, 20, -100), (0, 20, 0))
+    leaning.owner = "plate"
     before, behind = line((2, -5, 0), (2, 25, 0)), line((2, -5, -20), (2, 25, -20))
-    assert nearer(before, leaning) == 1
-    assert nearer(behind, leaning) == -1
-    assert depth_order([before, leaning, behind]) == [2, 1, 0]
+    assert [there for _, there in seen(before, [leaning])] == [True]
+    pieces = seen(behind, [leaning])
+    assert [there for _, there in pieces] == [True, False, True]
+    hidden = pieces[1][0]
+    assert np.ptp(hidden[:, 1]) == pytest.approx(20.0, abs=STEP)
+    behind.owner = "plate"
+    assert [there for _, there in seen(behind, [leaning])] == [True]
+
+
+def test_faces_cover_nothing():
+    front = face((0, 0, 50), (20, 0, 50), (20, 20, 50), (0, 20, 50))
+    assert depth_order([line((2, -5, 0), (2, 25, 0)), front]) == [1, 0]
 
 
 def test_three_rods_that_cover_each_other_in_a_ring_are_all_drawn():
@@ -129,9 +139,10 @@ def test_faces_of_a_block_that_are_seen():
     """A cube seen along its diagonal is a regular hexagon with area sqrt(3) of its faces."""
     frame = Viewpoint(45.0, SHALLOW).seen(np.eye(3))
     item = solids.box(np.zeros(3), frame, np.array([0.5, 0.5, 0.5]), "x")
-    assert len(item.facets) == 3
+    shown = [own for own in (facet.flat() for facet in item.facets) if own is not None]
+    assert len(shown) == 3
     assert area(item.points) == pytest.approx(np.sqrt(3))
-    assert sum(area(facet.points) for facet in item.facets) == pytest.approx(np.sqrt(3))
+    assert sum(area(own) for own in shown) == pytest.approx(np.sqrt(3))
 
 
 def test_faces_of_bodies():

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
+from mechdae.draw.diagram.places import fixed_bodies
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.viewpoint import Array
 
@@ -116,3 +117,45 @@ def anchor(
             first = first + way * axis
             return first, first
     return (first, first) if joint.coincide else (first, second)
+
+
+def bases(
+    scene: SpatialScene, pose: int, moved: Mapping[str, float]
+) -> dict[str, tuple[str, str, Array, float]]:
+    """Return places along axes of joints that a page needs: symbols that are moved, ends of ways.
+
+    By name a point, the body whose axis it is, the axis (3,) in that body, and how far along [m].
+    """
+    found: dict[str, tuple[str, str, Array, float]] = {}
+    for joint in scene.joints(pose):
+        axis = scene.axis(joint, pose)
+        if axis is None:
+            continue
+        body = scene.holder(joint, pose)
+        local = scene.turns[body][pose].T @ axis
+        if moved.get(joint.name):
+            found[f"{joint.name}/"] = joint.first, body, local, moved[joint.name]
+        if joint.straight:
+            known = [scene.along(joint, own) for own in scene.assembled()]
+            ways = [way for way in known if np.isfinite(way)] or [scene.along(joint, pose)]
+            held = holds(scene, joint)
+            through, ends = joint.first, (min(ways), max(ways))
+            if held:  # the shaft is the second body's
+                through, ends = joint.second, (-max(ways), -min(ways))
+            low, high = min(ends[0], 0.0), max(ends[1], 0.0)
+            found[f"{joint.name}/low"] = through, body, local, low
+            found[f"{joint.name}/high"] = through, body, local, high
+    return found
+
+
+def holds(scene: SpatialScene, joint: Joint) -> bool:
+    """Return whether the sleeve of a slide is fixed and its guide moves."""
+    fixed = fixed_bodies(scene.mechanism)
+    return joint.turns and joint.first_body in fixed and joint.second_body not in fixed
+
+
+def base_of(joint: Joint, moved: Mapping[str, float], second: bool = False) -> str:
+    """Return the name of the place that a symbol keeps to: a point, or one of `bases`."""
+    if moved.get(joint.name):
+        return f"{joint.name}/"
+    return joint.second if second and not joint.coincide else joint.first

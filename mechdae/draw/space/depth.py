@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.diagram.shapes import within
-from mechdae.draw.primitives import Array
-from mechdae.draw.sheet import Sheet, unit
+from mechdae.draw.diagram.shapes import hull, within
+from mechdae.draw.primitives import PAPER, Anchor, Array
+from mechdae.draw.sheet import Sheet, normal, unit
 from mechdae.records import dataclass
 
+Look = dict[str, Any]
 NEARER = 0.5
 """Depths that differ by less are those of one place,"""
 BEHIND = 5.0
@@ -28,29 +29,79 @@ GAP = 3.2
 """so wide on either side of the line in front."""
 STEP = 3.0
 """Lines are compared with faces at places so far apart."""
+HIDDEN: Look = {"width": style.LINE, "dash": (0.0, (3.0, 2.5))}
+"""Lines behind the face of another body."""
+ROUND = np.linspace(0.0, 2 * np.pi, 37)[:-1]
 FIRST, LAST = float(style.Z_BAR), float(style.Z_PIN) + 0.8
 
 
 @dataclass
 class Facet:
-    """A polygon or a line of an item, flat on the sheet: points (m, 2)."""
+    """What is drawn of an item.
 
+    Parameters
+    ----------
+    kind
+        "area", "line", "strokes" (pairs of places); "face", "hatch": an area or strokes that are
+        seen from one side, counter-clockwise there; "hull": the outline of places on the sheet;
+        "dot": a circle on the sheet; "head": that of an arrow from the first place to the second.
+    points
+        (m, 3).
+    round
+        Whether places are circles: of each its middle, a place on its axis, a place on it.
+    size
+        Radius of a dot, length of a head.
+    """
+
+    kind: str
     points: Array
-    closed: bool = True
+    round: bool = False
     fill: str = style.PAPER
     edge: str = style.INK
     width: float = style.LINE
     dash: Any = None
-    strokes: bool = False
-    """Separate lines from every other point to the one after it."""
+    size: float = 0.0
+
+    @property
+    def places(self) -> Array:
+        """Places (m, 3) on what is drawn."""
+        if not self.round:
+            return self.points
+        return np.vstack([circle(*self.points[k : k + 3]) for k in range(0, len(self.points), 3)])
+
+    def flat(self) -> Array | None:
+        """Return the corners on the sheet; None where it is not seen."""
+        points = self.points
+        if self.kind in ("face", "hatch"):
+            a, b = (points[1:3] - points[0])[:, :2]
+            seen = a[0] * b[1] - a[1] * b[0]
+            if (points[1, 2] - points[0, 2] if self.round else seen) <= 0:
+                return None
+        flat = self.places[:, :2]
+        if self.kind == "hull":
+            return flat[hull(flat.round(9))]
+        if self.kind == "head":
+            along = unit(flat[1] - flat[0])
+            along = along if along.any() else np.array([1.0, 0.0])
+            back, side = flat[1] - self.size * along, 0.4 * self.size * normal(along)
+            return np.array([flat[1], back + side, back - side])
+        return flat
+
+
+def circle(middle: Array, pole: Array, rim: Array) -> Array:
+    """Return places (m, 3) on the circle about an axis through a place."""
+    axis, first = (pole - middle) / np.linalg.norm(pole - middle), rim - middle
+    places: Array = middle + np.cos(ROUND)[:, None] * first
+    places += np.sin(ROUND)[:, None] * np.cross(axis, first)
+    return places
 
 
 @dataclass
 class Item:
     """A line (m, 3), a plane face (m, 3), or a solid.
 
-    A solid is drawn by its `facets`, from the first to the last; its `points` are its silhouette
-    and the depth of its middle.
+    What has `facets` is drawn by them, from the first to the last; its `points` are its silhouette,
+    of a solid with the depth of its middle.
     """
 
     points: Array
@@ -63,14 +114,25 @@ class Item:
     width: float = style.BAR
     dash: Any = None
     bridges: bool = True
-    """Whether it leaves a gap in lines behind it."""
+    """Whether it leaves a gap in lines behind it, and is dashed where a body's face hides it."""
     weight: float = style.SOLID
     owner: str = ""
-    """Of one owner faces are behind lines and solids."""
+    """The body; its faces are those that hide lines."""
+    anchor: Anchor = PAPER
+    """What its places move with in a page."""
 
     @property
     def is_face(self) -> bool:
         return self.closed and not self.solid
+
+    @property
+    def parts(self) -> list[Facet]:
+        """What is drawn."""
+        if self.facets:
+            return self.facets
+        kind = "area" if self.closed else "line"
+        look: Look = {"width": self.width, "dash": self.dash}
+        return [Facet(kind, self.points, fill=self.fill, edge=self.color, **look)]
 
     @property
     def depth(self) -> float:
@@ -123,7 +185,7 @@ def depth_order(items: Sequence[Item]) -> list[int]:
 
 def nearer(a: Item, b: Item) -> int:
     """Return 1 where a covers b, -1 where b covers a, 0 where neither does."""
-    if a.owner and a.owner == b.owner and a.is_face != b.is_face:
+    if a.is_face != b.is_face:  # faces of bodies hide nothing: lines behind them are dashed
         return 1 if b.is_face else -1
     if not a.closed and not b.closed:
         differences = crossings(a.points, b.points)[:, 2]
@@ -200,16 +262,40 @@ def depths(item: Item, places: Array) -> Array:
 
 
 def draw_items(sheet: Sheet, items: Sequence[Item]) -> None:
-    """Draw items, near ones over far ones, with gaps where a line passes behind another."""
+    """Draw items, near ones over far ones, with gaps where a line passes behind another.
+
+    Lines are dashed where they are behind the face of another body.
+    """
     order = depth_order(items)
     step = (LAST - FIRST) / (len(items) + 1)
+    faces = [item for item in items if item.is_face]
     for rank, k in enumerate(order):
         item, z = items[k], FIRST + rank * step
         if item.bridges and not item.closed:
             for gap in gaps(item, [items[j] for j in order[:rank]]):
+                if any(within(gap, face.points[:, :2]).any() for face in faces):
+                    continue  # the line behind is seen by its dashes
                 width = item.width + 2 * GAP
                 sheet.line(gap, color=style.PAPER, width=width, z=z - step / 2, weight=0.0)
-        _draw(sheet, item, z)
+            for piece, there in seen(item, faces):
+                look: Look = {"width": item.width, "dash": item.dash} if there else HIDDEN
+                sheet.line(piece, color=item.color, z=z, gid=item.gid, weight=item.weight, **look)
+        else:
+            _draw(sheet, item, z)
+
+
+def seen(item: Item, faces: Sequence[Item]) -> list[tuple[Array, bool]]:
+    """Return the stretches (m, 2) of a line, and whether no face of another body hides them."""
+    line = dense(item.points)
+    hidden = np.zeros(len(line), dtype=bool)
+    for face in faces:
+        if face.owner != item.owner:
+            behind = depths(face, line[:, :2]) > line[:, 2] + BEHIND
+            hidden |= behind & within(line[:, :2], face.points[:, :2])
+    if not hidden.any():
+        return [(item.points[:, :2], True)]
+    cuts = [0, *(np.flatnonzero(np.diff(hidden)) + 1).tolist(), len(line) - 1]
+    return [(line[a : b + 1, :2], not hidden[a]) for a, b in itertools.pairwise(cuts) if b > a]
 
 
 def gaps(item: Item, behind: Sequence[Item]) -> list[Array]:
@@ -241,35 +327,22 @@ def _direction(points: Array, place: Array) -> Array:
 
 
 def _draw(sheet: Sheet, item: Item, z: float) -> None:
-    flat = item.points[:, :2]
-    if item.facets:
-        for facet in item.facets:
-            _draw_facet(sheet, facet, z, item.gid)
+    single = 0.0 if item.facets else item.weight
+    for facet in item.parts:
+        flat = facet.flat()
+        look: Look = {"width": facet.width, "z": z, "gid": item.gid}
+        if flat is None:
+            continue
+        if facet.kind in ("strokes", "hatch"):
+            sheet.strokes(flat[::2], flat[1::2], color=facet.edge, **look)
+        elif facet.kind == "line":
+            sheet.line(flat, color=facet.edge, dash=facet.dash, weight=single, **look)
+        elif facet.kind == "dot":
+            look |= {"fill": facet.fill, "edge": facet.edge}
+            sheet.circle(flat[0], facet.size, weight=single, **look)
+        else:
+            sheet.area(flat, fill=facet.fill, edge=facet.edge, weight=single, **look)
+    if item.facets and item.closed:
         sheet.box(item.low, item.high, item.weight)
-    elif item.closed:
-        sheet.area(
-            flat, fill=item.fill, edge=item.color, width=item.width, z=z, gid=item.gid,
-            weight=item.weight,
-        )  # fmt: skip
-    else:
-        sheet.line(
-            flat, color=item.color, width=item.width, z=z, dash=item.dash, gid=item.gid,
-            weight=item.weight,
-        )  # fmt: skip
-
-
-def _draw_facet(sheet: Sheet, facet: Facet, z: float, gid: str | None) -> None:
-    if facet.strokes:
-        sheet.strokes(
-            facet.points[::2], facet.points[1::2], color=facet.edge, width=facet.width, z=z, gid=gid
-        )
-    elif facet.closed:
-        sheet.area(
-            facet.points, fill=facet.fill, edge=facet.edge, width=facet.width, z=z, gid=gid,
-            weight=0.0,
-        )  # fmt: skip
-    else:
-        sheet.line(
-            facet.points, color=facet.edge, width=facet.width, dash=facet.dash, z=z, gid=gid,
-            weight=0.0,
-        )  # fmt: skip
+    elif item.facets:
+        sheet.keep(item.points[:, :2], item.weight)

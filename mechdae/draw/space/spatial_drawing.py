@@ -21,19 +21,22 @@ from mechdae.draw.diagram.diagram import (
 )
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of, held_drivers, sense_of
 from mechdae.draw.diagram.loads import Mark, coordinate_of
+from mechdae.draw.diagram.places import free_points
+from mechdae.draw.fonts import font
+from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import Links, Writing, link_numbers, load_names, write_all
+from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels
 from mechdae.draw.primitives import Anchor
-from mechdae.draw.sheet import Sheet
+from mechdae.draw.sheet import Sheet, normal, unit
 from mechdae.draw.space.anchors import anchor as anchor_of
-from mechdae.draw.space.anchors import size_of
-from mechdae.draw.space.depth import draw_items
+from mechdae.draw.space.anchors import base_of, size_of
+from mechdae.draw.space.depth import Item, draw_items
 from mechdae.draw.space.spatial_loads import SpatialLoads
 from mechdae.draw.space.spatial_pose import SpatialPose, ghost_lines
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_symbols import SYMBOLS
 from mechdae.draw.space.spatial_wheels import surfaces
-from mechdae.draw.space.triad import draw_triad
 from mechdae.draw.space.vector_arrows import vector_items, vector_names
 from mechdae.draw.space.viewpoint import Array, Viewpoint
 from mechdae.draw.words import Words
@@ -43,6 +46,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from mechdae.results import SweepResult
+
+ARM = 24.0
+"""Length of an axis that lies in the plane of the picture."""
+ROOM = 34.0
+"""Half the side of what is kept free for it."""
+SMALL = 0.12
+"""An axis that looks shorter than this share of its length points at the eye: a dot."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +67,10 @@ class SpatialView(View):
 
     viewpoint: Viewpoint = field(default_factory=lambda: Viewpoint(0.0, 0.0))
     moved: Mapping[str, float] = field(default_factory=dict)
+
+    def pose(self, sheet: Sheet, scene: SpatialScene, index: int) -> SpatialPose:
+        """Return a pose as it is seen."""
+        return SpatialPose(sheet, scene, index, self.viewpoint, self.moved)
 
 
 def extent(
@@ -114,7 +128,7 @@ def draw_spatial_pose(
     if shown.traces:
         draw_traces(sheet, result, {ref: view.flat(own) for ref, own in scene.paths.items()})
     for other in others_of(scene, index, shown.ghosts):
-        for line in ghost_lines(SpatialPose(sheet, scene, other, view, shown.moved)):
+        for line in ghost_lines(shown.pose(sheet, scene, other)):
             sheet.line(line, color=style.GHOST, width=style.LINE, z=style.Z_GHOST, gid="ghost",
                        weight=style.SHADE)  # fmt: skip
     extra = shown.overlay(sheet) if shown.overlay is not None else ""
@@ -150,16 +164,7 @@ def draw_in_space(
     words: Words,
 ) -> tuple[Links, list[Writing], list[Mark]]:
     """Draw one pose without labels; return links, labels to be placed, and loads."""
-    drivers, view = drivers_of(scene, result), shown.viewpoint
-    held = held_drivers(result, drivers)
-    moving = [entry for entry in drivers if entry.text not in held]
-    colors = dict.fromkeys(driven_bodies(scene, moving), style.DRIVEN)
-    outside = frozenset(outside_of(result))
-    pose = SpatialPose(sheet, scene, index, view, shown.moved, colors, outside)
-    items, links = pose.build()
-    items += vector_items(pose, moving)
-    for entry in moving:
-        items += pose.arrow(entry, sense_of(result, entry))
+    pose, items, links = items_of(sheet, scene, result, index, shown)
     loads = SpatialLoads(pose, result, words, shown.peak) if shown.loads else None
     if loads is not None:
         items += loads.arrows()
@@ -173,23 +178,33 @@ def draw_in_space(
     return links, [*letters, *names, *load_names(marks)], marks
 
 
-class SpatialFrame(AnchorFrame):
-    """Where labels are that keep beside points, or beside symbols moved along axes: ``joint/``."""
+def items_of(
+    sheet: Sheet, scene: SpatialScene, result: SweepResult, index: int, shown: SpatialView
+) -> tuple[SpatialPose, list[Item], Links]:
+    """Return one pose with what is drawn of joints, links, vectors and drivers."""
+    drivers, view = drivers_of(scene, result), shown.viewpoint
+    held = held_drivers(result, drivers)
+    moving = [entry for entry in drivers if entry.text not in held]
+    colors = dict.fromkeys(driven_bodies(scene, moving), style.DRIVEN)
+    outside = frozenset(outside_of(result))
+    pose = SpatialPose(sheet, scene, index, view, shown.moved, colors, outside)
+    items, links = pose.build()
+    items += vector_items(pose, moving)
+    for entry in moving:
+        items += pose.arrow(entry, sense_of(result, entry))
+    return pose, items, links
 
-    def __init__(
-        self, sheet: Sheet, scene: SpatialScene, pose: int, anchor: Anchor, shown: SpatialView
-    ) -> None:
-        self.shown = shown
-        super().__init__(sheet, scene, pose, anchor)
+
+class SpatialFrame(AnchorFrame):
+    """Where what keeps beside points, or beside symbols along axes, is on the sheet."""
+
+    def __init__(self, sheet: Sheet, pose: SpatialPose, anchor: Anchor) -> None:
+        self.of = pose
+        super().__init__(sheet, pose.scene, pose.pose, anchor)
 
     def base(self, point: str) -> Array:
         """Return a point on the sheet."""
-        name, slash, _ = point.partition("/")
-        place = self.scene.place(point, self.pose) if not slash else None
-        if place is None:
-            joint = self.scene.mechanism.joints[name]
-            place = anchor_of(self.scene, joint, self.pose, self.shown.moved)[0]
-        return self.sheet.at(self.shown.viewpoint.flat(place))
+        return self.sheet.at(self.of.view.flat(self.of.base(point)))
 
 
 def load_ends(scene: SpatialScene, name: str) -> list[str]:
@@ -222,14 +237,52 @@ def steady_in_space(
         kind, _, name = label.gid.partition("-")
         joint = scene.mechanism.joints.get(name)
         if kind == "number":
-            return [Anchor(tuple(scene.points(name)))]
+            points = scene.points(name)
+            own = {
+                base_of(joint, shown.moved, second=name == joint.second_body): None
+                for joint in scene.joints(poses[0])
+                if name in joint.bodies[:2] and (SYMBOLS.get(joint.kind) or joint.pointer)
+            }
+            own |= dict.fromkeys(ref for ref in free_points(scene, poses[0]) if ref in points)
+            return [Anchor(tuple(own or points))]
         if name.startswith("load-"):
             return [Anchor(tuple(load_ends(scene, name.removeprefix("load-"))))]
         if joint is None:
             return [Anchor((name,))]
-        return [Anchor((joint.first, joint.second) if joint.pointer else (f"{name}/",))]
+        ends = (joint.first, joint.second) if joint.pointer else (base_of(joint, shown.moved),)
+        return [Anchor(ends)]
 
     def frame_of(sheet: Sheet, pose: int, anchor: Anchor) -> SpatialFrame:
-        return SpatialFrame(sheet, scene, pose, anchor, shown)
+        return SpatialFrame(sheet, shown.pose(sheet, scene, pose), anchor)
 
     return sheets[0], chosen_labels(sheets, poses, rows, anchors_of, frame_of)
+
+
+def draw_triad(sheet: Sheet, view: Viewpoint) -> None:
+    """Draw the directions x, y, z in a corner where they cover least."""
+    low, high = ROOM * 0.8, sheet.size - ROOM * 0.8
+    corners = np.array(
+        [(low, low + style.STRIP), (low, high[1]), (high[0], low + style.STRIP), tuple(high)]
+    )
+    half = np.array([ROOM, ROOM])
+    spot = corners[layout.cheapest(corners, half * 0.8, Obstacles(*sheet.obstacles(), sheet.size))]
+    arms = ARM * view.flat(np.eye(3))
+    middle = spot - (arms.min(axis=0) + arms.max(axis=0)) / 2
+    order = np.argsort(view.seen(np.eye(3))[:, 2])
+    for k in order.tolist():
+        name, arm = "xyz"[k], arms[k]
+        color = style.FAINT
+        tip = middle + arm
+        if np.hypot(*arm) < SMALL * ARM:
+            sheet.circle(middle, 2.0, fill=color, edge=color, z=style.Z_MARK, gid=f"axis-{name}")
+            away = -unit(arms.sum(axis=0))
+            away = away if away.any() else np.array([-1.0, -1.0])
+            place = middle + 9.0 * away
+        else:
+            along = unit(arm)
+            sheet.line([middle, tip - 4.0 * along], color=color, gid=f"axis-{name}")
+            back, side = tip - 6.0 * along, 2.2 * normal(along)
+            sheet.area([tip, back + side, back - side], fill=color, edge=color, width=0.3)
+            place = tip + 6.5 * along
+        sheet.text(place, name, font(11.0, style="italic"), color, f"axis-{name}-label", "")
+    sheet.box(spot - half * 0.9, spot + half * 0.9)

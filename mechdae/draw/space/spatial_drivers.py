@@ -38,8 +38,8 @@ def turning(
     away = np.array([0.0, 0.0, -1.0])
     back = float(np.arctan2(away @ second, away @ first)) if abs(axis[2]) < 0.999 else np.pi / 2
     gap = (2 * np.pi - SPAN) / 2
-    turn = back + sense * np.linspace(gap, gap + SPAN, 10 * QUARTERS + 1)
-    return with_head(solids.ring(center, axis, radius, turn), gid, color)
+    turn = (back + sense * np.linspace(gap, gap + SPAN, 10 * QUARTERS + 1))[:, None]
+    return with_head(center + radius * (np.cos(turn) * first + np.sin(turn) * second), gid, color)
 
 
 def straight(center: Array, way: Array, gid: str) -> list[Item]:
@@ -50,23 +50,24 @@ def straight(center: Array, way: Array, gid: str) -> list[Item]:
 def with_head(points: Array, gid: str, color: str = style.ARROW) -> list[Item]:
     """Return a line (m, 3) with an arrow head at its end."""
     tip, behind = points[-1], points[-6] if len(points) > 11 else points[0]
-    along = unit((tip - behind)[:2])
-    if not along.any():
-        along = np.array([1.0, 0.0])
-    back = tip[:2] - 8.0 * along
-    corners = np.array([tip[:2], back + 3.2 * normal(along), back - 3.2 * normal(along)])
-    head = Item(
-        np.column_stack([corners, np.full(3, tip[2])]), closed=True, solid=True, gid=gid,
-        facets=[Facet(corners, fill=color, edge=color, width=0.3)],
-    )  # fmt: skip
-    keep = np.hypot(*(points[:, :2] - tip[:2]).T) > 6.0
+    items = [head(behind, tip, gid, color)]
+    keep = np.linalg.norm(points - tip, axis=1) > 6.0
     last = int(np.flatnonzero(keep)[-1]) + 1 if keep.any() else 1
-    shaft, items = points[:last], [head]
+    shaft = points[:last]
     for part in np.array_split(np.arange(max(len(shaft) - 1, 0)), QUARTERS):
         if len(part):
             piece = shaft[part[0] : part[-1] + 2]
             items.append(solids.polyline(piece, gid, color, 1.3 * style.LINE, bridges=False))
     return items
+
+
+def head(behind: Array, tip: Array, gid: str, color: str, size: float = 8.0) -> Item:
+    """Return an arrow head that points away from a place behind it."""
+    shape = Facet("head", np.array([behind, tip]), fill=color, edge=color, width=0.3, size=size)
+    corners = shape.flat()
+    assert corners is not None
+    points = np.column_stack([corners, np.full(3, tip[2])])
+    return Item(points, closed=True, solid=True, facets=[shape], gid=gid)
 
 
 def arrow_of(

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.draw import style
 from mechdae.draw.diagram.shapes import hull
-from mechdae.draw.primitives import Array
+from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_symbols import Start
@@ -32,6 +32,8 @@ class SpatialLink:
         (3,) each, distinct.
     starts
         Of each the place where a bar to a target begins; None: at the place.
+    bases
+        Of each what it keeps to in a page; ``turn`` what the body turns with, "" without one.
     """
 
     name: str
@@ -39,8 +41,10 @@ class SpatialLink:
     dashed: bool = False
     places: list[Array] = field(default_factory=list)
     starts: list[Start | None] = field(default_factory=list)
+    bases: list[str] = field(default_factory=list)
+    turn: str = ""
 
-    def add(self, place: Array, start: Start | None = None) -> None:
+    def add(self, place: Array, base: str, start: Start | None = None) -> None:
         """Add a place; of one that is there the start is completed."""
         for k, known in enumerate(self.places):
             if float(np.linalg.norm(known - place)) < SAME:
@@ -48,6 +52,12 @@ class SpatialLink:
                 return
         self.places.append(place)
         self.starts.append(start)
+        self.bases.append(base)
+
+    def anchor(self, *places: int) -> Anchor:
+        """Return what a line or face between places moves with."""
+        bases = tuple(self.bases[k] for k in places)
+        return Anchor(bases, self.turn or (">".join(bases) if len(bases) == 2 else ""))
 
     def begin(self, k: int, target: Array) -> Array:
         """Return where the bar from place `k` to a target begins."""
@@ -111,7 +121,7 @@ def link_items(link: SpatialLink) -> tuple[list[Item], list[tuple[Array, Array]]
             items.append(
                 Item(
                     points[face], closed=True, gid=f"body-{link.name}-face", color="none",
-                    width=0.0, weight=0.0, owner=link.name,
+                    width=0.0, weight=0.0, owner=link.name, anchor=link.anchor(*face),
                 )
             )  # fmt: skip
     width, dash = (style.LINE, style.DASHED) if link.dashed else (style.BAR, None)
@@ -124,7 +134,7 @@ def link_items(link: SpatialLink) -> tuple[list[Item], list[tuple[Array, Array]]
     for a, b in edges:
         ends = np.array([link.begin(a, points[b]), link.begin(b, points[a])])
         if float(np.linalg.norm(ends[1] - ends[0])) > 1e-6:
-            bar = solids.polyline(ends, gid, link.color, width, dash=dash)
+            bar = solids.polyline(ends, gid, link.color, width, dash=dash, anchor=link.anchor(a, b))
             bar.owner = link.name
             items.append(bar)
             bars.append((ends[0, :2], ends[1, :2]))

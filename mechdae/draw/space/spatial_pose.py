@@ -15,10 +15,10 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram.places import Place, fixed_bodies, free_points, letters_of, places_of
 from mechdae.draw.labels.labels import Links, Writing, letter
-from mechdae.draw.primitives import Array
+from mechdae.draw.primitives import PAPER, Anchor, Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space import solids
-from mechdae.draw.space.anchors import anchor
+from mechdae.draw.space.anchors import anchor, base_of, bases
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_drivers import arrow_of
 from mechdae.draw.space.spatial_links import SpatialLink, link_items
@@ -79,6 +79,43 @@ class SpatialPose:
         center, other = anchor(self.scene, joint, self.pose, self.moved)
         return self.at(center), self.at(other)
 
+    def bases(self, joint: Joint) -> tuple[str, str]:
+        """Return the names of the places that the symbol of a joint keeps to."""
+        return base_of(joint, self.moved), base_of(joint, self.moved, second=True)
+
+    @cached_property
+    def along(self) -> Mapping[str, tuple[str, str, Array, float]]:
+        """Places along axes, see `mechdae.draw.space.anchors.bases`."""
+        return bases(self.scene, self.pose, self.moved)
+
+    def base(self, name: str) -> Array:
+        """Return a point, or a place along an axis, in the fixed frame, (3,) [m]."""
+        if "/" not in name:
+            return self.scene.place(name, self.pose)
+        point, body, axis, way = self.along[name]
+        place: Array = self.scene.place(point, self.pose) + way * self.turned(body) @ axis
+        return place
+
+    def turned(self, turn: str) -> Array:
+        """Return the directions (3, 3) of what something turns with, as columns."""
+        if turn == solids.EYE:
+            return self.view.basis.T
+        if ">" in turn:
+            a, b = (self.base(name) for name in turn.split(">"))
+            way = (b - a) / max(float(np.linalg.norm(b - a)), 1e-300)
+            return np.array([*solids.across(way), way]).T
+        turned: Array = self.scene.turns[turn or GROUND][self.pose]
+        return turned
+
+    def turn(self, body: str) -> str:
+        """Return what a body turns with: itself, "" where that is not known."""
+        return body if body != GROUND and body in self.scene.turns else ""
+
+    @cached_property
+    def up(self) -> Array:
+        """(3,) what is upright, on the sheet."""
+        return self.view.seen(np.array(self.view.upward))
+
     def color(self, body: str) -> str:
         return self.colors.get(body, style.GROUND if body in self.fixed else style.INK)
 
@@ -90,21 +127,22 @@ class SpatialPose:
         joints = [j for j in self.scene.joints(self.pose) if j.kind in SYMBOLS]
         places = {joint.name: self.anchors(joint) for joint in joints}
         for joint in joints:
-            for body, place in zip(self._two(joint), places[joint.name], strict=True):
+            ends = zip(joint.bodies, places[joint.name], self.bases(joint), strict=True)
+            for body, place, base in ends:
                 if body in links:
-                    links[body].add(place)
+                    links[body].add(place, base)
         for reference in [*free_points(self.scene, self.pose), *self._vector_ends()]:
-            links[reference.split(".")[0]].add(self.at(self.scene.place(reference, self.pose)))
+            place = self.at(self.scene.place(reference, self.pose))
+            links[reference.split(".")[0]].add(place, reference)
         items: list[Item] = []
         for joint in joints:
             drawn = self._joint(joint, places[joint.name], links)
             items += drawn.items
             starts = (drawn.first, drawn.second)
-            for body, place, start in zip(
-                self._two(joint), places[joint.name], starts, strict=True
-            ):
+            ends = zip(joint.bodies, places[joint.name], self.bases(joint), strict=True)
+            for (body, place, base), start in zip(ends, starts, strict=True):
                 if body in links:
-                    links[body].add(place, start)
+                    links[body].add(place, base, start)
         attached = Links()
         for name, link in links.items():
             if not self.scene.shown(name, self.pose) or not link.places:
@@ -117,7 +155,7 @@ class SpatialPose:
                 attached.polygons[name] = corners
         for reference in free_points(self.scene, self.pose):
             spot = self.at(self.scene.place(reference, self.pose))
-            dot = solids.ball(spot, style.DOT, f"point-{reference}")
+            dot = solids.ball(spot, style.DOT, f"point-{reference}", base=reference)
             dot.owner = reference.split(".")[0]
             items.append(dot)
         return items + self._wheels(), attached
@@ -166,24 +204,26 @@ class SpatialPose:
             and not end.startswith(GROUND)
         ]
 
-    def _two(self, joint: Joint) -> tuple[str, str]:
-        return joint.first_body, joint.second_body
-
     def _link(self, name: str) -> SpatialLink:
-        return SpatialLink(name, self.color(name), name in self.outside)
+        return SpatialLink(name, self.color(name), name in self.outside, turn=self.turn(name))
 
     def _joint(
         self, joint: Joint, places: tuple[Array, Array], links: Mapping[str, SpatialLink]
     ) -> DrawnSymbol:
         sides = []
-        for body, place in zip(self._two(joint), places, strict=True):
+        for body, place in zip(joint.bodies, places, strict=True):
             others = [
                 other
                 for other in (links[body].places if body in links else ())
                 if float(np.linalg.norm(other - place)) > 1.0
             ]
             targets = np.array(others).reshape(-1, 3)
-            sides.append(JointSide(body, self.color(body), targets, body in self.fixed))
+            fixed, turn = body in self.fixed, self.turn(body)
+            if not (turn or fixed) and others:  # it spins freely about the line to its other end
+                link = links[body]
+                here = self.bases(joint)[body == joint.second_body]
+                turn = f"{here}>{next(base for base in link.bases if base != here)}"
+            sides.append(JointSide(body, self.color(body), targets, fixed, turn))
         frame = self.scene.frame(joint, self.pose)
         if frame is None:
             frame = self.scene.frame(joint, self.pose, second=True)
@@ -196,16 +236,21 @@ class SpatialPose:
             frame[2] if pin is None else self.view.seen(pin),
             self._span(joint),
             self.scene.numbers.get(f"{joint.name}.pitch", 1.0) < 0,
+            self.up,
+            self.bases(joint),
+            self.turn(self.scene.holder(joint, self.pose)),
         )
-        return SYMBOLS[joint.kind](at, *sides)
+        drawn = SYMBOLS[joint.kind](at, *sides)
+        for item in drawn.items:
+            if item.anchor is PAPER:
+                item.anchor = Anchor(at.bases[:1], at.turn)
+        return drawn
 
     def _span(self, joint: Joint) -> tuple[float, float]:
         """Return how far what slides comes along its axis in all poses, in units of the sheet."""
-        if not joint.straight:
-            return 0.0, 0.0
-        ways = [self.scene.along(joint, pose) for pose in self.scene.assembled()]
-        ways = [way for way in ways if np.isfinite(way)] or [self.scene.along(joint, self.pose)]
-        return min(ways) * self.sheet.metre, max(ways) * self.sheet.metre
+        ends = [self.along.get(f"{joint.name}/{end}") for end in ("low", "high")]
+        low, high = (0.0 if end is None else end[3] * self.sheet.metre for end in ends)
+        return low, high
 
     # -- drivers ---------------------------------------------------------------------------
 
@@ -213,9 +258,11 @@ class SpatialPose:
         """Return the arrow of a driven coordinate; none where its joint has no place."""
         joint = self.scene.mechanism.joints.get(entry.part)
         if joint is None:
-            at = self.at(self.scene.place(f"{entry.part}.{entry.point}", self.pose))
+            base = f"{entry.part}.{entry.point}"
+            at = self.at(self.scene.place(base, self.pose))
             way = self.view.seen(np.eye(3)[entry.axis])
-            return arrow_of(entry, (at, at), [way], (GROUND, entry.part), sense)
+            arrow = arrow_of(entry, (at, at), [way], (GROUND, entry.part), sense)
+            return anchored(arrow, Anchor((base,)))
         if joint not in self.scene.joints(self.pose) or joint.pointer:
             return []
         frame = self.scene.frame(joint, self.pose)
@@ -231,7 +278,9 @@ class SpatialPose:
         center, other = self.anchors(joint)
         if joint.straight and joint.first_body != GROUND:
             center = other  # where its sleeve is
-        return arrow_of(entry, (center, other), axes, self._two(joint), sense)
+        arrow = arrow_of(entry, (center, other), axes, (joint.first_body, joint.second_body), sense)
+        turn = self.turn(self.scene.holder(joint, self.pose))
+        return anchored(arrow, Anchor(self.bases(joint)[1:], turn))
 
     # -- labels ----------------------------------------------------------------------------
 
@@ -284,6 +333,13 @@ def _arms(links: Links, spot: Array) -> list[Array]:
                 if np.hypot(*(start - spot)) < 2.5 * GAP and np.hypot(*(end - start)) > 1.0:
                     found.append(end - start)
     return found
+
+
+def anchored(items: list[Item], anchor: Anchor) -> list[Item]:
+    """Return items that all move with one anchor."""
+    for item in items:
+        item.anchor = anchor
+    return items
 
 
 def ghost_lines(pose: SpatialPose) -> Sequence[Any]:

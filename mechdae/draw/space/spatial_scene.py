@@ -131,6 +131,11 @@ class SpatialScene:
         rows: Array = np.array([n, np.cross(a, n), a]) @ self.turns[body][pose].T
         return rows if np.isfinite(rows).all() else None
 
+    def holder(self, joint: Joint, pose: int) -> str:
+        """Return the body in which the axis of a joint is known."""
+        known = self.frame(joint, pose) is not None
+        return joint.first_body if known else joint.second_body
+
     def axis(self, joint: Joint, pose: int, second: bool = False) -> Array | None:
         """Return the axis (3,) of a joint's side in the fixed frame, of either side if need be."""
         sides = (second,) if getattr(joint, "crossed", False) else (second, not second)

@@ -12,9 +12,7 @@ from dataclasses import field
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.diagram.symbols import DOWN
-from mechdae.draw.primitives import Array
-from mechdae.draw.sheet import unit
+from mechdae.draw.primitives import PAPER, Anchor, Array
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Facet, Item
 from mechdae.records import dataclass
@@ -28,6 +26,8 @@ SLEEVE = (11.0, 6.0)
 ROD = 22.0
 """How far a guide reaches beyond the ways of its sleeve."""
 BALL, SOCKET = 4.6, 7.6
+CUP = (-0.3, 0.45, 1.1)
+"""Latitudes [rad] of the circles of a socket."""
 CROSS = 14.0
 """Half length of the pins of a universal joint, and radius of its forks."""
 PLATE = (17.0, 11.0)
@@ -52,12 +52,15 @@ class JointSide:
         (k, 3) the other places of the body, to which it has bars.
     fixed
         Whether it is the ground, or welded to it.
+    turn
+        What its directions turn with, see `mechdae.draw.primitives.Anchor`.
     """
 
     body: str
     color: str
     targets: Array
     fixed: bool = False
+    turn: str = ""
 
     def way(self, center: Array) -> Array:
         """Return the mean direction (3,) from the joint to the body's other places, or zero."""
@@ -92,7 +95,11 @@ class JointPlace:
     frame
         (3, 3) of the first side; ``pin`` the axis of the second one.
     span
-        Least and greatest way of the second point along the axis, in units of the sheet.
+        Least and greatest way of a sleeve along its guide, zero among them, in units of the sheet.
+    up
+        (3,) direction that is upright.
+    bases
+        What places of ``center`` and ``other`` keep to; ``turn`` what the frame turns with.
     """
 
     name: str
@@ -102,6 +109,17 @@ class JointPlace:
     pin: Array
     span: tuple[float, float] = (0.0, 0.0)
     left_handed: bool = False
+    up: Array = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
+    bases: tuple[str, str] = ("", "")
+    turn: str = ""
+
+    def stand(self, center: Array, half: float, reach: float) -> Item:
+        """Return the stand of what turns or slides about the axis."""
+        return solids.stand(center, self.frame[2], self.up, half, reach, f"support-{self.name}")
+
+    def wall(self, place: Array, out: Array) -> Item:
+        """Return a fixed plate across a direction."""
+        return solids.wall(place, out, f"support-{self.name}")
 
 
 def revolute(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
@@ -111,7 +129,7 @@ def revolute(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol
     drawn = DrawnSymbol()
     drawn.items.append(solids.barrel(at.center, axis, HALF, RADIUS, gid, holder.color))
     if holder.fixed:
-        drawn.items.append(solids.pedestal(at.center, axis, HALF, STAND, f"support-{at.name}"))
+        drawn.items.append(at.stand(at.center, HALF, STAND))
     side = _shaft_side(at.center, axis, shaft)
     ends = {}
     for sign in (-1.0, 1.0):
@@ -135,10 +153,7 @@ def revolute(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol
 
 def _shaft_side(center: Array, axis: Array, side: JointSide) -> float:
     """Return at which end of a shaft the bars of its body begin: the nearer to where they go."""
-    along = float(side.way(center) @ axis)
-    if abs(along) > 0.15:
-        return float(np.sign(along))
-    return 1.0 if axis[2] >= 0 else -1.0
+    return -1.0 if float(side.way(center) @ axis) < -0.15 else 1.0
 
 
 def leaves(center: Array, axis: Array, target: Array, half: float, radius: float) -> Array:
@@ -173,7 +188,9 @@ def _sleeve_and_rod(
         halves = np.array([wide, wide, half])
         drawn.items.append(solids.box(center, at.frame, halves, gid, sleeve.color))
     if sleeve.fixed:
-        drawn.items.append(solids.pedestal(center, axis, half, STAND + 1.0, f"support-{at.name}"))
+        drawn.items.append(at.stand(center, half, STAND + 1.0))
+    for item in drawn.items:
+        item.anchor = Anchor((at.bases[not held],), at.turn)
     drawn.items += _rod(at, rod, center, through, held)
 
     def from_sleeve(target: Array) -> Array:
@@ -189,31 +206,29 @@ def _sleeve_and_rod(
 def _rod(at: JointPlace, rod: JointSide, center: Array, through: Array, held: bool) -> list[Item]:
     """Return the guide as far as its sleeve comes, without what is inside of it."""
     axis, half = at.frame[2], SLEEVE[0]
-    low, high = (-at.span[1], -at.span[0]) if held else at.span
-    low, high = min(low, 0.0), max(high, 0.0)
+    low, high = at.span
     now = float((center - through) @ axis)
     low, high = min(low, now) - ROD, max(high, now) + ROD
     if held:  # a shaft ends at the place that it carries, and beyond its bearing
         low = low + ROD if low + ROD >= -1e-9 else low
         high = high - ROD if high - ROD <= 1e-9 else high
     items = []
-    for a, b in ((low, now - half), (now + half, high)):
+    sleeve = at.bases[not held]
+    for a, b, base in ((low, now - half, "low"), (now + half, high, "high")):
+        base = f"{at.name}/{base}"
         if b - a > 0.5:
             ends = np.array([through + a * axis, through + b * axis])
             items.append(
-                solids.polyline(ends, f"joint-{at.name}-guide", rod.color, bridges=not rod.fixed)
-            )
+                solids.polyline(
+                    ends, f"joint-{at.name}-guide", rod.color, bridges=not rod.fixed,
+                    anchor=Anchor((base, sleeve) if a == low else (sleeve, base), at.turn),
+                )
+            )  # fmt: skip
     if rod.fixed:
-        for end, sense in ((low, -1.0), (high, 1.0)):
-            items.append(_wall(through + end * axis, sense * axis, f"support-{at.name}"))
+        for end, sense, base in ((low, -1.0, "low"), (high, 1.0, "high")):
+            items.append(at.wall(through + end * axis, sense * axis))
+            items[-1].anchor = Anchor((f"{at.name}/{base}",), at.turn)
     return items
-
-
-def _wall(place: Array, out: Array, gid: str) -> Item:
-    """Return the hatched wall at the end of a fixed guide."""
-    along = unit(out[:2]) if np.hypot(*out[:2]) > 0.15 else np.array([0.0, -1.0])
-    half = 8.0 * np.array([-along[1], along[0]])
-    return solids.wall(place[:2] - half, place[:2] + half, along, float(place[2]), gid)
 
 
 def prismatic(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
@@ -233,46 +248,34 @@ def screw(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     sleeve = drawn.items[0]
     middle = at.center if first.fixed and not second.fixed else at.other
     lean = -0.45 if at.left_handed else 0.45
-    u = solids.across(axis)[0]
-    eye = np.array([0.0, 0.0, 1.0])
-    towards = eye - axis * axis[2]
-    size = float(np.linalg.norm(towards))
-    towards = towards / size if size > 1e-6 else u
-    beside = np.cross(axis, towards)
-    for shift in (-0.55, 0.0, 0.55):
-        turn = np.linspace(-1.1, 1.1, 9)
-        place = (
-            middle
-            + (shift + lean * turn / 2.2)[:, None] * SLEEVE[0] * axis
-            + SLEEVE[1] * (np.cos(turn)[:, None] * towards + np.sin(turn)[:, None] * beside)
-        )
-        sleeve.facets.insert(1, Facet(place[:, :2], closed=False, width=style.THIN))
+    u, v = solids.across(axis)
+    turn = np.linspace(-1.1, 1.1, 9)[:, None]
+    for side in np.linspace(0.0, 2 * np.pi, 5)[:-1]:  # the thread, seen where it faces the eye
+        for shift in (-0.55, 0.0, 0.55):
+            out = np.cos(side + turn) * u + np.sin(side + turn) * v
+            along = (shift + lean * turn / 2.2) * SLEEVE[0] * axis
+            if (np.cos(side) * u + np.sin(side) * v)[2] > 0.5:
+                place = middle + along + SLEEVE[1] * out
+                sleeve.facets.insert(1, Facet("line", place, width=style.THIN))
     return drawn
 
 
 def spherical(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
-    """A ball of the second body in a socket of the first."""
-    gid = f"joint-{at.name}-ball"
-    drawn = DrawnSymbol([solids.ball(at.center, BALL, gid, second.color)])
-    back = first.way(at.center)[:2]
-    if first.fixed or np.hypot(*back) < 1e-3:
-        back = -second.way(at.center)[:2]
-    if first.fixed and np.hypot(*back) < 1e-3:
-        back = np.array([0.0, -1.0])
-    middle = float(np.arctan2(back[1], back[0])) if np.hypot(*back) > 0 else -np.pi / 2
-    turn = np.linspace(middle - 1.75, middle + 1.75, 22)
-    cup = at.center[:2] + SOCKET * np.column_stack([np.cos(turn), np.sin(turn)])
-    behind = np.column_stack([cup, np.full(len(cup), at.center[2] - 0.8 * BALL)])
-    drawn.items.append(
-        Item(behind, gid=f"joint-{at.name}-socket", color=first.color, width=1.6 * style.LINE,
-             bridges=False)
-    )  # fmt: skip
+    """A ball of the second body in a cup of the first."""
+    back = first.way(at.center)
+    if first.fixed or float(np.linalg.norm(back)) < 1e-3:
+        back = -at.up
+    back = back / np.linalg.norm(back)
+    rims = [
+        solids.rim(at.center + SOCKET * np.sin(t) * back, back, SOCKET * np.cos(t)) for t in CUP
+    ]
+    facets = [Facet("hull", np.vstack(rims), True, edge=first.color, width=1.4 * style.LINE)]
+    socket = solids.solid(facets, f"joint-{at.name}-socket", Anchor(at.bases[:1], first.turn))
+    socket.points[:, 2] -= 0.8 * BALL
+    ball = solids.ball(at.center, BALL, f"joint-{at.name}-ball", second.color, at.bases[0])
+    drawn = DrawnSymbol([socket, ball])
     if first.fixed:
-        out = unit(back)
-        drawn.items.append(
-            _wall(at.center + np.array([*(out * (SOCKET + 1.5)), -BALL]), np.array([*out, 0.0]),
-                  f"support-{at.name}")
-        )  # fmt: skip
+        drawn.items.append(at.wall(at.center + (SOCKET + 1.5) * back, back))
 
     def beside(radius: float) -> Start:
         def start(target: Array) -> Array:
@@ -292,6 +295,7 @@ def universal(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbo
     drawn = DrawnSymbol()
     starts: list[Start] = []
     for own, pin in ((first, at.frame[2]), (second, at.pin)):
+        anchor = Anchor(at.bases[:1], own.turn)
         pins = np.array([at.center - CROSS * pin, at.center, at.center + CROSS * pin])
         for half in (pins[:2], pins[1:]):
             drawn.items.append(
@@ -307,9 +311,11 @@ def universal(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbo
             drawn.items.append(solids.polyline(fork, gid, own.color, bridges=False))
             tip = at.center + sign * CROSS * pin
             drawn.items.append(solids.disc(tip, pin, 2.6, gid, own.color, own.color))
+        for item in drawn.items:
+            item.anchor = anchor if item.anchor is PAPER else item.anchor
         apex = at.center + CROSS * way
         starts.append(_always(apex))
-    drawn.items.append(solids.ball(at.center, 2.6, gid))
+    drawn.items.append(solids.ball(at.center, 2.6, gid, base=at.bases[0]))
     drawn.first, drawn.second = starts
     return drawn
 
@@ -321,59 +327,43 @@ def _always(place: Array) -> Start:
 def planar(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A plate of the second body on one of the first."""
     gid = f"joint-{at.name}-plane"
-    n, m, a = at.frame
+    rows, a = at.frame[:2], at.frame[2]
     drawn = DrawnSymbol()
-    lift = 3.0 * (1.0 if float(second.way(at.other) @ a) >= 0 else -1.0)
-    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
-    for own, half, shift, fill in (
-        (first, PLATE[0], -lift / 2, style.FILL),
-        (second, PLATE[1], lift / 2, style.PAPER),
+    rise = 1.0 if float(second.way(at.other) @ a) >= 0 else -1.0
+    for own, half, side, fill in (
+        (first, PLATE[0], -rise, style.FILL),
+        (second, PLATE[1], rise, style.PAPER),
     ):
-        corners = at.other + shift * a + half * square @ np.array([n, m])
-        drawn.items.append(
-            Item(corners, closed=True, gid=gid, color=own.color, fill=fill, width=solids.EDGE)
-        )
+        middle = at.other + 1.5 * side * a
+        corners = middle + half * solids.SQUARE @ rows
+        facets = [Facet("area", corners, edge=own.color, fill=fill, width=solids.EDGE)]
         if own.fixed:
-            low = int(np.argmin(corners[:, 1] + np.roll(corners[:, 1], -1)))
-            ends = corners[[low, (low + 1) % 4]]
-            out = ends.mean(axis=0) - at.other
-            drawn.items.append(
-                _edge(ends, unit(out[:2]) if np.hypot(*out[:2]) > 0 else DOWN, at.name)
-            )
-    drawn.first = drawn.second = None
+            facets = solids.plate(middle, side * a, at.frame[0], half, half)
+        drawn.items.append(solids.solid(facets, gid, Anchor(at.bases[1:], at.turn)))
     return drawn
-
-
-def _edge(ends: Array, side: Array, name: str) -> Item:
-    normal = np.array([-1.0, 1.0]) * unit((ends[1] - ends[0])[:2])[::-1]
-    normal, depth = normal if normal @ side > 0 else -normal, float(ends[:, 2].mean())
-    return solids.wall(ends[0, :2], ends[1, :2], normal, depth, f"support-{name}")
 
 
 def weld(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A rigid connection: a filled square, or the hatched ground."""
     half = 0.9 * style.PIN
-    square = at.center[:2] + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    points = np.column_stack([square, np.full(4, at.center[2])])
-    facets = [Facet(square, fill=style.INK)]
-    item = Item(points, closed=True, solid=True, facets=facets, gid=f"joint-{at.name}-weld")
-    drawn = DrawnSymbol([item])
+    square = at.center + half * np.hstack([solids.SQUARE, np.zeros((4, 1))])
+    facets, anchor = [Facet("area", square, fill=style.INK)], Anchor(at.bases[:1], solids.EYE)
+    drawn = DrawnSymbol([solids.solid(facets, f"joint-{at.name}-weld", anchor)])
     if first.fixed or second.fixed:
-        low = at.center + np.array([0.0, -half, 0.0])
-        drawn.items.append(_wall(low, np.array([0.0, -1.0, 0.0]), f"support-{at.name}"))
+        drawn.items.append(at.wall(at.center - half * at.up, -at.up))
     return drawn
 
 
 def distance(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A dashed line between two small balls."""
-    ends = np.array([at.center, at.other])
-    gid = f"joint-{at.name}-distance"
-    drawn = DrawnSymbol([solids.polyline(ends, gid, width=style.LINE, dash=style.DASHED)])
-    drawn.items += [solids.ball(end, 0.75 * style.PIN, gid) for end in ends]
-    for end, own in zip(ends, (first, second), strict=True):
+    ends, gid = np.array([at.center, at.other]), f"joint-{at.name}-distance"
+    line = solids.polyline(ends, gid, width=style.LINE, dash=style.DASHED, anchor=Anchor(at.bases))
+    drawn = DrawnSymbol([line])
+    for end, own, base in zip(ends, (first, second), at.bases, strict=True):
+        drawn.items.append(solids.ball(end, 0.75 * style.PIN, gid, base=base))
         if own.fixed:
-            low = end + np.array([0.0, -style.PIN, 0.0])
-            drawn.items.append(_wall(low, np.array([0.0, -1.0, 0.0]), f"support-{at.name}"))
+            drawn.items.append(at.wall(end - style.PIN * at.up, -at.up))
+            drawn.items[-1].anchor = Anchor((base,))
     return drawn
 
 

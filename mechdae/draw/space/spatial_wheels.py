@@ -8,6 +8,7 @@ meets the common perpendicular.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,10 +17,10 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram.shapes import hull
-from mechdae.draw.primitives import Array
+from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.space import solids
 from mechdae.draw.space.anchors import anchor, size_of
-from mechdae.draw.space.depth import Item
+from mechdae.draw.space.depth import Facet, Item
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.records import dataclass
 
@@ -53,6 +54,8 @@ class PitchSurface:
         (3,) unit direction.
     shaft
         (3,) where its joint on the carrier is drawn.
+    anchor
+        What it moves with: its own point of the mesh, in a page to the scale of lengths.
     """
 
     body: str
@@ -60,6 +63,7 @@ class PitchSurface:
     radii: tuple[float, float]
     axis: Array
     shaft: Array
+    anchor: Anchor
 
     @property
     def middle(self) -> Array:
@@ -85,6 +89,7 @@ class PitchPlane:
 
     body: str
     corners: Array
+    anchor: Anchor
 
     def outline(self) -> Array:
         """Return places (m, 3) [m] that reach as far as it does."""
@@ -100,6 +105,11 @@ class _Member:
     place: Array
     own: Array
     shaft: Array
+    base: str
+
+    @property
+    def anchor(self) -> Anchor:
+        return Anchor((self.base,), self.body, "m")
 
     def foot(self, place: Array) -> Array:
         """Return the point of the axis nearest to a place."""
@@ -138,9 +148,18 @@ def surfaces(
     if sine <= SAME:  # each at the height of its own point
         feet = [member.foot(member.own) for member in (first, second)]
     half = 0.5 * FACE * min(radii)
+    off = [float(np.linalg.norm(m.own - m.foot(m.own))) for m in members if m is not None]
+    apart = float(np.linalg.norm(first.own - second.own))
+    # as far apart as the axes are, if the wheels' points are on them
+    grow = f"{mesh.first}>{mesh.second}" if max(off) <= SAME * size < apart else "m"
     return [
         PitchSurface(
-            m.body, np.array([foot - half * m.axis, foot + half * m.axis]), (r, r), m.axis, m.shaft
+            m.body,
+            np.array([foot - half * m.axis, foot + half * m.axis]),
+            (r, r),
+            m.axis,
+            m.shaft,
+            replace(m.anchor, grow=grow),
         )
         for m, foot, r in zip((first, second), feet, radii, strict=True)
     ]
@@ -161,7 +180,7 @@ def _member(
     sides = anchor(scene, joint, pose, moved)
     shaft = sides[0] if carries_second else sides[1]
     place = scene.place(here, pose)
-    return _Member(mesh.bodies[k], axis, place, scene.place(own, pose), shaft)
+    return _Member(mesh.bodies[k], axis, place, scene.place(own, pose), shaft, own)
 
 
 def _point(scene: SpatialScene, mesh: Joint, pose: int) -> Array | None:
@@ -221,7 +240,9 @@ def _cones(
         along = [length * (1 + sign * FACE) for sign in (-1, 1)]
         ends = np.array([apex + member.axis * float(way @ member.axis) * t for t in along])
         radii = (abs(along[0]) * sine, abs(along[1]) * sine)
-        found.append(PitchSurface(member.body, ends, radii, member.axis, member.shaft))
+        found.append(
+            PitchSurface(member.body, ends, radii, member.axis, member.shaft, member.anchor)
+        )
     return found
 
 
@@ -250,8 +271,8 @@ def _with_rack(
         for way, sign in ((ways[0], -1), (ways[1], -1), (ways[1], 1), (ways[0], 1))
     ]
     return [
-        PitchSurface(wheel.body, ends, (size, size), wheel.axis, wheel.shaft),
-        PitchPlane(rack.body, np.array(corners)),
+        PitchSurface(wheel.body, ends, (size, size), wheel.axis, wheel.shaft, wheel.anchor),
+        PitchPlane(rack.body, np.array(corners), rack.anchor),
     ]
 
 
@@ -297,21 +318,31 @@ def wheel_items(
         Of the wheel and of its shaft.
     """
     color, ink = colors
-    rims = [np.array([at(place) for place in rim]) for rim in wheel.rims()]
-    both = np.vstack(rims)
-    near = 0 if rims[0][:, 2].mean() > rims[1][:, 2].mean() else 1
-    wide = 0 if wheel.radii[0] >= wheel.radii[1] else 1
-    outer = both[hull(both[:, :2].round(9))]
-    items = [_ring(outer, gid, color, style.LINE), _ring(rims[near], gid, color, style.THIN)]
-    if wheel.radii[0] != wheel.radii[1]:
-        items.append(_ring(rims[1 - near], gid, color, style.THIN))
+    metre = float(np.linalg.norm(at(wheel.axis) - at(np.zeros(3))))
+    axis = (at(wheel.axis) - at(np.zeros(3))) / metre
+    rims = [
+        solids.rim(at(end), axis, radius * metre)
+        for end, radius in zip(wheel.ends, wheel.radii, strict=True)
+    ]
+    near, wide = int(axis[2] > 0), 0 if wheel.radii[0] >= wheel.radii[1] else 1
+    shown = [near] if wheel.radii[0] == wheel.radii[1] else [near, 1 - near]
+    circles = [(np.vstack(rims), style.LINE), *((rims[k], style.THIN) for k in shown)]
+    items = [
+        wire(Facet("hull", own, True, fill="none", edge=color, width=width), gid)
+        for own, width in circles
+    ]
     center, radius = wheel.ends[wide], wheel.radii[wide]
     end = at(center + radius * mark)
-    items.append(_wire(np.array([at(center), end]), gid, color, style.THIN))
-    items.append(solids.ball(end, style.DOT, gid, color))
+    items.append(
+        wire(Facet("line", np.array([at(center), end]), edge=color, width=style.THIN), gid)
+    )
+    items.append(solids.solid([Facet("dot", end[None], fill=color, size=style.DOT)], gid))
+    items[-1].points = np.column_stack([end[:2] + style.DOT * solids.SQUARE, np.full(4, end[2])])
     shaft = np.array([at(wheel.shaft), at(center)])
     if float(np.linalg.norm(shaft[1] - shaft[0])) > 1.0:
         items.append(solids.polyline(shaft, gid, ink, style.BAR, bridges=False))
+    for item in items:
+        item.anchor = wheel.anchor
     return items
 
 
@@ -322,14 +353,20 @@ def rack_items(rack: PitchPlane, at: Place, gid: str, color: str) -> list[Item]:
     count = max(int(np.linalg.norm(along) / TEETH), 2)
     share = (np.arange(count) + 0.5)[:, None] / count
     starts = corners[0] + share * along
-    items = [_ring(corners, gid, color, style.LINE)]
-    items += [_wire(np.array([start, start + across]), gid, color, style.THIN) for start in starts]
+    lines = np.stack([starts, starts + across], axis=1)
+    items = [wire(Facet("hull", corners, fill="none", edge=color), gid)]
+    items += [wire(Facet("line", line, edge=color, width=style.THIN), gid) for line in lines]
+    for item in items:
+        item.anchor = rack.anchor
     return items
 
 
-def _ring(points: Array, gid: str, color: str, width: float) -> Item:
-    return _wire(np.vstack([points, points[:1]]), gid, color, width)
-
-
-def _wire(points: Array, gid: str, color: str, width: float) -> Item:
-    return Item(points, gid=gid, color=color, width=width, bridges=False)
+def wire(facet: Facet, gid: str) -> Item:
+    """Return an open line that is drawn by a facet, closed around places."""
+    if facet.kind == "line":
+        line = facet.points
+    else:
+        places = facet.places
+        line = places[[*hull(places[:, :2].round(9))]]
+        line = np.vstack([line, line[:1]])
+    return Item(line, facets=[facet], gid=gid, bridges=False, width=facet.width)

@@ -8,7 +8,7 @@ from mechdae.describe import GROUND, Mechanism
 from mechdae.describe.joints.curve import follows_curve, place, span
 from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.fragments import fragments
-from mechdae.parts.page.space_scenes import joint_in_space, space_of
+from mechdae.draw.space.spatial_fragments import fragments_in_space
 
 if TYPE_CHECKING:
     from mechdae.results import Result
@@ -22,34 +22,24 @@ SAMPLES = 240
 def drawn(result: Any, lang: str) -> tuple[Json, Json]:
     """Return bodies, points and joints of a motion, and the fragments they are drawn by.
 
-    ``bodies``: name, in space number and references of the points that shape it. ``joints``: name,
+    ``bodies``: their names. ``joints``: name,
     references of its two points, numbers that its symbol is drawn by; angles of guides are in the
     frame of the first body. ``ground``: names of the fixed points, with their places; ``space``:
     the view.
     """
     mechanism = result.mechanism
     values, flat = mechanism.values(), mechanism.dimension == 2
-    used = {end for joint in mechanism.joints.values() for end in (joint.first, joint.second)}
-    bodies: list[Json] = []
-    for number, (name, body) in enumerate(mechanism.bodies.items(), start=1):
-        points = [f"{name}.{point}" for point in body.points]
-        bodies.append({"name": name})
-        if not flat:
-            outline = [f"{name}.{point}" for point in body.outline or ()]
-            free = [reference for reference in points if reference not in used]
-            number = body.number if body.number is not None else number
-            bodies[-1] |= {"number": number, "shape": outline or points, "free": free}
     ground = [f"{GROUND}.{name}" for name in mechanism.ground.points]
     scene: Json = {
         "dimension": mechanism.dimension,
-        "bodies": bodies,
+        "bodies": [{"name": name} for name in mechanism.bodies],
         "joints": [_joint(mechanism, name, values) for name in mechanism.joints],
         "ground": ground,
         "places": [[values[f"{point}.{axis}"] for axis in mechanism.axes] for point in ground],
     }
     if flat:
         return scene, fragments(read_scene(result), result, lang)
-    space, drawing = space_of(result, lang)
+    space, drawing = fragments_in_space(result, lang)
     return scene | {"space": space}, drawing
 
 
@@ -73,7 +63,7 @@ def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> Json:
     entry: Json = {"name": name, "first": joint.first, "second": joint.second}
     entry["pin"] = joint.coincide
     if mechanism.dimension == 3:
-        return entry | {"kind": joint.kind} | joint_in_space(mechanism, joint)
+        return entry
     if follows_curve(joint):
         first, last = span(joint, values)
         at = [first + (last - first) * k / SAMPLES for k in range(SAMPLES + 1)]

@@ -10,12 +10,3 @@ export const across3 = (axis) => {
   const first = unit3(outer(axis, [0, 1, 2].map((i) => (i === k ? 1 : 0))));
   return [first, outer(axis, first)];
 };
-
-/** Places on a circle about an axis. */
-export function ringOf(center, axis, radius, count = 28) {
-  const [u, v] = across3(axis);
-  return Array.from({ length: count }, (_, k) => {
-    const t = (2 * Math.PI * k) / count;
-    return plus(plus(center, u, radius * Math.cos(t)), v, radius * Math.sin(t));
-  });
-}

@@ -39,20 +39,24 @@ export function pathOf(places, closed = false) {
   return closed && path ? `${path}Z` : path;
 }
 
-/** A shape of a fragment: name, paint (stroke, fill, width, dashes), where it is. */
+const colour = (own) => (own === "none" ? own : `var(--${own})`);
+
+/** A path or circle with a paint: stroke, fill, width, dashes. */
+export function painted(name, look, places) {
+  const [stroke, fill, width, dash] = look.split(" ");
+  return element(name, { stroke: colour(stroke), fill: colour(fill), "stroke-width": width, "stroke-linejoin": "round", "stroke-linecap": dash ? "butt" : "round", "stroke-dasharray": dash || "none", ...places });
+}
+
+/** A shape of a fragment: name, paint, where it is. */
 function shapeOf([name, look, ...more]) {
-  const paint = (own) => (own === "none" ? own : `var(--${own})`);
   if (name === "text") {
     const [x, y, size, text, slanted, sign] = more;
-    const made = element("text", { x, y, "font-size": size, "font-style": slanted ? "italic" : "normal", class: { false: "load", middle: "middle" }[sign] || "sign", style: `fill: ${paint(look)}` });
+    const made = element("text", { x, y, "font-size": size, "font-style": slanted ? "italic" : "normal", class: { false: "load", middle: "middle" }[sign] || "sign", style: `fill: ${colour(look)}` });
     made.textContent = text;
     return made;
   }
-  const [stroke, fill, width, dash] = look.split(" ");
-  const made = element(name, { stroke: paint(stroke), fill: paint(fill), "stroke-width": width, "stroke-linejoin": "round", "stroke-linecap": dash ? "butt" : "round", "stroke-dasharray": dash || "none" });
   const places = name === "circle" ? { cx: more[0], cy: more[1], r: more[2] } : { d: more[0] };
-  for (const [key, value] of Object.entries(places)) if (value !== undefined) made.setAttribute(key, value);
-  return made;
+  return painted(name, look, Object.fromEntries(Object.entries(places).filter(([, value]) => value !== undefined)));
 }
 
 /** Draws poses of one scene; places are those of the points, in metres. */
