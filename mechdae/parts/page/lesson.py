@@ -22,7 +22,7 @@ from mechdae.results import Result
 from mechdae.types import Floats, Graph, Json
 
 if TYPE_CHECKING:
-    from mechdae.results.kinds import SweepResult
+    from mechdae.results import SweepResult
 
 SAME = 1e-9
 """A number is a length where they differ by less than this share of it."""

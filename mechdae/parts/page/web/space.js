@@ -150,25 +150,25 @@ export class SpaceDiagram extends View {
 
   draw(places, turns) {
     const pose = { places, turns };
-    const made = this.drawing.solids.flatMap((part) => this.shapes(part, pose).map((shape) => ({ ...shape, owner: part.owner })));
+    const made = this.drawing.solids.flatMap((part) => this.shapes(part, pose).map((shape) => ({ ...shape, id: part.id, owner: part.owner })));
     const faces = made.filter(({ kind, owner }) => owner !== undefined && kind === "area");
     const lines = made.filter(({ kind, owner }) => owner !== undefined && kind === "line");
     this.painted = [];
-    for (const face of faces) this.paint(Math.min(...face.places.map((place) => place[2])) - 1e6, face.look, pathOf(face.places.map((place) => this.down(place)), true));
+    for (const face of faces) this.paint(Math.min(...face.places.map((place) => place[2])) - 1e6, face.look, face.id, { d: pathOf(face.places.map((place) => this.down(place)), true) });
     for (const line of lines) {
       this.pieces(line, (place) => faces.some((face) => face.owner !== line.owner && insideOf(place, face.places) && depthAt(face.places, place) > place[2] + BEHIND));
       this.gaps(line, lines, faces);
     }
-    for (const { kind, look, size, places: own, owner } of made) {
+    for (const { kind, look, size, places: own, owner, id } of made) {
       if (owner !== undefined) continue;
-      if (kind === "line") { this.pieces({ look, places: own }, () => false); continue; }
+      if (kind === "line") { this.pieces({ look, id, places: own }, () => false); continue; }
       const flat = flatOf(kind, size, own);
       if (!flat) continue;
       const middles = kind.endsWith("round") ? own.filter((_, k) => k % 3 === 0) : own, [x, y] = this.down(flat[0]);
       const depth = middles.reduce((sum, place) => sum + place[2], 0) / middles.length + (kind === "dot" ? 2 * BEHIND : 0);
-      if (kind === "dot") this.paint(depth, look, null, { cx: x.toFixed(2), cy: y.toFixed(2), r: size });
-      else if (kind === "strokes" || kind === "hatch") this.paint(depth, look, flat.map((place, k) => (k % 2 ? "" : pathOf([place, flat[k + 1]].map((end) => this.down(end))))).join(""));
-      else this.paint(depth, look, pathOf(flat.map((place) => this.down(place)), true));
+      if (kind === "dot") this.paint(depth, look, id, { cx: x.toFixed(2), cy: y.toFixed(2), r: size });
+      else if (kind === "strokes" || kind === "hatch") this.paint(depth, look, id, { d: flat.map((place, k) => (k % 2 ? "" : pathOf([place, flat[k + 1]].map((end) => this.down(end))))).join("") });
+      else this.paint(depth, look, id, { d: pathOf(flat.map((place) => this.down(place)), true) });
     }
     this.painted.sort((a, b) => a.depth - b.depth);
     this.depths.replaceChildren(...this.painted.map((part) => part.made));
@@ -179,14 +179,14 @@ export class SpaceDiagram extends View {
   /** Units of the sheet, y down. */
   down([x, y]) { return [this.shift[0] + x, this.shift[1] - y]; }
 
-  paint(depth, look, d, circle = null) { this.painted.push({ depth, made: painted(circle ? "circle" : "path", look, circle || { d }) }); }
+  paint(depth, look, id, where) { this.painted.push({ depth, made: painted(where.d === undefined ? "circle" : "path", look, { "data-id": id, ...where }) }); }
 
-  pieces({ look, places }, hides) {
+  pieces({ look, id, places }, hides) {
     places.slice(1).forEach((b, i) => {
       const a = places[i], count = Math.max(1, Math.round(Math.hypot(b[0] - a[0], b[1] - a[1]) / PIECE)), way = plus(b, a, -1);
       for (let k = 0; k < count; k += 1) {
         const ends = [k / count, (k + 1) / count].map((t) => plus(a, way, t)), middle = plus(a, way, (k + 0.5) / count);
-        this.paint(middle[2], hides(middle) ? `${look.split(" ").slice(0, 2).join(" ")} ${HIDDEN}` : look, pathOf(ends.map((end) => this.down(end))));
+        this.paint(middle[2], hides(middle) ? `${look.split(" ").slice(0, 2).join(" ")} ${HIDDEN}` : look, id, { d: pathOf(ends.map((end) => this.down(end))) });
       }
     });
   }
@@ -201,7 +201,7 @@ export class SpaceDiagram extends View {
       if (faces.some((face) => insideOf(at, face.places)) || [p, q, r, s].some((end) => Math.hypot(end[0] - at[0], end[1] - at[1]) < 2 * GAP)) continue;
       const half = 0.5 * Number(behind.look.split(" ")[2]) + 2;
       const ends = [-half, half].map((way) => this.down(plus(at, u, way / size)));
-      this.paint(at[2] - 0.5 * BEHIND, `paper none ${Number(line.look.split(" ")[2]) + 2 * GAP}`, pathOf(ends));
+      this.paint(at[2] - 0.5 * BEHIND, `paper none ${Number(line.look.split(" ")[2]) + 2 * GAP}`, "", { d: pathOf(ends) });
     }
   }
 
