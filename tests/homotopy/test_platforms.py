@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.numerics.homotopy import certify, platforms
-from mechdae.numerics.homotopy.study_chart import (
+from mechdae.numerics.homotopy.platforms import (
     StudyChart,
     all_apart,
     from_first_leg,

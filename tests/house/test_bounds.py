@@ -90,7 +90,7 @@ LOOPS = {
     ("numerics/homotopy/loops.py", "walk"): "steps are left over less each time, or it is an error",
     ("numerics/homotopy/sliding_count.py", "connected"): "subsets are counted down",
     ("kernels/bounds/series.py", "inverse"): "the series is twice as long each time",
-    ("kernels/machine/instructions.py", "stored"): "found further on in the text each time",
+    ("kernels/machine/program.py", "stored"): "found further on in the text each time",
     ("equations/mobility.py", "_shortest_cycles"): "bodies are reached once",
     ("equations/reduction.py", "_connected"): "the part gets larger",
     ("equations/cases/redundant_constraints.py", "_spreading"): "the neighbourhood gets larger",

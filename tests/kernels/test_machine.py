@@ -13,9 +13,9 @@ import pytest
 
 from mechdae import __version__
 from mechdae.kernels.machine import program as compiling
-from mechdae.kernels.machine.instructions import asked, stored
 from mechdae.kernels.machine.library import library
 from mechdae.kernels.machine.line import CompiledLine
+from mechdae.kernels.machine.program import asked, stored
 from mechdae.kernels.run import functions
 from mechdae.kernels.run.functions import Batch, Call, StepChain, program
 from mechdae.kernels.run.numpy_backend import NumpyFunction

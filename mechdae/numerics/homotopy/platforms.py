@@ -1,4 +1,15 @@
-"""All poses of a platform on six legs (Stewart and Gough), certified."""
+"""All poses of a platform on six legs (Stewart and Gough), certified.
+
+They are followed in an affine chart in which solutions at infinity are regular too. The first leg's
+points are the origins of both bodies. The displacement is t = 2 vec(f e*) / e.e for any f + m e, e
+and f being quaternions, so that with a generic complex c there is one of them with
+
+    c.e = 1,  c.f = 0,
+
+six unknowns. The first leg is 4 (f.f e.e - (e.f)^2) = L^2 (e.e)^2; of the others its square less
+that of the first is divided by e.e, and a quadric. Where t grows beyond all bounds e.e vanishes,
+and e and f stay what they are.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +22,6 @@ import numpy as np
 
 from mechdae.errors import InputError
 from mechdae.numerics.homotopy.certify import CertifiedSolutions, apart, certify
-from mechdae.numerics.homotopy.study_chart import (
-    ChartedSolutions,
-    StudyChart,
-    all_apart,
-    from_first_leg,
-    numbers_along,
-    points,
-    same,
-    study,
-)
 from mechdae.numerics.homotopy.study_quadrics import (
     MOST,
     conjugate,
@@ -28,9 +29,204 @@ from mechdae.numerics.homotopy.study_quadrics import (
     product,
     quadrics,
 )
-from mechdae.numerics.homotopy.tracker import distinct, track
+from mechdae.numerics.homotopy.tracker import System, distinct, track
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Complexes, Floats, Unknowns
+
+UNIT = 2.0**-53
+ROUNDINGS = 200
+"""Roundings of a sum of 64 products of rounded complex numbers, with a reserve."""
+LARGEST = 0.25
+BALL = 0.1
+"""Radius of the balls in which second derivatives are bounded."""
+BENDING = float(np.sqrt(5 * 2**2 + 1))
+"""Bound of the second derivative: 2 of quadrics of norm 1; the last row is divided by its own."""
+NOT_REAL = 1e-9
+"""Share of |e|^2 by which |e.e| has to be less."""
+
+
+@dataclass(frozen=True)
+class ChartedSolutions:
+    """Of each of n solutions ``y`` (n, 6), (e, f) ``X`` (n, 8): whether it is ``simple``.
+
+    ``other`` ones are no real poses. ``radius`` bounds the error; within ``alone`` it is alone.
+    """
+
+    y: Complexes
+    X: Complexes
+    simple: Any
+    other: Any
+    radius: Any
+    alone: Any
+
+
+def _form(pairs: list[tuple[int, int]]) -> Floats:
+    result = np.zeros((8, 8))
+    for i, j in pairs:
+        result[i, j] += 0.5
+        result[j, i] += 0.5
+    return result
+
+
+EE, EF, FF = (
+    _form([(i + a, i + b) for i in range(4)]) for a, b in ((0, 0), (0, 4), (4, 4))
+)  # fmt: skip
+
+
+def from_first_leg(
+    base: Complexes | Floats, platform: Complexes | Floats, squares: Complexes | Floats
+) -> Complexes:
+    """Return the numbers (36,) of a platform: points 2 to 6 from the first, squared legs."""
+    return np.concatenate(
+        [(base[1:] - base[0]).ravel(), (platform[1:] - platform[0]).ravel(), squares]
+    )
+
+
+def points(p: Complexes | Floats) -> tuple[Complexes, Complexes]:
+    """Return base and platform (6, 3) of a platform's numbers."""
+    nothing = np.zeros((1, 3))
+    base, platform = (np.concatenate([nothing, rows.reshape(5, 3)]) for rows in (p[:15], p[15:30]))
+    return base, platform
+
+
+def study(X: Complexes) -> Any:
+    """Return (e, g) with e.g = 0 of solutions (e, f), as (n, 8) of size 1."""
+    e, f = X[:, :4], X[:, 4:]
+    square, both = (e * e).sum(axis=1)[:, None], (e * f).sum(axis=1)[:, None]
+    result = np.concatenate([square * e, square * f - both * e], axis=1)
+    return result / np.maximum(np.linalg.norm(result, axis=1), 1e-300)[:, None]
+
+
+def numbers_along(start: Complexes, end: Complexes, bend: Any = None) -> Complexes:
+    """Return the numbers (k, 36) along a route by powers of t: start + t (end - start) + ..."""
+    slope = end - start
+    if bend is None:
+        return np.stack([start, slope])
+    return np.stack([start, slope + bend, -bend])
+
+
+class StudyChart:
+    """The solutions with c.e = 1 and c.f = 0, as y (n, 6)."""
+
+    def __init__(self, c: Complexes) -> None:
+        self.c = c / np.linalg.norm(c)
+        q, _ = np.linalg.qr(np.concatenate([self.c.conj()[:, None], np.eye(4)], axis=1))
+        across = q[:, 1:4]
+        self.basis = np.zeros((8, 7), complex)
+        """(e, f) = basis (1, y); its columns are orthonormal."""
+        self.basis[:4, 0] = self.c.conj()
+        self.basis[:4, 1:4] = self.basis[4:, 4:] = across
+
+    def solutions(self, y: Complexes) -> Complexes:
+        """Return (e, f) as (n, 8)."""
+        return y @ self.basis[:, 1:].T + self.basis[:, 0]
+
+    def coordinates(self, X: Complexes) -> Any:
+        """Return y of solutions (e, f), of which any multiple and any f + m e will do."""
+        e, f = X[:, :4], X[:, 4:]
+        s = (e @ self.c)[:, None]
+        f = (f - (f @ self.c)[:, None] / s * e) / s
+        return np.concatenate([e / s, f], axis=1) @ self.basis[:, 1:].conj()
+
+    def _rows(self, p: Complexes) -> Any:
+        Q = quadrics(*points(p), p[30:])
+        return np.einsum("iab,ax,by->ixy", Q[2:] - Q[1], self.basis, self.basis)
+
+    def system(self, route: Complexes) -> System:
+        """Return the equations along a route of numbers (k, 36) by powers of t."""
+        degree = 2 * (len(route) - 1)
+        t = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)) / 2 + 0.5
+        powers = np.vander(t, increasing=True)
+        values = np.stack([self._rows(numbers) for numbers in powers[:, : len(route)] @ route])
+        Q = np.tensordot(np.linalg.inv(powers), values, axes=1)
+        forms = np.einsum("iab,ax,by->ixy", np.stack([EE, EF, FF]), self.basis, self.basis)
+        flat = np.concatenate([Q.reshape(-1, 7), forms.reshape(-1, 7)]).T.copy()
+        first = np.concatenate([route[:, 30], np.zeros(degree + 1 - len(route))])
+        d, exponents = degree + 1, np.arange(degree + 1)
+
+        def system(y: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
+            n = len(y)
+            Y = np.ones((n, 7), complex)
+            Y[:, 1:] = y
+            every = Y @ flat
+            powers = np.zeros((n, 2, d))
+            powers[:, 0] = t[:, None] ** exponents
+            powers[:, 1, 1:] = powers[:, 0, :-1] * exponents[1:]
+            half = (powers @ every[:, : 35 * d].reshape(n, d, 35)).reshape(n, 10, 7)
+            values = (half @ Y[:, :, None])[:, :, 0]
+            turned = every[:, 35 * d :].reshape(n, 3, 7)
+            ee, ef, ff = (turned @ Y[:, :, None])[:, :, 0].T
+            square, rate = (powers @ first).T
+            F, Ft = np.empty((n, 6), complex), np.empty((n, 6), complex)
+            J = np.empty((n, 6, 6), complex)
+            F[:, :5], Ft[:, :5], J[:, :5] = values[:, :5], values[:, 5:], 2 * half[:, :5, 1:]
+            F[:, 5], Ft[:, 5] = 4 * (ff * ee - ef * ef) - square * ee * ee, -rate * ee * ee
+            factors = np.stack([8 * ff - 4 * square * ee, -16 * ef, 8 * ee], axis=1)
+            J[:, 5] = (factors[:, None] @ turned[:, :, 1:])[:, 0]
+            return F, J, Ft
+
+        return system
+
+    def certify(self, p: Any, y: Complexes) -> ChartedSolutions:
+        """Certify solutions y (n, 6) of a real platform: Newton and Kantorovich, as in `certify`.
+
+        Second derivatives are bounded in the ball of radius `BALL`.
+        """
+        X = self.solutions(y)
+        Q = quadrics(*points(p), p[30:])
+        D, terms, square = Q[2:] - Q[1], np.abs(Q[2:]) + np.abs(Q[1]), p[30]
+        size = np.sqrt((D**2).sum(axis=(1, 2)))[:, None, None]
+        D, terms, large = D / size, terms / size, np.abs(X)
+        e, f = (np.linalg.norm(half, axis=1) for half in (X[:, :4], X[:, 4:]))
+        E, G = e + BALL, f + BALL
+        bent = 16 * (E**2 + G**2) + 40 * E * G + 12 * square * E**2
+        half = np.einsum("iab,nb->nia", D, X)
+        turned = np.einsum("iab,nb->nia", np.stack([EE, EF, FF]), X)
+        ee, ef, ff = np.einsum("nia,na->in", turned, X)
+        last = 4 * (ff * ee - ef * ef) - square * ee * ee
+        F = np.concatenate([np.einsum("nia,na->ni", half, X), (last / bent)[:, None]], axis=1)
+        noise = np.concatenate(
+            [
+                np.einsum("iab,na,nb->ni", terms, large, large),
+                ((8 * e**2 * f**2 + square * e**4) / bent)[:, None],
+            ],
+            axis=1,
+        )
+        factors = np.stack([8 * ff - 4 * square * ee, -16 * ef, 8 * ee], axis=1)
+        row = np.einsum("ni,nia->na", factors / bent[:, None], turned)
+        J = np.concatenate([2 * half, row[:, None]], axis=1) @ self.basis[:, 1:]
+        slopes = 2 * np.linalg.norm(terms) * np.linalg.norm(X, axis=1) + e + f
+        with np.errstate(all="ignore"):
+            s = np.linalg.svd(J, compute_uv=False)[:, -1]
+            beta = 1 / np.maximum(s - ROUNDINGS * UNIT * slopes, 1e-300)
+            missed = np.linalg.norm(F, axis=1) + ROUNDINGS * UNIT * np.linalg.norm(noise, axis=1)
+            radius, alone = 2 * beta * missed, np.minimum(1 / (2 * beta * BENDING), BALL)
+            simple = (beta**2 * missed * BENDING <= LARGEST) & (radius <= BALL)
+            # of a real pose e is a multiple of a real one: |e.e| = |e|^2
+            other = np.abs(ee) + 2 * e * radius + radius**2 < (1 - NOT_REAL) * (e - radius) ** 2
+        return ChartedSolutions(y, X, simple, simple & other & (radius < e), radius, alone)
+
+
+def all_apart(found: ChartedSolutions) -> bool:
+    """Return whether all solutions are proven to be different ones."""
+    gaps = np.linalg.norm(found.y[:, None] - found.y[None], axis=2)
+    np.fill_diagonal(gaps, np.inf)
+    return bool((gaps > found.radius[:, None] + found.radius[None]).all())
+
+
+def same(chart: StudyChart, charted: ChartedSolutions, found: CertifiedSolutions) -> Any:
+    """Return (n,) whether solutions certified as (e, g) are those that are certified in a chart.
+
+    Their balls are carried over: e / c.e and (g - (c.g / c.e) e) / c.e, with |c| = 1.
+    """
+    x, r = found.x, found.radius
+    with np.errstate(all="ignore"):
+        e, g = (np.linalg.norm(half, axis=1) + r for half in (x[:, :4], x[:, 4:]))
+        s = np.abs(x[:, :4] @ chart.c) - r
+        moved = r * (1 / s + e / s**2) + r * (1 / s + (e + 2 * g) / s**2 + 2 * g * e / s**3)
+        off = np.linalg.norm(chart.coordinates(x) - charted.y, axis=1)
+        return found.simple & (s > 0) & (off + moved <= charted.alone)
+
 
 STORE = Path(__file__).resolve().parent / "platform.json"
 ROUTES = 4
