@@ -11,7 +11,7 @@ import pytest
 import mechdae as md
 from mechdae.draw.space import spatial_drawing
 from mechdae.draw.space.anchors import offsets
-from mechdae.draw.space.spatial_scene import read_spatial
+from mechdae.draw.space.spatial_scene import pose_chains, read_spatial
 from mechdae.errors import InputError
 from mechdae.tasks.pictures import for_picture
 
@@ -199,3 +199,37 @@ def test_a_place_keeps_no_name_of_a_joint_that_is_drawn_elsewhere(labels):
     texts = [text.get_text() for text in axes.texts]
     assert {"O", "A", "B", "C"} <= set(texts)
     assert not [text for text in texts if "J" in text and "," in text]
+
+
+def test_chains_that_only_give_a_pose_are_not_drawn():
+    """The hexapod's platform is held by its legs; an arm's wrist, whose bodies are as small, is."""
+    hexapod = md.load("hexapod").mechanism
+    assert pose_chains(hexapod) == {"way_x", "way_y", "way_z", "yawed", "pitched"}
+    for name in ("six-axis-arm", "stewart-gough", "cardan-joint", "vector-modules-spatial"):
+        assert not pose_chains(md.load(name).mechanism)
+    axes = md.plot("hexapod", width="90mm")
+    names = " ".join(gids(axes))
+    assert "platform" in names
+    assert not any(name in names for name in pose_chains(hexapod))
+    assert not any("not in the result" in text.get_text() for text in axes.texts)
+
+
+def test_torques_have_two_heads_and_drivers_one():
+    axes = md.plot("bevel-differential")
+    heads = [own.get_gid() for own in axes.patches if own.get_gid()]
+    assert heads.count("load-left") == 2
+    assert heads.count("driver-left_pin.angle") == 1
+
+
+@pytest.mark.parametrize("name", ["stewart-gough", "hexapod", "bevel-differential", "wobble-plate"])
+def test_joints_and_drivers_are_before_faces(name):
+    """Nothing of a joint, a driver or a load is below a body's face; hidden bars are dashed."""
+    axes = md.plot(name, width="90mm")
+    shown = [own for own in (*axes.patches, *axes.lines) if own.get_gid()]
+    faces = [own.zorder for own in shown if own.get_gid().endswith("-face")]
+    symbols = [own.zorder for own in shown if own.get_gid().startswith(("joint-", "driver-"))]
+    assert faces
+    assert max(faces) < min(symbols)
+    if name == "wobble-plate":
+        bars = [own for own in axes.lines if own.get_gid() and own.get_gid().endswith("-bar")]
+        assert any(own.get_linestyle() == "--" for own in bars)

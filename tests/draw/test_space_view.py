@@ -95,11 +95,6 @@ def test_lines_behind_a_face_are_dashed_there():
     assert [there for _, there in seen(behind, [leaning])] == [True]
 
 
-def test_faces_cover_nothing():
-    front = face((0, 0, 50), (20, 0, 50), (20, 20, 50), (0, 20, 50))
-    assert depth_order([line((2, -5, 0), (2, 25, 0)), front]) == [1, 0]
-
-
 def test_three_rods_that_cover_each_other_in_a_ring_are_all_drawn():
     corners = [np.array([np.cos(t), np.sin(t), 0.0]) * 50 for t in 2 * np.pi * np.arange(3) / 3]
     lift = np.array([0.0, 0.0, 8.0])

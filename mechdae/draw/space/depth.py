@@ -185,8 +185,6 @@ def depth_order(items: Sequence[Item]) -> list[int]:
 
 def nearer(a: Item, b: Item) -> int:
     """Return 1 where a covers b, -1 where b covers a, 0 where neither does."""
-    if a.is_face != b.is_face:  # faces of bodies hide nothing: lines behind them are dashed
-        return 1 if b.is_face else -1
     if not a.closed and not b.closed:
         differences = crossings(a.points, b.points)[:, 2]
     else:
@@ -264,9 +262,9 @@ def depths(item: Item, places: Array) -> Array:
 def draw_items(sheet: Sheet, items: Sequence[Item]) -> None:
     """Draw items, near ones over far ones, with gaps where a line passes behind another.
 
-    Lines are dashed where they are behind the face of another body.
+    Faces of bodies are below all else: lines behind those of another body are dashed there.
     """
-    order = depth_order(items)
+    order = sorted(depth_order(items), key=lambda k: not items[k].is_face)
     step = (LAST - FIRST) / (len(items) + 1)
     faces = [item for item in items if item.is_face]
     for rank, k in enumerate(order):

@@ -18,6 +18,8 @@ from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT, SLEEVE
 SPAN = np.deg2rad(250.0)
 QUARTERS = 5
 """Pieces of an arc that find their places between what is near and far."""
+BETWEEN = 9.5
+"""From one of several heads to the next."""
 LENGTH = 34.0
 """Of straight arrows."""
 
@@ -29,6 +31,7 @@ def turning(
     gid: str,
     radius: float = ARROW,
     color: str = style.ARROW,
+    heads: int = 1,
 ) -> list[Item]:
     """Return an arrow around an axis, counter-clockwise about it for a positive sense.
 
@@ -39,7 +42,13 @@ def turning(
     back = float(np.arctan2(away @ second, away @ first)) if abs(axis[2]) < 0.999 else np.pi / 2
     gap = (2 * np.pi - SPAN) / 2
     turn = (back + sense * np.linspace(gap, gap + SPAN, 10 * QUARTERS + 1))[:, None]
-    return with_head(center + radius * (np.cos(turn) * first + np.sin(turn) * second), gid, color)
+    points = center + radius * (np.cos(turn) * first + np.sin(turn) * second)
+    items = with_head(points, gid, color)
+    step = max(round(BETWEEN / radius / SPAN * (len(points) - 1)), 1)
+    for k in range(1, heads):
+        tip = len(points) - 1 - k * step
+        items.append(head(points[tip - 5], points[tip], gid, color))
+    return items
 
 
 def straight(center: Array, way: Array, gid: str) -> list[Item]:

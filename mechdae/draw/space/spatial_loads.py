@@ -44,6 +44,8 @@ END_ON = 9.0
 """Arrows that look shorter than this are drawn as rings."""
 ASIDE = 7.0
 """Radius of a torque's arrow beyond that of a driver, and of each further one beyond the last."""
+HEADS = 2
+"""Of the arrow of a torque, which tell it from a driver's."""
 SHORTEST = 34.0
 """A spring on a slide is drawn at least so long."""
 ALONG = 1e-6
@@ -250,9 +252,9 @@ class SpatialLoads:
         count = self._around[key] = self._around.get(key, 0) + 1
         out = (HALF + 0.4 * SHAFT) * (1.0 if seen[2] >= 0 else -1.0)
         radius, center = ARROW + ASIDE * count, center + out * seen
-        items = turning(center, seen, 1.0, gid, radius, style.LOAD)
+        items = turning(center, seen, 1.0, gid, radius, style.LOAD, HEADS)
         if both:
-            items += turning(center, seen, -1.0, gid, radius, style.LOAD)
+            items += turning(center, seen, -1.0, gid, radius, style.LOAD, HEADS)
         text = text_of(load.name, size, "N m", self.words)
         points = np.vstack([item.points[:, :2] for item in items if not item.closed])
         pieces = tuple(zip(points[:-1:3], points[1::3], strict=False))

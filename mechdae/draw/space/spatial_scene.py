@@ -60,9 +60,10 @@ class SpatialScene:
 
     @cached_property
     def origins(self) -> set[str]:
-        """The bodies of which a point is known in some pose, and the ground."""
+        """The bodies of which a point is known or need not be, and the ground."""
         return {
             GROUND,
+            *pose_chains(self.mechanism),
             *(ref.split(".")[0] for ref, own in self.tracks.items() if np.isfinite(own).any()),
         }
 
@@ -223,7 +224,40 @@ def read_spatial(result: Any) -> SpatialScene:
     ways = _vectors(result, values)
     while _complete(scene, tracks, ways):
         pass
+    helpers = pose_chains(mechanism)
+    for ref in [ref for ref in tracks if ref.split(".")[0] in helpers]:
+        del tracks[ref]
     return scene
+
+
+def pose_chains(mechanism: Mechanism) -> set[str]:
+    """Return the bodies of chains that only give the pose of a body, and constrain nothing.
+
+    They are three slides and three turns from the ground to a body that others hold; their bodies
+    have no masses and no extent.
+    """
+    joints, values = mechanism.joints.values(), mechanism.values()
+    at = {body: [joint for joint in joints if body in joint.bodies] for body in mechanism.bodies}
+
+    def empty(body: str) -> bool:
+        points = mechanism.bodies[body].points
+        places = np.array([[values[f"{body}.{point}.{x}"] for x in AXES] for point in points])
+        extent = float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+        return mechanism.bodies[body].mass is None and len(at[body]) == 2 and extent == 0.0
+
+    found = set[str]()
+    for joint in joints:
+        chain, ways, before = list[str](), list[bool](), GROUND
+        while before in joint.bodies:
+            ways.append(joint.turns or joint.freedoms > 1)
+            body = joint.second_body if joint.first_body == before else joint.first_body
+            if body == GROUND or not empty(body):
+                break
+            chain.append(body)
+            before, joint = body, next(own for own in at[body] if own is not joint)
+        if ways == [False] * 3 + [True] * 3 and body != GROUND and len(at[body]) > 2:
+            found.update(chain)
+    return found
 
 
 def _coordinates(result: SweepResult) -> dict[str, Array]:
