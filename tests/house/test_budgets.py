@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 3_880,
     "equations": 7_590,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_190,
-    "draw": 19_340,  # graphs of motions; texts are measured without matplotlib
+    "draw": 19_390,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 22_090,  # sketched places tell the whole turns of screws
     "forces": 4_380,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_750,
     "tasks": 2_050,
     "cli": 1_480,
-    "parts": 24_480,  # what a page teaches by
+    "parts": 24_490,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 717
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_250
+TOTAL = 131_300
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
