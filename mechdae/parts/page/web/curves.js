@@ -64,7 +64,7 @@ export class Curves {
   frame() {
     const { app } = this, at = app.place;
     for (const { chart, lines } of this.shown || []) chart.mark(at, lines.map(({ now }) => now()));
-    this.chosen.forEach((thing, k) => {
+    if (app.reading) this.chosen.forEach((thing, k) => {
       const text = thing.lines().filter(({ order }) => order === 0).map(({ now, unit }) => quantity(now(), unit, 5)).join("; ");
       const own = this.chips.children[k].querySelector("output");
       if (own.textContent !== text) own.textContent = text;

@@ -8,7 +8,7 @@ import { digits, displayed, quantity } from "./units.js";
 /** How far a dimension line is from what it measures, and from the next one; of angles the radius. */
 const OFF = 17, NEXT = 15, TURNED = 30, LONG = 6, HEAD = 6, SUPPORT = 22;
 /** So many lines are drawn together; of more only the one that is lit. */
-const TOGETHER = 14;
+const TOGETHER = 9;
 
 export class Dimensions {
   /** @param {any} app */
@@ -51,7 +51,11 @@ export class Dimensions {
     }));
     for (const line of this.lines) {
       line.made = lightable(element("g", { class: "dimension", "data-of": line.k }, this.layer), `dim-${line.k}`);
-      line.made.addEventListener("pointerdown", (event) => { event.stopPropagation(); this.rows[line.k].range.focus(); });
+      line.made.addEventListener("pointerdown", (event) => {
+        if (app.hand.grip(app.hand.at(event))) return; // a point is nearer
+        event.stopPropagation();
+        this.rows[line.k].range.focus();
+      });
     }
     whenLit((id) => this.show(id));
   }
@@ -97,7 +101,8 @@ export class Dimensions {
       if (!at) continue;
       const [[x, y], turn, form] = at;
       line.made.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)}) rotate(${((turn * 180) / Math.PI).toFixed(2)})`);
-      const upright = Math.cos(turn) < -1e-9 ? -1 : 1, key = `${form.map((v) => v.toFixed(1))} ${upright}`;
+      const upright = Math.cos(turn) < -1e-6 || (Math.cos(turn) < 1e-6 && Math.sin(turn) > 0) ? -1 : 1, // upwards it is read from the right
+        key = `${form.map((v) => v.toFixed(1))} ${upright}`;
       if (line.key !== key) { line.key = key; this.drawn(line, form, upright); }
     }
   }

@@ -29,19 +29,20 @@ export class Explain {
     this.frame();
   }
 
-  whole() { /* of one pose */ }
+  whole() { this.sheet.room = null; }
 
   /** Nothing of it is drawn where another tab is shown. */
   clear() { this.layer.replaceChildren(); }
 
   frame() {
     const { k, order } = this.steps[this.step], equations = this.app.equations();
-    this.title.textContent = `${this.step + 1}/${this.steps.length}  ${sentence("group", this.app.data.lesson.groups[k].name)}: ${words(ORDERS[order])}`;
+    const { app } = this, step = `${this.step + 1}/${this.steps.length}  ${sentence("group", app.data.lesson.groups[k].name)}: ${words(ORDERS[order])}`;
+    if (step !== this.title.textContent) { this.title.textContent = step; this.sheet.room = null; }
     const group = equations && equations.groups[k];
     this.clear();
     const there = group && (order ? equations.rated : true);
-    this.body.replaceChildren(...(there ? this.written(equations, group, order) : [made("p", {}, words("none"))]));
-    this.sheet.style.display = order && there ? "block" : "none";
+    if (app.reading) this.body.replaceChildren(...(there ? this.written(equations, group, order) : [made("p", {}, words("none"))]));
+    this.sheet.style.display = order && there ? "block" : "none"; // before it is measured
     if (!there) return;
     if (order) drawPlan(this.sheet, equations.plan(order, k), "");
     if (order) this.arrows(equations, group, order);
@@ -90,9 +91,9 @@ export class Explain {
     const circles = arms.map(({ start, end, arm }) => ({ about: written(start.letter), through: written(end.letter), radius: quantity(Math.hypot(...arm), "m", 5) }));
     if (circles.length === 2 && circles[0].through === circles[1].through) {
       const [a, b] = circles;
-      return [made("p", { class: "told" }, sentence("circles_meet", a.through, a.about, a.radius, b.about, b.radius))];
+      return [made("p", { class: "meets" }, sentence("circles_meet", a.through, a.about, a.radius, b.about, b.radius))];
     }
-    if (circles.length === 1) return [made("p", { class: "told" }, sentence(group.joints.length > 1 ? "circle_line" : "circle_of", circles[0].through, circles[0].about, circles[0].radius))];
+    if (circles.length === 1) return [made("p", { class: "meets" }, sentence(group.joints.length > 1 ? "circle_line" : "circle_of", circles[0].through, circles[0].about, circles[0].radius))];
     return [];
   }
 

@@ -118,7 +118,7 @@ class App {
       onchange: () => this.want({ s: numberIn(this.number.value) / displayed(this.way.unit)[0] }) });
     this.button = made("button", { type: "button", title: words("about_play"), onclick: () => this.play(), "aria-pressed": "false" }, words("play"));
     const tempo = made("select", { "aria-label": words("speed"), title: words("about_speed"), onchange: () => { this.tempo = Number(tempo.value); } },
-      ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${k}`)));
+      ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${digits(k)}`)));
     this.tempo = 1;
     this.unit = made("span", { class: "unit" }, ` ${unit}`);
     find("drive").append(this.button, this.slider, made("span", { class: "told" }, this.number, this.unit), tempo);
@@ -445,6 +445,7 @@ class App {
   drawTab() {
     if (this.explain && this.tabs.shown !== "explain") this.explain.clear();
     this.tabs.drawing.whole();
+    this.reading = true;
     this.drawFrame();
     if (this.tabs.shown !== "dimensions") this.dimensions.frame();
   }
@@ -463,7 +464,9 @@ class App {
   }
 
   draw() {
-    const { session, data, driven, way } = this;
+    const { session, data, driven, way } = this, now = performance.now();
+    this.reading = !this.playing || now - (this.read || 0) >= READ; // nobody reads faster
+    if (this.reading) this.read = now;
     if (!session) {
       this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), this.shown / Math.max(this.recorded.count - 1, 1), driven);
       const value = this.recorded.value(this.shown);
@@ -493,10 +496,7 @@ class App {
     this.slider.value = (session.s - low) / (high - low);
     this.drawFrame();
     if (this.dimensions.one >= 0 && this.tabs.shown !== "dimensions") this.dimensions.frame();
-    const now = performance.now();
-    if (this.playing && now - (this.read || 0) < READ) return; // nobody reads faster
-    this.read = now;
-    this.tell(pose, forces, way);
+    if (this.reading) this.tell(pose, forces, way);
   }
 
   /** Texts of the pose: the driver's value, what is proved of it. */

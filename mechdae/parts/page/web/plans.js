@@ -19,12 +19,14 @@ export class Plans {
     find("plans").append(made("p", { class: "hint" }, words("hint_plans")), this.choice, ...this.sheets);
   }
 
-  whole() { /* plans are of one pose */ }
+  /** Forget how large the sheets are. */
+  whole() { for (const svg of this.sheets) svg.room = null; }
 
   frame(pose, forces) {
     const what = this.choice.value, body = what.startsWith("forces ") && what.slice(7);
     const orders = body ? [1] : what === "both" ? [1, 2] : [Number(what)];
-    this.sheets.forEach((svg, k) => { svg.style.display = orders.includes(k + 1) ? "block" : "none"; });
+    if (what !== this.shown) this.sheets.forEach((svg, k) => { svg.style.display = orders.includes(k + 1) ? "block" : "none"; svg.room = null; });
+    this.shown = what;
     const equations = body ? null : this.app.equations();
     for (const order of orders) drawPlan(this.sheets[order - 1], body ? this.polygon(body, forces) : equations && equations.rated ? equations.plan(order) : null, body ? "" : words(order === 1 ? "velocity" : "acceleration"));
   }
@@ -67,7 +69,7 @@ export function letterIn(group, x, y, [letter, low, high], anchor = "middle") {
 /** Draw a plan to the largest scale of 1, 2, 2.5, 4, 5 that fits. */
 export function drawPlan(svg, plan, title) {
   svg.replaceChildren();
-  const { width, height } = svg.getBoundingClientRect();
+  const { width, height } = (svg.room ||= svg.getBoundingClientRect()); // looked up once: it makes the browser lay out
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   const note = (text, y) => { element("text", { x: 8, y, class: "tick" }, svg).textContent = text; };
   if (title) note(title, 13);
@@ -82,7 +84,7 @@ export function drawPlan(svg, plan, title) {
   const at = ([x, y]) => [width / 2 + scale * (x - (left + right) / 2), height / 2 - scale * (y - (low + high) / 2)];
   for (const [a, b] of lines) {
     const [[x1, y1], [x2, y2]] = [at(a), at(b)];
-    element("line", { x1, y1, x2, y2, class: "relative" }, svg);
+    element("line", { x1, y1, x2, y2, class: "image" }, svg);
   }
   const taken = ends.map(({ at: place }) => at(place));
   for (const { id, from, to, kind, letter } of arrows) {
