@@ -22,8 +22,9 @@ export class Dimensions {
 
   /** Numbers that a recorded motion was computed with. */
   list(data) {
-    const names = Object.keys(data.units).filter((name) => data.given[name] !== undefined);
-    const rows = names.map((name) => made("tr", {}, made("td", {}, name), made("td", {}, quantity(data.given[name], data.units[name]))));
+    const given = data.given || Object.fromEntries(data.sliders.map(({ name, value }) => [name, value]));
+    const names = Object.keys(data.units).filter((name) => given[name] !== undefined);
+    const rows = names.map((name) => made("tr", {}, made("td", {}, name), made("td", {}, quantity(given[name], data.units[name]))));
     find("dimensions").append(made("p", { class: "hint" }, words("given")), made("table", {}, made("tbody", {}, ...rows)));
   }
 
