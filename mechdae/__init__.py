@@ -11,19 +11,22 @@ from typing import Any
 __version__ = "0.19.0"
 
 PARTS = (
+    "mechdae.tasks",
     "mechdae.parts.page", "mechdae.parts.paper", "mechdae.parts.exchange", "mechdae.parts.types",
     "mechdae.parts.proof", "mechdae.parts.bench",
 )  # fmt: skip
 """Packages that add commands, kinds of tasks and pictures, see `mechdae.additions`."""
 
-CASES = (
-    "mechdae.equations.tree", "mechdae.equations.cases", "mechdae.motion.cases.curves",
-    "mechdae.motion.cases.larger_groups", "mechdae.motion.cases.space",
-    "mechdae.motion.cases.superfluous", "mechdae.motion.cases.meshes",
-    "mechdae.motion.cases.hard_steps", "mechdae.motion.cases.many", "mechdae.motion.cases.laws",
-    "mechdae.forces.teeth", "mechdae.forces.one_sided",
-)  # fmt: skip
-"""Packages for what only some mechanisms have, in the order in which they are asked."""
+CASES = {
+    "mechdae.equations.tree": "", "mechdae.equations.cases": "on_curve",
+    "mechdae.motion.cases.curves": "on_curve", "mechdae.motion.cases.larger_groups": "",
+    "mechdae.motion.cases.space": "", "mechdae.motion.cases.superfluous": "",
+    "mechdae.motion.cases.meshes": "meshes", "mechdae.motion.cases.hard_steps": "",
+    "mechdae.motion.cases.many": "", "mechdae.motion.cases.laws": "",
+    "mechdae.forces.teeth": "meshes", "mechdae.forces.one_sided": "one_sided",
+}  # fmt: skip
+"""Packages for what only some mechanisms have, in the order in which they are asked, and the
+trait of joints that they are about, "" where it is no joint's."""
 
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "

@@ -21,6 +21,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from typing import Any, Generic, TypeVar
 
+from mechdae.records import dataclass
+
 T = TypeVar("T")
 GROUP = "mechdae.parts"
 """Of entry points of other packages."""
@@ -44,6 +46,14 @@ def lazy_names(homes: Mapping[str, str]) -> Callable[[str], Any]:
     return found
 
 
+def at_home(home: str) -> Any:
+    """Return what is at ``module`` or ``module:attribute``."""
+    module, _, attribute = home.partition(":")
+    loaded: Any = importlib.import_module(module)
+    return getattr(loaded, attribute) if attribute else loaded
+
+
+@dataclass(frozen=True)
 class Added:
     """Something a part adds under a name.
 
@@ -57,16 +67,41 @@ class Added:
         What it is for, in lists.
     """
 
-    __slots__ = ("about", "after", "home")
-
-    def __init__(self, home: str, after: str = "", about: str = "") -> None:
-        self.home, self.after, self.about = home, after, about
+    home: str
+    after: str = ""
+    about: str = ""
 
     def load(self) -> Any:
         """Return what is added."""
-        module, _, attribute = self.home.partition(":")
-        loaded: Any = importlib.import_module(module)
-        return getattr(loaded, attribute) if attribute else loaded
+        return at_home(self.home)
+
+
+@dataclass(frozen=True)
+class TaskKind(Added):
+    """A kind of task; `home` is its class, functions are named ``module:function``.
+
+    Parameters
+    ----------
+    run
+        Computes a `Result` of a problem, the name of the task and the task.
+    show, trial
+        Of problem, task and model, what the task will build, for `mechdae show`; of problem and
+        task, what would stop it, for `mechdae check` (`run` itself may be that).
+    text
+        A pair of functions of a result and a width: table and facts; "": those of poses.
+    spread
+        Whether it consists of many computations, which take ``workers`` and ``progress``.
+    design, log
+        Looks for designs as a job: of problem, task and a `JobCall`; the name of its log.
+    """
+
+    run: str = ""
+    show: str = ""
+    trial: str = ""
+    text: str = ""
+    spread: bool = False
+    design: str = ""
+    log: str = ""
 
 
 def added_of(home: str, places: Mapping[str, str]) -> dict[str, Added]:
@@ -126,7 +161,7 @@ class Kinds(Mapping[str, T], Generic[T]):
     """
 
     def __init__(
-        self, plain: Mapping[str, T | Added], made: Callable[[Added], T] = Added.load
+        self, plain: Mapping[str, T | Added], made: Callable[[Any], T] = Added.load
     ) -> None:
         self._plain, self._made = dict(plain), made
 
@@ -160,7 +195,7 @@ class Registry(Kinds[T]):
     """
 
     def __init__(
-        self, slot: str, plain: Mapping[str, T | Added], made: Callable[[Added], T] = Added.load
+        self, slot: str, plain: Mapping[str, T | Added], made: Callable[[Any], T] = Added.load
     ) -> None:
         super().__init__(plain, made)
         self.slot, self._others = slot, False

@@ -45,15 +45,14 @@ def kind_and_task(
     """
     if name is not None:
         return kind or kind_for(tasks[name].kind if name in tasks else "", asked), name
-    drawn = [own for own, task in tasks.items() if task.available]
-    if not drawn:
+    if not tasks:
         raise InputError("no task that this version computes", where=f"{where}: tasks")
     if kind is None and not set(asked) <= set(names_of("diagram")):
         kind = next((own for own in PICTURES if set(asked) <= set(names_of(own))), None)
     shown = "diagram" if kind in (None, *DOCUMENTS) else str(kind)
     picture_of(shown)
     options = {} if kind is None else checked(shown, asked, "--")
-    chosen = min(drawn, key=lambda own: _rank(tasks[own], shown, options))
+    chosen = min(tasks, key=lambda own: _rank(tasks[own], shown, options))
     return kind or kind_for(tasks[chosen].kind, asked), chosen
 
 

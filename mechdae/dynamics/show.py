@@ -16,7 +16,7 @@ def motion_structure(
     problem: Problem, task: Motion | Equilibrium, _model: Model | None = None
 ) -> dict[str, Any]:
     """Return coordinates, constraints, loads and laws of the released model."""
-    entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
+    entry: dict[str, Any] = {"kind": task.kind, "available": True}
     timed = isinstance(task, Motion)
     try:
         motion = task if isinstance(task, Motion) else as_motion(task)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
+import mechdae
 from mechdae.additions import of_cases
 from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.expression import build
@@ -70,14 +71,13 @@ Reported = tuple[str, str, Quantity, tuple[str, ...]]
 """What is reported: kind, part, quantity and the bodies that it depends on."""
 
 
+TRAITS = {*filter(None, mechdae.CASES.values())}
+"""Traits of joints that cases are about."""
+
+
 def joint_traits(joints: Collection[Joint]) -> frozenset[str]:
     """Return what only some joints have and some of these do, as cases are asked about it."""
-    found = {
-        "curves": any(joint.on_curve for joint in joints),
-        "meshes": any(joint.meshes for joint in joints),
-        "one-sided": any(getattr(joint, "one_sided", None) for joint in joints),
-    }
-    return frozenset(trait for trait, there in found.items() if there)
+    return frozenset(t for joint in joints for t in TRAITS if getattr(joint, t, None))
 
 
 class Model:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.additions import at_home
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.tasks.kinds import Sweep
@@ -16,8 +17,7 @@ from mechdae.motion.setup.likely_typos import doubts
 from mechdae.records import dataclass
 from mechdae.results import KINDS as SECTIONS
 from mechdae.results import Result
-from mechdae.tasks.dispatch.solve import function
-from mechdae.tasks.registry import KINDS
+from mechdae.tasks.dispatch.solve import KINDS
 from mechdae.tasks.solve import solve
 from mechdae.types import Floats
 
@@ -59,7 +59,7 @@ def validate(problem: Problem) -> list[MechdaeError]:
             if kind is not None and kind.trial == kind.run:
                 solve(problem, name)
             elif kind is not None and kind.trial:
-                function(kind.trial)(problem, task)
+                at_home(kind.trial)(problem, task)
         except MechdaeError as error:
             problem.blame(error)
             if str(error) not in map(str, errors):

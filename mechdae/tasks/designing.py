@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
+from mechdae.additions import at_home
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
@@ -14,8 +15,7 @@ from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.jobs.call import JobCall, task_named
 from mechdae.results import Result
-from mechdae.tasks.dispatch.solve import function
-from mechdae.tasks.registry import KINDS
+from mechdae.tasks.dispatch.solve import KINDS
 
 
 def _looks_for_designs(task: Task) -> bool:
@@ -81,6 +81,6 @@ def synthesize(
         problem = whole
         name, chosen = designing_task(whole, task)
         task = name
-    design = function(KINDS[getattr(chosen, "kind", Synthesis.kind)].design)
+    design = at_home(KINDS[getattr(chosen, "kind", Synthesis.kind)].design)
     found: Result = design(problem, task, call)
     return found

@@ -15,7 +15,6 @@ from mechdae.describe.values import Number
 from mechdae.errors import InputError
 from mechdae.results import Result
 from mechdae.tasks.dispatch.solve import solve
-from mechdae.tasks.registry import KINDS
 
 if TYPE_CHECKING:
     from mechdae.types import Json
@@ -88,7 +87,7 @@ def study(
     if dict(whole.tasks).get(name) != own:
         whole = whole.with_task(name, own)
     options: Json = {"workers": workers, "progress": progress, "given": sets}
-    return solve(whole, name, kinds=KINDS, executor=executor, out=out, **options)
+    return solve(whole, name, executor=executor, out=out, **options)
 
 
 def screen(

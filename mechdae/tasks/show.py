@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.additions import at_home
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.tasks.synthesis import Synthesis, demand, listed_goals
@@ -22,8 +23,7 @@ from mechdae.motion.assembly.idle_freedom import built_without_idle_freedom
 from mechdae.motion.setup.drivers import plan, sketched
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.numerics.null_space import dependences, dependent
-from mechdae.tasks.dispatch.solve import available, function
-from mechdae.tasks.registry import KINDS
+from mechdae.tasks.dispatch.solve import KINDS, available
 from mechdae.tasks.vector_modules import modules
 from mechdae.types import Json
 
@@ -76,9 +76,8 @@ def _entry(problem: Problem, task: Task, model: Model | None = None) -> Json:
     """Return what a task will build."""
     show = KINDS[task.kind].show if task.kind in KINDS else ""
     if not show or not available(problem, task):
-        computed = task.available and available(problem, task)
-        return {"kind": task.kind, "available": computed}
-    entry: Json = function(show)(problem, task, model)
+        return {"kind": task.kind, "available": available(problem, task)}
+    entry: Json = at_home(show)(problem, task, model)
     return entry
 
 
@@ -173,7 +172,7 @@ def design_structure(
     problem: Problem, task: Synthesis, _model: Model | None = None
 ) -> dict[str, Any]:
     """Return what a task of synthesis searches for."""
-    entry = {"kind": task.kind, "available": task.available}
+    entry = {"kind": task.kind, "available": True}
     try:
         asked = demand(problem, task)
     except MechdaeError as error:

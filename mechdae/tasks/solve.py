@@ -13,9 +13,8 @@ from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
-from mechdae.tasks.dispatch.solve import as_problem, task_of
+from mechdae.tasks.dispatch.solve import KINDS, as_problem, task_of
 from mechdae.tasks.dispatch.solve import solve as solved
-from mechdae.tasks.registry import KINDS
 
 
 def solve(
@@ -72,7 +71,7 @@ def solve(
     options = {"workers": workers, "progress": progress} if _spreads(chosen) else {}
     if dict(whole.tasks).get(name) != chosen:
         whole = whole.with_task(name, chosen)
-    return solved(whole, name, kinds=KINDS, **options)
+    return solved(whole, name, **options)
 
 
 def _spreads(task: Task) -> bool:

@@ -14,7 +14,7 @@ from mechdae.cli.commands import plot as command
 from mechdae.describe.file import library
 from mechdae.draw.catalogue import ON_PAPER, OPTIONS, PICTURES, names_of
 from mechdae.draw.graphs.map import Plane
-from mechdae.tasks.registry import KINDS
+from mechdae.tasks.dispatch.solve import KINDS
 from tests.shared.command import run
 
 STUDY = """

@@ -58,9 +58,9 @@ ROOMS = {
     "tasks.export": "describe errors results",
     "tasks": "describe design.derivatives design.jobs design.studies design.synthesis dynamics "
     "equations errors forces kernels motion.assembly motion.kinematics motion.modules motion.setup "
-    "numerics results tasks.dispatch",
+    "numerics results results.tables tasks.dispatch",
     "cli": "describe design.jobs design.synthesis draw errors kernels motion.assembly "
-    "motion.cases motion.modules results results.tables tasks tasks.export",
+    "motion.cases motion.modules results results.tables tasks tasks.dispatch tasks.export",
     "parts.types": "cli describe design.jobs design.synthesis draw errors numerics results "
     "results.tables tasks.dispatch tasks",
     "parts.page": "cli describe draw equations errors forces kernels motion.continuation "

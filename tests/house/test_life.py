@@ -46,5 +46,5 @@ def test_it_does_not_enter_what_it_has_not() -> None:
 def test_plain_files_name_no_case() -> None:
     """In strings neither: cases add themselves. Annotations may name what they are of."""
     for name in way()["files"]:
-        named = {own for own in imports(PACKAGE / name) if own.startswith(mechdae.CASES)}
+        named = {own for own in imports(PACKAGE / name) if own.startswith((*mechdae.CASES,))}
         assert not named, name

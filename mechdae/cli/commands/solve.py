@@ -27,17 +27,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.results.tables import table
-    from mechdae.tasks.registry import KINDS
+    from mechdae.tasks.dispatch.solve import KINDS
     from mechdae.tasks.solve import solve
 
     units = units_asked(options)
     problem = problem_of(options)
     if options.task is None:
-        names = [name for name, task in problem.tasks.items() if task.available]
-        for name, task in problem.tasks.items():
-            if not task.available:
-                reason = f"kind '{task.kind}' is not computed by this version"
-                message(f"mechdae: task {name} skipped: {reason}", options.quiet)
+        names = list(problem.tasks)
         if not names:
             raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
     else:

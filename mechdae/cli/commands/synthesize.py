@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
 def _result(options: argparse.Namespace) -> Result:
     from mechdae.design.jobs.distribute import cluster
     from mechdae.tasks.designing import designing_task, synthesize
-    from mechdae.tasks.registry import KINDS
+    from mechdae.tasks.dispatch.solve import KINDS
 
     problem = problem_of(options)
     name, task = designing_task(problem, options.task)

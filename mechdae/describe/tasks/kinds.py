@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.additions import Added, Kinds, Registry, added_of
+from mechdae.additions import Added, Kinds, Registry
 from mechdae.describe.coordinates import coordinate, selection
 from mechdae.describe.expression import unknown_name
 from mechdae.describe.file.reading import Nested, nest, split_unit
@@ -173,7 +173,8 @@ class Task(Value):
     """
 
     kind: ClassVar[str] = ""
-    available: ClassVar[bool] = False
+    in_space: ClassVar[bool] = True
+    """It is computed of spatial mechanisms too."""
     holds: ClassVar[tuple[str, ...]] = ()
     on_mode: ClassVar[bool] = False
     """It can start on an assembly mode."""
@@ -210,8 +211,7 @@ class Driven(Task):
         coordinates = [coordinate(mechanism, driver.coordinate).text for driver in drivers]
         if len(set(coordinates)) < len(coordinates):
             raise MechanismError("two drivers impose the same coordinate", where="drivers")
-        if self.available:
-            selection(mechanism, self.outputs, self.forces)
+        selection(mechanism, self.outputs, self.forces)
         known = mechanism.parameter_values
         timed = any(d.times or d.from_ is not None for d in drivers if d.law is not None)
         for driver in drivers:
@@ -265,7 +265,6 @@ class Sweep(Driven):
     dwell_tolerance: Number = key("number", 0.01, doc="share of the swing or stroke")
 
     kind: ClassVar[str] = "sweep"
-    available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
 
 
@@ -277,17 +276,8 @@ class Modes(Driven):
 
     kind: ClassVar[str] = "modes"
     on_mode: ClassVar[bool] = False
-    available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses",)
 
 
-TASKS: Registry[type[Task]] = Registry("tasks", {
-    "sweep": Sweep,
-    "modes": Modes,
-    **added_of("mechdae.describe.tasks", {
-        "reactions": "reactions:Reactions", "motion": "motion:Motion",
-        "equilibrium": "motion:Equilibrium", "synthesis": "synthesis:Synthesis",
-        "study": "studies:Study", "sensitivity": "studies:Sensitivity",
-    }),
-})  # fmt: skip
-"""Kind of task -> its class, those of parts too."""
+TASKS: Registry[type[Task]] = Registry("tasks", {"sweep": Sweep, "modes": Modes})
+"""Kind of task -> its class."""

@@ -71,7 +71,6 @@ class Motion(Task):
     inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
 
     kind: ClassVar[str] = "motion"
-    available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses", "path")
 
     @property
@@ -120,7 +119,6 @@ class Equilibrium(Task):
     outputs: tuple[str, ...] | None = key("names", None)
 
     kind: ClassVar[str] = "equilibrium"
-    available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses", "small motions")
     on_mode: ClassVar[bool] = True
 

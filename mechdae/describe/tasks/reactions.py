@@ -29,7 +29,6 @@ class Reactions(Sweep):
     axes: tuple[str, ...] | None = key("names", None, choices=("body", "radial"))
 
     kind: ClassVar[str] = "reactions"
-    available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
     forces: ClassVar[bool] = True
 

@@ -30,7 +30,6 @@ class Study(Task):
     certify: bool = key("flag", True, doc="false: dyads in closed form, without certificates")
 
     kind: ClassVar[str] = "study"
-    available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("grid",)
 
     @classmethod
@@ -59,7 +58,6 @@ class Sensitivity(Task):
     tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
 
     kind: ClassVar[str] = "sensitivity"
-    available: ClassVar[bool] = True
 
 
 def half_widths(

@@ -64,7 +64,6 @@ class Synthesis(Task):
     tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
 
     kind: ClassVar[str] = "synthesis"
-    available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("designs",)
 
 

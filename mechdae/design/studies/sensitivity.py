@@ -38,7 +38,7 @@ from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
 from mechdae.records import dataclass
 from mechdae.results import Result, SensitivityResult, Summary, whole_path
-from mechdae.tasks.dispatch.solve import TaskKind, placed, solve
+from mechdae.tasks.dispatch.solve import placed, solve
 from mechdae.types import Floats, Sym
 
 SX = ca.SX
@@ -428,11 +428,7 @@ def _spread(
         few = sets[:FEW_SAMPLES]
         samples = {name: few[:, names.index(name)].tolist() for name in tolerances}
         study = Study(samples=samples, of=base, outputs=tuple(rest))
-        tables |= solve(
-            problem,
-            study,
-            kinds={"study": TaskKind("mechdae.design.studies.parameter_study:study")},
-        ).table
+        tables |= solve(problem, study).table
     result = {}
     for path, derivatives in found.items():
         slopes = [derivatives.first[name] * width for name, width in tolerances.items()]

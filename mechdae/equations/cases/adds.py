@@ -6,7 +6,7 @@ from mechdae.additions import Added, Adds
 
 HERE = "mechdae.equations.cases"
 ADDS: Adds = {
-    "contacts": {"curves": Added(f"{HERE}.curve_contacts:contacts")},
+    "contacts": {"on_curve": Added(f"{HERE}.curve_contacts:contacts")},
     "blocks": {"superfluous": Added(f"{HERE}.redundant_constraints:redundant_blocks")},
     "left out": {"loose": Added(f"{HERE}.left_out:left_out")},
     "rollers": {"loose": Added("mechdae.describe.spinning_links:rollers")},

@@ -6,8 +6,8 @@ from mechdae.additions import Added, Adds
 
 HERE = "mechdae.forces.one_sided"
 ADDS: Adds = {
-    "events of forces": {"one-sided": Added(f"{HERE}.lift_off:along")},
-    "notes at rest": {"one-sided": Added(f"{HERE}.lift_off:at_rest")},
-    "watchers": {"one-sided": Added(f"{HERE}.motion:Lifting")},
-    "holding contacts": {"one-sided": Added(f"{HERE}.motion:HoldingContacts")},
+    "events of forces": {"one_sided": Added(f"{HERE}.lift_off:along")},
+    "notes at rest": {"one_sided": Added(f"{HERE}.lift_off:at_rest")},
+    "watchers": {"one_sided": Added(f"{HERE}.motion:Lifting")},
+    "holding contacts": {"one_sided": Added(f"{HERE}.motion:HoldingContacts")},
 }

@@ -41,7 +41,7 @@ def driven_structure(
     order
         Derivatives that are computed at least.
     """
-    entry: Json = {"kind": task.kind, "available": task.available}
+    entry: Json = {"kind": task.kind, "available": True}
     try:
         numbers = plan(problem.mechanism, task)
         if model is None:
@@ -50,7 +50,7 @@ def driven_structure(
         the_scene = scene(model, numbers.coordinates, task.outputs, loaded=kept)
         entry |= parts(the_scene) if parts is not None else {}
     except MechdaeError as error:
-        return {"kind": task.kind, "available": task.available, "error": str(error)}
+        return {"kind": task.kind, "available": True, "error": str(error)}
     entry |= {
         "drivers": [c.text for c in numbers.coordinates],
         "unknowns": len(the_scene.x_names),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechdae.additions import Added, Adds
+from mechdae.additions import Added, Adds, TaskKind
 
 ADDS: Adds = {
     "commands": {
@@ -23,11 +23,15 @@ ADDS: Adds = {
         ),
     },
     "tasks": {
-        "composition": Added("mechdae.parts.types.described.task:Composition", after="synthesis"),
-    },
-    "task functions": {
-        "composition": Added("mechdae.parts.types.described.kind:KIND", after="synthesis"),
+        "composition": TaskKind(
+            "mechdae.parts.types.described.task:Composition",
+            run="mechdae.parts.types.schemes.job:composed",
+            show="mechdae.parts.types.described.shown:scheme_structure",
+            text="mechdae.parts.types.drawn.scheme_text:TEXTS",
+            design="mechdae.parts.types.schemes.job:compose",
+            log="pieces.jsonl",
+            after="synthesis",
+        ),
     },
     "pictures": {"sheet": Added("mechdae.parts.types.drawn.pictures:SHEET", after="front")},
-    "texts": {"composition": Added("mechdae.parts.types.drawn.scheme_text:TEXTS")},
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 
-from mechdae.additions import Added, Registry
+from mechdae.additions import Registry, TaskKind, at_home
 from mechdae.results import Result
 from mechdae.results.tables.facts import facts_text
 from mechdae.results.tables.poses import pose_lines
@@ -14,17 +14,15 @@ from mechdae.results.tables.text import WIDE, fact
 Lines = Callable[[Result, int], list[str]]
 
 
-HOME = "mechdae.results.tables"
-OF_POSES = ("sweep", "reactions")
-"""Kinds of tasks whose table has a row for each pose."""
-TEXTS: Registry[tuple[Lines, Lines]] = Registry("texts", {
-    **dict.fromkeys(OF_POSES, (pose_lines, facts_text)),
-    "modes": Added(f"{HOME}.modes:MODES"),
-    "motion": Added(f"{HOME}.motions:MOTION"),
-    "equilibrium": Added(f"{HOME}.motions:EQUILIBRIUM"),
-    "study": Added(f"{HOME}.modes:STUDY"),
-    "synthesis": Added(f"{HOME}.designs:SYNTHESIS"),
-})  # fmt: skip
+def _text(kind: TaskKind) -> tuple[Lines, Lines]:
+    """Return table and facts of a kind of task: those of poses where it has none of its own."""
+    own: tuple[Lines, Lines] = at_home(kind.text) if kind.text else OF_POSES
+    return own
+
+
+OF_POSES: tuple[Lines, Lines] = (pose_lines, facts_text)
+"""A table with a row for each pose."""
+TEXTS: Registry[tuple[Lines, Lines]] = Registry("tasks", {"sweep": OF_POSES}, made=_text)
 """Kind of task -> its table and what to know about it."""
 
 

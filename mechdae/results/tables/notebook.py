@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from mechdae.results import Result
-from mechdae.results.tables import OF_POSES, table
+from mechdae.results.tables import OF_POSES, TEXTS, table
 from mechdae.results.tables.poses import poses_columns
 from mechdae.results.tables.text import rows_of
 
@@ -18,7 +18,7 @@ def html(result: Result, picture: str = "") -> str:
 
     ``picture`` is the address of one that stands below it, "" for none.
     """
-    if result.kind not in OF_POSES or len(result) == 1:
+    if TEXTS[result.kind] is not OF_POSES or len(result) == 1:
         body = f"<pre>{escape(table(result))}</pre>"
     else:
         body = _short(result)

@@ -2,97 +2,47 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
+from mechdae.additions import Registry, TaskKind, at_home
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import MEASURES, Task
+from mechdae.describe.tasks.kinds import MEASURES, TASKS, Task
 from mechdae.errors import InputError, MechdaeError, UnavailableError
-from mechdae.records import dataclass
 from mechdae.results import Result
 
-
-@dataclass(frozen=True)
-class TaskKind:
-    """A kind of task; functions are named ``module:function`` and loaded when they are used.
-
-    `run`: computes a `Result` of a problem, the name of the task and the task. `show`: says what
-    the task will build, for `mechdae show`: of problem, task and model. `spread`: whether it
-    consists of many computations, which take ``workers`` and ``progress``. `design`: looks for
-    designs as a job: of problem, task and a `design.jobs.call.JobCall`.
-    """
-
-    run: str
-    show: str = ""
-    trial: str = ""
-    spread: bool = False
-    design: str = ""
-    log: str = ""
-
-
-KINDS: Mapping[str, TaskKind] = {
+KINDS: Registry[TaskKind] = Registry("tasks", {
     "sweep": TaskKind(
-        "mechdae.motion.kinematics.sweep:sweep",
+        "mechdae.describe.tasks.kinds:Sweep", run="mechdae.motion.kinematics.sweep:sweep",
         show="mechdae.motion.kinematics.show:driven_structure",
         trial="mechdae.motion.kinematics.show:tried",
     ),
-    "modes": TaskKind(
-        "mechdae.motion.kinematics.modes_task:modes",
-        show="mechdae.motion.kinematics.show:driven_structure",
-        trial="mechdae.motion.kinematics.modes_task:modes",
-    ),
-    "reactions": TaskKind(
-        "mechdae.forces.task:reactions", show="mechdae.forces.show:reactions_structure"
-    ),
-    "motion": TaskKind(
-        "mechdae.dynamics.task:motion",
-        show="mechdae.dynamics.show:motion_structure",
-        trial="mechdae.dynamics.show:tried",
-    ),
-    "equilibrium": TaskKind(
-        "mechdae.dynamics.rest.equilibrium:equilibrium",
-        show="mechdae.dynamics.show:motion_structure",
-        trial="mechdae.dynamics.show:tried",
-    ),
-}
+}, made=lambda kind: kind)  # fmt: skip
 """Kind of task -> its functions."""
-
-
-def function(text: str) -> Callable[..., Any]:
-    """Return the function that is named ``module:function``."""
-    module, name = text.split(":")
-    loaded: Callable[..., Any] = getattr(importlib.import_module(module), name)
-    return loaded
 
 
 def solve(
     problem: Problem | Mechanism | str | Path,
     task: Task | str | None = None,
-    *,
-    kinds: Mapping[str, TaskKind] = KINDS,
     **options: object,
 ) -> Result:
-    """Return the result of one task of a kind in `kinds`.
-
-    `kinds`: kind of task -> its functions.
-    """
+    """Return the result of one task."""
     whole = as_problem(problem, task)
     name, chosen = task_of(whole, task)
-    if chosen.kind not in kinds:
+    kind = KINDS.get(chosen.kind)
+    if kind is None:
         raise UnavailableError(
             f"tasks of kind '{chosen.kind}' are not computed by this version",
             where=f"tasks.{name}.kind",
-            hint=f"available: {', '.join(kinds)}",
+            hint=f"available: {', '.join(KINDS)}",
         )
     check_available(whole, name, chosen)
     with placed(whole, name):
-        result: Result = function(kinds[chosen.kind].run)(whole, name, chosen, **options)
+        result: Result = at_home(kind.run)(whole, name, chosen, **options)
     return result
 
 
@@ -110,10 +60,6 @@ def placed(problem: Problem, task: str) -> Iterator[None]:
         raise
 
 
-IN_SPACE = (
-    "sweep", "modes", "reactions", "motion", "equilibrium", "synthesis", "study", "sensitivity",
-)  # fmt: skip
-"""Kinds of tasks that are computed of spatial mechanisms."""
 OTHER_MEASURES = {3: ("centrodes", "instant-centres"), 2: ("axodes", "screw-axes")}
 """Measures of a sweep that mechanisms of a dimension do not have: they are of the other one."""
 
@@ -123,19 +69,19 @@ def available(problem: Problem, task: Task) -> bool:
     if problem.mechanism.dimension == 2:
         return True
     inner = problem.tasks.get(getattr(task, "of", None) or "")
-    return task.kind in IN_SPACE and (inner is None or available(problem, inner))
+    return task.in_space and (inner is None or available(problem, inner))
 
 
 def check_available(problem: Problem, name: str, task: Task) -> None:
     """Raise for what is not computed of a mechanism of that dimension."""
     if not available(problem, task):
         inner = problem.tasks.get(getattr(task, "of", None) or "")
-        if task.kind in IN_SPACE and inner is not None:
+        if task.in_space and inner is not None:
             task, name = inner, str(getattr(task, "of", name))
         raise UnavailableError(
             f"tasks of kind '{task.kind}' are not computed in space by this version",
             where=f"tasks.{name}.kind",
-            hint=f"available: {', '.join(IN_SPACE)}",
+            hint=f"available: {', '.join(kind for kind in TASKS if TASKS[kind].in_space)}",
         )
     asked = getattr(task, "measures", None) or ()
     missing = OTHER_MEASURES[problem.mechanism.dimension]

@@ -6,10 +6,10 @@ from mechdae.additions import Added, Adds
 
 HERE = "mechdae.motion.cases.curves"
 ADDS: Adds = {
-    "block solvers": {"curves": Added(f"{HERE}.contacts:contact_solver")},
-    "choosers": {"curves": Added(f"{HERE}.contacts:Contacts")},
-    "curve ends": {"curves": Added(f"{HERE}.curve_ends:CurveEnds")},
-    "cuts": {"curves": Added(f"{HERE}.undercut:cuts")},
-    "cut events": {"curves": Added(f"{HERE}.undercut:cut_events")},
-    "runs": {"curves": Added(f"{HERE}.curve_corners:without_two_values")},
+    "block solvers": {"on_curve": Added(f"{HERE}.contacts:contact_solver")},
+    "choosers": {"on_curve": Added(f"{HERE}.contacts:Contacts")},
+    "curve ends": {"on_curve": Added(f"{HERE}.curve_ends:CurveEnds")},
+    "cuts": {"on_curve": Added(f"{HERE}.undercut:cuts")},
+    "cut events": {"on_curve": Added(f"{HERE}.undercut:cut_events")},
+    "runs": {"on_curve": Added(f"{HERE}.curve_corners:without_two_values")},
 }

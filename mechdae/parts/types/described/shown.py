@@ -11,7 +11,7 @@ from mechdae.parts.types.described.task import Composition
 
 
 def scheme_structure(problem: Problem, task: Composition, _model: object = None) -> dict[str, Any]:
-    entry = {"kind": task.kind, "available": task.available}
+    entry = {"kind": task.kind, "available": True}
     try:
         demand = asked_of(task, problem.mechanism.parameter_values)
     except MechdaeError as error:

@@ -58,7 +58,7 @@ class Composition(Task):
     keep: int | None = key("whole", None, doc="designs that are reported, 20")
 
     kind: ClassVar[str] = "composition"
-    available: ClassVar[bool] = True
+    in_space: ClassVar[bool] = False
     holds: ClassVar[tuple[str, ...]] = ("schemes",)
 
     @classmethod
