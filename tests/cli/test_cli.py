@@ -15,6 +15,7 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.cli.commands.list import scanned
 from mechdae.describe.file import library
+from mechdae.errors import UnavailableError
 from tests.shared.command import run
 
 
@@ -218,29 +219,19 @@ def test_out_that_cannot_be_written(capsys, tmp_path) -> None:
     assert "file" in err
 
 
-def test_unavailable_tasks_are_skipped_or_refused(capsys, tmp_path, monkeypatch) -> None:
+def test_tasks_of_a_kind_that_nobody_added_are_refused() -> None:
     from dataclasses import dataclass
 
     from mechdae.describe.tasks import kinds
 
     @dataclass(frozen=True)
     class Later(kinds.Task):
-        """A kind of task that is read and not computed yet."""
+        """A kind of task that no registry names."""
 
         kind = "later"
 
-    monkeypatch.setitem(kinds.TASKS, "later", Later)
-    text = library.find("slider-crank").read_text()
-    text += '\n[tasks.force]\nkind = "later"\n'
-    path = tmp_path / "force.toml"
-    path.write_text(text)
-    code, _, err = run(capsys, "solve", str(path))
-    assert code == 0
-    assert "force skipped" in err
-    assert run(capsys, "solve", str(path), "--quiet")[2] == ""
-    code, out, err = run(capsys, "solve", str(path), "--task", "force")
-    assert (code, out) == (2, "")
-    assert "not computed by this version" in err
+    with pytest.raises(UnavailableError, match="'later' are not computed"):
+        md.solve("slider-crank", Later())
 
 
 def test_schema_and_new(capsys) -> None:

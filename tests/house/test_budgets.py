@@ -18,12 +18,12 @@ BUDGETS = {
     "forces": 4_380,
     "dynamics": 8_040,
     "design": 15_750,
-    "tasks": 2_050,
+    "tasks": 2_010,
     "cli": 1_480,
     "parts": 24_490,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 717
+ALONE = 756
 """Lines of the modules that stand alone: errors, records, types, additions."""
 TOTAL = 131_300
 LONGEST = 500
@@ -52,11 +52,16 @@ def test_rooms_keep_their_budgets() -> None:
     for path in files:
         sums[room_of(path)] = sums.get(room_of(path), 0) + lines(path)
     alone = sum(sums.pop(name) for name in [*sums] if name.endswith(".py"))
-    over = {room: count for room, count in sums.items() if count > BUDGETS.get(room, 0)}
+    over = [
+        f"{room}/ has {count} lines, its budget is {BUDGETS.get(room, 0)}: shorten it, or raise "
+        "BUDGETS here by what another room is lowered"
+        for room, count in sums.items()
+        if count > BUDGETS.get(room, 0)
+    ]
     assert not over
-    assert alone <= ALONE
-    assert sum(BUDGETS.values()) + ALONE <= TOTAL + 1_000
-    assert sum(sums.values()) + alone <= TOTAL
+    assert alone <= ALONE, "lines of errors, records, types and additions: as those of a room"
+    assert sum(BUDGETS.values()) + ALONE <= TOTAL + 1_000, "lower the budgets of shorter rooms"
+    assert sum(sums.values()) + alone <= TOTAL, "all lines: shorten something of the package"
 
 
 def test_modules_are_short() -> None:

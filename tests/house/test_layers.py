@@ -7,10 +7,12 @@ import graphlib
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import mechdae
 from tests.shared.modules import PACKAGE, imports, module_of, parsed
 from tests.shared.paths import ROOT
 
@@ -100,7 +102,7 @@ def test_imports_point_to_the_left() -> None:
         for name in imports(path):
             there = room(name) if name.startswith("mechdae.") else ""
             if there and there not in (here, *FREE, *ROOMS[here].split()):
-                wrong.add(f"{path.relative_to(PACKAGE)} of {here} imports {there}")
+                wrong.add(f"{path.relative_to(PACKAGE)} of {here} imports {there}: see ROOMS")
     assert not wrong
 
 
@@ -114,7 +116,7 @@ def test_rooms_are_in_order() -> None:
 def test_map_of_the_package_is_the_one_that_is_checked() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     drawn = re.findall(r"^\| `([\w.]+)` \|", text.split("## Map of the package")[1], re.M)
-    assert drawn == list(ROOMS)
+    assert drawn == list(ROOMS), "rows of the map in CONTRIBUTING.md and ROOMS differ"
     inside = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or is_room(path)}
     boxes = {name.partition(".")[0] for name in drawn}
     assert boxes == {name for name in inside if not name.startswith("_")}
@@ -134,46 +136,22 @@ def test_no_room_names_a_part() -> None:
         assert named <= {part}, path
 
 
-def test_another_package_adds_a_command_and_a_picture(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By an entry point; help lists it, an unknown name is looked for among what is added."""
-    info = tmp_path / "guest-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: guest\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[mechdae.parts]\nguest = guest:ADDS\n")
-    (tmp_path / "guest.py").write_text(GUEST)
-    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{ROOT}")
-    command = [sys.executable, "-m", "mechdae"]
-    shown = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True)
-    lines = [line.split()[0] for line in shown.stdout.splitlines() if line.startswith("    ")]
-    assert lines.index("greet") == lines.index("plot") + 1
-    said = subprocess.run([*command, "greet"], capture_output=True, text=True, check=True)
-    assert said.stdout == "hello\n"
-    code = "import mechdae as md; print(md.plot(md.solve('slider-crank', 'turn'), 'dots'))"
-    drawn = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert drawn.stdout == "dots of slider-crank\n"
-
-
-GUEST = """
-from mechdae.additions import Added
-ADDS = {
-    "commands": {"greet": Added("guest", after="plot", about="says hello")},
-    "pictures": {"dots": Added("guest:dots")},
-}
-def __getattr__(name):
-    if name != "dots":
-        raise AttributeError(name)
-    from mechdae.draw.catalogue import Picture
-    return Picture("guest", "dots", of=("poses",))
-def arguments(parser):
-    pass
-def run(options):
-    print("hello")
-    return 0
-def draw(result, ax=None):
-    return f"dots of {result.problem}"
-"""
+def test_the_table_of_questions_is_what_is_asked() -> None:
+    """Every question that plain code asks cases, or that a case answers, and where it is asked."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = text.split("### A case")[1].split("\n### ")[0]
+    rows = re.findall(r"^\| ([a-z, ]+) \| `([\w/]+\.py)` \|", table, re.M)
+    listed = {question: file for names, file in rows for question in names.split(", ")}
+    for question, file in listed.items():
+        assert f'"{question}"' in (PACKAGE / file).read_text(encoding="utf-8"), (question, file)
+    asked = {
+        question
+        for path in FILES
+        for question in re.findall(r'cases\(\s*"([^"]+)"', path.read_text(encoding="utf-8"))
+    }
+    answered = {q for case in mechdae.CASES for q in import_module(f"{case}.adds").ADDS}
+    assert asked <= set(listed), f"CONTRIBUTING.md lacks rows of {asked - set(listed)}"
+    assert answered == set(listed), f"asked or answered alone: {answered ^ set(listed)}"
 
 
 def test_words_of_the_glossary_have_one_meaning() -> None:
