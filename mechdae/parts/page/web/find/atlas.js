@@ -29,7 +29,7 @@ export class Atlas {
     this.numbers = new Int8Array(linkages * POINTS_OF_EACH * NUMBERS);
     this.count = 0;
     this.tried = FAMILIES.map(() => 0);
-    this.sequences = FAMILIES.map(({ ranges }) => sequence(ranges.length));
+    this.sequences = FAMILIES.map(({ count }) => sequence(count));
     this.room = { tau: around(EACH), U: new Float64Array(2 * EACH), V: new Float64Array(2 * EACH), z: new Float64Array(2 * EACH), lengths: new Float64Array(EACH + 1), own: new Float64Array(NUMBERS) };
   }
 
@@ -40,11 +40,11 @@ export class Atlas {
     const n = this.linkages.length;
     let at = n % TOTAL_SHARES, family = 0;
     while (at >= FAMILIES[family].share) { at -= FAMILIES[family].share; family += 1; }
-    const { trace, ranges } = FAMILIES[family], { tau, U, V } = this.room;
+    const { trace, numbers } = FAMILIES[family], { tau, U, V } = this.room;
     for (;;) {
       this.tried[family] += 1;
-      const x = this.sequences[family](this.tried[family]).map((share, k) => ranges[k](share));
-      if (trace(x, tau, U, V)) return { family, x };
+      const x = numbers(this.sequences[family](this.tried[family]));
+      if (x && trace(x, tau, U, V)) return { family, x };
     }
   }
 
@@ -111,4 +111,4 @@ export class Atlas {
 }
 
 /** The length that points of the body are measured by. */
-const barOf = ({ family, x }) => Math.exp(FAMILIES[family].ranges.length > 3 ? x[7] : x[0]);
+const barOf = ({ family, x }) => Math.exp(FAMILIES[family].count > 3 ? x[7] : x[0]);

@@ -1,10 +1,10 @@
 /** Mechanisms for a curve: the nearest of the atlas, laid onto it by correlation, the best of them fitted. */
-import { around, FAMILIES } from "./families.js";
+import { around, FAMILIES, timed } from "./families.js";
 import { momentsOf, NUMBERS } from "./moments.js";
 import { Fit } from "./refine.js";
 import { extent, hausdorff, measured, resampled } from "./targets.js";
 
-const PLACES = 64, FINE = 96;
+const PLACES = 64, FINE = 128;
 
 /** How a curve is best laid onto another with as many places: the shift of the start, the factor (turn and size) by least squares, what is left. */
 function laid(w, z, n) {
@@ -40,6 +40,8 @@ export class Search {
     this.unit = (z) => z.map((v, k) => (v - centre[k % 2]) / size);
     this.curve = this.unit(resampled(curve, curve.length / 2, PLACES).places);
     this.share = 1 / extent(this.curve);
+    /** The curve itself, for how far it is passed. */
+    this.whole = this.unit(curve.length > 800 ? resampled(curve, curve.length / 2, 400).places : curve);
     this.targets = points ? this.unit(Float64Array.from(points.flat())) : this.curve;
     this.points = points;
     this.found = [];
@@ -77,14 +79,14 @@ export class Search {
     const [a, b] = factor, { centre } = measured(this.sides[Number(mirror)]), tau = new Float64Array(PLACES);
     for (let k = 0; k < PLACES; k += 1) { // the place k of the mechanism is the place k + shift of the curve, or of the curve backward
       const j = (k + shift) % PLACES;
-      tau[back ? (PLACES - j) % PLACES : j] = 2 * Math.PI * shares[k];
+      tau[back ? (PLACES - j) % PLACES : j] = timed(shares[k]);
     }
     const o = [centre[0] - (a * place[0] - b * place[1]), centre[1] - (a * place[1] + b * place[0])];
     return { y: Float64Array.from([...o, a, b, a * q[0] - b * q[1], a * q[1] + b * q[0], ...x]), tau };
   }
 
   /** The driver at the places that are to be met: that of the nearest place of the curve. */
-  timed(tau, side, targets) {
+  times(tau, side, targets) {
     return Float64Array.from({ length: targets.length / 2 }, (_, k) => {
       let [best, least] = [0, Infinity];
       for (let j = 0; j < PLACES; j += 1) {
@@ -103,7 +105,7 @@ export class Search {
       const candidate = this.queue.shift(), side = this.sides[Number(candidate.mirror)];
       const { y, tau } = this.begun(candidate);
       const targets = this.points ? (candidate.mirror ? mirrored(this.targets) : this.targets) : side;
-      const times = this.points ? this.timed(tau, side, targets) : tau;
+      const times = this.points ? this.times(tau, side, targets) : tau;
       const best = this.found[7], good = best ? 100 * best.miss ** 2 * n : Infinity;
       const miss = Math.sqrt(this.fits[candidate.family].fit(y, times, targets, 60, good) / n);
       if (!Number.isFinite(miss)) continue;
@@ -112,7 +114,7 @@ export class Search {
       if (!close || this.found.some((known) => same(own, known))) continue;
       const whole = this.traced(own, FINE);
       if (!whole) continue;
-      own.error = this.points ? miss * this.share : hausdorff(this.unit(whole), this.curve) * this.share;
+      own.error = this.points ? miss * this.share : hausdorff(this.unit(whole), this.whole) * this.share;
       this.found.push(own);
       this.found.sort((one, two) => one.error - two.error);
     }

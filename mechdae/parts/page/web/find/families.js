@@ -90,16 +90,35 @@ function dyadOn(rocking) {
 
 /** Between two numbers. */
 const within = (low, high) => (share) => low + (high - low) * share;
-const LOGS = [within(-0.6, 2), within(-0.6, 2), within(-0.9, 2)];
+/** Between two lengths, as a logarithm, more often near both ends. */
+const edged = (low, high, share) => Math.log(low + (high - low) * (0.5 - 0.5 * Math.cos(Math.PI * share)));
+const LOG = within(-0.6, 2), POINT = [within(-3, 4), within(-3, 3)], DYAD = [within(-0.2, 2), within(-0.2, 2)];
 
-/** Names, ranges of the numbers in the atlas, how many linkages of it, how many turns it has in a search; `whole` where the driver turns fully. */
+/** Logarithms of bar, rocker and ground for a crank of 1 that turns fully, often near where it no longer does; null where there is no such ground. */
+function cranked([a, b, c]) {
+  const x = [LOG(a), LOG(b)], [bar, rocker] = x.map(Math.exp), apart = Math.abs(bar - rocker);
+  const short = apart < 0.95 ? [0.05, 1 - apart] : null, long = 1 + apart < bar + rocker - 1 ? [1 + apart, Math.min(bar + rocker - 1, 9)] : null;
+  if (long && !(long[1] > long[0])) return null;
+  if (!short) return long && [...x, edged(...long, c)];
+  const share = long ? 0.3 : 1;
+  return [...x, c < share ? edged(...short, c / share) : edged(...long, (c - share) / (1 - share))];
+}
+
+const each = (ranges) => (shares) => ranges.map((range, k) => range(shares[k]));
+/** Numbers of a six-bar: those of its four-bar, then the rest. */
+const onFourBar = (ranges) => (shares) => { const x = cranked(shares); return x && [...x, ...each(ranges)(shares.slice(3))]; };
+const SWINGS = within(-1.2, 1.2);
+
+/** Names; how many numbers, and those of shares in (0, 1), or null; how many linkages are in the atlas, and how many turns in a search; `whole` where the driver turns fully. */
 export const FAMILIES = [
-  { name: "four-bar", turns: 4, trace: turned, ranges: LOGS, share: 8, whole: true },
-  { name: "rocker", turns: 1, trace: swinging, ranges: [within(-1.2, 1.2), within(-1.2, 1.2), within(-1.2, 1.2)], share: 3, whole: false },
-  { name: "slider-crank", turns: 1, trace: sliding, ranges: [within(0.05, 2), within(0, 3)], share: 1, whole: true },
-  { name: "stephenson", turns: 1, trace: dyadOn(false), ranges: [...LOGS, within(-3, 4), within(-3, 3), within(-5, 6), within(-5, 5), within(-0.2, 2), within(-0.2, 2)], share: 2, whole: true },
-  { name: "watt", turns: 1, trace: dyadOn(true), ranges: [...LOGS, within(-3, 4), within(-3, 3), within(-4, 4), within(-4, 4), within(-0.2, 2), within(-0.2, 2)], share: 2, whole: true },
+  { name: "four-bar", trace: turned, count: 3, numbers: cranked, share: 8, turns: 4, whole: true },
+  { name: "rocker", trace: swinging, count: 3, numbers: each([SWINGS, SWINGS, SWINGS]), share: 3, turns: 1, whole: false },
+  { name: "slider-crank", trace: sliding, count: 2, numbers: each([within(0.05, 2), within(0, 3)]), share: 1, turns: 1, whole: true },
+  { name: "stephenson", trace: dyadOn(false), count: 9, numbers: onFourBar([...POINT, within(-5, 6), within(-5, 5), ...DYAD]), share: 2, turns: 1, whole: true },
+  { name: "watt", trace: dyadOn(true), count: 9, numbers: onFourBar([...POINT, within(-4, 4), within(-4, 4), ...DYAD]), share: 2, turns: 1, whole: true },
 ];
 
+/** The driver at a share of its way around, slower where crank and ground are in line: there points of nearly singular mechanisms hurry. */
+export const timed = (share) => FULL_TURN * share - 0.35 * Math.sin(2 * FULL_TURN * share);
 /** n values of the driver around. */
-export const around = (n) => Float64Array.from({ length: n }, (_, k) => (FULL_TURN * k) / n);
+export const around = (n) => Float64Array.from({ length: n }, (_, k) => timed(k / n));

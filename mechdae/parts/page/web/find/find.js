@@ -4,11 +4,11 @@ import { offered } from "../files.js";
 import { digits } from "../units.js";
 import { Atlas } from "./atlas.js";
 import { missOfCurve, missOfPoses } from "./checked.js";
-import { added, direction, minus, norm } from "./complex.js";
+import { direction, minus, norm } from "./complex.js";
 import { Search } from "./curves.js";
 import { factsOf, ofCurve, ofPoses } from "./drawn.js";
 import { linkageOf, motionsOf } from "./motions.js";
-import { extent, resampled, smoothThrough } from "./targets.js";
+import { extent, smoothThrough } from "./targets.js";
 import { taskText } from "./task.js";
 
 const KINDS = { poses: [2, 5], pivots: [0, 2], points: [5, 9], curve: [12, Infinity] };
@@ -210,7 +210,7 @@ export class Finder {
   curves(round) {
     this.grow();
     const { task, kind } = this, points = kind === "points" ? task.points : null;
-    const wanted = points ? smoothThrough(points) : smoothed(task.curve);
+    const wanted = points ? smoothThrough(points) : Float64Array.from(task.curve.flat());
     const search = new Search(this.atlas, wanted, points);
     this.wanted = wanted;
     this.busy = true;
@@ -249,7 +249,7 @@ export class Finder {
     const { task, found, chosen } = this, { drawing } = found[Math.max(0, chosen)] || {};
     if (this.ofPoses) return taskText({ poses: task.poses }, drawing);
     if (this.kind === "points") return taskText({ points: task.points }, drawing);
-    const wanted = this.wanted || smoothed(task.curve), n = wanted.length / 2;
+    const wanted = this.wanted || Float64Array.from(task.curve.flat()), n = wanted.length / 2;
     return taskText({ points: Array.from({ length: 25 }, (_, k) => { const j = Math.round((k * n) / 24) % n; return [wanted[2 * j], wanted[2 * j + 1]]; }), closed: true }, drawing);
   }
 
@@ -334,14 +334,6 @@ export class Finder {
 }
 
 const pairs = (z) => Array.from({ length: z.length / 2 }, (_, k) => [z[2 * k], z[2 * k + 1]]);
-
-/** A drawn curve at 96 places without what trembles; what is slow stays, as the mean of neighbours is taken of what it leaves once more. */
-function smoothed(curve) {
-  const n = 96, { places } = resampled(Float64Array.from(curve.flat()), curve.length, n), all = pairs(places);
-  const mean = (list) => list.map((own, k) => [0, 1].map((j) => own[j] / 2 + (list[(k + n - 1) % n][j] + list[(k + 1) % n][j]) / 4));
-  const first = mean(all), rest = mean(all.map((own, k) => minus(own, first[k])));
-  return smoothThrough(first.map((own, k) => added(own, rest[k])), 4);
-}
 
 /** The order in which points are met while the driver goes on, from the first. */
 function orderOf(times) {

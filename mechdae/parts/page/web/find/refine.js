@@ -22,7 +22,7 @@ export class Fit {
   /** @param {number} family @param {number} n how many places */
   constructor(family, n) {
     this.trace = FAMILIES[family].trace;
-    this.shapes = FAMILIES[family].ranges.length;
+    this.shapes = FAMILIES[family].count;
     this.n = n;
     const own = () => new Float64Array(2 * n);
     [this.U, this.V, this.U2, this.V2, this.z, this.z2, this.slope] = Array.from({ length: 7 }, own);
