@@ -50,7 +50,7 @@ SLOW: Mapping[str, tuple[str, str]] = {
     "measures": ("measures of many sweeps", "measure_errors"),
     "page": (
         "pages in a browser and in a notebook",
-        "browser notebook page page_drivers page_random",
+        "browser find_curves notebook page page_drivers page_random",
     ),
     "proof": (
         "writes, alters and checks certificates",
