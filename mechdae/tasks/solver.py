@@ -17,8 +17,11 @@ from mechdae.describe.values import Number, names
 from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName
 from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
-from mechdae.motion.kinematics.poses import PoseArrays, Posed
+from mechdae.motion.kinematics.pose_arrays import PoseArrays
+from mechdae.motion.kinematics.poses import Posed, PosedOnLines, posed
+from mechdae.motion.kinematics.poses import tracker as tracker_of
 from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
+from mechdae.motion.kinematics.tracker import Tracker
 from mechdae.results import Result
 from mechdae.tasks.dispatch.solve import as_problem, task_of
 from mechdae.tasks.parameter_studies import study
@@ -73,7 +76,8 @@ class Solver:
             if own not in known:
                 raise UnknownName("parameter", own, known, where="vary")
         self._held = CacheOwner(frozenset(self.vary))
-        self._posed: tuple[dict[str, Number], Posed] | None = None
+        self._posed: tuple[dict[str, Number], Posed | PosedOnLines] | None = None
+        self._tracker: Tracker | None = None
         self._near: tuple[tuple[str, ...], NearPoses | None] | None = None
 
     def __reduce__(self) -> Any:
@@ -106,35 +110,93 @@ class Solver:
     def poses(
         self, values: Mapping[str, Number] | None, u: Floats | list[float] | float
     ) -> PoseArrays:
-        """Return one or a few poses as arrays, without a report.
+        """Return one or many poses as arrays, without a report.
 
         Parameters
         ----------
         values
             As of a call; calls with the same values one after another follow the same path on.
-        u : float or (n,) array
-            Values of the driver.
+        u : float, (n,) or (n, nd) array
+            Values of the driver, or of several in the order of the task, each row for itself.
+            Poses of several drivers are reached on the straight line from the sketch's values;
+            drivers that follow laws of time are driven by their values.
 
         Raises
         ------
         InputError
-            The task is no sweep of a single driver by its value, or `u` holds none, or some that
-            are not finite.
+            The task is no sweep, or `u` has not as many columns as there are drivers, or holds no
+            value; with a single driver also values that are not finite.
         SolveError
             The mechanism cannot be assembled at its sketch.
         """
-        task, numbers = self.task, _merged(values, {})
-        if not isinstance(task, Sweep):
-            raise InputError(f"a task of kind '{task.kind}' has no poses of a driver", where="task")
+        task, numbers = self._sweep(), _merged(values, {})
         last, places = self._posed, np.atleast_1d(np.asarray(u, float))
         if last is None or last[0] != numbers:
             found = self._near_pose(task, numbers, places) if last is not None else None
             if found is not None:
                 return found
             with keep_for(self._held):
-                last = (numbers, Posed(self.problem.with_values(numbers), task))
+                last = (numbers, posed(self.problem.with_values(numbers), task))
             self._posed = last
         return last[1].at(places)
+
+    def track(
+        self,
+        pose: PoseArrays | None,
+        u: Floats | Sequence[float] | float,
+        speed: Floats | Sequence[float] | None = None,
+        acceleration: Floats | Sequence[float] | None = None,
+    ) -> PoseArrays:
+        """Return the pose that a proved motion straight in the drivers leads to from another one.
+
+        For loops that move a little at each call: no path is kept.
+
+        Parameters
+        ----------
+        pose
+            What a call before returned; None begins at the sketch. From a pose that is not
+            ``ok`` it goes on from the last one that was.
+        u : (nd,) array
+            Values of the drivers; of the moving one alone where others are held.
+        speed, acceleration : (nd,) arrays
+            Rates of the drivers; by default those of the task, zero where it has a law.
+
+        Returns
+        -------
+        PoseArrays
+            One row. ``status`` is ``unassembled`` where a limit position, or another place that
+            no proof leads past, lies on the way; then the mechanism has not moved.
+
+        Examples
+        --------
+        >>> import mechdae as md
+        >>> solver = md.Solver("five-bar-robot", "forward")
+        >>> pose = None
+        >>> for k in range(3):
+        ...     pose = solver.track(pose, [2.2 + 0.01 * k, 0.9])
+        >>> pose.status[0], pose["points/tip.P/position"].round(4).tolist()
+        (np.str_('ok'), [[0.1032, 0.3608]])
+        """
+        tracker = self._tracker
+        if tracker is None:
+            with keep_for(self._held):
+                tracker = self._tracker = tracker_of(self.problem, self._sweep())
+        node = tracker.first if pose is None or pose.node is None else pose.node
+        rates = [] if speed is None else [tracker.rates(speed)]
+        if acceleration is not None:
+            rates = [*(rates or tracker.usual[:1]), tracker.rates(acceleration)]
+        place = np.asarray(u, float)
+        rows = tracker.rows(place[None, :] if place.shape == (tracker.graphs.nu,) else place)
+        if len(rows) > 1:
+            raise InputError("one value of each driver is needed", where="u")
+        return tracker.to(node, rows[0], rates)
+
+    def _sweep(self) -> Sweep:
+        """The task, which has to move drivers."""
+        task = self.task
+        if not isinstance(task, Sweep):
+            raise InputError(f"a task of kind '{task.kind}' has no poses of a driver", where="task")
+        return task
 
     def _near_pose(
         self, task: Sweep, numbers: dict[str, Number], places: Floats

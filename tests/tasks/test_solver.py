@@ -13,7 +13,7 @@ import pytest
 
 import mechdae as md
 from mechdae.errors import InputError
-from mechdae.motion.kinematics.poses import Posed
+from mechdae.motion.kinematics.poses import posed
 from mechdae.motion.kinematics.prepared import SHAPES
 from mechdae.motion.kinematics.shapes import CacheOwner, Shapes, keep_for
 
@@ -148,7 +148,7 @@ def test_near_poses_need_no_path(name: str) -> None:
         pose = solver.poses(numbers, u)
         assert solver._posed is path
         changed = problem.with_values(numbers)
-        beside = Posed(changed, problem.tasks["turn"]).at(u)
+        beside = posed(changed, problem.tasks["turn"]).at(u)
         assert pose.ok.all()
         assert beside.ok.all()
         assert pose.condition == pytest.approx(beside.condition, rel=1e-9)

@@ -33,6 +33,8 @@ from mechdae.forces.uniqueness import require_unique
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.prepared import first_pose, prepare
+from mechdae.motion.kinematics.tracker import Tracker
+from mechdae.motion.setup.drivers import placed
 from mechdae.motion.setup.drivers import plan as planned
 from mechdae.motion.setup.scales import Constants
 from mechdae.results import whole_path
@@ -95,7 +97,8 @@ def function(
         ``efforts/crank.angle``, ``joints/O/reaction``, names of `[outputs]`.
     task
         Sweep or reactions task that gives drivers, speeds and friction where they are no
-        inputs; the first one with the drivers named. Without any speed forces are quasi-static.
+        inputs; the first one with the drivers named. Without any speed forces are quasi-static;
+        of a law of time the drivers alone count. The function has the task's name.
 
     Returns
     -------
@@ -117,7 +120,7 @@ def function(
     mechanism = whole.mechanism
     values = mechanism.values()
     coordinates = [name for name in inputs if name in coordinate_names(mechanism)]
-    base = _base(whole, coordinates, values, task, inputs, outputs)
+    called, base = _base(whole, coordinates, values, task, inputs, outputs)
     drivers = [driver.coordinate for driver in base.all_drivers]
     numbers = [name for name in inputs if name not in drivers and not name.endswith(RATES)]
     for name in numbers:
@@ -138,11 +141,11 @@ def function(
         structure_of(literal.mechanism),
         tuple(literal.mechanism.values().items()),
         tuple(literal.mechanism.sketch.items()),
-        *(base, tuple(inputs), tuple(outputs)),
+        *(called, base, tuple(inputs), tuple(outputs)),
     )
     with _MAKING:
         if key not in _MADE:
-            _MADE[key] = _Built(literal, base, inputs, numbers, outputs).function()
+            _MADE[key] = _Built(literal, base, inputs, numbers, outputs).function(_plain(called))
         return _MADE[key][0]
 
 
@@ -178,30 +181,32 @@ def _base(
     task: str | None,
     inputs: Sequence[str],
     outputs: Sequence[str],
-) -> Sweep:
-    """Return a task of one pose with the drivers asked for."""
+) -> tuple[str, Sweep]:
+    """Return the name of a task and the task of one pose with the drivers that are inputs."""
     sure = [name for name in coordinates if name not in values]
     chosen: Sweep | None = None
+    name = task or "mechanism"
     if task is not None:
-        found = problem.task(task)
-        if not isinstance(found, Sweep):
+        given_task = problem.task(task)
+        if not isinstance(given_task, Sweep):
             raise InputError(f"'{task}' is no sweep and no task of reactions", where="task")
-        chosen = found
+        chosen = given_task
     else:
-        sweeps = [known for known in problem.tasks.values() if isinstance(known, Sweep)]
-        for asked in (coordinates, sure) if sure or not coordinates else (coordinates,):
-            fits = (k for k in sweeps if {d.coordinate for d in k.all_drivers} >= set(asked))
-            chosen = chosen or next(fits, None)
+        sweeps = {name: each for name, each in problem.tasks.items() if isinstance(each, Sweep)}
+        for driven in (coordinates, sure) if sure or not coordinates else (coordinates,):
+            for each, sweep in sweeps.items():
+                if chosen is None and {d.coordinate for d in sweep.all_drivers} >= set(driven):
+                    name, chosen = each, sweep
     driven = sure or coordinates
     forces = any(_needs_forces(path) for path in outputs)
     if chosen is None:
         if not driven:
             raise InputError("name the driver's coordinate among the inputs", where="inputs")
         chosen = Sweep(drivers=tuple(Driver(name, at=(0.0,)) for name in driven))
+    if any(driver.law is not None for driver in chosen.all_drivers):
+        chosen = placed(chosen, planned(problem.mechanism, chosen))
     drivers = []
     for driver in chosen.all_drivers:
-        if driver.law is not None:
-            raise InputError("drivers that follow laws of time have no function of their value")
         place = driver.at[:1] if driver.at else (driver.from_ if driver.from_ is not None else 0.0,)
         held = driver.speed is None and driver not in chosen.moving_drivers
         given = {f"{driver.coordinate}{rate}" for rate in RATES}.intersection(inputs)
@@ -212,13 +217,13 @@ def _base(
                 driver, at=place, from_=None, to=None, range=None, speed=speed, direction=direction
             )
         )
-    placed = tuple(drivers)
+    at_pose = tuple(drivers)
     if not forces:
-        return Sweep(drivers=placed, mode=chosen.mode)
+        return name, Sweep(drivers=at_pose, mode=chosen.mode)
     if not isinstance(chosen, Reactions):
-        return Reactions(drivers=placed, mode=chosen.mode)
-    return replace(
-        chosen, drivers=placed, driver=None, poses=None, outputs=None, measures=None, cycle=False
+        return name, Reactions(drivers=at_pose, mode=chosen.mode)
+    return name, replace(
+        chosen, drivers=at_pose, driver=None, poses=None, outputs=None, measures=None, cycle=False
     )
 
 
@@ -253,10 +258,11 @@ class _Built:
         else:
             self.setting = prepare(problem, start, free=names)
         self.u, self.x = first_pose(self.setting, start)
+        self.tracker = Tracker(self.setting, self.u, self.x)
         self.composed = Composed(self.setting, paths, names, self.statics)
         self.parameters = ca.Function("p", [self.composed.free], [self.composed.p])
 
-    def function(self) -> tuple[Any, _Guess]:
+    def function(self, called: str) -> tuple[Any, _Guess]:
         """Return the casadi function, and the callback that it needs."""
         composed, plan = self.composed, self.setting.plan
         symbols = {name: MX.sym(_plain(name)) for name in self.inputs}
@@ -282,7 +288,7 @@ class _Built:
         results = [values[span] for span in composed.spans]
         names = [_plain(path) for path in self.outputs]
         made = ca.Function(
-            "mechanism", list(symbols.values()), results, [_plain(n) for n in symbols], names
+            called, list(symbols.values()), results, [_plain(n) for n in symbols], names
         )
         return made, callback
 
@@ -335,7 +341,10 @@ class _Built:
         model = self.setting.scene.model
         size = np.maximum(np.abs(u), np.abs(self.u)) + 2 * np.pi
         x = self.x
-        if not np.array_equal(u, self.u):
+        near = self.tracker.reached(self.tracker.first, u)
+        if near is not None:
+            x = near[0].state[: graphs.nx]
+        elif not np.array_equal(u, self.u):
             d = u - self.u
             steps = Path(
                 graphs, Constants(graphs, size), self.u, d, 0.05 / max(np.abs(d).max(), 0.05)
@@ -350,6 +359,8 @@ class _Built:
             ):
                 return nothing
             x = steps.at(1.0)
+        if not self.names:
+            return x
         target = np.array(self.parameters(free)).ravel()
         return self._along(graphs, x, u, model.p_values, target, size, nothing)
 

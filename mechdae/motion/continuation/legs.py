@@ -27,11 +27,14 @@ SHORT = 8.0
 """Legs longer than so many largest steps are not tried in one step."""
 
 
-def largest_step(d: Floats, scales: Floats) -> float:
-    """Return the largest step in s along u0 + s d, 0 <= s <= 1."""
-    length = float(np.max(np.abs(d) / scales))
-    share = 2 * np.pi / NODES_PER_TURN
-    return share / length if length > share else 1.0
+SHARE = 2 * np.pi / NODES_PER_TURN
+"""Largest step, in radians or what counts as one."""
+
+
+def largest_step(d: Floats, scales: Floats) -> Floats:
+    """Return the largest steps in s along u0 + s d, 0 <= s <= 1, for d (.., nd)."""
+    steps: Floats = SHARE / np.maximum(np.max(np.abs(d) / scales, axis=-1), SHARE)
+    return steps
 
 
 class Legs(AnyPath):
@@ -60,8 +63,8 @@ class Legs(AnyPath):
         self._sizes = np.zeros(graphs.nx)
         self._visited: list[tuple[Any, Any]] = []
 
-    def walk(self, x: Unknowns) -> None:
-        """Follow all legs from the solved pose `x` (nx,) at the first corner."""
+    def _begin(self, x: Unknowns) -> None:
+        """Put the first corner: a solved pose `x` (nx,)."""
         self.origin = (0.0, x)
         self.leg.begin(x, 0.0)
         self.sign = self.leg.sign
@@ -69,6 +72,10 @@ class Legs(AnyPath):
         self.nodes = np.empty((len(self.corners), self.graphs.nx))
         self.nodes[0] = self.leg.state[0][: self.graphs.nx]
         self._state = self.leg.state[0]
+
+    def walk(self, x: Unknowns) -> None:
+        """Follow all legs from the solved pose `x` (nx,) at the first corner."""
+        self._begin(x)
         k = 0
         while k < len(self.directions):
             if self.followed <= self.ended:
@@ -78,7 +85,7 @@ class Legs(AnyPath):
 
     def _largest(self, k: int) -> float:
         """Return the largest step of a leg in its own parameter, 0 to 1."""
-        return largest_step(self.directions[k], self.scales)
+        return float(largest_step(self.directions[k], self.scales))
 
     def _short(self, k: int) -> int:
         """Take the next legs in one step each; return how many were proved."""
@@ -117,7 +124,7 @@ class Legs(AnyPath):
         self._grown(leg.sizes()[0])
         self._state = leg.state[-1]
         self.nodes[k + 1] = self._state[:n]
-        self.zones += [_later(zone, k) for zone in leg.zones]
+        self.zones += [later(zone, k) for zone in leg.zones]
         self._signs[k + 1 :] = leg.sign_at(np.array(leg.s[-1:]))[0]
         for group, reach in leg.reach.items():
             if group not in self.ended and reach.high is not None:
@@ -192,7 +199,7 @@ class Legs(AnyPath):
         return self._sizes, np.abs(self.corners).max(axis=0)
 
 
-def _later(zone: Zone, k: int) -> Zone:
+def later(zone: Zone, k: int) -> Zone:
     """Return the zone of a leg with s counted from the first corner."""
     places, *rest = zone.nodes
     crossings = tuple(replace(crossing, s=k + crossing.s) for crossing in zone.crossings)

@@ -19,16 +19,15 @@ from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.graphs.steps import STRIDE
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.assembly.closed_start import ClosedStart, closed_start
-from mechdae.motion.continuation.beyond_ends import HALF_TURN
-from mechdae.motion.continuation.evaluate import CARRIED, H_LIMIT, ROUNDS, TINY, Evaluator, in_time
+from mechdae.motion.continuation.evaluate import H_LIMIT, ROUNDS, in_time
 from mechdae.motion.continuation.interpolate import quintic
-from mechdae.motion.continuation.output_bounds import ILL, spread
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.near_numbers import NearNumbers
-from mechdae.motion.kinematics.poses import PoseArrays
+from mechdae.motion.kinematics.one_pose import CertifiedPoses, OnePose
+from mechdae.motion.kinematics.pose_arrays import PoseArrays, of_certified
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Points, Unknowns
+from mechdae.types import Floats, Points, Unknowns
 
 STILL = 1e-9
 """Largest step of Newton's method from a closed form that is one but for rounding."""
@@ -65,15 +64,6 @@ class StartState:
     p: Floats
 
 
-@dataclass(frozen=True)
-class CertifiedNearPoses:
-    """Certified poses: unknowns' bounds (n, nx), conditions (n,), outputs and rates (n, ny)."""
-
-    error: Any
-    condition: Any
-    y: list[Any]
-
-
 class NearPoses:
     """Poses of a sweep of one driver whose mechanism has other values of some numbers.
 
@@ -87,12 +77,9 @@ class NearPoses:
         self.setting, self._start, self._numbers = setting, start, numbers
         graphs = self.graphs = setting.graphs
         self.names = numbers.names
-        evaluator = Evaluator(graphs, setting.outputs)
-        self._tells, self._turning = evaluator.sign_tells, evaluator.turning
-        self._blocks, self._angles = evaluator.lengths, evaluator.angles
+        self._one_pose = OnePose(graphs, setting.outputs)
         self._one: Call = graphs.cache("step", lambda: Call(graphs.advance))
-        self._pose: Call = graphs.cache("pose", lambda: Call(graphs.pose))
-        self._poses = evaluator.pose
+        self._poses = self._one_pose.evaluator.pose
         self._bounds: Call = graphs.cache("constants", lambda: Call(graphs.constants))
         plan, self._s = setting.plan, np.array([setting.plan.sketch[0]])
         self._is_angle = plan.coordinates[0].is_angle
@@ -116,13 +103,15 @@ class NearPoses:
         if one:
             u = float(places[0])
             x = self._stepped(begun, u)
-            found = None if x is None else self._solved(begun, x, u)
+            found = x
+            if x is not None:
+                found = self._one_pose.solved(begun, begun.sign, x, np.array([u]))
         else:
             found = self._several(begun, places)
         if found is None:
             return None
-        fine = np.ones(len(places), bool)
-        return PoseArrays(places, fine, found.error, found.condition, self.setting, found.y)
+        y = in_time(found.y, *self._rates)
+        return of_certified(places, found, self.setting, y, lambda: found.y[1:2])
 
     def _begin(self, numbers: dict[str, Number], u: float) -> StartState | None:
         """Return the assembled sketch with other numbers."""
@@ -206,7 +195,7 @@ class NearPoses:
                 return None
         return places, found
 
-    def _several(self, begun: StartState, places: Floats) -> CertifiedNearPoses | None:
+    def _several(self, begun: StartState, places: Floats) -> CertifiedPoses | None:
         """Return poses at several places, None where one is not proved."""
         nodes = self._all_nodes(begun, places)
         if nodes is None:
@@ -248,69 +237,28 @@ class NearPoses:
         return np.atleast_2d(blocks).all(axis=1) & (np.abs(x) <= begun.size_x).all(axis=1)
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _solved(self, begun: StartState, guess: Unknowns, u: float) -> CertifiedNearPoses | None:
-        """Return the pose near unknowns that lie on the path, None where it is not certified."""
-        kappa, place = begun.kappa, np.array([u])
-        x, error, det, beta, eta, *y = self._pose(guess, place, begun.consts)
-        slope = kappa * beta
-        first = slope * np.sqrt(eta) <= H_LIMIT
-        for _ in range(ROUNDS):
-            if not self._again(begun, slope * eta, eta).any():
-                break
-            x, error, det, beta, eta, *y = self._pose(x, place, begun.consts)
-            slope = kappa * beta
-        if not self._certified(begun, guess, x, det, beta, eta, first):
-            return None
-        y = in_time([part[None, :] for part in y], *self._rates)
-        condition = np.array([max(1.0, *(begun.mu * beta).tolist())])
-        return CertifiedNearPoses(error[None, :], condition, y)
-
-    @np.errstate(invalid="ignore", over="ignore")
     def _all_solved(
         self, begun: StartState, guess: Points, places: Floats
-    ) -> CertifiedNearPoses | None:
+    ) -> CertifiedPoses | None:
         """Return the poses near unknowns (n, nx) on the path, None where one is not certified."""
         kappa, u = begun.kappa, places[:, None]
         results = self._poses(guess, u, begun.consts)
         first = kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
         for _ in range(ROUNDS):
             eta = results[4]
-            rows = np.flatnonzero(self._again(begun, kappa * results[3] * eta, eta).any(axis=1))
+            rows = np.flatnonzero(
+                self._one_pose.again(begun, kappa * results[3] * eta, eta).any(axis=1)
+            )
             if not rows.size:
                 break
             part = self._poses(results[0][rows], u[rows], begun.consts)
             for whole, new in zip(results, part, strict=True):
                 whole[rows] = new
         x, error, det, beta, eta, *y = results
-        if not self._certified(begun, guess, x, det, beta, eta, first):
+        if not self._one_pose.certified(begun, begun.sign, guess, x, det, beta, eta, first):
             return None
         condition = (begun.mu * beta).max(axis=1, initial=1.0)
-        return CertifiedNearPoses(error, condition, in_time(y, *self._rates))
-
-    def _again(self, begun: StartState, left: Floats, eta: Floats) -> Booleans:
-        """Return for which blocks another step of Newton's method brings something."""
-        tiny = TINY * np.where(self._blocks, begun.scale, 1.0)
-        return (left > tiny) | (self._turning & (eta > CARRIED))
-
-    def _certified(
-        self,
-        begun: StartState,
-        guess: Unknowns,
-        x: Unknowns,
-        det: Floats,
-        beta: Floats,
-        eta: Floats,
-        first: Booleans,
-    ) -> bool:
-        """Return whether all blocks of all poses are certified to be on the path's branch."""
-        slope = begun.kappa * beta
-        good = slope * np.sqrt(eta) + slope * beta * begun.rho <= H_LIMIT
-        good &= (first | self._tells) & (np.sign(det) == begun.sign)
-        inside = np.abs(x) <= begun.size_x
-        near = np.abs(x - guess) <= HALF_TURN
-        if not (spread(self.graphs, begun, *map(np.atleast_2d, (det, beta))) <= ILL).all():
-            return False
-        return bool(good.all() and inside.all() and near[..., self._angles].all())
+        return CertifiedPoses(x, error, condition, y)
 
 
 def near_poses(problem: Problem, task: Sweep, names: tuple[str, ...]) -> NearPoses | None:

@@ -1,8 +1,6 @@
-"""Single poses of a sweep as arrays: the path is kept, and followed on where poses lie beyond."""
+"""Single poses as arrays: on a path that is kept, or on straight lines of several drivers."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -10,64 +8,23 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError
 from mechdae.motion.assembly.start import sketched_pose
-from mechdae.motion.continuation.evaluate import Evaluator, Poses, in_time
+from mechdae.motion.continuation.evaluate import Evaluator, in_time
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
+from mechdae.motion.kinematics.pose_arrays import PoseArrays, of_poses
 from mechdae.motion.kinematics.prepared import Setting, covered, first_pose, prepare
 from mechdae.motion.kinematics.sweep import cover
+from mechdae.motion.kinematics.tracker import Tracker
+from mechdae.motion.setup.drivers import placed, plan
 from mechdae.motion.setup.scales import Constants, driver_size
-from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Points
-
-
-@dataclass(frozen=True)
-class PoseArrays:
-    """Poses at values of the driver.
-
-    Attributes
-    ----------
-    u : (n,) array
-        Values of the driver.
-    ok : (n,) array of bool
-        Poses that are proved in all groups.
-    error : (n, nx) array
-        Bounds of the unknowns' errors.
-    condition : (n,) array
-    """
-
-    u: Any
-    ok: Booleans
-    error: Points
-    condition: Floats
-    _setting: Setting
-    _y: list[Floats]
-
-    def __getitem__(self, path: str) -> Floats:
-        """Return a series: ``points/rod.B/position`` (n, 2), ``bodies/rod/angle`` (n,).
-
-        Raises
-        ------
-        UnknownName
-            Nothing of that path is computed.
-        """
-        order, columns = self._setting.outputs.column_of(path)
-        values = self._y[order][:, columns]
-        return values if values.shape[1] > 1 else values[:, 0]
+from mechdae.types import Floats
 
 
 class Posed:
-    """The path of a sweep of a single driver, followed as far as poses were asked for.
+    """The path of a sweep of a single driver, followed as far as poses were asked for."""
 
-    Raises
-    ------
-    InputError
-        Several drivers, or one that follows a law.
-    """
-
-    def __init__(self, problem: Problem, task: Sweep) -> None:
-        self.setting = setting = prepare(problem, task)
-        if not setting.graphs.single:
-            raise InputError("poses are given for a single driver, by its value", where="task")
+    def __init__(self, setting: Setting, task: Sweep) -> None:
+        self.setting = setting
         if task.mode is None:
             u, x = sketched_pose(setting.assembler, setting.plan)
         else:
@@ -94,8 +51,7 @@ class Posed:
         poses = self.evaluator.at(path, u)
         plan = self.setting.plan
         y = in_time(poses.y, plan.speed, plan.acceleration, plan.jerk)
-        ok = poses.alive.all(axis=1) & ~poses.at_limit
-        return PoseArrays(u, ok, poses.error, _condition(poses), self.setting, y)
+        return of_poses(u, poses, self.setting, y, lambda: poses.y[1:2])
 
     def _followed(self, low: float, high: float) -> Path:
         """Return the path over all values from `low` to `high`."""
@@ -108,7 +64,7 @@ class Posed:
         if self._path is not None:  # others will lie beside
             low, high = low - largest, high + largest
 
-        def follow(numbers: Constants) -> tuple[Path, Any]:
+        def follow(numbers: Constants) -> tuple[Path, None]:
             path = Path(graphs, numbers, np.zeros(1), np.ones(1), largest)
             path.on_change_point = setting.on_change_point
             path.begin(self._x, self._begin)
@@ -122,5 +78,41 @@ class Posed:
         return path
 
 
-def _condition(poses: Poses) -> Floats:
-    return np.where(poses.alive.all(axis=1), poses.condition, np.nan)
+class PosedOnLines:
+    """Poses of several drivers, each reached on the straight line from the sketch's values."""
+
+    def __init__(self, problem: Problem, task: Sweep) -> None:
+        self.tracker = tracker(problem, task)
+
+    def at(self, u: Floats) -> PoseArrays:
+        """Return the poses at drivers' values `u` (n, nd), or (nd,) of one pose.
+
+        Rows that are not finite have none. Where one driver alone moves, `u` (n,) are its values.
+
+        Raises
+        ------
+        InputError
+            Values of another number of drivers.
+        """
+        tracker = self.tracker
+        rows = tracker.rows(u)
+        if len(rows) == 1:
+            return tracker.to(tracker.first, rows[0])
+        return tracker.fan(tracker.first, rows)
+
+
+def tracker(problem: Problem, task: Sweep) -> Tracker:
+    """Return what moves the mechanism of a task by its drivers' values; laws do not count."""
+    numbers = plan(problem.mechanism, task)
+    alone = numbers.held if numbers.moving is not None else None
+    task = placed(task, numbers)
+    setting = prepare(problem, task)
+    return Tracker(setting, *first_pose(setting, task), alone)
+
+
+def posed(problem: Problem, task: Sweep) -> Posed | PosedOnLines:
+    """Return what gives poses of a task by the values of its drivers."""
+    numbers = plan(problem.mechanism, task)
+    if len(numbers.coordinates) == 1 and numbers.timing is None:
+        return Posed(prepare(problem, task), task)
+    return PosedOnLines(problem, task)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -167,6 +168,26 @@ def plan(mechanism: Mechanism, task: Driven) -> DriverPlan:
             u = ca.vertcat(*[s if j == k else value for j, value in enumerate(held.tolist())])
             numbers = replace(numbers, moving=k, course=DriverCurve(s, u, coordinates[k].is_angle))
     return numbers
+
+
+def placed(task: Sweep, numbers: DriverPlan) -> Sweep:
+    """Return the task at one value of each driver: that of the sketch, else the first one.
+
+    Drivers that follow laws of time have no speed; the others keep theirs.
+    """
+    first = numbers.first if numbers.first is not None else np.full(len(numbers.sketch), np.nan)
+    begin = np.where(np.isnan(numbers.sketch), first, numbers.sketch)
+    drivers = []
+    for driver, value in zip(task.all_drivers, begin.tolist(), strict=True):
+        at = None if math.isnan(value) else (value,)
+        speed = 0.0 if driver.law is not None else driver.speed
+        drivers.append(
+            replace(
+                driver, at=at, from_=None, to=None, range=None, law=None, times=None, table=None,
+                speed=speed,
+            )
+        )  # fmt: skip
+    return replace(task, drivers=tuple(drivers), driver=None, poses=None, measures=None)
 
 
 def _pose_count(task: Driven, drivers: Sequence[Driver]) -> int:

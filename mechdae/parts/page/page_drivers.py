@@ -106,8 +106,8 @@ def way_of(setting: Setting, run: Run) -> Json:
     else:
         assert isinstance(path, Path)
         corners, name = np.array([path.u0, path.u0 + path.d]), "way"
-    longest = [largest_step(leg, setting.driver_sizes) for leg in np.diff(corners, axis=0)]
-    return way | whole | {"name": name, "corners": corners.tolist(), "largest": longest}
+    longest = largest_step(np.diff(corners, axis=0), setting.driver_sizes)
+    return way | whole | {"name": name, "corners": corners.tolist(), "largest": longest.tolist()}
 
 
 def pace_of(setting: Setting, run: Run) -> float:

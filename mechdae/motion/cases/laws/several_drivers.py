@@ -137,7 +137,7 @@ def along_a_line(setting: Setting, task: Sweep, u: Floats, x: Unknowns) -> Run:
         if way is None:
             return from_pose_to_pose(setting, task, u, x)
         begin, start = way
-    largest = largest_step(d, setting.driver_sizes)
+    largest = float(largest_step(d, setting.driver_sizes))
 
     def follow(numbers: Constants) -> tuple[Path, Any]:
         path = Path(setting.graphs, numbers, values[0], d, largest)

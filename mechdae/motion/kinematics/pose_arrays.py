@@ -1,0 +1,113 @@
+"""Poses at values of the drivers as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mechdae.errors import InputError
+from mechdae.motion.continuation.evaluate import Poses
+from mechdae.motion.kinematics.one_pose import CertifiedPoses
+from mechdae.motion.kinematics.prepared import Setting
+from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Points, Texts
+
+STATUSES = np.array(["unassembled", "limit", "ok"])
+"""What poses are that are not found, limit positions, proved."""
+
+
+@dataclass(frozen=True)
+class Node:
+    """A solved pose: values of the drivers (nd,), unknowns with rates, signs of the blocks."""
+
+    values: Floats
+    state: Floats
+    sign: Floats
+
+
+@dataclass(frozen=True)
+class PoseArrays:
+    """Poses at values of the drivers.
+
+    Attributes
+    ----------
+    u : (n,) or (n, nd) array
+        Values of the driver, or of several.
+    ok : (n,) array of bool
+        Poses that are proved in all groups.
+    status : (n,) array of str
+        ``ok``, ``limit`` at a limit position, ``unassembled`` where no proved motion leads to.
+    error : (n, nx) array
+        Bounds of the unknowns' errors.
+    condition : (n,) array
+    node : Node or None
+        Of a single pose of several drivers: where the next one begins.
+    """
+
+    u: Floats
+    ok: Booleans
+    status: Texts
+    error: Points
+    condition: Floats
+    _setting: Setting
+    _y: list[Floats]
+    _slopes: Callable[[], list[Floats]]
+    node: Node | None = None
+
+    def __getitem__(self, path: str) -> Floats:
+        """Return a series: ``points/rod.B/position`` (n, 2), ``bodies/rod/angle`` (n,).
+
+        Raises
+        ------
+        UnknownName
+            Nothing of that path is computed.
+        """
+        order, columns = self._setting.outputs.column_of(path)
+        values = self._y[order][:, columns]
+        return values if values.shape[1] > 1 else values[:, 0]
+
+    def jacobian(self, path: str) -> Floats:
+        """Return the derivatives (n, k, nd) of a place or an angle by the drivers.
+
+        Raises
+        ------
+        UnknownName
+            Nothing of that path is computed.
+        InputError
+            A rate, or a task that computes none.
+        """
+        order, columns = self._setting.outputs.column_of(path)
+        if order or (not self._setting.graphs.driven and not self._setting.graphs.single):
+            raise InputError(f"{path} has no derivatives by the drivers here", where="path")
+        return np.stack([slope[:, columns] for slope in self._slopes()], axis=2)
+
+
+def of_poses(
+    u: Floats,
+    poses: Poses,
+    setting: Setting,
+    y: list[Floats],
+    slopes: Callable[[], list[Floats]],
+    node: Node | None = None,
+) -> PoseArrays:
+    """Return evaluated poses as arrays; `slopes` gives the outputs' derivatives by each driver."""
+    alive = poses.alive.all(axis=1)
+    ok = alive & ~poses.at_limit
+    status = STATUSES[np.where(ok, 2, 1 * poses.at_limit)]
+    condition = np.where(alive, poses.condition, np.nan)
+    return PoseArrays(u, ok, status, poses.error, condition, setting, y, slopes, node)
+
+
+def of_certified(
+    u: Floats,
+    found: CertifiedPoses,
+    setting: Setting,
+    y: list[Floats],
+    slopes: Callable[[], list[Floats]],
+    node: Node | None = None,
+) -> PoseArrays:
+    """Return the arrays of poses that are all certified."""
+    n = len(found.condition)
+    ok, status = np.ones(n, bool), STATUSES[np.full(n, 2)]
+    return PoseArrays(u, ok, status, found.error, found.condition, setting, y, slopes, node)

@@ -1,0 +1,185 @@
+"""Poses of several drivers that move along straight lines, from a pose to others near or far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mechdae.errors import InputError
+from mechdae.kernels.run.functions import Call
+from mechdae.motion.continuation.evaluate import Poses
+from mechdae.motion.continuation.fan import Fan
+from mechdae.motion.continuation.legs import SHORT, largest_step
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.kinematics.one_pose import OnePose, PoseNumbers
+from mechdae.motion.kinematics.pose_arrays import Node, PoseArrays, of_certified, of_poses
+from mechdae.motion.kinematics.prepared import Setting, covered
+from mechdae.motion.setup.scales import Constants
+from mechdae.types import Booleans, Floats, Unknowns
+
+MOST_STEPS = 64
+"""Steps to one pose that are taken alone, at most."""
+
+
+class _Numbers(Constants):
+    """Bounds for a range of the drivers with what the kernels take."""
+
+    def __init__(self, setting: Setting, far: Floats) -> None:
+        graphs = setting.graphs.straight
+        angles = np.array([c.is_angle for c in setting.plan.coordinates])
+        self.reach = far + np.where(angles, 4 * np.pi, 1.0) * setting.driver_sizes
+        super().__init__(graphs, self.reach)
+        self.consts = self.vector()
+        self.whole = np.concatenate([self.consts, np.zeros(2 * graphs.nu)])
+
+
+class Tracker:
+    """Moves a mechanism from pose to pose on straight lines in the values of its drivers.
+
+    `held` are the drivers' values where one of them moves alone, whose value is nan.
+    """
+
+    def __init__(
+        self, setting: Setting, values: Floats, x: Unknowns, held: Floats | None = None
+    ) -> None:
+        self.setting, self.graphs = setting, setting.graphs.straight
+        self._held = np.array([np.nan]) if self.graphs.nu == 1 else held
+        self._one = OnePose(self.graphs, setting.outputs)
+        self._step: Call = self.graphs.cache("step", lambda: Call(self.graphs.advance))
+        plan, count = setting.plan, len(self.graphs.driven)
+        self.usual = [part[0] for part in (plan.speed, plan.acceleration, plan.jerk)][:count]
+        closing = self._one.evaluator.closing
+        self._plain = not self.graphs.contacts and closing is None
+        self._numbers: _Numbers | None = None
+        self.first = self._begun(values, x, Constants(self.graphs, values))
+        """The pose that it begins with."""
+
+    def _begun(self, values: Floats, x: Unknowns, numbers: Constants) -> Node:
+        """Return a solved pose from which steps are taken."""
+        path = Path(self.graphs, numbers, values, 0 * values, 1.0)
+        path.begin(x, 0.0)
+        return Node(values, path.state[0], path.sign)
+
+    def rows(self, u: Floats) -> Floats:
+        """Return values of all drivers (n, nd), of those of the one that moves alone (n,) too.
+
+        Raises
+        ------
+        InputError
+            Values of another number of drivers.
+        """
+        rows = np.atleast_2d(u)
+        if u.ndim < 2 and self._held is not None:
+            rows = np.where(np.isnan(self._held), np.reshape(u, (-1, 1)), self._held)
+        if rows.ndim != 2 or rows.shape[1] != self.graphs.nu or not len(rows):
+            names = ", ".join(c.text for c in self.setting.plan.coordinates)
+            raise InputError(f"values of {names} are needed, not of shape {u.shape}", where="u")
+        return rows
+
+    def rates(self, values: Floats | Sequence[float]) -> Floats:
+        """Return one rate of each driver (nd,)."""
+        found = np.asarray(values, float)
+        if found.shape != (self.graphs.nu,):
+            raise InputError(f"{self.graphs.nu} values are needed, one for each driver", where="u")
+        return found
+
+    def to(self, node: Node, values: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
+        """Return the pose at drivers' values (nd,), reached straight from another one.
+
+        Parameters
+        ----------
+        rates
+            Speeds, accelerations and jerks (nd,) of the drivers; by default those of the task.
+        """
+        usual = self.usual
+        rates = [*rates, *usual[len(rates) :]][: len(usual)]
+        reached = self.reached(node, values)
+        pose = None
+        if reached is not None:
+            node, numbers = reached
+            x = node.state[: self.graphs.nx]
+            pose = self._one.solved(numbers, node.sign, x, values, *rates)
+        if reached is None or pose is None:
+            return self.fan(node, values[None, :], rates)
+
+        def slopes() -> list[Floats]:
+            rest = [np.zeros(self.graphs.nu)] * (len(rates) - 1)
+            found = []
+            for direction in np.eye(self.graphs.nu):
+                given = (numbers, node.sign, pose.x[0], values, direction, *rest)
+                found += [each.y[1] for each in (self._one.solved(*given),) if each is not None]
+            return found
+
+        return of_certified(values[None, :], pose, self.setting, pose.y, slopes, node)
+
+    def reached(self, node: Node, values: Floats) -> tuple[Node, PoseNumbers] | None:
+        """Return the node at drivers' values (nd,) after a few proved steps, None without.
+
+        What it is certified with is beside it. Contacts on curves have no such steps.
+        """
+        far = np.abs(values)
+        if not self._plain or not np.isfinite(far).all():
+            return None
+        numbers = self._numbers
+        if numbers is None or (far > numbers.reach).any():
+            numbers = self._numbers = _Numbers(self.setting, far)
+        state = self._stepped(node, values, numbers) if self.graphs.nx else node.state
+        return None if state is None else (Node(values, state, node.sign), numbers)
+
+    def _stepped(self, node: Node, values: Floats, numbers: _Numbers) -> Floats | None:
+        """Return the state at drivers' values (nd,) after proved steps, None without.
+
+        The first step has no length: it turns the state into the line's direction.
+        """
+        graphs, n, state = self.graphs, self.graphs.nx, node.state
+        d = values - node.values
+        whole = numbers.whole.copy()
+        whole[-2 * graphs.nu : -graphs.nu], whole[-graphs.nu :] = node.values, d
+        place, step = 0.0, SHORT * float(largest_step(d, self.setting.driver_sizes))
+        length = 0.0
+        for _ in range(MOST_STEPS):
+            after, test, det, miss = self._step(state, np.array([place, length]), whole)
+            held = ((test <= 1) & (miss <= 1) & (det * node.sign > 0)).all()
+            if held and (np.abs(after[:n]) <= numbers.size_x).all():
+                state, place = after, place + length
+                if place >= 1.0:
+                    return state
+                step = 2 * step if length == step else step
+            else:
+                step = length / 2
+            length = (place + min(step, 1.0 - place)) - place
+        return None
+
+    def fan(self, node: Node, rows: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
+        """Return the poses at rows (n, nd) of drivers' values, each straight from one pose.
+
+        A single one is a pose from which the next is reached, or `node` where it is not proved.
+        """
+        setting, graphs = self.setting, self.graphs
+        rates = [*rates, *self.usual[len(rates) :]]
+        finite: Booleans = np.logical_and.reduce(np.isfinite(rows), axis=1)
+        corners = np.vstack([node.values, np.where(finite[:, None], rows, node.values)])
+        x = node.state[: graphs.nx]
+
+        def follow(numbers: Constants) -> tuple[Fan, None]:
+            fan = Fan(graphs, numbers, corners, setting.driver_sizes)
+            fan.leg.on_change_point = setting.on_change_point
+            fan.walk(x)
+            return fan, None
+
+        fan, _ = covered(follow, setting, corners, 0.0, (x, node.values), graphs)
+        fan.reached[1:] &= finite[:, None]
+        places = np.arange(1.0, len(corners))
+
+        def evaluated(given: Sequence[Floats]) -> Poses:
+            every = tuple(np.broadcast_to(rate, rows.shape) for rate in given)
+            return self._one.evaluator.at(fan, places, every)
+
+        def slopes() -> list[Floats]:
+            return [evaluated([d]).y[1] for d in np.eye(graphs.nu)]
+
+        poses = evaluated(rates)
+        if len(rows) == 1 and poses.alive.all() and not poses.at_limit.any():
+            node = self._begun(rows[0], fan.nodes[1], fan.constants)
+        return of_poses(rows, poses, setting, poses.y, slopes, node)

@@ -1,0 +1,175 @@
+"""Poses of several drivers by their values: against closed forms, limits, jumps, bad input."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mechdae as md
+
+A, B, D = 0.2, 0.25, 0.2
+"""Driven links, forearms and distance of the motors of the five-bar robot."""
+SHORT = {"b": B}
+"""Forearms with which the robot has limit positions."""
+
+
+def elbows(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ends of the driven links at the motors' angles (n, 2)."""
+    left = A * np.stack([np.cos(u[:, 0]), np.sin(u[:, 0])], axis=1)
+    right = A * np.stack([np.cos(u[:, 1]), np.sin(u[:, 1])], axis=1) + [D, 0.0]
+    return left, right
+
+
+def tip(u: np.ndarray) -> np.ndarray:
+    """Return where two circles about the elbows meet above, (n, 2); nan where they do not."""
+    left, right = elbows(u)
+    way = right - left
+    far = np.hypot(*way.T)
+    with np.errstate(invalid="ignore"):
+        height = np.sqrt(B**2 - (far / 2) ** 2)
+    across = np.stack([-way[:, 1], way[:, 0]], axis=1) / far[:, None]
+    return (left + right) / 2 + height[:, None] * across
+
+
+def test_random_rows_against_circles() -> None:
+    """Each row that is ok is on the mode of the sketch; each other one is beyond a limit."""
+    random = np.random.default_rng(7)
+    solver = md.Solver("five-bar-robot", "forward")
+    begin = np.radians([115.0, 65.0])
+    u = begin + random.uniform(-2.5, 2.5, (3000, 2))
+    poses = solver.poses(SHORT, u)
+    truth = tip(u)
+    found = poses["points/tip.P/position"]
+    assert 1000 < poses.ok.sum() < 2900
+    assert np.abs(found - truth)[poses.ok].max() <= 1e-13
+    assert set(poses.status[~poses.ok]) == {"unassembled"}
+    ways = begin + np.linspace(0, 1, 401)[:, None, None] * (u[~poses.ok] - begin)
+    left, right = elbows(ways.reshape(-1, 2))
+    far = np.hypot(*(right - left).T).reshape(401, -1)
+    # the forearms are stretched on the way, or one lies on the other
+    assert np.all((far.max(axis=0) > 2 * B * (1 - 1e-3)) | (far.min(axis=0) < 2e-3))
+    assert np.isnan(found[~poses.ok]).all()
+    assert np.all(poses.error[poses.ok] < 1e-12)
+
+
+def test_a_loop_goes_on_from_pose_to_pose() -> None:
+    """A thousand small moves: those of closed forms, a few calls of the step kernel each."""
+    random = np.random.default_rng(3)
+    solver = md.Solver(md.load("five-bar-robot").with_values(SHORT), "forward")
+    walk = np.radians([115.0, 65.0]) + np.cumsum(random.normal(0, 2e-3, (300, 2)), axis=0)
+    pose = solver.track(None, walk[0])
+    tracker, calls = solver._tracker, []
+    step = tracker._step
+    tracker._step = lambda *given: (calls.append(1), step(*given))[1]
+    for u in walk:
+        pose = solver.track(pose, u, speed=[1.0, -0.5])
+        assert pose.status[0] == "ok"
+        assert np.abs(pose["points/tip.P/position"] - tip(u[None])).max() <= 1e-13
+    assert len(calls) == 2 * len(walk)
+    ahead, behind = (tip((u + h * np.array([1.0, -0.5]))[None]) for h in (1e-6, -1e-6))
+    assert pose["points/tip.P/velocity"] == pytest.approx((ahead - behind) / 2e-6, rel=1e-7)
+
+
+def test_beyond_a_limit_the_mechanism_stays() -> None:
+    solver = md.Solver(md.load("five-bar-robot").with_values(SHORT), "forward")
+    here = solver.track(None, [2.0, 1.2])
+    refused = solver.track(here, [3.1, -0.1])  # the elbows are further apart than the forearms
+    assert refused.status.tolist() == ["unassembled"]
+    assert np.isnan(refused["points/tip.P/position"]).all()
+    again = solver.track(refused, [2.05, 1.15])
+    assert again.ok.all()
+    assert np.abs(again["points/tip.P/position"] - tip(again.u)).max() <= 1e-13
+
+
+@pytest.mark.parametrize(
+    ("name", "task", "path"),
+    [
+        ("five-bar-robot", "forward", "points/tip.P/position"),
+        ("five-bar-robot", "circle", "bodies/left/angle"),
+        ("pantograph", "circle", None),
+        ("six-axis-arm", "move", None),
+        ("hexapod", "inverse", "joints/leg1/slide"),
+        ("four-bar-crank-rocker", "turn", "points/coupler.P/position"),
+    ],
+)
+def test_jacobians_are_slopes(name: str, task: str, path: str | None) -> None:
+    solver = md.Solver(name, task)
+    begin = solver.track(None, _first(solver)).u[0]
+    path = path or next(iter(_places(solver)))
+    given = (lambda u: u.ravel()) if len(begin) == 1 else (lambda u: u)
+    slopes = solver.poses({}, given(begin[None, :])).jacobian(path)[0]
+    assert slopes.shape[1] == len(begin)
+    h = 1e-6
+    for k, direction in enumerate(h * np.eye(len(begin))):
+        sides = np.stack([begin + direction, begin - direction])
+        ahead, behind = (np.atleast_1d(row) for row in solver.poses({}, given(sides))[path])
+        size = np.abs(slopes).max() + 1e-9
+        assert np.abs(slopes[:, k] - (ahead - behind) / (2 * h)).max() <= 1e-6 * size
+
+
+def _first(solver: md.Solver) -> list[float]:
+    result = solver()
+    return [float(driver.position[0]) for driver in result.drivers.values()]
+
+
+def _places(solver: md.Solver) -> list[str]:
+    return [f"points/{name}/position" for name in solver().points]
+
+
+def test_a_hexapod_there_and_back() -> None:
+    """Legs of poses drawn at random lead back to them: two scenes with other unknowns."""
+    random = np.random.default_rng(5)
+    there, back = md.Solver("hexapod", "inverse"), md.Solver("hexapod", "forward")
+    begin = np.array(_first(there))
+    u = begin + random.uniform(-0.03, 0.03, (40, 6))
+    legs = there.poses({}, u)
+    lengths = np.stack([legs[f"joints/leg{k}/slide"] for k in range(1, 7)], axis=1)
+    found = back.poses({}, lengths)
+    assert legs.ok.all()
+    assert found.ok.all()
+    for k, name in enumerate(("x", "y", "z")):
+        assert np.abs(found[f"joints/{name}/slide"] - u[:, k]).max() <= 1e-12
+
+
+def test_laws_do_not_stand_in_the_way() -> None:
+    """By value as the sweep of the laws has it; as a function of casadi, named by its task."""
+    result = md.solve("five-bar-robot", "circle")
+    u = np.stack([d.position for d in result.drivers.values()], axis=1)
+    poses = md.Solver("five-bar-robot", "circle").poses({}, u)
+    expected = np.array(result.value("bodies/left/angle"))
+    assert np.abs(poses["bodies/left/angle"] - expected).max() <= 1e-12
+    found = md.function("five-bar-robot", ["tip.P.x", "tip.P.y"], ["bodies/left/angle"])
+    assert found.name() == "circle"
+    assert float(found(*u[17])) == pytest.approx(expected[17], rel=1e-13)
+    assert np.isnan(float(found(0.1, 5.0)))
+
+
+def test_a_driver_beside_held_ones() -> None:
+    """Values of the one that moves, or of all."""
+    drivers = (md.Driver("left.angle", from_=2.0, to=2.4), md.Driver("right.angle", at=(1.0,)))
+    solver = md.Solver("five-bar-robot", md.Sweep(drivers=drivers))
+    moving = np.array([2.0, 2.1, 2.3])
+    both = np.stack([moving, np.full(3, 1.0)], axis=1)
+    alone = solver.poses({}, moving)
+    assert alone.u.tolist() == both.tolist()
+    path = "points/tip.P/position"
+    assert np.array_equal(alone[path], solver.poses({}, both)[path])
+    assert np.array_equal(solver.track(None, 2.1)[path], solver.track(None, [2.1, 1.0])[path])
+
+
+def test_bad_input() -> None:
+    solver = md.Solver("five-bar-robot", "forward")
+    poses = solver.poses({}, [[2.0, 1.1], [np.nan, 1.1], [2.0, np.inf], [2.1, 1.0]])
+    assert poses.status.tolist() == ["ok", "unassembled", "unassembled", "ok"]
+    for u in ([1.0, 2.0, 3.0], [[1.0]], 1.0, np.zeros((0, 2)), np.zeros((1, 1, 2))):
+        with pytest.raises(md.InputError, match=r"left\.angle, right\.angle"):
+            solver.poses({}, u)
+    with pytest.raises(md.InputError, match="one value of each"):
+        solver.track(None, [[2.0, 1.1], [2.0, 1.1]])
+    with pytest.raises(md.InputError, match="one for each driver"):
+        solver.track(None, [2.0, 1.1], speed=[1.0])
+    with pytest.raises(md.InputError, match="no derivatives"):
+        poses.jacobian("points/tip.P/velocity")
+    with pytest.raises(md.InputError, match="no poses of a driver"):
+        md.Solver("five-bar-robot", "modes").track(None, [2.0, 1.1])
+    assert solver.track(None, [np.nan, 1.0]).status.tolist() == ["unassembled"]
