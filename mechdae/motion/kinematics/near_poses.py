@@ -23,7 +23,7 @@ from mechdae.motion.continuation.evaluate import H_LIMIT, ROUNDS, in_time
 from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.near_numbers import NearNumbers
-from mechdae.motion.kinematics.one_pose import CertifiedPoses, OnePose
+from mechdae.motion.kinematics.one_pose import ProvedPoses, OnePose
 from mechdae.motion.kinematics.pose_arrays import PoseArrays, of_certified
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
@@ -195,7 +195,7 @@ class NearPoses:
                 return None
         return places, found
 
-    def _several(self, begun: StartState, places: Floats) -> CertifiedPoses | None:
+    def _several(self, begun: StartState, places: Floats) -> ProvedPoses | None:
         """Return poses at several places, None where one is not proved."""
         nodes = self._all_nodes(begun, places)
         if nodes is None:
@@ -239,7 +239,7 @@ class NearPoses:
     @np.errstate(invalid="ignore", over="ignore")
     def _all_solved(
         self, begun: StartState, guess: Points, places: Floats
-    ) -> CertifiedPoses | None:
+    ) -> ProvedPoses | None:
         """Return the poses near unknowns (n, nx) on the path, None where one is not certified."""
         kappa, u = begun.kappa, places[:, None]
         results = self._poses(guess, u, begun.consts)
@@ -258,7 +258,7 @@ class NearPoses:
         if not self._one_pose.certified(begun, begun.sign, guess, x, det, beta, eta, first):
             return None
         condition = (begun.mu * beta).max(axis=1, initial=1.0)
-        return CertifiedPoses(x, error, condition, y)
+        return ProvedPoses(x, error, condition, y)
 
 
 def near_poses(problem: Problem, task: Sweep, names: tuple[str, ...]) -> NearPoses | None:

@@ -42,7 +42,7 @@ class PoseNumbers(Protocol):
 
 
 @dataclass(frozen=True)
-class CertifiedPoses:
+class ProvedPoses:
     """Certified poses: unknowns and their bounds (n, nx), conditions (n,), outputs by order."""
 
     x: Unknowns
@@ -64,7 +64,7 @@ class OnePose:
     @np.errstate(invalid="ignore", over="ignore")
     def solved(
         self, numbers: PoseNumbers, sign: Floats, guess: Unknowns, *place: Floats
-    ) -> CertifiedPoses | None:
+    ) -> ProvedPoses | None:
         """Return the pose near unknowns (nx,), None where it is not certified.
 
         `place` are the driver's value, or the values of several and their rates; `sign` (nb,) those
@@ -82,7 +82,7 @@ class OnePose:
         if not self.certified(numbers, sign, guess, x, det, beta, eta, first):
             return None
         condition = np.array([max([1.0, *(numbers.mu * beta).tolist()])])
-        return CertifiedPoses(x[None, :], error[None, :], condition, [part[None, :] for part in y])
+        return ProvedPoses(x[None, :], error[None, :], condition, [part[None, :] for part in y])
 
     def again(self, numbers: PoseNumbers, left: Floats, eta: Floats) -> Booleans:
         """Return for which blocks another step of Newton's method brings something."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from mechdae.errors import InputError
 from mechdae.motion.continuation.evaluate import Poses
-from mechdae.motion.kinematics.one_pose import CertifiedPoses
+from mechdae.motion.kinematics.one_pose import ProvedPoses
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Points, Texts
@@ -18,7 +18,7 @@ STATUSES = np.array(["unassembled", "limit", "ok"])
 
 
 @dataclass(frozen=True)
-class Node:
+class PoseState:
     """A solved pose: values of the drivers (nd,), unknowns with rates, signs of the blocks."""
 
     values: Floats
@@ -41,7 +41,7 @@ class PoseArrays:
     error : (n, nx) array
         Bounds of the unknowns' errors.
     condition : (n,) array
-    node : Node or None
+    node : PoseState or None
         Of a single pose of several drivers: where the next one begins.
     """
 
@@ -53,7 +53,7 @@ class PoseArrays:
     _setting: Setting
     _y: list[Floats]
     _slopes: Callable[[], list[Floats]]
-    node: Node | None = None
+    node: PoseState | None = None
 
     def __getitem__(self, path: str) -> Floats:
         """Return a series: ``points/rod.B/position`` (n, 2), ``bodies/rod/angle`` (n,).
@@ -89,7 +89,7 @@ def of_poses(
     setting: Setting,
     y: list[Floats],
     slopes: Callable[[], list[Floats]],
-    node: Node | None = None,
+    node: PoseState | None = None,
 ) -> PoseArrays:
     """Return evaluated poses as arrays; `slopes` gives the outputs' derivatives by each driver."""
     alive = poses.alive.all(axis=1)
@@ -101,11 +101,11 @@ def of_poses(
 
 def of_certified(
     u: Floats,
-    found: CertifiedPoses,
+    found: ProvedPoses,
     setting: Setting,
     y: list[Floats],
     slopes: Callable[[], list[Floats]],
-    node: Node | None = None,
+    node: PoseState | None = None,
 ) -> PoseArrays:
     """Return the arrays of poses that are all certified."""
     n = len(found.condition)

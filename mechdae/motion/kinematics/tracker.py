@@ -13,7 +13,7 @@ from mechdae.motion.continuation.fan import Fan
 from mechdae.motion.continuation.legs import SHORT, largest_step
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.one_pose import OnePose, PoseNumbers
-from mechdae.motion.kinematics.pose_arrays import Node, PoseArrays, of_certified, of_poses
+from mechdae.motion.kinematics.pose_arrays import PoseState, PoseArrays, of_certified, of_poses
 from mechdae.motion.kinematics.prepared import Setting, covered
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
@@ -55,11 +55,11 @@ class Tracker:
         self.first = self._begun(values, x, Constants(self.graphs, values))
         """The pose that it begins with."""
 
-    def _begun(self, values: Floats, x: Unknowns, numbers: Constants) -> Node:
+    def _begun(self, values: Floats, x: Unknowns, numbers: Constants) -> PoseState:
         """Return a solved pose from which steps are taken."""
         path = Path(self.graphs, numbers, values, 0 * values, 1.0)
         path.begin(x, 0.0)
-        return Node(values, path.state[0], path.sign)
+        return PoseState(values, path.state[0], path.sign)
 
     def rows(self, u: Floats) -> Floats:
         """Return values of all drivers (n, nd), of those of the one that moves alone (n,) too.
@@ -84,7 +84,7 @@ class Tracker:
             raise InputError(f"{self.graphs.nu} values are needed, one for each driver", where="u")
         return found
 
-    def to(self, node: Node, values: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
+    def to(self, node: PoseState, values: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
         """Return the pose at drivers' values (nd,), reached straight from another one.
 
         Parameters
@@ -113,7 +113,7 @@ class Tracker:
 
         return of_certified(values[None, :], pose, self.setting, pose.y, slopes, node)
 
-    def reached(self, node: Node, values: Floats) -> tuple[Node, PoseNumbers] | None:
+    def reached(self, node: PoseState, values: Floats) -> tuple[PoseState, PoseNumbers] | None:
         """Return the node at drivers' values (nd,) after a few proved steps, None without.
 
         What it is certified with is beside it. Contacts on curves have no such steps.
@@ -125,9 +125,9 @@ class Tracker:
         if numbers is None or (far > numbers.reach).any():
             numbers = self._numbers = _Numbers(self.setting, far)
         state = self._stepped(node, values, numbers) if self.graphs.nx else node.state
-        return None if state is None else (Node(values, state, node.sign), numbers)
+        return None if state is None else (PoseState(values, state, node.sign), numbers)
 
-    def _stepped(self, node: Node, values: Floats, numbers: _Numbers) -> Floats | None:
+    def _stepped(self, node: PoseState, values: Floats, numbers: _Numbers) -> Floats | None:
         """Return the state at drivers' values (nd,) after proved steps, None without.
 
         The first step has no length: it turns the state into the line's direction.
@@ -151,7 +151,7 @@ class Tracker:
             length = (place + min(step, 1.0 - place)) - place
         return None
 
-    def fan(self, node: Node, rows: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
+    def fan(self, node: PoseState, rows: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
         """Return the poses at rows (n, nd) of drivers' values, each straight from one pose.
 
         A single one is a pose from which the next is reached, or `node` where it is not proved.
