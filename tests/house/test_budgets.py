@@ -14,18 +14,18 @@ BUDGETS = {
     "results": 3_190,
     "draw": 19_390,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
-    "motion": 22_090,  # sketched places tell the whole turns of screws
+    "motion": 22_560,  # poses of several drivers at the speed of one
     "forces": 4_380,
     "dynamics": 8_040,
-    "design": 15_750,
-    "tasks": 2_010,
+    "design": 15_760,
+    "tasks": 2_070,
     "cli": 1_480,
     "parts": 24_490,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 756
+ALONE = 755
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_300
+TOTAL = 131_800
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
