@@ -23,7 +23,7 @@ from mechdae.motion.continuation.evaluate import H_LIMIT, ROUNDS, in_time
 from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.near_numbers import NearNumbers
-from mechdae.motion.kinematics.one_pose import ProvedPoses, OnePose
+from mechdae.motion.kinematics.one_pose import OnePose, ProvedPoses
 from mechdae.motion.kinematics.pose_arrays import PoseArrays, of_certified
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
@@ -237,9 +237,7 @@ class NearPoses:
         return np.atleast_2d(blocks).all(axis=1) & (np.abs(x) <= begun.size_x).all(axis=1)
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _all_solved(
-        self, begun: StartState, guess: Points, places: Floats
-    ) -> ProvedPoses | None:
+    def _all_solved(self, begun: StartState, guess: Points, places: Floats) -> ProvedPoses | None:
         """Return the poses near unknowns (n, nx) on the path, None where one is not certified."""
         kappa, u = begun.kappa, places[:, None]
         results = self._poses(guess, u, begun.consts)

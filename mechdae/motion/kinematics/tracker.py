@@ -13,7 +13,7 @@ from mechdae.motion.continuation.fan import Fan
 from mechdae.motion.continuation.legs import SHORT, largest_step
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.one_pose import OnePose, PoseNumbers
-from mechdae.motion.kinematics.pose_arrays import PoseState, PoseArrays, of_certified, of_poses
+from mechdae.motion.kinematics.pose_arrays import PoseArrays, PoseState, of_certified, of_poses
 from mechdae.motion.kinematics.prepared import Setting, covered
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
