@@ -27,7 +27,7 @@ def reference(name: str, t: float) -> dict:
 def angle_after(start: float, speed: float, end: float) -> float:
     """Return the angle of the ladder's cranks, N = 2, by their own equation in 80-bit floats."""
     inertia, moment = np.longdouble(3), np.longdouble("34.335")
-    from mechdae.kernels.graphs.tableau import STAGES
+    from mechdae.kernels.graphs.stepper import STAGES
 
     steps = 4000
     h = np.longdouble(end) / steps
