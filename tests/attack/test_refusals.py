@@ -16,7 +16,7 @@ from mechdae.kernels.bounds.series import (
     inverse,
     times,
 )
-from mechdae.motion.cases.hard_steps import stretches
+from mechdae.motion.cases.hard_steps import obstacles
 from mechdae.motion.continuation.path import Path as Way
 from mechdae.motion.continuation.series_steps import Expansion
 from tests.attack.refusals import add, examine
@@ -224,7 +224,7 @@ def test_no_pose_that_exists_is_refused():
 
 def test_the_sample_notices_without_series(monkeypatch):
     """Planted: only steps around tangents."""
-    monkeypatch.setattr(stretches, "stretched", lambda front, *rest: 0.0)
+    monkeypatch.setattr(obstacles, "stretched", lambda front, *rest: 0.0)
     assert figures(ONCE_REFUSED)["refused"] > 0
 
 

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from mechdae.kernels.graphs.steps import STRIDE
-from mechdae.motion.cases.hard_steps import stretches
 from mechdae.motion.cases.hard_steps.crossings.across_change_point import Bridge
 from mechdae.motion.cases.hard_steps.crossings.change_points import Crossing
 from mechdae.motion.cases.hard_steps.cusps import CuspFinder, Touch
@@ -122,7 +121,7 @@ def by_series(front: Front, b: int, step: float, rest: float, goal: float) -> fl
     """Take a step around the power series of the path."""
     path, tries = front.path, front.path.tries
     if step < tries.stretch.get(front.sense, WEAK * path.finders.patience * path.largest):
-        taken = stretches.stretched(front, stretches.LONGER * step, rest, goal)
+        taken = stretched(front, LONGER * step, rest, goal)
         if taken:
             tries.fold.clear()
             return min(taken, path.largest)
@@ -164,7 +163,7 @@ def walk(front: Front, to: float) -> bool:
             path.counts.rejected += 1
             step /= 2
             weak = SHRUNK * path.finders.patience * rest
-            if step < weak and stretches.stretched(front, stretches.LONGER * step, rest, to):
+            if step < weak and stretched(front, LONGER * step, rest, to):
                 step = sense * (to - front.s)
             elif step < 1e-3 * rest or front.s + sense * step == front.s:
                 return False
@@ -241,9 +240,7 @@ def _approach(front: Front, limit: Limit, rest: float) -> bool:
             step /= 2
             if step < below and distance > BESIDE * path.largest:
                 below = step / 4
-                taken = stretches.stretched(
-                    front, stretches.LONGER * step, LARGEST * distance, None
-                )
+                taken = stretched(front, LONGER * step, LARGEST * distance, None)
                 if taken:
                     break
             if step < 1e-3 * distance:
