@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 import mechdae as md
+from tests.shared.strategies import bounded, scales
 
 
 def gap_of(mechanism: md.Mechanism, coordinate: str, value: float) -> tuple[str, float]:
@@ -42,7 +44,8 @@ def four_bar(angle: float, sizes, rod: bool = False) -> md.Mechanism:
 
 
 @pytest.mark.parametrize("rod", [False, True])
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
+@settings(bounded, max_examples=4)
+@given(scale=scales)
 def test_a_dyad_opens_by_what_its_links_lack(rod: bool, scale: float) -> None:
     draw = np.random.default_rng(5)
     seen = {"short": 0, "long": 0}

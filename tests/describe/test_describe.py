@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
 
 import mechdae as md
 from mechdae.describe.expression import MAX_LENGTH, evaluate
@@ -17,6 +18,7 @@ from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.schema import schema
 from mechdae.errors import InputError, MechanismError, ProblemFileError, UnknownName
 from mechdae.parts.exchange.commands.new import FOLDER, families
+from tests.shared.strategies import bounded, mechanisms
 
 FOUR_BAR = """
 schema = 1
@@ -229,6 +231,16 @@ def test_round_trip(name: str, tmp_path) -> None:
     md.dump(problem, path)
     assert md.load(path) == problem
     assert hash(md.load(path).mechanism) == hash(problem.mechanism)
+
+
+@bounded
+@given(mechanisms())
+def test_what_python_builds_is_what_is_read_back(mechanism: md.Mechanism) -> None:
+    """Any names and numbers, to the last bit, and the text once more."""
+    text = md.dumps(md.Problem(mechanism, {}))
+    again = load(text)
+    assert again.mechanism == mechanism
+    assert md.dumps(again) == text
 
 
 def test_every_table_round_trips(tmp_path) -> None:

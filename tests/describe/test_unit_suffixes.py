@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
@@ -14,6 +16,7 @@ from mechdae.describe.file.reading import split_unit, to_si
 from mechdae.describe.units import TABLE, UNITS
 from mechdae.errors import InputError, UnknownName
 from tests.shared.paths import ROOT
+from tests.shared.strategies import bounded, numbers
 
 FACTORS = {
     "_deg": math.pi / 180,
@@ -35,12 +38,19 @@ FACTORS = {
 """The international definitions: 1 in = 25.4 mm, 1 lb = 0.45359237 kg, g = 9.80665 m/s2."""
 
 
+@bounded
+@given(st.data())
 @pytest.mark.parametrize("suffix", UNITS)
-def test_numbers_and_expressions_convert_alike(suffix: str) -> None:
+def test_numbers_and_expressions_convert_alike(suffix: str, data: st.DataObject) -> None:
+    """Numbers, sums and parameters; a sum is converted as a whole."""
     from mechdae.describe.expression import evaluate
 
-    assert to_si(7.0, suffix) == pytest.approx(7.0 * FACTORS[suffix], rel=1e-15)
-    assert evaluate(to_si("3 + 4", suffix), {}) == pytest.approx(7.0 * FACTORS[suffix], rel=1e-15)
+    one, other = data.draw(numbers), data.draw(numbers)
+    size = FACTORS[suffix] * (abs(one) + abs(other))
+    assert to_si(one, suffix) == pytest.approx(one * FACTORS[suffix], rel=1e-15)
+    for text in (f"{one!r} + {other!r}", "one + other", f"one - -1*({other!r})"):
+        value = evaluate(to_si(text, suffix), {"one": one, "other": other})
+        assert value == pytest.approx((one + other) * FACTORS[suffix], rel=1e-15, abs=1e-15 * size)
     assert set(FACTORS) == set(UNITS)
 
 

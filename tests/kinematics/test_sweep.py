@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
 
 import mechdae as md
 from mechdae.motion.kinematics.prepared import prepare
@@ -16,6 +17,7 @@ from mechdae.parts.bench.kinematics import true_error
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import motion
 from tests.shared.mechanisms import five_bar, four_bar
+from tests.shared.strategies import bounded, scales
 
 LONG = np.longdouble
 
@@ -104,7 +106,8 @@ def test_errors_do_not_grow_with_turns() -> None:
     )
 
 
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
+@bounded
+@given(scales)
 def test_micrometres_and_kilometres_give_the_same_digits(scale: float) -> None:
     base = md.load("four-bar-double-rocker")
     reference = md.solve(base, "window", poses=33)

@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
 
 import mechdae as md
 from mechdae.results import Result, plain
 from mechdae.tasks.export import csv_text, json_text
+from tests.shared.strategies import bounded, crank_rockers, scaled, scales
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +100,20 @@ def test_collection_of_cycles_goes_on(lost: Result) -> None:
 
 def test_json_has_the_content(lost: Result) -> None:
     assert json.loads(json_text([lost]))["tasks"]["sweep"] == lost.to_dict()
+
+
+@bounded
+@given(crank_rockers(), scales)
+def test_the_table_and_the_json_hold_the_same_bits(mechanism: md.Mechanism, scale: float) -> None:
+    driver = md.Driver("crank.angle", from_=0.5, to=6.0)
+    result = md.solve(scaled(mechanism, scale), md.Sweep(driver, poses=5))
+    head, *rows = csv.reader(csv_text(result).splitlines())
+    columns = {
+        title.split(" ")[0]: column for title, column in zip(head, np.array(rows).T, strict=True)
+    }
+    plain = json.loads(json_text([result]))["tasks"]["sweep"]
+    assert list(columns["status"]) == plain["status"]
+    assert [*map(float, columns["rocker.angle"])] == plain["bodies"]["rocker"]["angle"]
+    for k, axis in enumerate("xy"):
+        velocity = [place[k] for place in plain["points"]["coupler.C"]["velocity"]]
+        assert [*map(float, columns[f"coupler.C.velocity.{axis}"])] == velocity
