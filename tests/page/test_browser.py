@@ -163,11 +163,11 @@ def test_recorded_poses_play(opened):
 @pytest.mark.parametrize(
     "pattern",
     [
-        r'"checks":\[\{"s":[^,]*,"y":\["(.)',
+        r'"range":\[([^,]*),',
         r'"a","value":([^,]*),',
-        r'"points":\{"[^"]*":"(.)',
+        r'"speed":(\d)',
     ],
-    ids=["check", "slider", "recorded"],
+    ids=["range", "slider", "speed"],
 )
 def test_altered_data_are_noticed(browser, pages, tmp_path, pattern):
     text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")

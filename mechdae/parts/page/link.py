@@ -18,6 +18,8 @@ from pathlib import Path
 from posixpath import dirname, join, normpath
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     from mechdae.types import Json
 
@@ -33,20 +35,25 @@ LOADER = """\
 (() => {
 %s
 try {
-const packed = Uint8Array.from(atob("%s"), (letter) => letter.charCodeAt(0));
 const script = document.createElement("script");
-script.textContent = inflated(packed);
+script.textContent = inflated(bytesOf("%s"));
 document.body.append(script);
 } catch {
 document.getElementById("status").textContent = "the file was altered";
 }
 })();
 </script>"""
-PACKED = re.compile(r'atob\("([^"]*)"\)')
+PACKED = re.compile(r'inflated\(bytesOf\("([^"]*)"\)\)')
 COMMENTS = re.compile(r"^\s*/\*\*.*?\*/\n|^\s*//[^\n]*\n", re.M | re.S)
 MAIN, SPATIAL = "planar_page", "spatial_page"
 FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
 """The module that begins, and the file that it works in."""
+
+
+STORED = ("checks", "recorded")
+"""Data that are packed with the modules: values at poses,"""
+NUMBERS = ("y", "points", "turns", "angles")
+"""under these keys."""
 
 
 def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = None) -> str:
@@ -55,7 +62,9 @@ def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = No
     ``main`` is the module that begins, and its ``.html`` what is filled; ``drawing`` what it draws
     by, which is packed with the modules.
     """
-    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    stored = {key: data[key] for key in STORED if key in data and main != "edit"}
+    rest = {key: value for key, value in data.items() if key not in stored}
+    text = json.dumps(rest, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
     functions = (
         f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n"
@@ -68,6 +77,8 @@ def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = No
     total = f"const WORDS = {words};\nconst DRAWING = {drawn};\n"
     total += f"const SUM = {zlib.crc32(inside.encode())};\n"
     look = (WEB / "lesson.css").read_text(encoding="utf-8") if main in (MAIN, SPATIAL) else ""
+    poses = json.dumps(_spread(stored), allow_nan=False, separators=(",", ":"))
+    total += f"const POSES = {poses};\n"
     total += f"const LOOK = {json.dumps(look)};\n"
     script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
     parts = {
@@ -89,9 +100,22 @@ def words_of(lang: str, main: str = MAIN) -> dict[str, str]:
     return found
 
 
+def _spread(stored: Json, key: str = "") -> Json:
+    """Return data with packed numbers as lists: deflated, what is there twice costs nothing."""
+    if isinstance(stored, dict):
+        inner = key if key in NUMBERS else ""
+        return {own: _spread(value, inner or own) for own, value in stored.items()}
+    if isinstance(stored, list):
+        return [_spread(value, key) for value in stored]
+    if key not in NUMBERS:
+        return stored
+    values = np.frombuffer(base64.b64decode(stored), dtype="<f8").tolist()
+    return [value if np.isfinite(value) else None for value in values]
+
+
 def packed(script: str) -> str:
     """Return the element of a page that unpacks a script and runs it."""
-    inside = base64.b64encode(zlib.compress(script.encode(), 9)).decode()
+    inside = base64.b85encode(zlib.compress(script.encode(), 9)).decode().replace("<", ".")
     return LOADER % (modules("inflate"), inside)
 
 
@@ -99,7 +123,7 @@ def unpacked(page: str) -> str:
     """Return the script of a page: its kernels and its modules."""
     found = PACKED.search(page)
     assert found is not None
-    return zlib.decompress(base64.b64decode(found[1])).decode()
+    return zlib.decompress(base64.b85decode(found[1].replace(".", "<"))).decode()
 
 
 @cache

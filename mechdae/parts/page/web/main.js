@@ -8,10 +8,6 @@ import { find, made, numberIn } from "./made.js";
 import { Tabs } from "./tabs.js";
 import { Dimensions } from "./dimensions.js";
 import { Curves, forceThings, lightThings, recordedThings, thingsOf } from "./curves.js";
-import { Equations } from "./equations.js";
-import { Plans } from "./plans.js";
-import { Explain } from "./explain.js";
-import { Overlays } from "./overlays.js";
 import { Strip, turning } from "./grashof.js";
 import { Modes } from "./modes.js";
 import { Values } from "./values.js";
@@ -30,8 +26,8 @@ const READ = 250;
 
 /** Everything on one page. */
 class App {
-  constructor(data, code, Kind, drawing) {
-    this.data = data;
+  constructor(data, code, Kind, drawing, plane) {
+    Object.assign(this, { data, plane });
     this.words = words;
     showIn(data.shown || {});
     nameIn(data.unit_names || {}, data.lang === "ru" ? "," : ".");
@@ -82,7 +78,7 @@ class App {
   equations() {
     const { session } = this, { pose } = session;
     if (!pose.y || !this.data.lesson.groups.length) return null;
-    if (this.equated !== pose) [this.equated, this.equationsThere] = [pose, new Equations(session, pose)];
+    if (this.equated !== pose) [this.equated, this.equationsThere] = [pose, new this.plane.Equations(session, pose)];
     return this.equationsThere;
   }
 
@@ -159,7 +155,7 @@ class App {
       tab("dimensions", this.dimensions);
       return;
     }
-    this.overlays = new Overlays(this);
+    if (this.plane) this.overlays = new this.plane.Overlays(this);
     this.strip = new Strip(this);
     if (data.sliders.length || data.drivers) tab("dimensions", this.dimensions, this.strip);
     if (data.sliders.length && !data.scene.space) {
@@ -171,7 +167,7 @@ class App {
     this.curves = new Curves(this, "curves", things, [usual]);
     tab("curves", this.curves, new Values(this, "curves"));
     if (data.lesson.groups.length) {
-      this.plans = new Plans(this, () => this.drawTab());
+      this.plans = new this.plane.Plans(this, () => this.drawTab());
       tab("plans", this.plans);
     }
     if (session.forces) {
@@ -180,7 +176,7 @@ class App {
       tab("forces", this.efforts, new Values(this, "forces"));
     }
     if (data.lesson.groups.length) {
-      this.explain = new Explain(this);
+      this.explain = new this.plane.Explain(this);
       tab("explain", this.explain);
     }
     if (data.modes.length > 1) {
@@ -491,7 +487,7 @@ class App {
     const forces = session.forcesAt(pose);
     this.diagram.arrows("arrows", "velocity", places, velocities);
     this.diagram.arrows("forces", "force", places, this.switches.forces.checked && forces ? this.reactionsAt(forces) : {});
-    this.overlays.frame(pose);
+    if (this.overlays) this.overlays.frame(pose);
     this.showOthers();
     this.slider.value = (session.s - low) / (high - low);
     this.drawFrame();
@@ -570,12 +566,12 @@ class App {
   }
 }
 
-/** Start the page with the diagrams of the plane or of space. */
-export function begin(Kind) {
+/** Start the page with the diagrams of the plane or of space; `plane` has what only the plane has. */
+export function begin(Kind, plane = null) {
   document.head.append(made("style", {}, LOOK));
   const given = JSON.parse(find("mechdae").textContent);
   if (isWhole(find("mechdae").textContent, SUM)) {
-    const app = new App(given, K, Kind, DRAWING);
+    const app = new App({ ...given, ...POSES }, K, Kind, DRAWING, plane);
     app.build();
     window.mechdae = interfaceOf(app);
     return;

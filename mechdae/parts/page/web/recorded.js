@@ -1,7 +1,8 @@
 /** Poses that Python computed, where a page cannot solve anew. */
 
-/** Numbers from base64, little-endian float64. */
+/** Numbers from a list, null for none, or from base64, little-endian float64. */
 export function unpacked(text) {
+  if (typeof text !== "string") return Float64Array.from(text, (value) => value ?? NaN);
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const view = new DataView(bytes.buffer);
   return Float64Array.from({ length: bytes.length / 8 }, (_, k) => view.getFloat64(8 * k, true));
@@ -36,7 +37,7 @@ export class Recorded {
   moving() {
     const seen = new Set();
     return Object.keys(this.points).filter((name) => {
-      const width = this.data.scene.dimension, key = this.data.recorded.points[name], own = this.points[name];
+      const width = this.data.scene.dimension, key = String(this.data.recorded.points[name]), own = this.points[name];
       const moves = own.some((value, k) => Math.abs(value - own[k % width]) > 1e-9);
       return moves && !seen.has(key) && seen.add(key);
     });
