@@ -238,10 +238,6 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
     angles = scenes.angles_of(result, data["scene"], drawing)
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED, angles)
     if not data["live"]:
-        numbers = data["numbers"] | problem.mechanism.parameters
-        data["given"] = {
-            n: v for n, v in numbers.items() if not isinstance(v, str) and "." not in n
-        }
         data["recorded"] |= lesson.series_of(result, data["recorded"]["rows"])
     main = link.MAIN if problem.mechanism.dimension == 2 else link.SPATIAL
     data["status"] = [data["status"][k] for k in data["recorded"]["rows"]]
@@ -376,21 +372,13 @@ def _recorded(result: Result, most: int, angles: Mapping[str, Floats]) -> Json:
     """Return the places of all points at `most` poses, and angles of bodies."""
     count = len(result.status)
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
-    points = {
-        reference: _packed(np.asarray(series.position)[rows])
-        for reference, series in result.points.items()
-    }
-    turns = {
-        body: _packed(np.asarray(series.orientation)[rows])
-        for body, series in result.bodies.items()
-        if "orientation" in series
-    }
-    return {
-        "rows": rows,
-        "points": points,
-        "turns": turns,
-        "angles": {body: _packed(angle[rows]) for body, angle in angles.items()},
-    }
+
+    def of(kind: str, name: str) -> dict[str, str]:
+        known = {own: parts for own, parts in getattr(result, kind).items() if name in parts}
+        return {own: _packed(np.asarray(parts[name])[rows]) for own, parts in known.items()}
+
+    found = {"points": of("points", "position"), "turns": of("bodies", "orientation")}
+    return {"rows": rows, **found, "angles": {own: _packed(a[rows]) for own, a in angles.items()}}
 
 
 def _packed(values: Floats) -> str:

@@ -41,9 +41,6 @@ def transmission(setting: Setting) -> tuple[list[str], Graph]:
     return [dyad.joint for dyad in found], ca.Function("transmit", [scene.x, scene.u, p], [column])
 
 
-# -- dimensions ------------------------------------------------------------------------------------
-
-
 def dimensions_of(
     setting: Setting, sliders: Sequence[str], given: Sequence[float]
 ) -> tuple[list[Json], dict[str, list[int]]]:
@@ -87,16 +84,14 @@ def dimensions_of(
         for body in [part for part in parts if part == GROUND or part in mechanism.bodies]:
             names = [f"{body}.{point}" for point in mechanism.body(body).points]
             rows = np.array([[at[f"{point}.{axis}"] for axis in mechanism.axes] for point in names])
-            lines += list(_lines(body, names, values[rows], slopes[rows, k], given[k], mechanism))[
-                :1
-            ]
+            own = _lines(body, names, values[rows], slopes[rows, k], given[k], mechanism)
+            lines += [line for line in [next(own, None)] if line]
         parts |= dict.fromkeys(load for load in mechanism.loads if _names(mechanism, load, name))
         found.append({"lines": lines[:LINES], "parts": [part for part in parts if part != GROUND]})
     return found, shape
 
 
 def _names(mechanism: Mechanism, load: str, name: str) -> bool:
-    """Whether an expression of a load names a parameter."""
     for value in vars(mechanism.loads[load]).values():
         for text in (
             (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
@@ -136,9 +131,6 @@ def _lines(
         square, turn = float(way @ way), float(np.arctan2(way[1], way[0]))
         if square > 0 and _same(turn, given, float(way[0] * rate[1] - way[1] * rate[0]) / square):
             yield ["angle", body, one, two]
-
-
-# -- groups ----------------------------------------------------------------------------------------
 
 
 def groups_of(result: Result) -> Json:
@@ -219,9 +211,6 @@ def bars_of(mechanism: Mechanism, lead: str) -> Json | None:
     if not slides:
         return {"bars": bars}
     return {"bars": bars[:2], "slide": slides[0]} if slides[0] == chain[3] else None
-
-
-# -- motions ---------------------------------------------------------------------------------------
 
 
 def series_of(result: Result, rows: Sequence[int]) -> Json:

@@ -22,9 +22,8 @@ export class Dimensions {
 
   /** Numbers that a recorded motion was computed with. */
   list(data) {
-    const given = data.given || Object.fromEntries(data.sliders.map(({ name, value }) => [name, value]));
-    const names = Object.keys(data.units).filter((name) => given[name] !== undefined);
-    const rows = names.map((name) => made("tr", {}, made("td", {}, name), made("td", {}, quantity(given[name], data.units[name]))));
+    const names = Object.keys(data.units).filter((name) => data.numbers[name] !== undefined && !name.includes("."));
+    const rows = names.map((name) => made("tr", {}, made("td", {}, name), made("td", {}, quantity(data.numbers[name], data.units[name]))));
     find("dimensions").append(made("p", { class: "hint" }, words("given")), made("table", {}, made("tbody", {}, ...rows)));
   }
 
