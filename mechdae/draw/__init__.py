@@ -183,8 +183,7 @@ def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:
     from mechdae.draw import figure
 
     moving: Any = picture
-    written: Path = moving.save(path) if hasattr(picture, "gif") else figure.save(moving, path)
-    return written
+    return moving.save(path) if hasattr(picture, "gif") else figure.save(moving, path)
 
 
 __all__ = ["PICTURES", "plot", "save", "usual"]

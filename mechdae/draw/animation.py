@@ -382,7 +382,7 @@ def closes(scene: DrawnScene, run: Sequence[int]) -> bool:
     return True
 
 
-def draw(result: Result, ax: Any = None, **options: Any) -> Animation:
+def draw(result: Result, ax: int | None = None, **options: Any) -> Animation:
     """Return the animation; ``ax`` is not possible, each frame has its own axes."""
     if ax is not None:
         raise InputError("an animation has a figure of its own", where="ax")

@@ -125,8 +125,7 @@ class Drawing(Figure):
 
     def add_axes(self, *args: Any, **options: Any) -> Axes:
         """Return new axes, see `matplotlib.figure.Figure.add_axes`."""
-        made: Axes = super().add_axes(*args, **{"axes_class": ShownAxes, **options})
-        return made
+        return super().add_axes(*args, **{"axes_class": ShownAxes, **options})
 
 
 def svg_text(picture: Axes | Figure) -> str:

@@ -132,13 +132,11 @@ class Sheet:
 
     def at(self, position: ArrayLike) -> Array:
         """Return positions on the sheet of positions [m]."""
-        result: Array = (np.asarray(position, dtype=float) - self.corner) * self.metre
-        return result
+        return (np.asarray(position, dtype=float) - self.corner) * self.metre
 
     def back(self, position: ArrayLike) -> Array:
         """Return positions [m] of positions on the sheet."""
-        result: Array = np.asarray(position, dtype=float) / self.metre + self.corner
-        return result
+        return np.asarray(position, dtype=float) / self.metre + self.corner
 
     def line(
         self,

@@ -20,7 +20,7 @@ from mechdae.dynamics.integrate import LEAST, DormandPrince, Integrator, Nodes
 from mechdae.kernels.graphs.stepper import CLOSED, ROUNDING, SLOW
 from mechdae.kernels.run.casadi_warnings import quiet
 from mechdae.numerics import radau
-from mechdae.types import Floats, Graph, Sym, Unknowns
+from mechdae.types import Floats, Graph, Matrix, Sym, Unknowns
 
 COUNT = 64
 """States of a window."""
@@ -44,7 +44,7 @@ class ImplicitMethod(Integrator):
 
     implicit = True
 
-    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+    def _dense_output_impl(self, nodes: Nodes, times: Floats) -> tuple[Matrix, Matrix, Matrix]:
         lay, states = self.layout, nodes.states
         starts = lay.of(states, "t")
         rows = []
@@ -186,7 +186,9 @@ class Cvodes(ImplicitMethod):
         M = k.value("parts", 0.0, none + 0.1 * k.sizes, none, self.setup.loose)[0]
         return float(np.mean(np.diag(M) * k.sizes**2)) if k.n else 1.0
 
-    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+    def _step_impl(
+        self, state: Floats, signs: Floats, end: float, longest: float
+    ) -> Iterator[Nodes]:
         lay, limit, longest = self.layout, longest, np.inf
         while state[lay["t"]][0] < end:
             t = float(state[lay["t"]][0])

@@ -272,8 +272,7 @@ class MotionProblem:
     @property
     def stepper(self) -> Stepper:
         """One step of the motion, for the scalings that the kernel has."""
-        found: Stepper = self.kernel.cache("stepper", self._stepper)
-        return found
+        return self.kernel.cache("stepper", self._stepper)
 
     def _stepper(self) -> Stepper:
         r = self.released

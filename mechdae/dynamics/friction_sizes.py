@@ -241,7 +241,9 @@ class Sizes:
         feedbacks = self.setup.released.rubbing.feedbacks
         return list(dict.fromkeys(feedback.joint for feedback in feedbacks if feedback.friction))
 
-    def pulls(self, t: float, x: Unknowns, v: Floats, signs: Floats, m: Any = None) -> bool:
+    def pulls(
+        self, t: float, x: Unknowns, v: Floats, signs: Floats, m: Floats | None = None
+    ) -> bool:
         """Return whether a contact that is declared one-sided would have to pull."""
         if not self._contacts:
             return False
@@ -257,7 +259,7 @@ class Sizes:
         return any(bool((force < 0).any()) for force in holding)
 
     def _one_left(
-        self, t: float, x: Unknowns, v: Floats, signs: Floats, found: list[Any],
+        self, t: float, x: Unknowns, v: Floats, signs: Floats, found: list[tuple[Floats, Floats]],
         agrees: Callable[[Any], bool] | None,
     ) -> bool:  # fmt: skip
         """Return whether all solutions but one are ruled out.

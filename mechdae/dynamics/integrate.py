@@ -15,7 +15,7 @@ from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
 from mechdae.results import Event
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats, Matrix, Unknowns
 
 LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""
@@ -126,7 +126,7 @@ class Integrator(ABC):
 
     def first(
         self, t: float, x: Unknowns, v: Floats, w: Floats, signs: Floats, h: float = 0.0
-    ) -> Any:
+    ) -> Floats:
         """Return the state that an integration starts from."""
         self.rhs += 1
         a, inner = self._rhs(t, x, v, signs)
@@ -210,8 +210,7 @@ class DormandPrince(Integrator):
 
     @cached_property
     def _chunk(self) -> Chunk:
-        found: Chunk = self.kernel.cache("chunk", lambda: Chunk(self.stepper))
-        return found
+        return self.kernel.cache("chunk", lambda: Chunk(self.stepper))
 
     @cached_property
     def _step(self) -> Any:
@@ -221,7 +220,9 @@ class DormandPrince(Integrator):
     def _dense(self) -> Any:
         return self.kernel.batch("dense", lambda: self.stepper.dense, (6,))
 
-    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+    def _step_impl(
+        self, state: Floats, signs: Floats, end: float, longest: float
+    ) -> Iterator[Nodes]:
         lay = self.layout
         given = [end, self.setup.tolerance, longest]
         numbers = np.concatenate([given, signs, self.kernel.numbers])
@@ -244,7 +245,7 @@ class DormandPrince(Integrator):
             if stalled:
                 return
 
-    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+    def _dense_output_impl(self, nodes: Nodes, times: Floats) -> tuple[Matrix, Matrix, Matrix]:
         lay, states = self.layout, nodes.states
         starts = lay.of(states, "t")
         place = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(states) - 2)
@@ -268,7 +269,7 @@ class DormandPrince(Integrator):
             x[k], v[k], w[k] = (node[lay[name]] for name in ("x", "v", "w"))
         return x, v, w
 
-    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+    def stepped(self, state: Floats, h: float, signs: Floats) -> Floats:
         lay = self.layout
         parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
         omega = state[lay["omega"]][0]

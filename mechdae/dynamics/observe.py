@@ -16,7 +16,7 @@ from mechdae.equations.structure_cache import structure_property
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
-from mechdae.types import Floats, Graph, Integers, Reactions, Sym, Unknowns
+from mechdae.types import Floats, Graph, Integers, Matrix, Reactions, Sym, Unknowns
 
 SX = ca.SX
 
@@ -26,12 +26,12 @@ class States:
     """States at the times of output, rows are times: x, v, a, multipliers, works."""
 
     t: Any
-    x: Any
+    x: Matrix
     v: Floats
-    a: Any
+    a: Matrix
     lam: Floats
-    w: Any
-    signs: Any
+    w: Matrix
+    signs: Matrix
 
 
 def alike(patterns: Any, rows: Integers | None = None) -> Iterator[tuple[Any, Integers]]:

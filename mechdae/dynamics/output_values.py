@@ -129,7 +129,7 @@ class Reported:
         self.notes: list[str] = []
 
     def evaluate(
-        self, coordinates: tuple[Floats, Floats, Floats], t: Any, there: Any
+        self, coordinates: tuple[Floats, Floats, Floats], t: Floats | None, there: Any
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Return the tables and the series of the outputs without reactions.
 

@@ -27,7 +27,7 @@ from mechdae.results import (
     motion_event,
     statuses,
 )
-from mechdae.types import Sym
+from mechdae.types import Floats, Sym
 
 SX = ca.SX
 MOST = 48
@@ -217,7 +217,9 @@ def _notes(run: MotionRun, of_outputs: list[str]) -> list[str]:
     return notes
 
 
-def _energies(run: MotionRun, observer: Observer) -> tuple[dict[str, Any], dict[str, Any], float]:
+def _energies(
+    run: MotionRun, observer: Observer
+) -> tuple[dict[str, Floats], dict[str, Floats], float]:
     """Return energies, works by load, and the gap of their balance over the energies that move."""
     states = run.states
     kinetic, stores = observer.energies(states)

@@ -104,7 +104,7 @@ class OutputStates:
     rows: list[tuple[Any, Any, Any, Any, Any]] = field(default_factory=list)
     count: int = 0
 
-    def add(self, t: Any, x: Unknowns, v: Floats, w: Floats, signs: Any) -> None:
+    def add(self, t: Floats | float, x: Unknowns, v: Floats, w: Floats, signs: Any) -> None:
         """Add states (n, .)."""
         t = np.atleast_1d(np.asarray(t, float))
         self.count += len(t)

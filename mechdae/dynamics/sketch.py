@@ -289,5 +289,4 @@ class PlanarSketch:
 
 def shortest(angles: Floats) -> Floats:
     """Return the same turns by less than half a turn to either side."""
-    turns: Floats = np.remainder(angles + np.pi, 2 * np.pi) - np.pi
-    return turns
+    return np.remainder(angles + np.pi, 2 * np.pi) - np.pi

@@ -23,7 +23,7 @@ from mechdae.motion.assembly.closure import bar_lengths, closing_tolerance, stra
 from mechdae.motion.assembly.not_assembled import tolerance_hint
 from mechdae.motion.setup.drivers import sketched
 from mechdae.records import dataclass
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats, Matrix, Unknowns
 
 STEPS = 60
 SPEEDS = 1e-10
@@ -102,7 +102,7 @@ class _Starter:
         """Return the speed below which a coordinate stands still until the end."""
         return STILL * (1.0 if c.is_angle else self.setup.length) / self.setup.end
 
-    def rows(self, x: Unknowns) -> tuple[Any, Any]:
+    def rows(self, x: Unknowns) -> tuple[Floats, Matrix]:
         """Return constraints and moved coordinates, and their Jacobian, over natural sizes."""
         phi, J = self._rows(x, self.setup.model.p_values)
         J = np.reshape(J, (len(phi), self.n))
@@ -110,7 +110,7 @@ class _Starter:
 
     def close(
         self, x: Unknowns, aims: Mapping[int, float], short: float = np.inf
-    ) -> tuple[Any, float]:
+    ) -> tuple[Floats, float]:
         """Return x with the constraints closed and some moved coordinates on their aims.
 
         `aims` are values over natural sizes by place in `moving`. The second result is the
@@ -157,7 +157,7 @@ class _Starter:
             if c in self.places
         }
 
-    def _not_assembled(self, x: Any) -> AssemblyError:
+    def _not_assembled(self, x: Floats) -> AssemblyError:
         joints = np.array([unit != "1" for unit in self.r.units])
         for _ in range(UNITS if not joints.all() else 0):  # quaternions have a length of one
             values, J = self.rows(x)
@@ -222,7 +222,7 @@ class _Starter:
         # more numbers than freedoms fit each other at their end only
         return (found, left) if extra < len(goals) else None
 
-    def _way(self, x: Any, goals: Mapping[int, float]) -> tuple[Floats, float]:
+    def _way(self, x: Floats, goals: Mapping[int, float]) -> tuple[Floats, float]:
         """Return the start at the end of a way from the sketch, in short steps."""
         values, _ = self.rows(x)
         first = {k: values[self.m + k] for k in goals}

@@ -97,7 +97,7 @@ class Coordinates(tuple[Coordinate, ...]):
         return self.of_kind(LENGTH)
 
     @cached_property
-    def places(self) -> Any:
+    def places(self) -> Booleans:
         """Which are places on curves, (n,) booleans."""
         return self.of_kind(PLACE)
 

@@ -27,7 +27,7 @@ from mechdae.equations.forces.feedback import Feedback
 from mechdae.equations.forces.generalised import Wrench, add, of_coordinates, power
 from mechdae.equations.forces.inertia import inertia, kinetic_energy
 from mechdae.equations.forces.joint_reactions import JointReactions
-from mechdae.equations.forces.loads import Loads
+from mechdae.equations.forces.loads import Loads, Signal
 from mechdae.equations.model import Model, Row
 from mechdae.equations.reduction import eliminate, with_unknowns
 from mechdae.equations.structure_cache import StructureCache
@@ -382,7 +382,7 @@ def _damped(load: Any) -> bool:
     return isinstance(load, Spring) and load.damping != 0
 
 
-def _broken_line(signal: Any) -> Sym:
+def _broken_line(signal: Signal) -> Sym:
     """Return the value of a table by straight lines, over its abscissa."""
     points = signal.load.points
     at, first, last = signal.at, points[0][0], points[-1][0]

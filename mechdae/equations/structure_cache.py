@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable
-from typing import Any
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class StructureCache:
@@ -14,15 +16,16 @@ class StructureCache:
         self._made: dict[Hashable, Any] = {}
         self._lock = threading.RLock()
 
-    def __call__(self, key: Hashable, make: Callable[[], Any]) -> Any:
+    def __call__(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return what is kept under a key; `make` must not use any numbers."""
         try:
-            return self._made[key]
+            found: T = self._made[key]
         except KeyError:
             with self._lock:
                 if key not in self._made:
                     self._made[key] = make()
-                return self._made[key]
+                found = self._made[key]
+        return found
 
     def __len__(self) -> int:
         return len(self._made)

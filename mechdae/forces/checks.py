@@ -8,7 +8,6 @@ kinetic energy differenced along the path does: it uses speeds only.
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 LEGENDRE = np.polynomial.legendre.legvander(NODES, 9).T * WEIGHTS * (np.arange(10)[:, None] + 0.5)
 
 
-def checks(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> dict[str, Any]:
+def checks(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> dict[str, float | None]:
     """Return the largest relative errors of the three checks.
 
     ``energy`` is None where there is no path to difference along. A number that is not finite

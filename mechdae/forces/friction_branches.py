@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -75,8 +74,8 @@ class Grown:
 
     factor: Floats
     sizes: Floats
-    reached: Any
-    open: Any
+    reached: Booleans
+    open: Booleans
     joints: list[str]
 
 

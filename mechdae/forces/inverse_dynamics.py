@@ -26,7 +26,7 @@ from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, stored
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Graph, Integers, Matrices, Points
+from mechdae.types import Booleans, Floats, Graph, Integers, Matrices, Matrix, Points
 
 SOLVED = 1e-12
 """Left-over of the sizes of friction, relative to them, that counts as solved."""
@@ -56,9 +56,9 @@ class LoadedPoses:
     (n,) of their own; None: those of the scene.
     """
 
-    w: Any
+    w: Matrix
     v: Any
-    a: Any
+    a: Matrix
     t: Floats | None
     condition: Any
     nx: int
@@ -259,8 +259,7 @@ class InverseDynamics:
                 scene.x_names, self.balance.columns,
             )  # fmt: skip
 
-        found: str = self._kernels.cache("fingerprint", build)
-        return found
+        return self._kernels.cache("fingerprint", build)
 
     def _of(self, name: str) -> Batch:
         """Return a function of the balance by its name."""
@@ -489,7 +488,7 @@ class InverseDynamics:
 
     # -- solutions -------------------------------------------------------------------------
 
-    def sizes(self, inputs: Sequence[Floats]) -> tuple[Any, Any, Any]:
+    def sizes(self, inputs: Sequence[Floats]) -> tuple[Matrix, Matrix, Booleans]:
         """Return sizes without and with friction, and which poses are settled by them.
 
         Poses that are not settled may have no solution or several: see `Branches`.

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.forces.friction_branches import FrictionSolutions, some
 from mechdae.forces.inverse_dynamics import InverseDynamics, Loaded, LoadedPoses
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Integers
+from mechdae.types import Booleans, Floats, Integers, Matrix
 
 
 @dataclass
@@ -24,10 +24,10 @@ class PoseForces:
     """
 
     motion: LoadedPoses
-    inputs: list[Any]
+    inputs: list[Matrix]
     there: Any
     quiet: Floats
-    sizes: Any
+    sizes: Matrix
     good: Any
     free: Loaded
     whole: Loaded

@@ -17,7 +17,8 @@ from mechdae.forces.unique_directions import Orientations, in_axes
 from mechdae.forces.uniqueness import Uniqueness, resultants
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.results import Series
-from mechdae.types import Floats, Json
+from mechdae.results.series import Summary
+from mechdae.types import Floats, Json, Matrix
 
 
 def series_of(
@@ -54,8 +55,8 @@ def series_of(
 
 
 def unique_of(
-    statics: InverseDynamics, answer: PoseForces, unique: Uniqueness | None, summary: dict[str, Any]
-) -> dict[str, dict[str, Any]]:
+    statics: InverseDynamics, answer: PoseForces, unique: Uniqueness | None, summary: Summary
+) -> dict[str, dict[str, Matrix | str]]:
     """Return what is unique of each joint; resultants that are go to the summary."""
     if unique is None:
         return {}

@@ -6,7 +6,6 @@ Force and moment are vectors (3,) each: in the plane one vector (Fx, Fy, M), tur
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -15,7 +14,7 @@ from mechdae.equations.model import Model
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers
+from mechdae.types import Floats, Integers, Matrix
 
 
 @dataclass
@@ -29,7 +28,7 @@ class Directions:
     directions: Floats
     turns: Floats
 
-    def values(self, reaction: Floats) -> dict[str, Any]:
+    def values(self, reaction: Floats) -> dict[str, Matrix | str]:
         """Return directions and the values along them of reactions (n, 3) or (n, 6)."""
         values = in_axes(self.turns, reaction) @ self.directions.T
         return {"directions": self.directions, "values": values, "frame": self.frame}
@@ -117,8 +116,7 @@ def _projector(space: Floats) -> Floats:
     if not len(space):
         return np.zeros((space.shape[1], space.shape[1]))
     basis: Floats = np.linalg.qr(space.T)[0]
-    projector: Floats = basis @ basis.T
-    return projector
+    return basis @ basis.T
 
 
 def tidy(rows: Floats) -> Floats:

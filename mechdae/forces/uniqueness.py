@@ -46,7 +46,7 @@ class Uniqueness:
     the guides and slots whose normal force is unique.
     """
 
-    whole: Any
+    whole: Booleans
     joints: dict[str, Directions]
     sums: dict[str, list[str]]
     normals: set[str]
@@ -244,7 +244,7 @@ class ForceColumns:
         stacked = ca.vertcat(*[ca.vec(ca.densify(self._parts[name])) for name in names])
         return Batch(ca.Function("maps", self._inputs, [stacked]), [1])
 
-    def at(self, q: Unknowns, *names: str) -> dict[str, Any]:
+    def at(self, q: Unknowns, *names: str) -> dict[str, Floats]:
         """Return matrices (n, rows, columns) at poses (n, k), all of them or some by name."""
         names = names or tuple(self._parts)
         batch: Batch = self.cache(names, lambda: self._batch(names))
@@ -333,7 +333,7 @@ def unique_space(C: Matrix, CN: Floats) -> tuple[Floats, int]:
     return tidy((able @ left[:, known:]).T), rank
 
 
-def _across(C: Any, moves: Floats) -> Any:
+def _across(C: Matrix, moves: Floats) -> Any:
     """Return columns without their parts along the ways, normal to each other, of a joint."""
     sizes = np.linalg.norm(moves, axis=0)
     free = moves[:, sizes > 0] / sizes[sizes > 0]

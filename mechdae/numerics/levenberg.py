@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Jacobians, Matrices, Points, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Jacobians, Matrices, Matrix, Points, Unknowns
 
 Rows = tuple[Any, Any, Any]
 """Residuals (n, k, e), their derivatives by x (n, k, e, q) and by the own t (n, k, e) or None."""
@@ -49,10 +49,10 @@ class DistinctSolutions:
     (degenerate solutions among them) count the work.
     """
 
-    x: Any
-    t: Any
-    residual: Any
-    hits: Any
+    x: Matrix
+    t: Matrix
+    residual: Floats
+    hits: Integers
     starts: int
     iterations: int
     converged: int

@@ -67,8 +67,8 @@ def integrate(
     estimate is the sum of their differences, far above the true error of the finer rule.
     """
     panels = [(chart, 0.0, 1.0) for chart in charts]
-    total: Any = 0.0
-    error: Any = 0.0
+    total: float = 0.0
+    error: float = 0.0
     allowed: Any = None
     noise: Any = None
     before: Any = np.inf

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrix
 
 S = 6.0**0.5
 STAGES = np.array([(4 - S) / 10, (4 + S) / 10, 1.0])
@@ -46,10 +46,10 @@ class RadauStep:
     """An accepted step: its end, the stages (3, n) with their times, what it took, the next one."""
 
     t: float
-    y: Any
+    y: Floats
     length: float
-    times: Any
-    stages: Any
+    times: Floats
+    stages: Matrix
     rejected: int
     calls: int
     next_length: float

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import InputError, SolveError
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
@@ -94,7 +94,7 @@ def motion_of(problem: Problem, name: str | None) -> ExportedMotion:
     return ExportedMotion(whole, name, report(whole, name, task, setting, run), setting, run)
 
 
-def _rank(task: Any) -> int:
+def _rank(task: Task) -> int:
     """Return how well a task suits: sweeps over a range, then single poses, then motions."""
     if not isinstance(task, Sweep):
         return 2

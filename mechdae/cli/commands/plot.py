@@ -27,6 +27,7 @@ from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
+    from mechdae.results.result import Result
 
 
 FORMATS = ("svg", "png", "pdf")
@@ -166,7 +167,7 @@ def _form(options: argparse.Namespace, kind: str | None) -> str:
 
 
 def _written(
-    options: argparse.Namespace, result: Any, kind: str, extra: dict[str, Any], file: str
+    options: argparse.Namespace, result: Result, kind: str, extra: dict[str, Any], file: str
 ) -> int:
     """Write the picture and say where it is; return the exit code."""
     from mechdae.draw import plot, save

@@ -290,8 +290,7 @@ class _Expansion:
         if link.name == GROUND:
             ground: Ground = replace(self.closure.ground, points=Table(points))
             return ground
-        body: Body = replace(typed or Body(link.name), points=Table(points))
-        return body
+        return replace(typed or Body(link.name), points=Table(points))
 
     def _point(self, link: Link, node: str) -> str:
         """Return the name of a point of a link at a node."""

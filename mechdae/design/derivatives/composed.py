@@ -227,7 +227,7 @@ class Composed:
         return without_repeats("outputs", self.inputs, [self._at_origin(self.expression)])
 
     @cached_property
-    def sampled(self) -> Any:
+    def sampled(self) -> Graph:
         """The same inputs and the origin -> outputs with `miss` as the last one."""
         origin = SX.sym("none", len(self.names)) if self._origin is None else self._origin
         stacked = ca.vertcat(self.expression, self.miss)

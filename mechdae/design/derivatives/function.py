@@ -56,8 +56,9 @@ class DenseCallback(ca.Callback):
     """A function of Python within casadi's graphs; keep it as long as what is built with it."""
 
     def __init__(
-        self, name: str, sizes: Sequence[int], shape: tuple[int, int], options: Any = None
-    ) -> None:
+        self, name: str, sizes: Sequence[int], shape: tuple[int, int],
+        options: Mapping[str, object] | None = None,
+    ) -> None:  # fmt: skip
         ca.Callback.__init__(self)
         self._sizes, self._shape = tuple(sizes), shape
         self.construct(name, options or {})
@@ -448,7 +449,9 @@ class _Guess(DenseCallback):
     def has_jacobian(self) -> bool:
         return True
 
-    def get_jacobian(self, name: str, inames: Any, onames: Any, options: Mapping[str, Any]) -> Any:
+    def get_jacobian(
+        self, name: str, inames: Sequence[str], onames: Sequence[str], options: Mapping[str, object]
+    ) -> Graph:
         sizes, nx = self._sizes, self._shape[0]
         arguments = [*(MX.sym("at", size) for size in sizes), MX.sym("x", nx)]
         results = [MX(nx, size) for size in sizes]

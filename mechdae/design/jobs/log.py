@@ -147,7 +147,7 @@ def _differences(one: Any, other: Any, place: str = "") -> Iterator[tuple[str, A
         yield place, one, other
 
 
-def _shown(value: Any) -> str:
+def _shown(value: int) -> str:
     return "not given" if value is None else shorten(json.dumps(value))
 
 

@@ -241,8 +241,7 @@ class _Poses:
             return composed.spans, Batch(function, [first, first + 1, *last])
 
         key = ("derivatives", *self.paths, None, *self.names, order, dependent, forces)
-        made: tuple[list[slice], Batch] = self.setting.scene.cache(key, build)
-        return made
+        return self.setting.scene.cache(key, build)
 
     def found(self, order: int) -> dict[str, PathDerivatives]:
         spans, batch = self._kept(order)

@@ -29,7 +29,7 @@ from mechdae.design.synthesis.verification.claims import disagreement
 from mechdae.design.synthesis.verification.verify import measured
 from mechdae.design.synthesis.verify import Design, DesignMotion
 from mechdae.records import dataclass
-from mechdae.types import Json
+from mechdae.types import Floats, Json
 
 FEASIBLE = 1e-7
 """Largest violation of a (dimensionless) constraint at an optimum that counts."""
@@ -134,7 +134,7 @@ class Candidate:
 
     found: Optimum
     kind: int
-    given: dict[str, Any]
+    given: dict[str, Floats | float]
     free: int | None = None
 
 

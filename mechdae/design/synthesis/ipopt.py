@@ -67,7 +67,7 @@ class Optimum:
     nowhere else. ``violation`` is the largest violation of a constraint or bound at ``z``.
     """
 
-    z: Any
+    z: Floats
     objective: float
     violation: float
     status: str

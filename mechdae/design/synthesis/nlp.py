@@ -217,8 +217,7 @@ class Nlp:
             else np.zeros(0)
             for name, (symbol, *_) in self._variables.items()
         ]
-        z: Unknowns = np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)
-        return z
+        return np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)
 
     def read(self, z: Unknowns) -> dict[str, Floats]:
         """Return the variables by name."""

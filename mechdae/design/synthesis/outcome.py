@@ -69,7 +69,7 @@ class TaskRun:
             )  # fmt: skip
         return float(number.ravel()[0])
 
-    def values(self, d: Any) -> dict[str, float]:
+    def values(self, d: Floats) -> dict[str, float]:
         """Return the numbers with parameters (k,), nan where the task cannot be solved."""
         key = d.tobytes()
         if key not in self._values and self.rests:
@@ -83,7 +83,7 @@ class TaskRun:
                 self._values[key] = dict.fromkeys(self.whole, np.nan)
         return self._values[key]
 
-    def slopes(self, d: Any) -> dict[str, Any]:
+    def slopes(self, d: Floats) -> dict[str, Floats]:
         """Return derivatives (k,) by the free parameters, zeros for those that are chosen."""
         key = d.tobytes()
         if key in self._slopes:
@@ -125,7 +125,7 @@ class Outcome:
         """Return the number with parameters (k,), nan where the task cannot be solved."""
         return self.run.values(np.asarray(d, float).ravel())[self.path]
 
-    def gradient(self, d: Floats) -> Any:
+    def gradient(self, d: Floats) -> Floats:
         """Return its derivatives (k,)."""
         return self.run.slopes(np.asarray(d, float).ravel())[self.path]
 
@@ -168,7 +168,9 @@ class Called(DenseCallback):
     def has_jacobian(self) -> bool:
         return True
 
-    def get_jacobian(self, name: str, inames: Any, onames: Any, opts: Any) -> Any:
+    def get_jacobian(
+        self, name: str, inames: Sequence[str], onames: Sequence[str], opts: Mapping[str, object]
+    ) -> Any:
         self._slopes = _Slopes(name, self._outcome, opts)
         return self._slopes
 
@@ -176,7 +178,7 @@ class Called(DenseCallback):
 class _Slopes(DenseCallback):
     """(d, value) -> derivatives (1, k)."""
 
-    def __init__(self, name: str, outcome: Outcome, options: Mapping[str, Graph]) -> None:
+    def __init__(self, name: str, outcome: Outcome, options: Mapping[str, object]) -> None:
         self._outcome, k = outcome, len(outcome.names)
         super().__init__(name, (k, 1), (1, k), options)
 

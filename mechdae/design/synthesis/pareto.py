@@ -287,8 +287,7 @@ class FrontSearch:
     def reported(self, levels: Sequence[Level]) -> Floats:
         """Return the objectives (n, m) of the best points of the ends and levels."""
         terms = np.array([best[0].terms for best in self.candidates(levels) if best])
-        kept: Floats = terms[undominated(terms, 10 * SLACK)]
-        return kept
+        return terms[undominated(terms, 10 * SLACK)]
 
     # -- what is verified ------------------------------------------------------------------------
 

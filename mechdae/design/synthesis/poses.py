@@ -27,10 +27,9 @@ SINE = "sine of "
 """Prefix of the asked value that is the sine of a dyad's transmission angle."""
 
 
-def dimensions(free: Floats, given: Mapping[str, Any]) -> Floats:
+def dimensions(free: Floats, given: Mapping[str, Floats | float]) -> Floats:
     """Return free and chosen parameters at a point of an NLP."""
-    values: Floats = np.concatenate([free, np.atleast_1d(given["choice"])])
-    return values
+    return np.concatenate([free, np.atleast_1d(given["choice"])])
 
 
 class FreePoses:
@@ -120,7 +119,7 @@ class FreePoses:
         return stacked[..., span] if isinstance(stacked, np.ndarray) else stacked[span]
 
     @cached_property
-    def rates(self) -> Any:
+    def rates(self) -> Graph:
         """(x, u, free, v) -> what is left of the rate of closure, rates of the asked values."""
         x, u, d = SX.sym("x", self.nx), SX.sym("u"), SX.sym("d", len(self.free))
         v = SX.sym("v", self.nx)
@@ -148,7 +147,7 @@ class FreePoses:
         """(body, coordinate) of each unknown of a pose."""
         return self.scene.x_names
 
-    def branch(self, x: Any, u: Any, d: Any) -> Any:
+    def branch(self, x: Floats, u: float, d: Floats) -> Any:
         """Return the branch (nb,) of a pose."""
         return np.sign(np.array(self.function(x, u, d)[1]).ravel())
 

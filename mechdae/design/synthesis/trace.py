@@ -22,7 +22,7 @@ from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.space import TURN, WATCHED
 from mechdae.design.synthesis.starts.spread import CLOSED, Spread
 from mechdae.motion.measures.transmission import Dyad
-from mechdae.types import Floats, Integers, Matrices, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrices, Matrix, Unknowns
 
 STEPS = 6
 """Newton steps from a guess between two nodes."""
@@ -54,7 +54,7 @@ class Trace:
         signs = spread.poses.function(self.x[0], self.u[0], self.d)[1]
         self.sigma = np.sign(np.array(signs).ravel())
 
-    def poses(self, u: Floats) -> tuple[Any, Any, Any, Any]:
+    def poses(self, u: Floats) -> tuple[Matrix, Matrix, Matrix, Booleans]:
         """Return unknowns (m, nx), branches, asked values, and which poses (m,) are reached."""
         u = np.asarray(u, float)
         x = np.zeros((len(u), self.x.shape[1]))
@@ -84,11 +84,11 @@ def around(spread: Spread, d: Floats, u: float, x: Any, count: int) -> tuple[Tra
         return Trace(spread, d, places, np.concatenate([[x], ahead])), True
     back, _ = spread.reached(d, x, u - TURN * np.arange(1, count + 1) / count, u)
     places = u + TURN * np.arange(-len(back), len(ahead) + 1) / count
-    parts = [back[::-1].reshape(-1, len(x)), [x], ahead.reshape(-1, len(x))]
-    return Trace(spread, d, places, np.concatenate(parts)), False
+    poses = np.vstack([back[::-1].reshape(-1, len(x)), x, ahead.reshape(-1, len(x))])
+    return Trace(spread, d, places, poses), False
 
 
-def maxima(curve: Curve, grid: Floats) -> tuple[Any, Any]:
+def maxima(curve: Curve, grid: Floats) -> tuple[Floats, Floats]:
     """Return places and values of the local maxima of a curve over a grid, its ends among them."""
     grid = np.asarray(grid, float)
     values = np.nan_to_num(curve(grid), nan=-np.inf)

@@ -133,7 +133,7 @@ class Design:
     values: Mapping[str, Any]
     given: Mapping[str, Any]
     at: Any
-    x: Any
+    x: Floats
     around: bool = False
 
     @property

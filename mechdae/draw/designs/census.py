@@ -16,6 +16,7 @@ from mechdae.draw.fonts import font
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
+from mechdae.results.kinds import SynthesisResult
 
 SAME = 1e-5
 """Share by which objectives of one optimum may differ, as in the search."""
@@ -41,7 +42,7 @@ class Bar:
     text: str
 
 
-def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
+def draw(result: SynthesisResult, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     """Draw the distinct optima of a synthesis, best first, with the starts that ended there.
 
     Designs are filled in the colour of their class; optima that their sweep rejected are
@@ -87,7 +88,7 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     return panel
 
 
-def rows_of(result: Any, words: Words) -> list[Bar]:
+def rows_of(result: SynthesisResult, words: Words) -> list[Bar]:
     """Return the rows of the census, best first; the hits of all add up to the starts."""
     summary, designs = result.summary, result.data["designs"]
 

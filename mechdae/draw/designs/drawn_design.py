@@ -141,13 +141,11 @@ class DrawnDesign:
         """Return the path of a point, or of a body's origin, over the whole sweep, smooth."""
         first, *more = [self.places(part, what) for part in self.moves.smooth]
         turned = first if self.demand.full_turn or len(first) == 1 else first[::-1]
-        path: Array = np.vstack([turned, *more])
-        return path
+        return np.vstack([turned, *more])
 
     def driven(self, poses: Result) -> Array:
         """Return the driver's values."""
-        values: Array = np.asarray(poses.drivers[self.demand.driver].position, float)
-        return values
+        return np.asarray(poses.drivers[self.demand.driver].position, float)
 
     def wrapped(self, values: Any) -> Array:
         """Return driver values within the sweep: of a full turn, whole turns are taken away."""
@@ -160,8 +158,7 @@ class DrawnDesign:
     def places(self, poses: Result, what: str) -> Array:
         """Return where a point is, or the origin of a body."""
         if "." in what:
-            place: Array = np.asarray(poses.points[what].position, float)
-            return place
+            return np.asarray(poses.points[what].position, float)
         if self.problem.mechanism.dimension == 3:
             return read_spatial(poses).origin(what)
         return read_scene(poses).origins[what]
@@ -177,8 +174,7 @@ class DrawnDesign:
         else:
             word = c.text.rpartition(".")[2]
             values = poses.joints[c.part][word]
-        shown: Array = np.asarray(values, float)
-        return shown
+        return np.asarray(values, float)
 
     @property
     def defects(self) -> list[str]:

@@ -15,6 +15,7 @@ from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.words import Words
+from mechdae.results.kinds import SynthesisResult
 
 SIDE, RIGHT = 52.0, 14.0
 """Room beside the graph in a new figure [pt]."""
@@ -25,8 +26,9 @@ MARKS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 def headed(
-    result: Any, ax: Axes | None, facts: Sequence[str], key: Sequence[Entry], height: float
-) -> Panels:
+    result: SynthesisResult, ax: Axes | None, facts: Sequence[str], key: Sequence[Entry],
+    height: float,
+) -> Panels:  # fmt: skip
     """Return a graph with the title of the task, facts and a key, ``height`` [pt] in a new figure.
 
     Parameters

@@ -158,7 +158,7 @@ def draw_all(
     return frame.panels[0]
 
 
-def _lines(result: Any, of: Sequence[str] | None) -> list[Line]:
+def _lines(result: Result, of: Sequence[str] | None) -> list[Line]:
     if of is None:
         return default_lines(result)
     return [line for path in of for series in with_rates(result, path)

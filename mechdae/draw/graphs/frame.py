@@ -18,7 +18,7 @@ from matplotlib.transforms import Affine2D
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import fitted, in_lines
 from mechdae.draw.figure import Drawing, current_format
-from mechdae.draw.fonts import font, ink
+from mechdae.draw.fonts import Font, font, ink
 from mechdae.records import dataclass
 
 LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0
@@ -228,7 +228,7 @@ class Panels:
         self.text(x + width + 4.0 * k, y, entry.text, small, style.INK, None)
 
     def text(
-        self, x: float, y: float, text: str, chosen: Any, color: str, gid: str | None, **more: Any
+        self, x: float, y: float, text: str, chosen: Font, color: str, gid: str | None, **more: Any
     ) -> None:
         """Write a text at a place in points from the figure's corner."""
         self.panels[0].text(

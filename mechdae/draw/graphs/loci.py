@@ -19,7 +19,7 @@ from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.smooth import few_named
 from mechdae.records import dataclass
-from mechdae.types import Floats
+from mechdae.types import Floats, Integers
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
@@ -51,25 +51,15 @@ class Ticks:
     """Poses that have a tick, those that are named, and what lies between two of them."""
 
     poses: Any
-    named: Any
+    named: Integers
     step: str
 
 
 def draw_loci(
-    result: Any,
-    ax: Axes | None,
-    loci: Sequence[Locus],
-    axis: Abscissa,
-    scale: Scale,
-    words: tuple[str, str],
-    *,
-    title: str,
-    subtitle: str,
-    ticks: bool,
-    pivots: Sequence[tuple[str, Floats]] = (),
-    origin: bool = False,
-    peaks: bool = False,
-) -> Panels:
+    result: SweepResult, ax: Axes | None, loci: Sequence[Locus], axis: Abscissa, scale: Scale,
+    words: tuple[str, str], *, title: str, subtitle: str, ticks: bool,
+    pivots: Sequence[tuple[str, Floats]] = (), origin: bool = False, peaks: bool = False,
+) -> Panels:  # fmt: skip
     """Draw curves with equal axes, ticks, arrows and fixed pivots, `peaks` with their size."""
     chosen = ticks_of(result, axis) if ticks and not few_named(result) else None
     key = [
@@ -176,8 +166,7 @@ def _within(locus: Locus, clips: tuple[Clip | None, Clip | None]) -> Array:
         if clip is not None:
             with np.errstate(invalid="ignore"):
                 inside &= (own >= clip.low) & (own <= clip.high)
-    kept: Array = locus.values[inside]
-    return kept
+    return locus.values[inside]
 
 
 def _limits(

@@ -34,13 +34,9 @@ DASHED: dict[str, Any] = {"color": style.INK, "linewidth": 1.3, "linestyle": sty
 
 
 def draw(
-    result: Any,
-    ax: Axes | None = None,
-    *,
-    of: Sequence[str] | None = None,
-    polar: bool = False,
-    lang: str = "en",
-) -> Axes:
+    result: SweepResult, ax: Axes | None = None, *, of: Sequence[str] | None = None,
+    polar: bool = False, lang: str = "en",
+) -> Axes:  # fmt: skip
     """Draw the losses of all joints above each other, and their sum without feedback dashed.
 
     Parameters
@@ -99,7 +95,7 @@ def draw(
     return translated(panel, lang)
 
 
-def _smooth(result: Any, of: Sequence[str] | None) -> Any:
+def _smooth(result: SweepResult, of: Sequence[str] | None) -> Any:
     """Return a result at poses between which its losses are drawn as straight lines."""
 
     def seen(own: ReactionsResult) -> list[Array]:

@@ -180,7 +180,7 @@ def _of_drivers(result: StudyResult, paths: Sequence[str] | None) -> Plane:
     )
 
 
-def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
+def _draw_lines(result: StudyResult, ax: Axes | None, planes: list[Plane]) -> Axes:
     """Draw values over one parameter."""
     if len({plane.unit for plane in planes}) > 1:
         raise InputError("the paths have different units", where="of")
@@ -228,7 +228,7 @@ def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
     return panel
 
 
-def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
+def _draw_map(result: StudyResult, ax: Axes | None, plane: Plane) -> Axes:
     scale = scale_of(plane.unit, [plane.values], result.units)
     scales = [
         scale_of(unit, [values], result.units)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.describe.units import SI, Units
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 PREFIXED = ("m", "N", "N m", "W", "J")
@@ -23,7 +24,7 @@ class Scale:
     unit: str
     factor: float = 1.0
 
-    def __call__(self, values: Any) -> Any:
+    def __call__(self, values: Floats | float) -> Any:
         """Return values in the unit shown."""
         return np.asarray(values, float) * self.factor
 

@@ -314,5 +314,5 @@ def _moves(values: Floats | None) -> bool:
     return bool(len(rows) > 1 and np.ptp(rows, axis=0).max() > SMALL * size)
 
 
-def _positive(values: Any) -> bool:
+def _positive(values: Floats | None) -> bool:
     return values is not None and bool((values[np.isfinite(values)] > 0).any())

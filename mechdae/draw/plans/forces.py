@@ -23,6 +23,7 @@ from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.relations import STILL, groups_of
 from mechdae.draw.plans.vectors import Arrow, Plan
 from mechdae.draw.sheet import normal
+from mechdae.results.kinds import ReactionsResult
 
 ZERO = np.zeros(2)
 
@@ -30,7 +31,7 @@ ZERO = np.zeros(2)
 class BodyForces:
     """The forces on the bodies in one pose of a result of kind reactions."""
 
-    def __init__(self, result: Any, scene: DrawnScene, pose: int) -> None:
+    def __init__(self, result: ReactionsResult, scene: DrawnScene, pose: int) -> None:
         self.result, self.scene, self.pose = result, scene, pose
         self.rates = Rates(result, scene, pose)
         self.slow = bool(getattr(result.definition, "quasi_static", False))
@@ -60,8 +61,7 @@ class BodyForces:
         if self.scene.mechanism.gravity is None:
             return ZERO
         gravity = np.array([values[f"gravity.{axis}"] for axis in "xy"])
-        force: Array = values.get(f"{body}.mass", 0.0) * gravity
-        return force
+        return values.get(f"{body}.mass", 0.0) * gravity
 
     def inertia(self, body: str) -> Array:
         """Return the force of inertia: mass times the acceleration of its centre, reversed."""
@@ -69,8 +69,7 @@ class BodyForces:
         mass = values.get(f"{body}.mass", 0.0)
         if self.slow or not mass or not self.rates.has(body, "acceleration"):
             return ZERO
-        force: Array = -mass * self.rates.at(body, self.centre(body), "acceleration")
-        return force
+        return -mass * self.rates.at(body, self.centre(body), "acceleration")
 
     def centre(self, body: str) -> Array:
         """Return the place of the centre of mass."""

@@ -145,8 +145,7 @@ def _acting(balance: BodyForces, body: str, force: Array, moment: float) -> Arra
     size = float(force @ force)
     if not size or body in balance.turned:
         return origin
-    foot: Array = origin + np.array([force[1], -force[0]]) * moment / size
-    return foot
+    return origin + np.array([force[1], -force[0]]) * moment / size
 
 
 def _couple(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from mechdae.draw.sheet import normal
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
+    from mechdae.results.series import Series
 
 
 ZERO = np.zeros(2)
@@ -71,7 +71,7 @@ class Rates:
         body = reference.split(".")[0]
         if body == GROUND:
             return ZERO
-        series: Mapping[str, Any] | None = self.result.points.get(reference)
+        series: Series = self.result.points.get(reference)
         if series is not None and name in series and np.isfinite(series[name][self.pose]).all():
             return np.array(series[name][self.pose], dtype=float)
         return self.at(body, self.place(reference), name)
@@ -89,18 +89,15 @@ class Rates:
 
     def turning(self, body: str, arm: Array) -> Array:
         """Return omega x arm."""
-        result: Array = self.spins[body][0] * normal(arm)
-        return result
+        return self.spins[body][0] * normal(arm)
 
     def centripetal(self, body: str, arm: Array) -> Array:
         """Return the normal acceleration, against the arm."""
-        result: Array = -(self.spins[body][0] ** 2) * arm
-        return result
+        return -(self.spins[body][0] ** 2) * arm
 
     def tangential(self, body: str, arm: Array) -> Array:
         """Return epsilon x arm."""
-        result: Array = self.spins[body][1] * normal(arm)
-        return result
+        return self.spins[body][1] * normal(arm)
 
     def sliding(self, joint: Joint, name: str) -> Array | None:
         """Return the rate of the second body's point seen from the first body, if there is one."""

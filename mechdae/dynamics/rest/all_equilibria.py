@@ -48,7 +48,7 @@ class Rest:
     not known; ``downhill`` whether the mechanism comes there when it is let go.
     """
 
-    x: Any
+    x: Floats
     lam: Floats
     left: float
     steps: int

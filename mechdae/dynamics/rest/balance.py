@@ -55,7 +55,7 @@ class EquilibriumEquations:
         self.rank = max(RANK, CONTRADICTING * setup.closure)
         self.still = np.zeros(self.n)
 
-    def at(self, x: Unknowns, lam: Any) -> list[Any]:
+    def at(self, x: Unknowns, lam: Floats) -> list[Floats]:
         """Return f, J, phi, stiffness, damping and mass with natural sizes as units."""
         found = self._call(0.0, x, self.still, self.signs, lam / self.gaps)
         shapes = [(self.n,), (self.m, self.n), (self.m,), *[(self.n, self.n)] * 3]

@@ -13,7 +13,6 @@ at the state: x follows the independent coordinates z by J dx = 0, H dx = dz.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -45,7 +44,7 @@ class LinearisedState:
     """Where a mechanism is linearised: time, free coordinates, rates, accelerations."""
 
     t: float
-    x: Any
+    x: Floats
     v: Floats
     a: Floats
     lam: Floats
@@ -152,10 +151,10 @@ class LinearSystem:
     def _slopes(self, outputs: tuple[str, ...] | None) -> tuple[list[str], Call]:
         """Return the names of the outputs, and the function of all derivatives at a state."""
         r, model = self.r, self.model
-        pushed = [given for given in self.inputs if given.column is not None]
+        pushed = [given.column for given in self.inputs if given.column is not None]
         u, a = SX.sym("u", len(pushed)), SX.sym("a", r.x.numel())
         lam = SX.sym("lam", r.phi.numel())
-        columns = [r.moved(r.stack(given.column)) for given in pushed]
+        columns = [r.moved(r.stack(column)) for column in pushed]
         force = r.f + (r.V.T @ (ca.horzcat(*columns) @ u) if pushed else 0)
         rows = [model.coordinate(c) for c in self.chart.coordinates]
         h = r.moved(ca.vertcat(*rows)) if rows else SX(0, 1)

@@ -117,7 +117,7 @@ def _placed_bodies(whole: MotionProblem) -> list[str]:
     return [body for body in whole.problem.mechanism.bodies if body not in whole.model.spinning]
 
 
-def _turned(whole: MotionProblem, x: Any) -> Floats:
+def _turned(whole: MotionProblem, x: Floats) -> Floats:
     """Return the gradients of origin and turn of each body in space."""
     r, k, model = whole.released, whole.kernel, whole.model
 

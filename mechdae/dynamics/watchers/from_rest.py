@@ -71,7 +71,7 @@ class _Tries:
     ``slack`` is the share by which a force may exceed its limit.
     """
 
-    at: tuple[float, Any, Any]
+    at: tuple[float, Floats, Floats]
     sides: Floats
     rest: list[int]
     along: Floats
@@ -92,7 +92,7 @@ class _Tries:
 class WaysFromRest(Slips):
     """Finds the way to go on where some slips are at rest."""
 
-    def first(self, t: float, x: Unknowns, v: Floats) -> tuple[Any, Any]:
+    def first(self, t: float, x: Unknowns, v: Floats) -> tuple[Floats, Floats]:
         """Return the inputs of dry friction at the start, and the speeds with locks."""
         if self.setup.smooth:
             self.sizes.check(t, x, v, self.setup.loose)
@@ -343,7 +343,7 @@ class WaysFromRest(Slips):
         return found
 
     def _turned(
-        self, t: float, x: Unknowns, v: Floats, sides: Any, rest: list[int], along: Floats
+        self, t: float, x: Unknowns, v: Floats, sides: Floats, rest: list[int], along: Floats
     ) -> tuple[Floats, list[int]]:
         """Return the sides of slips, those reversed that turn round for any friction.
 

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.equations.forces.feedback import Slip
+from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.run.functions import Call
 from mechdae.types import Floats, Sym
 
@@ -110,7 +111,7 @@ class Glides:
         return found
 
 
-def weights_of(slips: list[Slip], p: Sym, values: Floats, kept: Callable[..., Any]) -> Floats:
+def weights_of(slips: list[Slip], p: Sym, values: Floats, kept: StructureCache) -> Floats:
     """Return the weights (k,) of slips for values of the parameters."""
     if all(isinstance(slip.weight, (int, float)) for slip in slips):
         return np.array([slip.weight for slip in slips], float)

@@ -24,7 +24,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.watchers.glides import FIRST, LEAST, Glides, weights_of
 from mechdae.records import dataclass
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats, Matrix, Unknowns
 
 RESTS = 1e-9
 """Speed, as a share of the largest so far, that is none."""
@@ -95,19 +95,19 @@ class Slips:
         found: list[Floats] = self._values(*at)
         return found
 
-    def _along(self, t: float, x: Unknowns, v: Floats) -> Any:
+    def _along(self, t: float, x: Unknowns, v: Floats) -> Matrix:
         """Return the speeds (slips, freedoms) that the freedoms give slips, over natural sizes."""
         k = self.kernel
         J = k.value("place", t, x, v, self.setup.loose)[1]
         C = k.value("locking", t, x, v, self.setup.loose)[0]
         return (C * k.sizes) @ self.setup.freedoms(J) / self._sizes()[:, None]
 
-    def _sizes(self) -> Any:
+    def _sizes(self) -> Floats:
         return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
 
     # -- signs ---------------------------------------------------------------------------------
 
-    def signs(self, sides: Any, resting: Sequence[int] = ()) -> Floats:
+    def signs(self, sides: Floats, resting: Sequence[int] = ()) -> Floats:
         """Return the inputs of dry friction: sides -1, 0 (locked), 1, IDLE; slips at rest."""
         sides = np.asarray(sides, float)
         still = np.zeros(self.k)

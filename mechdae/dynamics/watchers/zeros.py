@@ -94,7 +94,7 @@ def inside(
 
 def fitted(
     lay: Layout, nodes: Nodes, values: Callable[[Any, Any, Any], Any]
-) -> tuple[Any, Any, Any, Any]:
+) -> tuple[Integers, Floats, Floats, Floats]:
     """Return the parts of accepted steps over which fits of functions converge.
 
     `values`: (t (n, 1), x, v) -> (n, k).
@@ -222,7 +222,7 @@ class Looker:
             self._known[row, share] = self.integrator.stepped(begin, share * h, self.nodes.signs)
         return self._known[row, share]
 
-    def states(self, sign: Sign) -> list[tuple[Any, float]]:
+    def states(self, sign: Sign) -> list[tuple[Floats, float]]:
         """Return the states at which a function changes its sign, with the sign before."""
         low, high = sign.low, sign.high
         one, other = (self._own(sign, share) for share in (low, high))
@@ -252,7 +252,7 @@ class Looker:
     def _own(self, sign: Sign, share: float) -> float:
         return self.value(self.at(sign.row, share), sign.which)
 
-    def located(self, sign: Sign, low: float, high: float) -> Any:
+    def located(self, sign: Sign, low: float, high: float) -> Floats:
         """Return the state between two shares of a step at which a function is zero."""
         begin, h = self._step(sign.row)
         one, two = ((share * h, self.at(sign.row, share)) for share in (low, high))

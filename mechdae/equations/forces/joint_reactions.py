@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import coordinate
+from mechdae.describe.loads import Resistance
 from mechdae.equations.forces.generalised import Wrench, add, reaction, times
 from mechdae.equations.forces.inertia import inertia
 from mechdae.equations.gradients import gradients
@@ -51,7 +52,7 @@ def lock_columns(r: Any) -> list[Wrench]:
         elif slip.falls is None:
             columns += gradients(slip.speed, model.velocity)
         else:
-            load: Any = model.mechanism.loads[slip.owner]
+            load: Resistance = model.mechanism.loads[slip.owner]
             columns.append(model.gradient(coordinate(model.mechanism, load.coordinate)))
     return columns
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.describe.joints.spatial import SpatialJoint
 from mechdae.equations.coordinates import QUATERNION
 from mechdae.equations.tree.spanning import Edge
 from mechdae.equations.tree.spatial_frames import about_z
@@ -196,7 +197,7 @@ class Kinetics:
         acceleration += 2 * ca.cross(carried, going)
         return screws, Twist(spin, turning, velocity, acceleration)
 
-    def _slid(self, edge: Edge, joint: Any, A: Sym) -> Sym:
+    def _slid(self, edge: Edge, joint: SpatialJoint, A: Sym) -> Sym:
         """Return the way by which a joint has slid."""
         t, lead = SX(3, 1), self.model._lead(edge.joint)
         for name, column in SHIFTS.items():
@@ -208,7 +209,7 @@ class Kinetics:
         return A @ t
 
     def _coordinates(
-        self, edge: Edge, joint: Any, fixed: Sym, own_side: Sym, shifting: Sym
+        self, edge: Edge, joint: SpatialJoint, fixed: Sym, own_side: Sym, shifting: Sym
     ) -> tuple[list[tuple[int, Sym]], list[tuple[int, Sym]]]:
         """Return axes by place in the order in which they turn, and directions of shifts."""
         side, lead = 1.0 if edge.forward else -1.0, self.model._lead(edge.joint)

@@ -37,8 +37,8 @@ class AxesOfMesh:
 class _Member:
     """A wheel or rack as its carrier sees it: axis (3,), a point of it, height of its own point."""
 
-    axis: Any
-    place: Any
+    axis: Floats
+    place: Floats
     height: float
 
 

@@ -173,8 +173,7 @@ def _enclosed(
     ]
     inputs.append([Interval(p, p, exact, p, True) for p in parameters])
     walk = _Walk(floors)
-    found: list[Interval] = replay(function, inputs, walk.step, walk.constant)[0]
-    return found
+    return replay(function, inputs, walk.step, walk.constant)[0]
 
 
 class _Walk:

@@ -214,8 +214,9 @@ class SeriesFunction:
 
     @staticmethod
     def _run(
-        line: list[tuple[Any, ...]], inputs: Any, work: dict[int, float], results: list[list[float]]
-    ) -> None:
+        line: list[tuple[Any, ...]], inputs: Sequence[Sequence[float | BoundedPolynomial]],
+        work: dict[int, float], results: list[list[float]],
+    ) -> None:  # fmt: skip
         for what, target, source in line:
             if what == "in":
                 work[target] = inputs[source[0]][source[1]]

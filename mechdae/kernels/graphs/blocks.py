@@ -36,9 +36,10 @@ from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.bounds.walk import instructions, number_rounding, symbolic, with_trig
 from mechdae.kernels.run.functions import Call
 from mechdae.records import dataclass
-from mechdae.types import Floats, Graph, Sym, Unknowns
+from mechdae.types import Floats, Graph, Matrix, Sym, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.equations.tree.joint_chains import WayProducts
     from mechdae.kernels.graphs.row_reaches import RowReaches
 
 SX = ca.SX
@@ -232,8 +233,7 @@ class BlockGraph:
         found = Equations(self.function, self.p)
         self.q, self.noise = column(found.numbers), column(found.noise)
         key = (self.size, kinds, self.block.units, tuple(found.steps), tuple(found.rows))
-        shape: BlockShape = scene.cache(key, lambda: found.shape(angles))
-        return shape
+        return scene.cache(key, lambda: found.shape(angles))
 
     @cached_property
     def J(self) -> Sym:
@@ -265,7 +265,7 @@ class BlockGraph:
         result: tuple[Sym, Sym, Sym] = self.shape.value(*self.at(x, u, (ca.sin(x), ca.cos(x))))
         return result
 
-    def value_at(self, x: Unknowns, u: Floats, p: Floats) -> tuple[Any, Any, Any]:
+    def value_at(self, x: Unknowns, u: Floats, p: Floats) -> tuple[Floats, Matrix, Matrix]:
         """Return F (m,), J (m, n) and F_z (m, nz) as arrays at one pose."""
         z = x[self.uses] if self.uses else np.zeros(0)
         turned = x[self._angles]
@@ -320,7 +320,7 @@ class BlockGraph:
 
 
 def row_reaches(
-    scene: Scene, values: Sym, reaches: Sequence[Any], moving: list[Sym]
+    scene: Scene, values: Sym, reaches: Sequence[WayProducts | None], moving: list[Sym]
 ) -> RowReaches | None:
     """Return what bounds scalars by their reaches; None where their terms do, as in the plane."""
     if not any(reach is not None for reach in reaches):

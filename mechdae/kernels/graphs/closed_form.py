@@ -82,8 +82,7 @@ def closed_form(graphs: Graphs, p: Floats) -> ClosedForm | list[int]:
     `p` are numbers of a mechanism: what is derived is compared with the equations near them.
     """
     known = graphs.cache("closed form", lambda: _derived(graphs, p))
-    found: ClosedForm | list[int] = known
-    return found
+    return known
 
 
 def _derived(graphs: Graphs, p: Floats) -> ClosedForm | list[int]:

@@ -7,6 +7,7 @@ expression with the switches held.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy as np
 from mechdae.kernels.bounds.balls import HUGE, radii
 from mechdae.kernels.bounds.walk import SYMBOLIC, replay
 from mechdae.kernels.run.functions import Call
-from mechdae.types import Floats, Graph, Integers, Sym
+from mechdae.types import Floats, Graph, Integers, Matrix, Sym
 
 SX = ca.SX
 FINITE = 1e50
@@ -79,7 +80,7 @@ class DriverCurve:
         _, *rates = self.piece(self.s, ca.sign(self.gap(self.s)))
         return ca.Function("course", [self.s], [ca.densify(self.u), *rates])
 
-    def sampled(self, s: Any, order: int = 2) -> list[Any]:
+    def sampled(self, s: Floats | Sequence[float], order: int = 2) -> list[Matrix]:
         """Return u and its first derivatives (n, nd), up to `order` <= 3, at `s` (n,)."""
         parts = self.values(np.asarray(s, float)[None, :])
         return [np.array(part).T for part in parts[: order + 1]]
@@ -106,7 +107,7 @@ class DriverCurve:
         """Return u and three derivatives (nd,) at `s` with the switches of one side."""
         return [np.array(part).ravel() for part in self.piece(s, switches)]
 
-    def reach(self, s: Floats, ds: Floats) -> Any:
+    def reach(self, s: Floats, ds: Floats) -> Matrix:
         """Return bounds (n, nd) of |u| within `ds` (n,) of `s` (n,); above `FINITE`: none."""
         if self._reach is None:
             at, step = SX.sym("s"), SX.sym("ds")

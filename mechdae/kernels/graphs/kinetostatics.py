@@ -494,8 +494,7 @@ def motion_of(scene: Scene) -> tuple[list[Sym], list[Sym]]:
         a = ca.jtimes(v, ca.vertcat(w, dw), ca.vertcat(dw, ddw))
         return [w, dw, ddw], [q, v, a]
 
-    made: tuple[list[Sym], list[Sym]] = scene.cache("motion of coordinates", make)
-    return made
+    return scene.cache("motion of coordinates", make)
 
 
 def driven(scene: Scene, name: str, results: Sequence[Sym], inputs: Sequence[Sym]) -> Graph:

@@ -154,8 +154,7 @@ class Local:
 
 def local(scene: Scene, key: Hashable, make: Callable[[], Sym]) -> Local:
     """Return the function of the expression over q that `make` gives; made once for a scene."""
-    made: Local = scene.cache(("local", key), lambda: Local(scene, scene.expression(make())))
-    return made
+    return scene.cache(("local", key), lambda: Local(scene, scene.expression(make())))
 
 
 class StepChain:

@@ -277,8 +277,7 @@ class GroupSearch:
         self.searched.setdefault(graph.block.group, []).append(found)
         if free.any():
             self.free += [group for group in self.scene.groups if group.index == graph.block.group]
-        solutions: Floats = found.x[~free]
-        return solutions
+        return found.x[~free]
 
     def no_others(self, group: Group, b: int, x: Floats, u: Floats) -> bool:
         """Return whether the last search of a block has missed no solution; only for all modes."""

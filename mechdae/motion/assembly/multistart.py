@@ -20,7 +20,7 @@ from mechdae.motion.assembly.platform import newton_steps
 from mechdae.motion.assembly.turns.block_turns import SingleTurns
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Integers, Matrices, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrices, Matrix, Unknowns
 
 FIRST = 256
 NEAR, NEARBY = 32, 0.2
@@ -56,7 +56,7 @@ CROWD = 512
 class BlockSolutions:
     """Distinct solutions ``x`` (k, n), the number of starts that led to each, and of all starts."""
 
-    x: Any
+    x: Matrix
     hits: Integers
     starts: int
 

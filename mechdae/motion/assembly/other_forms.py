@@ -154,7 +154,7 @@ class OtherForms:
         if np.abs(middle - k).max() > 1e-12 * size or not senses:
             return None
 
-        def close(a: Any) -> Any:
+        def close(a: Floats) -> Any:
             middle = k if a.dtype == float else ((at(a, zero(a)) + at(a, PI)) / 2)[0]
             return np.sum((at(a, zero(a)) - middle) ** 2, axis=1) - middle @ middle
 
@@ -177,7 +177,7 @@ class OtherForms:
             x[:, beta] = 0 * a + 1
             return fixed, self.F(x, z, u) - fixed
 
-        def cross(a: Floats) -> Any:
+        def cross(a: Floats) -> Floats:
             fixed, slope = parts(a)
             return fixed[:, 0] * slope[:, 1] - fixed[:, 1] * slope[:, 0]
 

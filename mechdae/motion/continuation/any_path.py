@@ -110,7 +110,7 @@ class AnyPath(ABC):
         index = order[np.maximum(found, 0)]
         return np.where((found >= 0) & (s < highs[index]), index, -1)
 
-    def alive(self, ended: set[int]) -> Any:
+    def alive(self, ended: set[int]) -> Booleans:
         """Return which blocks belong to groups that have not ended."""
         return np.array([group not in ended for group in self.block_group], bool)
 

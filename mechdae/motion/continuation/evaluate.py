@@ -52,8 +52,8 @@ class Poses:
     ``fine`` tells that all poses are certified and none is a limit.
     """
 
-    s: Any
-    places: Any
+    s: Floats
+    places: Floats
     x: Any
     alive: Any
     at_limit: Any

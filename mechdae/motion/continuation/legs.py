@@ -18,7 +18,7 @@ from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.setup.scales import Constants
-from mechdae.types import Booleans, Floats, Unknowns
+from mechdae.types import Booleans, Floats, Matrix, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
@@ -145,7 +145,7 @@ class Legs(AnyPath):
                 self._sizes[graph.own] = np.maximum(self._sizes[graph.own], size[graph.own])
 
     @property
-    def _padded(self) -> Any:
+    def _padded(self) -> Matrix:
         """The leg's direction at each corner, none at the last."""
         return np.vstack([self.directions, np.zeros((1, self.corners.shape[1]))])
 

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.motion.setup.scales import Constants
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrix
 
 FEW = 64
 """Rows of which those that others exceed everywhere are left out."""
@@ -74,11 +74,11 @@ class OutputBounds:
         error = np.nan_to_num(error, nan=0.0)
         return {word: self.of_kind(word, error, np.empty(error.shape[1])) for word in self.words}
 
-    def of_kind(self, word: str, error: Sequence[Any], into: Floats) -> Any:
+    def of_kind(self, word: str, error: Sequence[Any], into: Floats) -> Floats:
         """Write the bounds of one of the `words` into an (n,) array, and return it."""
         return _worst(error, *self.words[word], into)
 
-    def largest(self, error: Any, columns: list[int]) -> Any:
+    def largest(self, error: Matrix, columns: list[int]) -> Floats:
         """Return the largest bound of some columns at each pose, (n,); `error` is (n, nx)."""
         known = np.nan_to_num(error, nan=0.0).T
         return _worst(known, *self.of(columns), np.empty(len(error)))
@@ -161,7 +161,9 @@ def _largest(rows: list[Row]) -> list[Row]:
     return [rows[i] for i in kept]
 
 
-def _worst(error: Sequence[Any], rows: list[Row], rounding: float, into: Floats) -> Any:
+def _worst(
+    error: Matrix | Sequence[Floats], rows: list[Row], rounding: float, into: Floats
+) -> Floats:
     """Write the largest product of a row with each pose's errors (nx, n), and rounding."""
     if not rows:
         into[...] = 0.0

@@ -19,7 +19,7 @@ from mechdae.motion.continuation.any_path import AnyPath, Counts, Reach
 from mechdae.motion.continuation.interpolate import near_limit, quintic
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Unknowns
+from mechdae.types import Booleans, Floats, Matrix, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.motion.cases.hard_steps.finders import Finders
@@ -229,7 +229,7 @@ class Path(AnyPath):
         """The first and the last place that was followed."""
         return self.s[0], self.s[-1]
 
-    def sizes(self) -> tuple[Any, Any]:
+    def sizes(self) -> tuple[Floats, Floats]:
         """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""
         S, X, _, _ = self.arrays()
         size = np.zeros(self.graphs.nx)
@@ -245,7 +245,7 @@ class Path(AnyPath):
             return size, course.reach(S, np.diff(S, append=S[-1])).max(axis=0)
         return size, np.abs(self.drivers(S)).max(axis=0)
 
-    def drivers(self, s: Any) -> Any:
+    def drivers(self, s: Any) -> Matrix:
         """Return the drivers' values (n, nd) at `s` (n,)."""
         course = self.graphs.course
         return course.sampled(s)[0] if course else self.u0 + s[:, None] * self.d
@@ -308,7 +308,7 @@ class Path(AnyPath):
             rows &= self.reach[index].contains(S)
         return S[rows], X[rows], self.drivers(S[rows])
 
-    def at(self, s: float) -> Any:
+    def at(self, s: float) -> Floats:
         """Return the unknowns (nx,) at a place between nodes, from the node before it."""
         k = min(max(int(np.searchsorted(self.s, s, side="right")) - 1, 0), len(self.s) - 1)
         return self.step(self.state[k], self.s[k], s - self.s[k])[0][: self.graphs.nx]

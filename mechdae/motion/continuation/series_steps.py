@@ -30,7 +30,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Call, without_repeats
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
-from mechdae.types import Floats, Matrices
+from mechdae.types import Floats, Matrices, Matrix
 
 ORDER = 16
 """Coefficients of a series."""
@@ -55,13 +55,12 @@ class Stretch:
 
     s: float
     step: float
-    c: Any
+    c: Matrix
     radius: Floats
 
     def at(self, share: float) -> Any:
         """Return the unknowns (nx,) at a share of the step."""
-        result: Any = np.polynomial.polynomial.polyval(share, self.c)
-        return result
+        return np.polynomial.polynomial.polyval(share, self.c)
 
 
 class Expansion:
@@ -94,8 +93,7 @@ class Expansion:
             except NoSeries:
                 return None
 
-        found: SeriesFunction | None = self.graphs.cache(("series", b), make)
-        return found
+        return self.graphs.cache(("series", b), make)
 
     def _bound(self, b: int) -> tuple[Matrices, Matrices, Floats, Floats]:
         """Return bounds of a block.

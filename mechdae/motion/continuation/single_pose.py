@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.kernels.graphs.steps import Graphs
@@ -11,7 +9,7 @@ from mechdae.motion.continuation.evaluate import H_LIMIT
 from mechdae.motion.continuation.output_bounds import WORST, spread, widened
 from mechdae.motion.setup.scales import Constants, divisors
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Unknowns
+from mechdae.types import Booleans, Floats, Matrix, Unknowns
 
 
 @dataclass(frozen=True)
@@ -21,7 +19,7 @@ class Certified:
     ``x`` (k, nx) are the poses after one more Newton step, where they are certain.
     """
 
-    x: Any
+    x: Matrix
     sure: Booleans
     error: Floats
     constants: Constants

@@ -18,7 +18,7 @@ from mechdae.motion.assembly import not_assembled
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.mode_tree import Mode, ModeTree
 from mechdae.motion.continuation.output_bounds import OutputBounds
-from mechdae.motion.continuation.single_pose import certified
+from mechdae.motion.continuation.single_pose import Certified, certified
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.setup.drivers import plan
 from mechdae.motion.setup.named_outputs import NamedOutputs
@@ -53,7 +53,7 @@ class _Modes:
     tree: ModeTree
     fault: str | None
     listed: list[Mode]
-    certain: Any
+    certain: Certified
     y: Floats
 
 

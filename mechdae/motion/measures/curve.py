@@ -12,7 +12,7 @@ from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.track import KNOWN, SAME, Family, Piece, Sample, Track
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
 from mechdae.numerics.quadrature import KRONROD, PLACES, Substitution, integrate
-from mechdae.types import Booleans, Floats, Json, Points
+from mechdae.types import Booleans, Floats, Json, Matrix, Points
 
 CUSP = 1e-12
 """Way of the driver, in its unit, to where the velocity vanishes: nearer is there."""
@@ -73,7 +73,7 @@ def _size(vectors: Floats) -> Any:
     return np.sqrt(np.sum(vectors**2, axis=1))
 
 
-def _across(v: Any, a: Floats) -> Any:
+def _across(v: Matrix, a: Floats) -> Any:
     """Return the sizes of the products v x a."""
     if v.shape[1] == 2:
         return np.abs(v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.motion.measures.along_sweep_extremes import Course
@@ -61,7 +59,7 @@ class _Finder:
         self.s = np.concatenate([samples.s, self.places])[order]
         self.q = np.concatenate([samples.y[0][:, self.column], self.values])[order]
 
-    def all(self) -> list[dict[str, Any]]:
+    def all(self) -> list[dict[str, float]]:
         """Return the dwells at stationary positions of the sweep, whole turns aside."""
         track, slack = self.track, SAME * self.track.unit
         windows = [

@@ -21,7 +21,7 @@ from mechdae.motion.measures.centres import FAR, MOST, bodies_of
 from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.records import dataclass
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrix
 
 PLACEMENT = "placement of "
 TURN = 2 * np.pi
@@ -49,8 +49,8 @@ class Axes:
     """
 
     direction: Floats
-    point: Any
-    pitch: Any
+    point: Matrix
+    pitch: Floats
 
 
 class Twists:

@@ -34,7 +34,7 @@ SAME = 1e-9
 class Sample:
     """Places (n,) of the path with y, y', ... (n, ny) there, derivatives by the driver."""
 
-    s: Any
+    s: Floats
     y: list[Floats]
 
 
@@ -220,7 +220,7 @@ class Track:
 
     # -- where something vanishes ---------------------------------------------------------
 
-    def zeros(self, piece: Piece, family: Family, moving: Booleans | None = None) -> list[Any]:
+    def zeros(self, piece: Piece, family: Family, moving: Booleans | None = None) -> list[Floats]:
         """Return the places at which each function of a family vanishes over a piece.
 
         A sign change between two samples is refined by Newton's method, held in its bracket;

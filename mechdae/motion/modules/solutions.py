@@ -13,7 +13,7 @@ from mechdae.motion.modules.catalogue import MODULES, WORDS
 from mechdae.motion.modules.places import candidates
 from mechdae.motion.modules.sets import Vector3
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers, Matrices
+from mechdae.types import Floats, Integers, Matrices, Matrix
 
 CLOSED = 1e-13
 """Largest gap of a solution, by the sizes of the vectors."""
@@ -36,8 +36,8 @@ class ModuleSolutions:
     eliminant was accounted for, which near folds need not be.
     """
 
-    unknowns: dict[str, Any]
-    count: Any
+    unknowns: dict[str, Matrix]
+    count: Integers
     gap: Floats
     determinant: Floats
     sure: Any = None
@@ -54,7 +54,7 @@ class ModuleSolutions:
 
 
 def solve_module(
-    name: str, vectors: Sequence[Mapping[str, Any]], total: Floats | list[float]
+    name: str, vectors: Sequence[Mapping[str, float]], total: Floats | list[float]
 ) -> ModuleSolutions:
     """Return all real solutions of a spatial module.
 

@@ -40,12 +40,12 @@ class Timing:
     """
 
     course: DriverCurve
-    times: Any
+    times: Floats
     values: Any
     speed: Floats
     acceleration: Floats
     jerk: Floats
-    corners: Any
+    corners: Floats
     rough: Booleans
 
     @property

@@ -115,8 +115,7 @@ class NamedOutputs:
 
     def _batch(self) -> Batch:
         """Return the function [coordinates and rates, t, p] -> values and rates."""
-        made: Batch = self.cache("named outputs", self._made)
-        return made
+        return self.cache("named outputs", self._made)
 
     def _made(self) -> Batch:
         known = {name: self.model.p[i] for i, name in enumerate(self.model.p_names)}

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Complexes
+from mechdae.types import Booleans, Complexes, Matrix
 
 UNIT = 2.0**-53
 AT_ONCE = 400
@@ -47,10 +47,10 @@ class BoundedEquations(Protocol):
 class Enclosed:
     """Solutions (n, N), half widths of their boxes (n, N), which are ``certain`` and ``real``."""
 
-    z: Any
-    radius: Any
+    z: Complexes
+    radius: Matrix
     certain: Any
-    real: Any
+    real: Booleans
 
 
 def enclosed(equations: BoundedEquations, p: Complexes, z: Complexes) -> Enclosed:
@@ -98,7 +98,7 @@ def _refined(equations: BoundedEquations, p: Complexes, z: Complexes) -> Complex
 
 def _boxes(
     equations: BoundedEquations, p: Complexes, z: Complexes, real: Booleans
-) -> tuple[Any, Any]:
+) -> tuple[Matrix, Booleans]:
     """Return half widths of boxes and whether each has one solution."""
     F, J, rounding = equations.residual(p, z)
     Y = _inverse(J)

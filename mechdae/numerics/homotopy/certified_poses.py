@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats, Matrices
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Matrix
 
 GRAIN = 1e-13
 LARGEST = 0.25
@@ -32,12 +32,12 @@ class CertifiedPoses:
     """
 
     y: Complexes
-    size: Any
-    simple: Any
+    size: Matrix
+    simple: Booleans
     real: Any
-    other: Any
-    radius: Any
-    alone: Any
+    other: Booleans
+    radius: Floats
+    alone: Floats
 
 
 def certify(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.types import Complexes
+from mechdae.types import Booleans, Complexes, Floats
 
 UNIT = 2.0**-53
 ROUNDINGS = 100
@@ -27,15 +27,15 @@ class CertifiedSolutions:
     ``radius`` bounds its error in the chart of its largest entry, ``x`` (n, 8) is it there.
     """
 
-    x: Any
-    simple: Any
+    x: Complexes
+    simple: Booleans
     real: Any
-    other: Any
-    radius: Any
-    alone: Any
+    other: Booleans
+    radius: Floats
+    alone: Floats
 
 
-def certify(X: Any, Q: Complexes) -> CertifiedSolutions:
+def certify(X: Complexes, Q: Complexes) -> CertifiedSolutions:
     """Certify homogeneous solutions (n, k) of real quadrics (k - 1, k, k)."""
     n, k = X.shape
     Q = Q / np.sqrt((np.abs(Q) ** 2).sum(axis=(1, 2), keepdims=True))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.numerics.homotopy.tracker import System, track
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats
+from mechdae.types import Booleans, Complexes, Floats
 
 DECADES = (3, 4, 5, 6)
 """The way is followed to 1 - 10^-k of its length."""
@@ -27,8 +25,8 @@ class FarEnds:
     Paths that are neither are lost.
     """
 
-    infinite: Any
-    finite: Any
+    infinite: Booleans
+    finite: Booleans
 
 
 def far_ends(system: System, x: Complexes) -> FarEnds:
@@ -55,7 +53,7 @@ def far_ends(system: System, x: Complexes) -> FarEnds:
 def _part(system: System, start: float, end: float) -> System:
     """Return a part of a way, from t = 0 to 1."""
 
-    def part(x: Complexes, t: Floats) -> tuple[Any, Any, Any]:
+    def part(x: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
         F, J, rate = system(x, start + t * (end - start))
         return F, J, rate * (end - start)
 

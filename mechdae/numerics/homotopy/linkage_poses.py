@@ -11,6 +11,7 @@ from mechdae.numerics.homotopy.linkage import ComplexDimensions, straight
 from mechdae.numerics.homotopy.monodromy import different, followed, within_a_turn
 from mechdae.numerics.homotopy.stored_instances import Instance
 from mechdae.records import dataclass
+from mechdae.types import Matrix
 
 ROUTES = 4
 BENT = 0.5
@@ -28,8 +29,8 @@ class LinkagePoses:
     "paths": fewer, some paths end elsewhere.
     """
 
-    turns: Any
-    slides: Any
+    turns: Matrix
+    slides: Matrix
     generic: int
     regular: int
     basis: str

@@ -23,7 +23,7 @@ from mechdae.errors import InputError
 from mechdae.numerics.homotopy import wrists
 from mechdae.numerics.homotopy.tracker import distinct, track
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Complexes, Floats, Matrices
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Matrix
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -55,11 +55,11 @@ class ArmPoses:
     poses that are certified, where no three axes meet.
     """
 
-    angles: Any
+    angles: Matrix
     regular: int
     basis: str
     most: int = MOST
-    axes: Any = None
+    axes: Complexes | None = None
 
     @property
     def singular(self) -> int:
@@ -124,9 +124,8 @@ def arm_poses(links: Sequence[Sequence[float]], hand: Floats) -> ArmPoses:
     return ArmPoses(_in_order(angles), int(simple.sum()), basis, axes=axes)
 
 
-def _in_order(angles: Floats) -> Any:
-    order: Any = np.lexsort(np.round(angles, 9).T) if len(angles) else []
-    return angles[order]
+def _in_order(angles: Floats) -> Floats:
+    return angles[np.lexsort(np.round(angles, 9).T)] if len(angles) else angles
 
 
 def _angles(z: Matrices, first: Floats, last: Floats, x_last: Floats, sines: Floats) -> Any:
@@ -171,7 +170,7 @@ def quadrics(p: Complexes) -> tuple[Complexes, Complexes, Complexes]:
     return C, L, T
 
 
-def along(start: Any, end: Floats, bend: Complexes | None = None) -> Any:
+def along(start: Complexes, end: Floats, bend: Complexes | None = None) -> Any:
     """Return the system on a route of numbers, start + t (end - start) + t (1 - t) bend."""
     degree = 3 if bend is None else 5
     t = np.cos(np.pi * (np.arange(degree) + 0.5) / degree) / 2 + 0.5
@@ -203,7 +202,7 @@ def _sums(p: Complexes, X: Complexes) -> Any:
     return (C + ((half + L) * x[:, None, :]).sum(axis=2)).astype(complex)
 
 
-def _refined(p: Complexes, X: Complexes) -> Any:
+def _refined(p: Complexes, X: Complexes) -> Complexes:
     """Return solutions after steps of Newton's method with residuals of 80 bits."""
     _, L, T = quadrics(p)
     for _ in range(REFINED):
@@ -270,7 +269,7 @@ def drawn(rng: Generator) -> Complexes:
     return rng.normal(size=NUMBERS) + 1j * rng.normal(size=NUMBERS)
 
 
-def _followed(target: Any) -> Complexes:
+def _followed(target: Floats) -> Complexes:
     """Return the simple solutions (n, 12) that routes lead to, until some bring nothing new."""
     start, first = generic()
     rng = np.random.default_rng(6)

@@ -44,7 +44,7 @@ class Instance:
 
     linkage: PinLinkage
     numbers: ComplexDimensions
-    x: Any
+    x: Complexes
     whole: bool
 
 

@@ -34,9 +34,9 @@ class PathEnds:
     The last Newton step there tells simple solutions from multiple ones.
     """
 
-    x: Any
+    x: Complexes
     followed: Booleans
-    step: Any
+    step: Floats
 
 
 def solve(J: Complexes, F: Complexes) -> Any:
@@ -58,7 +58,7 @@ def solve_all(J: Complexes, F: Complexes) -> Any:
         return result
 
 
-def _largest(values: Complexes) -> Any:
+def _largest(values: Complexes) -> Floats:
     size = np.abs(values).max(axis=-1)
     return np.where(np.isfinite(size), size, np.inf)
 
@@ -72,7 +72,7 @@ def _near(x: Complexes, far: Complexes | float) -> Any:
 
 def _ahead(
     last: Complexes, here: Complexes, rates: tuple[Complexes, Complexes], gap: Floats, h: Floats
-) -> Any:
+) -> Complexes:
     """Return the cubic through two points and tangents, a step h beyond the second."""
     before, now = rates
     s = ((gap + h) / gap)[:, None]

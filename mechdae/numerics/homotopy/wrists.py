@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.records import dataclass
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrix
 
 MOST = 8
 MEETS = 1e-12
@@ -37,7 +37,7 @@ class WristPoses:
     ``regular`` counts the complex ones, of `MOST`, that are simple.
     """
 
-    angles: Any
+    angles: Matrix
     sure: bool
     regular: int
 
@@ -152,7 +152,7 @@ def _positions(links: Floats, W: Floats) -> tuple[list[list[float]], bool, int]:
     return found, sure, 2 * count if straight or flat else count
 
 
-def _turned(alpha: Floats, M: Any) -> tuple[list[list[float]], bool]:
+def _turned(alpha: Floats, M: Matrix) -> tuple[list[list[float]], bool]:
     """Return the last three angles that turn the wrist by M, and whether these are all."""
     sine, cosine = np.sin(alpha), np.cos(alpha)
     scale = sine[3] * sine[4]

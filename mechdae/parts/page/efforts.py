@@ -29,7 +29,7 @@ def why_without(statics: InverseDynamics) -> str:
     return ""
 
 
-def functions(statics: InverseDynamics) -> Mapping[str, Graph]:
+def functions(statics: InverseDynamics) -> Mapping[str, object]:
     """Return the functions that the page calls, by the names that they have there."""
     balance = statics.balance
     found = {"report": balance.report(statics.coupled), "slipping": balance.slipping}

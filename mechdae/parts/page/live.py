@@ -63,7 +63,7 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Task) -> str:
 
 
 def kernels(
-    graphs: Graphs, model: Model, sliders: Sequence[str], more: Mapping[str, Graph]
+    graphs: Graphs, model: Model, sliders: Sequence[str], more: Mapping[str, object]
 ) -> PrintedKernels:
     """Return the functions that the page calls, with `more` by their names there.
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mechdae.results import Result, ShownUnit, Units, effort_unit, reaction_parts
+from mechdae.results.series import Summary
 from mechdae.results.tables.text import MOST, Column, cells, driver_value, fact, moves, together
-from mechdae.types import Floats, Points, Reactions
+from mechdae.types import Floats, Matrix, Points, Reactions
 
 FRICTION = {
     "none": "left out",
@@ -160,7 +161,7 @@ def _vector(value: Floats, name: str, least: tuple[float, float], units: Units) 
     return (text, n) if len(si) == 2 else (f"{text} {n}, {rounded[2]:.9g}", nm)
 
 
-def _along(facts: dict[str, Any]) -> tuple[Any, Any]:
+def _along(facts: Mapping[str, Matrix | str]) -> tuple[Any, Any]:
     """Return the unique directions and the values along them at the first pose."""
     return (facts["directions"], facts["values"][0]) if facts else ((), ())
 
@@ -235,7 +236,7 @@ def force_facts(result: Result, width: int) -> list[str]:
     return lines
 
 
-def _margin(summary: dict[str, Any], lead: str, width: int, units: Units) -> list[str]:
+def _margin(summary: Summary, lead: str, width: int, units: Units) -> list[str]:
     """Return how much more friction would jam a pose."""
     found = summary.get("critical_factor")
     if not found or found["factor"] is None:
@@ -276,7 +277,7 @@ def _at(value: float, unit: str, units: Units) -> str:
     return f"t = {value:.6g} s" if unit == "s" else driver_value(value, unit, 6, units)
 
 
-def _cycle(figures: dict[str, Any], unit: str, width: int, units: Units) -> list[str]:
+def _cycle(figures: Summary, unit: str, width: int, units: Units) -> list[str]:
     """Return mean powers, efficiencies, losses by joint and arcs."""
     lines: list[str] = []
     if "kinks" not in figures:
@@ -307,7 +308,7 @@ def _cycle(figures: dict[str, Any], unit: str, width: int, units: Units) -> list
     return lines
 
 
-def _losses(figures: dict[str, Any]) -> list[str]:
+def _losses(figures: Summary) -> list[str]:
     """Return the mean losses by joint as a small table."""
     free = figures.get("loss_by_joint_uncoupled", {})
     whole = figures.get("loss_by_joint", {})
@@ -327,7 +328,7 @@ def _losses(figures: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _jams(figures: dict[str, Any], unit: str, lead: str, width: int, units: Units) -> list[str]:
+def _jams(figures: Summary, unit: str, lead: str, width: int, units: Units) -> list[str]:
     """Return a line for each arc, or run of poses, without a solution."""
     entries = figures.get("jammed", [])
     arcs = [tuple(arc) for arc in figures.get("jammed_arcs", [])]

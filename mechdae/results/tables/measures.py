@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mechdae.results import Result, kind_of
 from mechdae.results.tables.text import MOST, driver_value, in_unit, quantity, zero
 
@@ -12,7 +10,7 @@ def measured_facts(result: Result, unit: str, noise: dict[str, float]) -> list[s
     """Return short lines of what the task's measures found."""
     summary, lines, units = result.summary, [], result.units
 
-    def at(value: Any) -> str:
+    def at(value: float) -> str:
         return driver_value(value, unit, 6, units)
 
     for joint, found in summary.get("transmission", {}).items():

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Collection
 
 from mechdae.results import Event, Result, Units
+from mechdae.results.series import Summary
 from mechdae.results.tables.events import lift_off, pairs_of_wheels
 from mechdae.results.tables.poses import pose_lines
 
@@ -77,7 +77,7 @@ def motion_facts(result: Result) -> list[str]:
     return lines
 
 
-def _mode(summary: Mapping[str, Any]) -> list[str]:
+def _mode(summary: Summary) -> list[str]:
     """Return the assembly mode, in the words of a sweep."""
     return [f"  mode      {summary['mode']}"] if summary["mode"] else []
 

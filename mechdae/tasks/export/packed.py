@@ -26,6 +26,7 @@ from mechdae.types import Integers, Json, Texts
 
 if TYPE_CHECKING:
     from mechdae.describe.mechanism import Mechanism
+    from mechdae.results.result import SweepResult
 
 
 FORMAT = 1
@@ -52,9 +53,9 @@ class StoredMotion:
     """The motions of a design as they were computed; see ``DesignMotion`` for what they are."""
 
     problem: Problem
-    parts: Mapping[str, Any]
+    parts: dict[str, tuple[SweepResult] | SweepResult]
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> tuple[SweepResult] | SweepResult:
         if name not in PARTS:
             raise AttributeError(name)
         found = self.parts[name]

@@ -30,7 +30,7 @@ from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
 from mechdae.results import Status
-from mechdae.types import Booleans, Floats, Integers, Matrices
+from mechdae.types import Booleans, Floats, Integers, Matrices, Matrix
 
 SERIES = ("bodies", "points", "joints")
 NUMBERS = 20_000_000
@@ -45,9 +45,9 @@ Follow = Callable[..., tuple[Any, Any, int]]
 class Rows:
     """Rows of some sets: values (k, ...) by path, statuses; ``left`` (k,) are computed alone."""
 
-    values: list[Any]
+    values: list[Floats]
     status: list[str]
-    left: Any
+    left: Booleans
     steps: int = 0
     faults: dict[int, str] = field(default_factory=dict)
 
@@ -61,18 +61,18 @@ class LaneRun:
     """
 
     numbers: Numbers
-    lanes: Any
+    lanes: Integers
     lane_numbers: Lanes
     nodes: LaneNodes
     trace: Followed
     largest: Floats
     mu: Floats
     beta: Any
-    y: list[Any]
+    y: list[Floats]
     complete: Booleans
 
     @property
-    def scale(self) -> Any:
+    def scale(self) -> Floats:
         """Lengths of the mechanisms (k,)."""
         return self.numbers.scale[self.lanes]
 
@@ -156,7 +156,7 @@ class SeriesBatch:
         """Return the rows of some sets (k, m)."""
         return self.started(sets, self._followed)
 
-    def started(self, sets: Any, follow: Follow) -> Rows:
+    def started(self, sets: Matrix, follow: Follow) -> Rows:
         """Return the rows of some sets; `follow` computes those whose start is known."""
         numbers = numbers_of(self.problem, self.task, self.setting, self.names, sets)
         if numbers is None:

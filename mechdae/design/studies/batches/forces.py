@@ -146,7 +146,9 @@ class ForcesBatch(SeriesBatch):
                     k, n, reading.width
                 )
 
-    def _motion(self, run: LaneRun, rows: Any, y: list[Matrices]) -> tuple[LoadedPoses, Booleans]:
+    def _motion(
+        self, run: LaneRun, rows: Integers, y: list[Matrices]
+    ) -> tuple[LoadedPoses, Booleans]:
         k, n, nx = len(rows), run.complete.shape[1], len(self.unknowns)
         place = {column: i for i, column in enumerate(self.asked.columns)}
         there = run.complete[rows].ravel()
@@ -182,7 +184,7 @@ class ForcesBatch(SeriesBatch):
         gap = largest(driven + loads + lost - rate)
         return (gap <= TOLERANCE * largest(sizes)) & (largest(left) <= TOLERANCE)
 
-    def _told(self, run: LaneRun, rows: Integers, answer: PoseForces) -> Any:
+    def _told(self, run: LaneRun, rows: Integers, answer: PoseForces) -> Booleans:
         """Note lanes that jam or have several solutions; return those that are left."""
         k, n = len(rows), run.complete.shape[1]
         c, values = self.setting.plan.coordinates[0], self.setting.plan.values[:, 0]

@@ -22,7 +22,7 @@ from mechdae.motion.continuation.any_path import FAR
 from mechdae.motion.continuation.follower import NEARLY
 from mechdae.motion.continuation.path import SHRUNK, SMALLEST
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 
 GROWTH = 1.5
 AGAIN = 1 / 64
@@ -50,11 +50,11 @@ class Followed:
     proved.
     """
 
-    low: Any
-    high: Any
-    first: Any
+    low: Matrix
+    high: Matrix
+    first: Floats
     last: Any
-    left: Any
+    left: Booleans
     nodes: list[tuple[Any, Any, Any]] = field(default_factory=list)
     steps: int = 0
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from mechdae.motion.assembly.closed_start import HALF_TURN, MARGIN, looks_like_d
 from mechdae.motion.assembly.nearest_mode import SketchNumber, told_apart
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Matrices, Unknowns
+from mechdae.types import Booleans, Floats, Matrices, Matrix, Unknowns
 
 MOST = 64
 """Modes that are compared in one part of the mechanism, at most."""
@@ -28,10 +27,10 @@ class Starts:
     ``sure`` (k,) tells which are known, ``open`` (k,) which do not assemble on any mode.
     """
 
-    x: Any
-    sign: Any
-    sure: Any
-    open: Any
+    x: Matrix
+    sign: Matrix
+    sure: Booleans
+    open: Booleans
 
 
 class StartingModes:
@@ -126,7 +125,9 @@ class StartingModes:
                 total += self._gaps(n, entry, x, u, numbers) ** 2
         return total
 
-    def _gaps(self, n: int, entry: SketchNumber, x: Unknowns, u: Floats, numbers: Numbers) -> Any:
+    def _gaps(
+        self, n: int, entry: SketchNumber, x: Unknowns, u: Floats, numbers: Numbers
+    ) -> Floats:
         value: Batch = self.graphs.cache(
             ("sketched", entry.coordinate), lambda: Batch(entry.value.function)
         )

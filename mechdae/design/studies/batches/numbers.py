@@ -114,7 +114,7 @@ def floats(value: Objects | float, count: int) -> Floats:
 class Sketches:
     """The sketches of some sets: angles by body, values by coordinate, each (k,)."""
 
-    angles: Mapping[str, Any]
+    angles: dict[str, float]
     places: Mapping[NamedCoordinate, Any]
 
 
@@ -129,11 +129,11 @@ class Numbers:
     """
 
     p: Floats
-    start: Any
-    rates: tuple[Any, Any, Any]
-    scale: Any
+    start: Floats
+    rates: tuple[Floats, Floats, Floats]
+    scale: Floats
     sketches: Sketches
-    left: Any
+    left: Booleans
 
 
 def numbers_of(
@@ -167,7 +167,7 @@ def numbers_of(
     return Numbers(p, start, (rates[0], rates[1], rates[2]), scale, sketches, left)
 
 
-def _sketches(mechanism: Mechanism, setting: Setting, columns: Columns) -> tuple[Sketches, Any]:
+def _sketches(mechanism: Mechanism, setting: Setting, columns: Columns) -> tuple[Sketches, Floats]:
     """Return the sketches, and the driver's value in them."""
     base, count = sketched(mechanism), columns.count
     angles: dict[str, Any] = dict(base.angles)
@@ -258,8 +258,7 @@ def bounds_of(
 def _scale(setting: Setting) -> Batch:
     """Return the function of the parameters that gives the size of the mechanism."""
     model = setting.scene.model
-    scale: Batch = setting.graphs.cache("scale of lanes", lambda: Batch(_scale_of(model)))
-    return scale
+    return setting.graphs.cache("scale of lanes", lambda: Batch(_scale_of(model)))
 
 
 def _scale_of(model: Model) -> Graph:

@@ -18,7 +18,7 @@ from mechdae.motion.continuation.evaluate import CARRIED, H_LIMIT, ROUNDS, TINY
 from mechdae.motion.continuation.interpolate import upper_coefficients
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Graph, Integers, Matrices, Unknowns
+from mechdae.types import Booleans, Floats, Graph, Integers, Matrices, Matrix, Unknowns
 
 AT_ONCE = 16_384
 """Poses that are evaluated at once."""
@@ -47,7 +47,7 @@ class Lanes:
     kappa: Floats
     rho: Floats
     sign: Floats
-    size: Any
+    size: Matrix
 
     def take(self, rows: Integers) -> Lanes:
         return self._each(lambda part: part[:, rows])
@@ -156,7 +156,7 @@ class LanePoses:
                     self.users[place[column]] = [group in needed for group in groups]
 
     def __call__(
-        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Floats, values: Any,
+        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Floats, values: Floats,
         turns: bool, beta: Matrices | None = None,
     ) -> tuple[list[Any], Any]:  # fmt: skip
         """Return y, y', ... (columns, k, n) of the columns asked for, and which poses are whole.

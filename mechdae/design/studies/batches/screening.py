@@ -63,10 +63,10 @@ class Screening(SeriesBatch):
                 open_ = ~(depth >= 0).all(axis=1)
             y = np.where(open_, np.nan, y.T).reshape(-1, columns, len(some), n)
             rates = (rate[some][:, None] for rate in numbers.rates)
-            y = in_time(list(y), *rates)
+            orders = in_time(list(y), *rates)
             there[first : first + size] = ~open_.reshape(len(some), n)
             for part, reading in zip(table, self.series, strict=True):
-                chosen = [y[reading.order][place[column]] for column in reading.columns]
+                chosen = [orders[reading.order][place[column]] for column in reading.columns]
                 for k, column in enumerate([reading.made(chosen)] if reading.made else chosen):
                     part[some, :, k] = column
         return np.zeros(len(lanes), bool), there, 0

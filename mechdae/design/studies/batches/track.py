@@ -16,7 +16,7 @@ from mechdae.motion.measures.stationary_places import AT_REST, SHORT
 from mechdae.motion.measures.track import FINEST, brackets
 from mechdae.numerics.roots import refined
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Integers, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 
 Family = Callable[[list[Any], Any], tuple[Any, Any]]
 """From y, y', ... (columns, n) and the lanes (n,) to functions and their slopes, (m, n) each."""
@@ -28,7 +28,7 @@ class Zeros:
 
     member: Integers
     lane: Integers
-    s: Any
+    s: Floats
     rising: Booleans
 
     def of(self, member: int) -> tuple[Any, Any, Any]:
@@ -85,7 +85,7 @@ class LaneTrack:
         order = np.lexsort((s, lane))
         return lane[order], s[order], node[order]
 
-    def at(self, lane: Any, s: Any, node: Integers | None = None) -> list[Any]:
+    def at(self, lane: Any, s: Floats, node: Integers | None = None) -> list[Matrix]:
         """Return y, y', ... (columns, n) at places of lanes (n,), `node` those that are nodes."""
         order = np.argsort(lane, kind="stable")  # a guess takes lanes in their order
         lane, s = lane[order], s[order]
@@ -138,7 +138,7 @@ class LaneTrack:
         share = np.where((share >= 0) & (share <= 1), share, 0.5)
         first = np.where(whole, a + share * (b - a), (a + b) / 2)
 
-        def evaluate(rows: Integers, places: Any) -> tuple[Floats, Floats]:
+        def evaluate(rows: Integers, places: Floats) -> tuple[Floats, Floats]:
             values = family(self.at(lane[rows], places), lane[rows])
             which = np.arange(len(rows))
             return values[0][member[rows], which], values[1][member[rows], which]

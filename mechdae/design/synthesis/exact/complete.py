@@ -15,7 +15,7 @@ from mechdae.numerics.homotopy.families import arrived, round_trip, there, unite
 from mechdae.numerics.homotopy.far_ends import far_ends
 from mechdae.numerics.homotopy.trace_check import TraceTest, trace_test
 from mechdae.records import dataclass
-from mechdae.types import Complexes
+from mechdae.types import Booleans, Complexes
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -53,7 +53,7 @@ class GenericSolutions:
     """Of the trace, see `TraceTest`."""
 
 
-def traced(family: PathConditions, p: Any, z: Complexes, seed: int = 1) -> TraceTest:
+def traced(family: PathConditions, p: Complexes, z: Complexes, seed: int = 1) -> TraceTest:
     """Return the trace test of solutions at numbers p: of their curves, the last place moved."""
     generator = np.random.default_rng([seed, len(family.given)])
     angles = 2j * np.pi * generator.random((2, PROBES))
@@ -73,7 +73,7 @@ class Known:
     """What is known after so many ``trips``, the last ``silent`` of which brought no news."""
 
     p: Complexes
-    z: Any
+    z: Complexes
     trips: int = 0
     silent: int = 0
     work: int = 0
@@ -128,10 +128,10 @@ class PathWork:
 
     version: str
     family: Any
-    start: Any
-    target: Any
-    bend: Any
-    z: Any
+    start: Complexes
+    target: Complexes
+    bend: Complexes
+    z: Complexes
 
 
 Follow = Callable[[Sequence[PathWork]], list[Any]]
@@ -153,8 +153,8 @@ class AllSolutions:
     missing; curves that both have such ones are told apart by their coefficients alone.
     """
 
-    z: Any
-    real: Any
+    z: Complexes
+    real: Booleans
     count: int
     infinite: int
     singular: int
@@ -182,12 +182,12 @@ class AllSolutions:
         }  # fmt: skip
 
 
-def followed(work: PathWork) -> Any:
+def followed(work: PathWork) -> Complexes:
     """Return where the solutions of a work lead to."""
     return arrived(way(work.family, work.start, work.target, work.bend), work.z)
 
 
-def here(works: Sequence[PathWork]) -> list[Any]:
+def here(works: Sequence[PathWork]) -> list[Complexes]:
     """Follow works one after the other in this process."""
     return [followed(work) for work in works]
 
@@ -228,7 +228,7 @@ def all_solutions(generic: GenericSolutions, target: Any, follow: Follow = here)
     return AllSolutions(z, real, count, infinite, singular, lost, basis, boxes)
 
 
-def _enclosed(family: Any, target: Any, z: Any) -> Enclosed:
+def _enclosed(family: Any, target: Complexes, z: Any) -> Enclosed:
     """Return solutions with boxes; where one has none that of a cognate, if there is one."""
     found = enclosed(family, target, z)
     left = np.flatnonzero(~found.certain)
@@ -242,7 +242,7 @@ def _enclosed(family: Any, target: Any, z: Any) -> Enclosed:
     return enclosed(family, target, z)
 
 
-def _works(generic: GenericSolutions, target: Any, bend: Any) -> list[PathWork]:
+def _works(generic: GenericSolutions, target: Complexes, bend: Complexes) -> list[PathWork]:
     return [
         PathWork(__version__, generic.family, generic.p, target, bend, generic.z[i : i + PART])
         for i in range(0, len(generic.z), PART)

@@ -20,11 +20,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 
 from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.design.synthesis.exact.coupler_curve import A_, B_, X_, Y_, A, B, X, Y
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats, Matrices
+from mechdae.types import Complexes, Floats, Matrices, Matrix
 
 LENGTH = 8
 NAMES = (
@@ -184,11 +185,11 @@ class PathConditions:
             return p[:, 2 * self.places + i]
         return np.zeros(len(p))
 
-    def numbers(self, generator: Any) -> Any:
+    def numbers(self, generator: Generator) -> Complexes:
         """Return generic complex numbers."""
         return SIZE * _complex(generator, self.size)
 
-    def drawn(self, generator: Any) -> tuple[Any, Any]:
+    def drawn(self, generator: Generator) -> tuple[Complexes, Complexes]:
         """Return generic complex numbers and a four-bar that keeps them, from its own turns."""
         z = _complex(generator, self.unknowns)
         if self.long:
@@ -211,7 +212,7 @@ class PathConditions:
 
     # -- real data -----------------------------------------------------------------------------
 
-    def of(self, points: Any, given: Mapping[str, float]) -> Any:
+    def of(self, points: Complexes, given: Mapping[str, float]) -> Complexes:
         """Return the numbers of points (k,) complex and of given dimensions."""
         d = points[1:] - points[0]
         shift = {
@@ -324,7 +325,7 @@ class _Pencil:
         return F, J, Ft
 
 
-def _complex(generator: Any, *shape: int) -> Any:
+def _complex(generator: Generator, *shape: int) -> Complexes:
     return generator.normal(size=shape) + 1j * generator.normal(size=shape)
 
 
@@ -394,7 +395,9 @@ class DyadConditions:
     unknowns, cognate = 4, False
     conjugate = [W_, W, G_, G]  # noqa: RUF012
 
-    def rows(self, z: Any, p: Any, rate: Any) -> tuple[Any, Any, Any]:
+    def rows(
+        self, z: Complexes, p: Complexes, rate: Complexes
+    ) -> tuple[Complexes, Complexes, Complexes]:
         """Return rows (n, 4), derivatives (n, 4, 4), and along a rate of the numbers (n, 4)."""
         F, J = self._values(z, p)
         w, w_, g, g_ = (z[:, i, None] for i in range(4))
@@ -405,7 +408,7 @@ class DyadConditions:
         return F, J, Ft
 
     @staticmethod
-    def _values(z: Any, p: Any) -> tuple[Any, Any]:
+    def _values(z: Complexes, p: Complexes) -> tuple[Complexes, Complexes]:
         w, w_, g, g_ = (z[:, i, None] for i in range(4))
         x, x_, r, r_ = np.split(p, 4, axis=1)
         F = x * x_ + w * r * x_ + w_ * r_ * x - x * g_ - x_ * g - (r - 1) * w * g_
@@ -416,11 +419,11 @@ class DyadConditions:
         )  # fmt: skip
         return F, J
 
-    def numbers(self, generator: Any) -> Any:
+    def numbers(self, generator: Generator) -> Any:
         """Return generic complex numbers."""
         return SIZE * (generator.normal(size=16) + 1j * generator.normal(size=16))
 
-    def drawn(self, generator: Any) -> tuple[Any, Any]:
+    def drawn(self, generator: Generator) -> tuple[Complexes, Complexes]:
         """Return generic complex numbers and a dyad that keeps them."""
         z = generator.normal(size=4) + 1j * generator.normal(size=4)
         x, _, r, r_ = np.split(self.numbers(generator), 4)
@@ -428,7 +431,7 @@ class DyadConditions:
         rest = w_ * r_ * x - x * g_ - (r - 1) * w * g_ - (r_ - 1) * w_ * g
         return np.concatenate([x, -rest / (x + w * r - g), r, r_]), z
 
-    def key(self, z: Any) -> Any:
+    def key(self, z: Complexes) -> Any:
         """Return what tells solutions apart."""
         return z
 
@@ -439,12 +442,12 @@ class DyadConditions:
 
     # -- certificates --------------------------------------------------------------------------
 
-    def symmetric(self, p: Any) -> bool:
+    def symmetric(self, p: Complexes) -> bool:
         """Return whether numbers are those of real poses."""
         x, x_, r, r_ = np.split(p, 4)
         return bool((x.conj() == x_).all() and (r.conj() == r_).all())
 
-    def residual(self, p: Any, z: Any) -> tuple[Any, Any, Any]:
+    def residual(self, p: Complexes, z: Complexes) -> tuple[Complexes, Complexes, Matrix]:
         """Return rows, slopes, and by how much rows may be wrong."""
         F, J = self._values(z, p[None])
         w, w_, g, g_ = (np.abs(z[:, i, None]) for i in range(4))
@@ -452,7 +455,7 @@ class DyadConditions:
         size = x * x_ + w * r * x_ + w_ * r_ * x + x * g_ + x_ * g + (r + 1) * w * g_
         return F, J, 32 * UNIT * (size + (r_ + 1) * w_ * g)
 
-    def bounds(self, p: Any, z: Any, r: Any) -> tuple[Any, Any]:
+    def bounds(self, p: Complexes, z: Complexes, r: Matrix) -> tuple[Floats, Floats]:
         """Return bounds of second derivatives (constants) and of what is rounded in slopes."""
         n = len(z)
         x, x_, turn, turn_ = np.split(np.abs(p), 4)

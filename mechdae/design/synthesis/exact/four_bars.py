@@ -36,6 +36,7 @@ from mechdae.errors import InputError
 from mechdae.numerics.homotopy.boxes import apart, enclosed
 from mechdae.numerics.homotopy.trace_check import LINEAR
 from mechdae.records import dataclass
+from mechdae.types import Complexes
 
 STORE = Path(__file__).resolve().parent / "four_bars.npz"
 TRIPLES = 1442
@@ -136,7 +137,7 @@ def _cartesian(given: dict[str, float]) -> dict[str, float]:
     return given
 
 
-def _usable(z: Any, turns: Any, given: Mapping[str, float]) -> bool:
+def _usable(z: Complexes, turns: Complexes, given: Mapping[str, float]) -> bool:
     """Return whether a real solution is a four-bar with the dimensions given, signs too."""
     arms = [z[B] - z[A], z[Y] - z[X], z[X] - z[A], z[Y] - z[B]]
     if min(map(abs, arms)) <= LEAST or not np.abs(np.abs(turns) - 1).max() <= UNIMODULAR:

@@ -26,7 +26,7 @@ from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
 from mechdae.numerics.linear_fits import linear_fit
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats, Matrices, Points, Unknowns
+from mechdae.types import Complexes, Floats, Matrices, Matrix, Points, Unknowns
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -76,7 +76,7 @@ class PathRows:
             squared = name in ("crank", "rocker")
             self.values[DIMENSIONS.index(name)] = value * value if squared else value
 
-    def whole(self, x: Unknowns) -> Any:
+    def whole(self, x: Unknowns) -> Matrix:
         """Return all dimensions (n, 9) with Cartesian pivots, lengths of crank, rocker squared."""
         d = self.full(x)
         if self.polar:
@@ -86,7 +86,7 @@ class PathRows:
             )
         return d
 
-    def full(self, x: Unknowns) -> Any:
+    def full(self, x: Unknowns) -> Matrix:
         """Return all dimensions (n, 9), free ones from `x`."""
         d = np.broadcast_to(self.values, (len(x), 9)).copy()
         d[:, self.free] = x
@@ -133,7 +133,7 @@ class PathRows:
         J[:, :, 1, 0], J[:, :, 1, 1] = x, y
         J[:, :, 1, 2], J[:, :, 1, 3] = c * x + s * y, r * (c * y - s * x)
 
-    def draw(self, generator: Generator, n: int) -> tuple[Any, Any]:
+    def draw(self, generator: Generator, n: int) -> tuple[Matrix, Matrix]:
         """Return starts: a crank that reaches all points, the rocker that fits its turns best."""
         d = np.zeros((n, 9))
         spread = np.exp(SPREAD * generator.normal(size=(n, 3)))
@@ -157,7 +157,7 @@ class PathRows:
             d[:, 2], d[:, 3] = _polar(d)
         return d[:, self.free], t
 
-    def _given(self, d: Floats) -> Any:
+    def _given(self, d: Floats) -> Matrix:
         """Return dimensions (n, 9), Cartesian, with those that are given."""
         if self.polar:
             d[:, 2], d[:, 3] = _polar(d)
@@ -207,7 +207,7 @@ class PathRows:
             good &= d[:, 6] > 0  # turned by pi and negative it is the same four-bar
         return good
 
-    def key(self, x: Unknowns) -> Any:
+    def key(self, x: Unknowns) -> Matrix:
         """Return what tells solutions apart: up to cognates where all dimensions are free."""
         d = self.whole(x)
         pivot, other = d[:, 0] + 1j * d[:, 1], d[:, 2] + 1j * d[:, 3]
@@ -221,7 +221,7 @@ class PathRows:
         return d
 
 
-def _polar(d: Floats) -> tuple[Any, Any]:
+def _polar(d: Floats) -> tuple[Floats, Floats]:
     """Return length and direction of the ground line of Cartesian pivots."""
     x, y = d[:, 2] - d[:, 0], d[:, 3] - d[:, 1]
     return np.hypot(x, y), np.arctan2(y, x)

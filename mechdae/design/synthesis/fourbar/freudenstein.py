@@ -20,7 +20,7 @@ import numpy as np
 from mechdae.errors import InputError
 from mechdae.numerics.levenberg import Rows, descend
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers, Unknowns
+from mechdae.types import Complexes, Floats, Integers, Matrix, Unknowns
 
 SAMPLES = 20_000
 TRIED = 400
@@ -44,7 +44,7 @@ class FunctionStart:
     largest error and the root of the mean square [rad] at the nodes.
     """
 
-    lengths: Any
+    lengths: Floats
     input_start: float
     output_start: float
     sense: int
@@ -122,7 +122,7 @@ class FunctionRows:
         self.inputs, self.outputs, self.branch = inputs, outputs, branch
         self.low, self.high = (float(np.log(bound)) for bound in lengths)
 
-    def moved(self, d: Floats) -> tuple[Any, Any, Any, Any]:
+    def moved(self, d: Floats) -> tuple[Matrix, Matrix, Matrix, Complexes]:
         """Return input, output (n, k), sin(theta4 - theta3); nan where nothing is assembled."""
         a, b, c = (np.exp(d[:, i, None]) for i in range(3))
         phi = d[:, 3:4] + self.inputs

@@ -20,7 +20,7 @@ import numpy as np
 from mechdae.design.synthesis.fourbar.projection import StartingFourBar
 from mechdae.errors import InputError
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats
+from mechdae.types import Complexes, Floats, Matrix
 
 TURN = 2 * np.pi
 SAME = 1e-7
@@ -147,7 +147,10 @@ def variants(design: Linkage) -> tuple[Linkage, ...]:
     return tuple(one for cognate in cognates(design) for one in (cognate, swapped(cognate)))
 
 
-def invariants(pivot: Any, other: Any, crank: Any, coupler: Any, rocker: Any, point: Any) -> Any:
+def invariants(
+    pivot: Complexes, other: Complexes, crank: Floats, coupler: Floats, rocker: Floats,
+    point: Complexes,
+) -> Matrix:  # fmt: skip
     """Return numbers (n, 11) that are the same for cognates, whichever pivot is driven.
 
     Over the ground, the cognates exchange crank, coupler and rocker, but the one that never
@@ -204,8 +207,8 @@ def grouped(designs: Iterable[StartingFourBar], tolerance: float = SAME) -> list
 class PlanePoses:
     """Places (k,) complex of the moving plane's origin, and its turns (k,) [rad]."""
 
-    places: Any
-    turns: Any
+    places: Complexes
+    turns: Floats
 
     @property
     def rotations(self) -> Any:
@@ -226,7 +229,7 @@ class GuidingLink:
     length: float
 
 
-def poses_of(values: Any) -> PlanePoses:
+def poses_of(values: Matrix | Sequence[Sequence[float]]) -> PlanePoses:
     """Return poses from rows x, y, turn, checked."""
     rows = np.asarray(values, float)
     if rows.ndim != 2 or rows.shape[1] != 3 or not np.isfinite(rows).all():
@@ -258,7 +261,7 @@ def paired(poses: PlanePoses, found: Sequence[GuidingLink]) -> tuple[Linkage, ..
     return tuple(made)
 
 
-def scale_of(places: Any) -> tuple[complex, float]:
+def scale_of(places: Complexes) -> tuple[complex, float]:
     """Return the middle of places (k,) complex and their size."""
     middle = complex(places.mean())
     size = float(np.sqrt(np.mean(np.abs(places - middle) ** 2)))

@@ -34,7 +34,7 @@ class StartingFourBar:
     turns, ``branch`` the sign of sin(theta4 - theta3), ``residual`` the sum of squares.
     """
 
-    lengths: Any
+    lengths: Floats
     pivot: complex
     turn: float
     point: complex

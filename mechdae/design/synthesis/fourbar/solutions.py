@@ -20,6 +20,7 @@ from mechdae.design.synthesis.fourbar.linkage import Linkage, paired, poses_of
 from mechdae.design.synthesis.fourbar.starts import FourBarStarts
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 SEARCHED = 6
 """Points up to which solutions are searched where paths do not tell how many there are."""
@@ -39,7 +40,7 @@ BOTH, ORDER = (
 class WithinBounds:
     """Four-bars of an exact goal within the bounds, with parameters and faults."""
 
-    each: list[tuple[Linkage, Any, tuple[str, ...]]]
+    each: list[tuple[Linkage, Floats, tuple[str, ...]]]
     facts: dict[str, Any]
 
 

@@ -15,6 +15,8 @@ from mechdae.types import Floats, Graph, Points
 if TYPE_CHECKING:
     from numpy.random import Generator
 
+    from mechdae.design.synthesis.fourbar.freudenstein import FunctionStart
+
 
 SX = ca.SX
 CORNERS = 1024
@@ -81,7 +83,7 @@ class FourBarStarts:
             nothing, nothing, nothing, 1, 1, 0.0,
         )  # fmt: skip
 
-    def with_lengths(self, lengths: Any) -> Any:
+    def with_lengths(self, lengths: Floats) -> Floats:
         """Return the parameters of the file with other lengths."""
         value = np.array(self._geometry(self.space.middle)[0]).ravel()
         turn = float(np.arctan2(value[7], value[6]))
@@ -92,7 +94,7 @@ class FourBarStarts:
         )
         return self._fitted(start)
 
-    def closed(self, start: Any, turns: Any) -> StartingFourBar:
+    def closed(self, start: FunctionStart, turns: Floats) -> StartingFourBar:
         """Return the poses of a four-bar of given lengths at angles of its crank."""
         value = np.array(self._geometry(self.space.middle)[0]).ravel()
         turn = float(np.arctan2(value[7], value[6]))
@@ -165,18 +167,14 @@ class FourBarStarts:
         every = self.space.lengths(np.concatenate([[low, high], corners, inner]))[0]
         return np.stack([every.min(axis=0), every.max(axis=0)], axis=1)
 
-    def _fitted(self, start: StartingFourBar, steps: int = 12) -> Any:
+    def _fitted(self, start: StartingFourBar, steps: int = 12) -> Floats:
         """Return the free parameters that make the four-bar of a start, as nearly as they can."""
         return self.fitted(start, 0.0, steps)[0]
 
     def fitted(
-        self,
-        start: StartingFourBar,
-        frame: float,
-        steps: int = 30,
-        tries: int = 0,
+        self, start: StartingFourBar, frame: float, steps: int = 30, tries: int = 0,
         met: float = 0.0,
-    ) -> tuple[Any, float]:
+    ) -> tuple[Floats, float]:  # fmt: skip
         """Return the free parameters of a start, and by how much they miss it [m].
 
         `frame` is the direction of A-B in the plane that takes poses. Gauss' and Newton's steps

@@ -17,7 +17,7 @@ from mechdae.design.synthesis.verification.claims import Claim, Stated
 from mechdae.equations.model import Model
 from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
-from mechdae.types import Floats, Sym
+from mechdae.types import Floats, Matrix, Sym
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -30,7 +30,7 @@ class Seed:
     """A start: values of the variables by name, parameters of the NLP by name, a rank."""
 
     values: dict[str, Any]
-    given: dict[str, Any]
+    given: dict[str, Floats | float]
     residual: float
 
 
@@ -146,7 +146,7 @@ class Goal:
         """Return the standard deviation of the error at a pose, in its unit."""
         raise NotImplementedError
 
-    def _added(self, x: Any, u: Any, d: Any, *line: float) -> Any:
+    def _added(self, x: Matrix, u: Floats, d: Floats, *line: float) -> Any:
         """Return what deviations add to errors (m,) at poses; errors may be across a `line`."""
         if self.deviations is None:
             return 0.0
@@ -167,7 +167,7 @@ class Goal:
         """Return the name of one of the goal's variables."""
         return f"{self.name}.{word}"
 
-    def of_free(self, name: str, d: Any) -> Any:
+    def of_free(self, name: str, d: Floats) -> Floats:
         return d[..., self.space.names.index(name)]
 
     def poses_of(self, values: Values, count: int) -> Floats:

@@ -314,7 +314,7 @@ class ExtremeGoal(Goal):
             value = float(signs[0] * top)
             if self.quantity.transmission:
                 value = float(np.arcsin(np.clip(value, 0.0, 1.0)))
-            unknowns[self.key("worst")] = [value]
+            return {**unknowns, self.key("worst"): [value]}, {self.key("nodes"): nodes}
         return unknowns, {self.key("nodes"): nodes}
 
     @cached_property

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.tasks.constraints import TransmissionAngle
 from mechdae.describe.tasks.goals import FunctionTargets
-from mechdae.design.synthesis.fourbar.freudenstein import function_starts
+from mechdae.design.synthesis.fourbar.freudenstein import FunctionStart, function_starts
 from mechdae.design.synthesis.fourbar.starts import FourBarStarts
 from mechdae.design.synthesis.goals.base import Drawn, Goal
 from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
@@ -189,13 +189,13 @@ class Function(Goal):
         )  # fmt: skip
         return [self._placed(start, starts, ground) for start in found]
 
-    def _bodies_of(self, c: Any) -> tuple[str, ...]:
+    def _bodies_of(self, c: NamedCoordinate) -> tuple[str, ...]:
         if c.kind == "body angle":
             return (c.part,)
         joint = self.space.poses.mechanism.joints[c.part]
         return tuple(joint.bodies)
 
-    def _placed(self, start: Any, starts: FourBarStarts, ground: float) -> Drawn:
+    def _placed(self, start: FunctionStart, starts: FourBarStarts, ground: float) -> Drawn:
         """Return a start in the parameters of the mechanism, with its poses."""
         space, asked = self.space, self.asked
         turns = start.input_start + self.inputs
@@ -217,7 +217,7 @@ class Function(Goal):
         given = {self.key("sense"): float(start.sense)}
         return Drawn(d, unknowns, given, u, x, sigma, start.worst / self.size)
 
-    def _put(self, d: Any, name: float | str | None, value: float) -> float:
+    def _put(self, d: Floats, name: float | str | None, value: float) -> float:
         """Return an angle brought into its bounds by whole turns, where it is a parameter."""
         if not isinstance(name, str):
             return value
@@ -263,7 +263,7 @@ class Function(Goal):
             given = {self.key("sense"): float(senses[i])}
             yield Drawn(d[k], unknowns, given, u, poses, sigma, float(whole[i]))
 
-    def _first(self, d: Floats, generator: Generator) -> Any:
+    def _first(self, d: Floats, generator: Generator) -> Floats:
         asked = self.asked.input_start
         if isinstance(asked, str):
             return self.of_free(asked, d)
@@ -303,7 +303,7 @@ class Function(Goal):
 
     # -- the true extremes ---------------------------------------------------------------------
 
-    def _extremes(self, values: Values, given: Values) -> tuple[Trace, Any, Any, Any]:
+    def _extremes(self, values: Values, given: Values) -> tuple[Trace, Floats, Floats, Floats]:
         """Return the design, its nodes as shares of the interval, shares of extremes, errors."""
         begin = self._value(values, "begin", self.asked.input_start)
         end = self._value(values, "end", self.asked.output_start)
@@ -312,7 +312,7 @@ class Function(Goal):
         trace, nodes = Trace(self.spread, d, u, x), (u - begin) / self.asked.input_range
         sense = given[self.key("sense")]
 
-        def error(shares: Any) -> Any:
+        def error(shares: Floats) -> Any:
             inputs, outputs = (np.array(part) for part in self.asked.scales(shares.tolist()))
             x, _, found, held = trace.poses(begin + inputs)
             value = self.space.poses.part(found, self.asked.output)[:, 0]

@@ -227,7 +227,7 @@ class VisitsGoal(Goal):
             unknowns[self.key("start")] = u[:1] - sense * self.steps[0]
         return unknowns, {self.key("sense"): sense}
 
-    def _any(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+    def _any(self, kind: str, generator: Generator, count: int) -> Iterable[Drawn]:
         """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
         spread = Spread(self.space)
         similar = None
@@ -272,7 +272,7 @@ class VisitsGoal(Goal):
             unknowns, given = self._own(u[i], float(sense[i]))
             yield Drawn(d[i], unknowns, given, u[i], x[i], sigma[i], float(f[i]))
 
-    def _spread(self, generator: Generator, shape: tuple[int, int] | int) -> Any:
+    def _spread(self, generator: Generator, shape: tuple[int, int] | int) -> Floats:
         """Return driver values: within a turn, or some sizes to both sides."""
         if self.space.turned:
             return generator.uniform(0, TURN, shape)

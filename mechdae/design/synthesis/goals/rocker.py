@@ -95,7 +95,7 @@ class RockerGoal(Goal):
         begin = nlp.variable(self.key("begin"), 1, -WIDE, WIDE)
         free = self.stroke is None
         free_stroke = nlp.variable(self.key("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
-        stroke: Any = free_stroke if free else self.stroke
+        stroke: float = free_stroke if free else self.stroke
         x = space.pose_variables(nlp, self.key("x"), 2)
         fast = np.tile(FAST * space.natural, 2)
         scale = np.tile(space.natural, 2)
@@ -167,7 +167,7 @@ class RockerGoal(Goal):
             at = float(u[0, ends[0]]) + sense * stroke * np.arange(2)
             yield Drawn(d[k], unknowns, given, at, x[k, ends], sigma[k], float(rank[i]))
 
-    def _misses(self, way: Any, stroke: Any) -> Any:
+    def _misses(self, way: Floats, stroke: Floats) -> Floats:
         """Return how far ways and strokes are from what is asked for."""
         miss = np.zeros(len(way))
         if self.asked.reach is not None:

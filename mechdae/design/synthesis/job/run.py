@@ -30,7 +30,7 @@ from mechdae.design.synthesis.pareto import synthesized as designs_of
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.synthesize import Job as Start
 from mechdae.results import Result
-from mechdae.types import Json
+from mechdae.types import Complexes, Floats, Json
 
 if TYPE_CHECKING:
     from mechdae.design.synthesis.exact.complete import PathWork
@@ -85,7 +85,7 @@ class Log(JobLog):
             self.add({"start": index, "of": self.total, "drawn": drawn, **_plain(found)})
             self.finished[drawn] = found
 
-    def put_paths(self, drawn: str, ends: Any) -> None:
+    def put_paths(self, drawn: str, ends: Complexes) -> None:
         """Write where paths lead to; a second time is nothing."""
         if drawn not in self.paths:
             rows = [row.view(float).tolist() if np.isfinite(row).all() else None for row in ends]
@@ -140,7 +140,7 @@ def _plain(found: Optimum) -> Json:
     return {entry.name: _text(getattr(found, entry.name)) for entry in fields(found)}
 
 
-def _text(value: Any) -> Any:
+def _text(value: Floats | float | str) -> Any:
     if isinstance(value, np.ndarray):
         return [_text(item) for item in value.tolist()]
     if isinstance(value, float):
@@ -232,7 +232,7 @@ class Job:
         self._workers.compute(works, take, solved, here=here)
         return [self._optima[k] for k in places]
 
-    def follow(self, works: Sequence[PathWork]) -> list[Any]:
+    def follow(self, works: Sequence[PathWork]) -> list[Complexes]:
         """Return where the paths of exact goals lead to, in the order of the works."""
         ends: dict[int, Any] = {}
         drawn = [fingerprint(work) for work in works]
@@ -247,7 +247,7 @@ class Job:
 
         tell(len(ends), len(works))
 
-        def take(k: int, found: Any) -> None:
+        def take(k: int, found: Complexes) -> None:
             if k not in ends:
                 if self._log is not None:
                     self._log.put_paths(drawn[k], found)

@@ -19,6 +19,7 @@ from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.jobs.distribute import elsewhere
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.design.synthesis.exact.complete import PathWork
@@ -38,7 +39,7 @@ class Work:
     task: str
     kind: int
     values: Mapping[str, Any]
-    given: Mapping[str, Any]
+    given: dict[str, Floats | float]
 
 
 def text_of(problem: Problem, name: str, task: Synthesis) -> str:

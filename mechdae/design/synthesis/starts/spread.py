@@ -16,7 +16,7 @@ import numpy as np
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.kernels.run.numpy_backend import straight
-from mechdae.types import Booleans, Floats, Integers, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -52,7 +52,9 @@ class Spread:
         function = without_repeats("step", [g.x, g.u, d], results)
         return Batch(function, (), straight=lambda: straight(function))
 
-    def moved(self, d: Floats, u: Floats, generator: Generator) -> tuple[Any, Any, Any, Any]:
+    def moved(
+        self, d: Floats, u: Floats, generator: Generator
+    ) -> tuple[Integers, Floats, Matrix, Floats]:
         """Return the samples that hold, their poses (m, k, nx), branches (m, nb), values (m, k, w).
 
         `d` (n, nd) are dimensions, `u` (n, k) the driver's values. The first pose is found from
@@ -106,7 +108,7 @@ class Spread:
                 values.append(value[0])
         return held, np.array(places), np.array(values)
 
-    def reached(self, d: Floats, x: Unknowns, u: Floats, start: float) -> tuple[Any, bool]:
+    def reached(self, d: Floats, x: Unknowns, u: Floats, start: float) -> tuple[Matrix, bool]:
         """Return poses at driver values (k,) up to where a design opens, and whether it does."""
         found: list[Floats] = []
         last = np.array(x, float)
@@ -123,7 +125,7 @@ class Spread:
 
     # -- dimensions ----------------------------------------------------------------------------
 
-    def designs(self, generator: Generator, count: int, lengths: Booleans | None = None) -> Any:
+    def designs(self, generator: Generator, count: int, lengths: Booleans | None = None) -> Matrix:
         """Return dimensions (count, nd) within the bounds, and values of what is chosen.
 
         Positive ranges over more than a decade are drawn by their logarithm. All combinations

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.tasks.goals import Asked
 from mechdae.records import dataclass
+from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.design.synthesis.robust.deviations import Deviations
@@ -61,7 +62,7 @@ class Worth:
     """What the file of a design does."""
 
     value: float
-    errors: Any
+    errors: Floats
     defects: list[str] = field(default_factory=list)
     robust: dict[str, float] | None = None
 

@@ -22,7 +22,7 @@ from mechdae.records import dataclass
 from mechdae.results import FINE, Result
 from mechdae.results.rotations import matrices
 from mechdae.tasks.dispatch.solve import solve
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrix
 
 POSES = 721
 """Poses of a sweep over a turn."""
@@ -58,7 +58,7 @@ class DesignFile:
 
     problem: Problem
     driver: str
-    at: Any
+    at: Floats
     full_turn: bool = False
     around: bool = False
     dyads: bool = False
@@ -147,7 +147,7 @@ class DesignFile:
         angles = [e["min"] for e in self.turn[0].summary.get("transmission", {}).values()]
         return float(min(angles)) if angles else None
 
-    def transmissions(self, at: Floats | list[float]) -> dict[str, Any]:
+    def transmissions(self, at: Floats | list[float]) -> dict[str, Floats]:
         """Return the transmission angles (k,) by joint at driver values."""
         task = Sweep(
             Driver(self.driver, at=tuple(float(value) for value in at)), derivatives=0,
@@ -201,7 +201,7 @@ class DesignFile:
             )
         return found
 
-    def origin(self, found: Result, body: str) -> Any:
+    def origin(self, found: Result, body: str) -> Matrix:
         """Return where the origin of a body's frame is, (n, 2) or (n, 3)."""
         mechanism = self.problem.mechanism
         name = next(iter(mechanism.bodies[body].points))
@@ -212,5 +212,5 @@ class DesignFile:
             arm = np.stack([c * local[0] - s * local[1], s * local[0] + c * local[1]], axis=1)
         else:
             arm = matrices(found.bodies[body].orientation) @ local
-        place: Any = found.points[f"{body}.{name}"].position - arm
+        place: Matrix = found.points[f"{body}.{name}"].position - arm
         return place

@@ -16,7 +16,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.numerics.roots import root_between
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats, Matrix, Unknowns
 
 PIECES = 8
 """Places looked at between two nodes."""
@@ -68,7 +68,7 @@ class CurveEnds:
                 "open curves", lambda: ca.Function("s", inputs, [scene.expression(places)])
             )
 
-    def places(self, x: Unknowns, u: Floats) -> Any:
+    def places(self, x: Unknowns, u: Floats) -> Matrix:
         """Return s of the open curves' contacts (n, k) at poses x (n, nx), u (n, nu)."""
         return np.array(self._places(x.T, u.T, self.p[:, None])).T
 
@@ -95,7 +95,7 @@ class CurveEnds:
         fine = np.append(fine, nodes[-1])
         fine = fine if up else fine[::-1]
 
-        def on_curves(places: Floats) -> Any:
+        def on_curves(places: Floats) -> Matrix:
             return self.places(quintic(S, X, V, A, places), path.drivers(places))
 
         s = on_curves(fine)
@@ -106,7 +106,7 @@ class CurveEnds:
 
                 def beyond(
                     places: Floats, j: int = j, sense: float = sense, end: float = end
-                ) -> Any:
+                ) -> Floats:
                     return sense * (on_curves(places)[:, j] - end)
 
                 slack = SLACK * (high - low)

@@ -135,7 +135,7 @@ class CuspFinder:
 
         return abs((second(v) + second(-v)) / 2 - second(0 * v))
 
-    def _solve(self, b: int, y: Any, w0: Floats, z: Floats, u: Floats, scaling: Scaling) -> Any:
+    def _solve(self, b: int, y: Floats, w0: Floats, z: Floats, u: Floats, scaling: Scaling) -> Any:
         graphs = self.crossings.graphs
         call = graphs.cache(("cusp", b), lambda: Call(vertex(graphs.scene, graphs.blocks[b])))
         for _ in range(12):
@@ -153,7 +153,7 @@ class CuspFinder:
         return y if size < 1e-9 else None
 
 
-def _cluster(t: Any, loads: Any) -> tuple[float, int, float, float, float] | None:
+def _cluster(t: Any, loads: Floats) -> tuple[float, int, float, float, float] | None:
     """Return the first cluster of more than two zeros of the interpolant on -1 .. 1.
 
     Its centre, their number, how far they spread, the load nearest to zero and the factor a of

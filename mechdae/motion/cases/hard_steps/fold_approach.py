@@ -59,7 +59,7 @@ class _Curve:
     fold: Floats
     normal: Floats
     columns: Any
-    rows: Any
+    rows: Floats
 
     def near(self, y: Floats, other: Floats) -> bool:
         return bool(np.all(np.abs(y - other) <= ARRIVED * self.columns))
@@ -74,11 +74,11 @@ class _Place:
     """
 
     y: Floats
-    tangent: Any
+    tangent: Floats
     size: float
     last: float
     x: Unknowns
-    rate: Any
+    rate: Floats
     beta: dict[int, float] = field(default_factory=dict)
     sign: dict[int, float] = field(default_factory=dict)
 
@@ -237,14 +237,15 @@ class FoldApproach:
         open_by = self.graphs.scene.model.mechanism.tolerance / self.finder.scale
         return bool(h <= LAST and left <= OPEN + open_by)
 
-    def _step(self, b: int, x: Unknowns, u: Floats, rate: Floats, du: Floats) -> tuple[Any, ...]:
+    def _step(
+        self, b: int, x: Unknowns, u: Floats, rate: Floats, du: Floats
+    ) -> tuple[Floats, Floats, float, float, float]:
         call = self.graphs.cache(("along", b), lambda: Call(self.graphs.along(b)))
         step, first, det, beta, left = call(x, u, rate, du, self.consts)
         return step, first, float(det[0]), float(beta[0]), float(left[0])
 
     def _tube(self, k: int) -> Call:
-        call: Call = self.graphs.cache(("tube", k), lambda: Call(self.graphs.tube(k)))
-        return call
+        return self.graphs.cache(("tube", k), lambda: Call(self.graphs.tube(k)))
 
     def _proved(
         self, curve: _Curve, here: _Place, after: _Place, step: float, later: list[int]

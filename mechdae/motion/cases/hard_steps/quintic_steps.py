@@ -112,8 +112,7 @@ class QuinticSteps:
             places = [bisect_right(graphs.first, i) - 1 for i in range(graphs.nx)]
             return [sorted({places[i] for i in graph.uses}) for graph in graphs.blocks]
 
-        found: list[list[int]] = graphs.cache("blocks before", find)
-        return found
+        return graphs.cache("blocks before", find)
 
     @np.errstate(all="ignore")
     def boxes(self, c: Any, line: Any) -> tuple[Any, Any]:

@@ -52,8 +52,7 @@ def lean_line(graphs: Graphs, outputs: Outputs) -> PoseLine | None:
     unshown = {(Y + k, i) for k in orders for i in outputs.without_rates}
     shared = [graphs.pose.n_in() - 1]
     made = graphs.pose, shared, unshown
-    line: PoseLine | None = graphs.cache("lean", lambda: CompiledLine.of(*made) or straight(*made))
-    return line
+    return graphs.cache("lean", lambda: CompiledLine.of(*made) or straight(*made))
 
 
 def chunk_of(line: PoseLine) -> int:

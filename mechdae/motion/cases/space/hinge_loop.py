@@ -7,8 +7,6 @@ one normal's foot to the next one's.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.equations.groups import Group
@@ -115,7 +113,7 @@ class HingeLoop(ShapedGroup):
         )
 
 
-def _feet(gap: Any, z: Any, w: Any) -> tuple[float, float]:
+def _feet(gap: Floats, z: Floats, w: Floats) -> tuple[float, float]:
     """Return where the common normal of two axes meets them, along each from its own point.
 
     The second axis begins `gap` from the point of the first.
@@ -126,6 +124,6 @@ def _feet(gap: Any, z: Any, w: Any) -> tuple[float, float]:
     return (first - c * second) / square, (c * first - second) / square
 
 
-def _angle(first: Any, second: Any, axis: Any) -> float:
+def _angle(first: Floats, second: Floats, axis: Floats) -> float:
     """Return the angle from one direction to another about an axis normal to both."""
     return float(np.arctan2(axis @ np.cross(first, second), first @ second))

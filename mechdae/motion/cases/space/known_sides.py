@@ -12,7 +12,7 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.motion.cases.larger_groups.rigid_parts import Coordinates, OtherShape
-from mechdae.types import Floats, Sym
+from mechdae.types import Floats, Matrix, Sym
 
 if TYPE_CHECKING:
     from mechdae.equations.tree.tree_model import TreeModel
@@ -112,7 +112,7 @@ class KnownSides:
             return model.local(reference)
         return model.point(reference)
 
-    def at(self, q: Coordinates) -> dict[str, Any]:
+    def at(self, q: Coordinates) -> dict[str, Matrix]:
         """Return arrays by name at the coordinates of earlier groups."""
         values = [q.get(key, 0.0) for key in self.scene.model.q_names]
         found = np.array(self._function(values, self.p)).ravel()

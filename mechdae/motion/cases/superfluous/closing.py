@@ -56,8 +56,7 @@ class Closing:
 
     @property
     def _residuals(self) -> Batch:
-        batch: Batch = self.graphs.cache("closing", self._equations)
-        return batch
+        return self.graphs.cache("closing", self._equations)
 
     def _equations(self) -> Batch:
         scene, residuals = self.scene, [check.residual for check in self.checks]

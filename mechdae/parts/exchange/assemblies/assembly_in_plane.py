@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -35,7 +34,7 @@ DIGITS = 15
 class AssemblyPlane:
     """A plane by two directions (3,) and its normal, a right-handed frame."""
 
-    x: Any
+    x: Floats
     y: Floats
     normal: Floats
 

@@ -127,8 +127,7 @@ class Described:
         else:
             given = np.eye(3)[(largest(tuple(axis)) + 1) % 3]
         across = given - axis * (axis @ given)
-        zero: Floats = across / np.linalg.norm(across)
-        return zero
+        return across / np.linalg.norm(across)
 
     def mass(self, name: str) -> MassOf | None:
         """Return what a body weighs, None where nothing is given."""

@@ -48,8 +48,7 @@ class Report(Paper):
                 "a PDF needs the package typst",
                 hint='pip install "mechdae[report]", or print the .html from a browser',
             ) from None
-        made: bytes = typst.compile(self.typ().encode("utf-8"))
-        return made
+        return typst.compile(self.typ().encode("utf-8"))
 
     def save(self, path: str | Path) -> Path:
         """Write ``.html``, ``.typ`` or ``.pdf``, whole or not at all; the same bytes each time.

@@ -45,7 +45,7 @@ class TableColumn:
 
     letter: Letter
     unit: str
-    values: Any
+    values: Floats
 
 
 def parameters(problem: Problem, say: Phrases) -> Grid:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from mechdae.describe.tasks.goals import FunctionTargets, PathGoal, Visits
+from mechdae.describe.tasks.goals import FunctionTargets, GoalDescription, PathGoal, Visits
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.records import dataclass
 
@@ -104,13 +103,13 @@ def asked_function(goal: FunctionTargets) -> FunctionNodes:
     )  # fmt: skip
 
 
-def _number(value: Any) -> float:
+def _number(value: float) -> float:
     from mechdae.describe.expression import evaluate
 
     return float(evaluate(value, {}))
 
 
-def _no_weight(goal: Any) -> None:
+def _no_weight(goal: GoalDescription) -> None:
     if goal.weight != 1.0:
         raise InputError("a composition has one goal, it needs no weight", where="weight")
 

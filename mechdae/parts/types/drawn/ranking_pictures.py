@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -13,6 +13,12 @@ from matplotlib.patches import Rectangle
 
 from mechdae.draw import style
 from mechdae.errors import InputError
+from mechdae.types import Floats, Matrix
+
+if TYPE_CHECKING:
+    from mechdae.parts.types.ranking.rank import RankedVariant, Ranking
+    from mechdae.results.result import SweepResult
+
 
 MOST = 12
 """Variants on a sheet."""
@@ -22,7 +28,7 @@ SETTINGS: Any = {"font.family": style.FONT, "svg.hashsalt": "mechdae"}
 UNITS = {"rad/s2": "rad/s²", "m/s2": "m/s²", "N m": "N·m", "1": ""}
 
 
-def parallel(ranking: Any) -> Figure:
+def parallel(ranking: Ranking) -> Figure:
     """Return parallel axes: one for each criterion in which variants differ, the best on top."""
     names, rows = _varied(ranking)
     with mpl.rc_context(SETTINGS):
@@ -50,7 +56,7 @@ def parallel(ranking: Any) -> Figure:
     return figure
 
 
-def fronts(ranking: Any, x: str | None = None, y: str | None = None) -> Figure:
+def fronts(ranking: Ranking, x: str | None = None, y: str | None = None) -> Figure:
     """Return the variants over two criteria, with those that no other one beats in both.
 
     `x`, `y`: criteria; absent: the two of the largest weights in which variants differ.
@@ -94,7 +100,7 @@ def fronts(ranking: Any, x: str | None = None, y: str | None = None) -> Figure:
     return figure
 
 
-def sheet(ranking: Any, results: Mapping[str, Any]) -> Figure:
+def sheet(ranking: Ranking, results: Mapping[str, SweepResult | None]) -> Figure:
     """Return the best variants side by side: diagrams, or their stacks of layers."""
     from mechdae.draw import plot
 
@@ -157,7 +163,7 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
         if "ground" in bearing["links"] and fork != "overhung":
             other = next(link for link in bearing["links"] if link != "ground")
             low, high = spans[other]
-            places: Any = sides - set(plates) if fork == "ground" else {(low + high) / 2}
+            places: set[int] = sides - set(plates) if fork == "ground" else {(low + high) / 2}
             for place in places:  # a bracket, or the lug in a fork
                 ax.add_patch(Rectangle((x - 0.24, place - 0.3), 0.48, 0.6, **ground))
             inner = {low, high} if fork == "ground" else places
@@ -180,7 +186,7 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
     ax.axis("off")
 
 
-def _varied(ranking: Any) -> tuple[list[str], list[Any]]:
+def _varied(ranking: Ranking) -> tuple[list[str], list[RankedVariant]]:
     by_name = {row.name: row for row in ranking.rows}
     rows = [by_name[name] for name in ranking.order]
     names = [criterion["name"] for criterion in ranking.criteria]
@@ -190,27 +196,27 @@ def _varied(ranking: Any) -> tuple[list[str], list[Any]]:
     return varied, rows
 
 
-def _sense(ranking: Any, name: str) -> str:
+def _sense(ranking: Ranking, name: str) -> str:
     return next(str(one["sense"]) for one in ranking.criteria if one["name"] == name)
 
 
-def _unit(ranking: Any, name: str) -> str:
+def _unit(ranking: Ranking, name: str) -> str:
     unit = next(str(one["unit"]) for one in ranking.criteria if one["name"] == name)
     return UNITS.get(unit, unit)
 
 
-def _ends(ranking: Any, name: str, column: Any) -> tuple[float, float]:
+def _ends(ranking: Ranking, name: str, column: Floats) -> tuple[float, float]:
     """Return best and worst value."""
     low, high = float(column.min()), float(column.max())
     return (low, high) if _sense(ranking, name) == "min" else (high, low)
 
 
-def _heights(ranking: Any, names: Sequence[str], table: Any) -> Any:
+def _heights(ranking: Ranking, names: Sequence[str], table: Matrix) -> Any:
     ends = np.array([_ends(ranking, name, table[:, k]) for k, name in enumerate(names)])
     return (table - ends[:, 1]) / (ends[:, 0] - ends[:, 1])
 
 
-def _title(ranking: Any) -> str:
+def _title(ranking: Ranking) -> str:
     return f"{len(ranking.order)} of {len(ranking.rows)} variants ranked, first {ranking.order[0]}"
 
 
@@ -221,7 +227,7 @@ def _figure(width: float, height: float, title: str) -> tuple[Figure, Axes]:
     return figure, ax
 
 
-def _key(figure: Figure, ranking: Any) -> None:
+def _key(figure: Figure, ranking: Ranking) -> None:
     """Write what the colours mean below the picture."""
     entries = [("first place", style.ARROW), ("front", style.DRIVEN), ("others", style.FAINT)]
     for k, (text, color) in enumerate(entries):

@@ -15,6 +15,8 @@ from mechdae.draw import style
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
+from mechdae.results.kinds import SynthesisResult
+from mechdae.types import Floats, Matrix
 
 MOST = 24
 """Designs on a sheet."""
@@ -26,7 +28,7 @@ STRIP = 0.45
 SETTINGS: Any = {"font.family": style.FONT, "svg.hashsalt": "mechdae"}
 
 
-def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
+def draw(result: SynthesisResult, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     """Draw the designs of a front side by side, numbered as they are; at most 24, evenly taken."""
     designs = result.data.get("designs", [])
     if not designs:
@@ -61,8 +63,9 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
 
 
 def _cell(
-    ax: Axes, result: Any, design: Mapping[str, Any], number: int, wanted: Any, words: Words
-) -> str:
+    ax: Axes, result: SynthesisResult, design: Mapping[str, Any], number: int, wanted: Matrix,
+    words: Words,
+) -> str:  # fmt: skip
     """Draw one design: what is wanted pale, its own curve, links, pins; return what it is."""
     goal = result.summary["goal"]
     path = np.array(design["path"], float)
@@ -113,7 +116,7 @@ def _cell(
     return f"{number}   " + "  ·  ".join(facts)
 
 
-def _link(ax: Axes, spots: Sequence[Any], crank: bool) -> None:
+def _link(ax: Axes, spots: Sequence[Floats], crank: bool) -> None:
     color = style.DRIVEN if crank else style.INK
     if len(spots) > 2:
         middle = np.mean(spots, axis=0)
@@ -153,7 +156,7 @@ BLOCK = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 """Corners of a block along and across its guide."""
 
 
-def _frame(ax: Axes, every: Any) -> None:
+def _frame(ax: Axes, every: Matrix) -> None:
     low, high = every.min(axis=0), every.max(axis=0)
     room = 0.08 * float((high - low).max())
     ax.set_xlim(low[0] - room, high[0] + room)

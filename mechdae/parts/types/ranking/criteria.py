@@ -16,6 +16,7 @@ from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.scheme import moves
 from mechdae.records import dataclass
+from mechdae.types import Matrix
 
 Get = Callable[[str], Any]
 """Path below the task -> its array."""
@@ -246,7 +247,7 @@ def _shaking(
     get: Get, values: Mapping[str, float], points: Mapping[str, str | None]
 ) -> tuple[Any, Any]:
     """Return the sum of m a of all links (n, 2), and of moments of it about the origin (n,)."""
-    force: Any = 0.0
+    force: float = 0.0
     moment: Any = 0.0
     for name, point in points.items():
         head = f"bodies/{name}"
@@ -286,7 +287,7 @@ def _lengths(mechanism: Mechanism, values: Mapping[str, float]) -> float:
     return total
 
 
-def _tree(places: Any) -> float:
+def _tree(places: Matrix) -> float:
     """Return the length of the shortest tree of straight lines through points (Prim)."""
     apart = np.linalg.norm(places[:, None] - places[None], axis=2)
     nearest, total = apart[0].copy(), 0.0

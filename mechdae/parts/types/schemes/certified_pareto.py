@@ -32,6 +32,7 @@ from mechdae.parts.types.schemes.targets.visits import errors_of
 from mechdae.parts.types.schemes.verified import verified
 from mechdae.parts.types.schemes.work_items import ROUNDED, Archive, SizedScheme
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats, Matrix
 
 ANGLES = 360
 """Crank angles by which ends of guides are found."""
@@ -103,14 +104,14 @@ def _within(demand: CompositionDemand, entry: SizedScheme, aim: Aim) -> bool:
     return True
 
 
-def _reference(demand: CompositionDemand, values: Any, signs: Any) -> Any:
+def _reference(demand: CompositionDemand, values: Matrix, signs: Floats) -> Any:
     if demand.reference is not None:
         return np.array(demand.reference, float) * signs
     front = values[undominated(values)] if len(values) else np.ones((1, len(signs)))
     return front.max(axis=0) + 1e-9 * np.abs(front).max(axis=0) + 1e-12
 
 
-def _chosen(values: Any, left: Any, reference: Any, keep: int) -> list[int]:
+def _chosen(values: Matrix, left: Booleans, reference: Floats, keep: int) -> list[int]:
     """Return the places of points of a front, at most `keep`, that dominate most together."""
     at = np.flatnonzero(left)
     if not len(at):
@@ -188,7 +189,7 @@ def design_of(
 
 
 def _error(
-    problem: Problem, scheme: Scheme, place: PlacedDesign, aim: Aim, curve: Any
+    problem: Problem, scheme: Scheme, place: PlacedDesign, aim: Aim, curve: Complexes
 ) -> tuple[float | None, dict[str, Any]]:
     """Return the error of a certified design, and its values at targets; None: one is missed."""
     if aim.what == CURVE:
@@ -224,7 +225,7 @@ def _guides(scheme: Scheme, place: PlacedDesign) -> dict[str, Any]:
 
 
 def _described(
-    demand: CompositionDemand, kept: Sequence[dict[str, Any]], signs: Any
+    demand: CompositionDemand, kept: Sequence[dict[str, Any]], signs: Floats
 ) -> dict[str, Any]:
     """Return the front as it is reported: points, reference, hypervolume."""
     values = np.array([design["objectives"] for design in kept])

@@ -28,7 +28,7 @@ class SchemeTurn:
     the derivatives (b, p) of it there.
     """
 
-    x: Any
+    x: Complexes
     sines: dict[int, Floats]
     derivatives: Any = None
     slopes: dict[int, tuple[Any, Any]] | None = None
@@ -125,8 +125,9 @@ def _differentiate(
 
 
 def _slid_derivatives(
-    scheme: Scheme, start: Complexes, turn: SchemeTurn, found: list[Complexes], units: Any, k: int
-) -> Any:
+    scheme: Scheme, start: Complexes, turn: SchemeTurn, found: list[Complexes], units: Complexes,
+    k: int,
+) -> Any:  # fmt: skip
     """Return the derivatives of the middle of a dyad with a slide; enter that of its sine."""
     moved = Moved(start, turn.x, units, found)
     rate = slid_derivatives(scheme, moved, k)
@@ -150,8 +151,9 @@ def _reach(x: Complexes, found: list[Complexes], i: int, j: int) -> tuple[Floats
 
 
 def _dyad_derivatives(
-    scheme: Scheme, start: Complexes, turn: SchemeTurn, found: list[Complexes], units: Any, k: int
-) -> Any:
+    scheme: Scheme, start: Complexes, turn: SchemeTurn, found: list[Complexes], units: Complexes,
+    k: int,
+) -> Any:  # fmt: skip
     """Return the derivatives of a dyad's pin; enter the slope of its least sine."""
     _, i, j = scheme.points[k]
     x = turn.x

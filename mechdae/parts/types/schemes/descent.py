@@ -20,7 +20,7 @@ from mechdae.parts.types.schemes.losses import LossAsked, loss_slopes, losses
 from mechdae.parts.types.schemes.scheme import MIDDLES, Scheme
 from mechdae.parts.types.schemes.shape import Resampled, centred, fitted, resampled
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Complexes, Floats, Matrices, Points
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Matrix, Points
 
 ROOM = 1.6
 """Sines of dyads are pushed away from so many times the least ones that are allowed."""
@@ -89,7 +89,7 @@ class Descent(ABC):
             self.places = state.places
         return self._finished(state)
 
-    def _finished(self, state: Any) -> Complexes:
+    def _finished(self, state: _State | _Fit) -> Complexes:
         """Return the places that are the answer."""
         return self.places
 
@@ -141,7 +141,7 @@ class Descent(ABC):
             slopes.append(slope)
         return np.nan_to_num(np.stack(excess, axis=1)), np.nan_to_num(np.stack(slopes, axis=1))
 
-    def _lost(self, places: Complexes) -> tuple[Any, Any]:
+    def _lost(self, places: Complexes) -> tuple[Floats, Matrix]:
         """Return by how much limits of loss are exceeded, weighted, and derivatives."""
         assert self._rubbing is not None
         aim, rubbing, limits = self._rubbing
@@ -289,13 +289,13 @@ class Fitting(Descent):
 class _State:
     """Where each set of a batch is."""
 
-    places: Any
+    places: Complexes
     rates: Any
     curve: Resampled
     gaps: Complexes
     merit: Floats
     excess: Points
-    slopes: Any
+    slopes: Floats
 
 
 class Refinement(Descent):

@@ -56,7 +56,7 @@ class Change:
     def places(
         self, parent: Scheme, places: Complexes, count: int, generator: Generator,
         span: tuple[float, float] | None = None,
-    ) -> Any:  # fmt: skip
+    ) -> Complexes:  # fmt: skip
         """Return so many sets (count, n) from one of the parent (n,)."""
         found = np.repeat(np.asarray(places, complex)[None], count, axis=0)
         found = np.stack(

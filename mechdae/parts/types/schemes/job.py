@@ -75,7 +75,7 @@ def composed(
     )  # fmt: skip
 
 
-def _wanted(asked: CompositionDemand) -> dict[str, Any]:
+def _wanted(asked: CompositionDemand) -> dict[str, list[list[float]]]:
     """Return what the summary says of the goal."""
     if asked.visits is not None:
         return {"targets": [list(row) for row in asked.visits.targets]}
@@ -189,7 +189,7 @@ class PieceLog(JobLog):
 MEASURES = tuple(field.name for field in fields(FoundSets) if field.name != "places")
 
 
-def _plain(found: FoundSets) -> dict[str, Any]:
+def _plain(found: FoundSets) -> dict[str, list[float] | int]:
     flat = np.stack([found.places.real, found.places.imag], axis=-1).ravel()
     rows = {name: getattr(found, name).tolist() for name in MEASURES}
     return {"points": int(found.places.shape[1]), "places": flat.tolist(), **rows}

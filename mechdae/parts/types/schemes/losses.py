@@ -17,6 +17,7 @@ from mechdae.parts.types.schemes.closure import turned
 from mechdae.parts.types.schemes.scheme import DYAD, SLIDER, SWING, Scheme, output_points
 from mechdae.parts.types.schemes.slides import Moved, turning
 from mechdae.records import dataclass
+from mechdae.types import Complexes, Floats, Matrix
 
 ANGLES = 48
 """Crank angles over which a mean is taken; of less than a turn half as many."""
@@ -47,7 +48,7 @@ def rubbing_of(demand: CompositionDemand) -> LossAsked | None:
     return None if demand.rubbing is None else LossAsked(*demand.rubbing)
 
 
-def cross(a: Any, b: Any) -> Any:
+def cross(a: Complexes, b: Complexes) -> Matrix:
     """Return the cross product of vectors as complex numbers."""
     return (np.conj(a) * b).imag
 
@@ -58,7 +59,9 @@ class _Statics:
     `x`, `v` (n, b, t): places and velocities of the points.
     """
 
-    def __init__(self, scheme: Scheme, x: Any, v: Any, aim: Aim, rubbing: LossAsked) -> None:
+    def __init__(
+        self, scheme: Scheme, x: Complexes, v: Complexes, aim: Aim, rubbing: LossAsked
+    ) -> None:
         self.scheme, self.x, self.v = scheme, x, v
         self.aim, self.rubbing = aim, rubbing
         shape = (len(scheme.links), *x.shape[1:])
@@ -68,7 +71,7 @@ class _Statics:
         self.block = np.zeros(x.shape[1:], complex)
         self.speeds = self._speeds()
 
-    def _speeds(self) -> Any:
+    def _speeds(self) -> Floats:
         """Return the angular velocities (links, b, t)."""
         found = np.zeros(self.force.shape)
         for number, link in enumerate(self.scheme.links):
@@ -94,24 +97,24 @@ class _Statics:
             link = scheme.links_at(scheme.trace)[0]
             self._push(link, np.full(self.x.shape[1:], complex(*load)), scheme.trace)
 
-    def _push(self, link: int, force: Any, point: int) -> None:
+    def _push(self, link: int, force: Complexes, point: int) -> None:
         """Add a force on a link, with its moment about the origin."""
         self.force[link] += force
         self.moment[link] += cross(self.x[point], force)
 
-    def _pin(self, one: int, other: int, force: Any) -> None:
+    def _pin(self, one: int, other: int, force: Complexes) -> None:
         self.lost += (
             self.rubbing.arm * np.abs(force) * np.abs(self.speeds[one] - self.speeds[other])
         )
 
-    def _guide(self, normal: Any, speed: Any) -> None:
+    def _guide(self, normal: Matrix, speed: Matrix) -> None:
         self.lost += self.rubbing.friction * self.aim.radius * np.abs(normal) * np.abs(speed)
 
     def about(self, link: int, point: int) -> Any:
         """Return the moment of what acts on a link about a point."""
         return self.moment[link] - cross(self.x[point], self.force[link])
 
-    def run(self) -> Any:
+    def run(self) -> Matrix:
         """Return the losses (b, t)."""
         self.load()
         number = len(self.scheme.links)
@@ -124,7 +127,7 @@ class _Statics:
         self._pin(0, 1, self.force[1])
         return self.lost
 
-    def _hold(self, link: int, force: Any, point: int) -> None:
+    def _hold(self, link: int, force: Complexes, point: int) -> None:
         """Take the reaction on a link at a point from the one before it."""
         hub = self.scheme.links_at(point)[0]
         self._pin(hub, link, force)
@@ -168,7 +171,9 @@ class _Statics:
         self._hold(link, -self.force[link] - pressed, i)
 
 
-def losses(scheme: Scheme, places: Any, aim: Aim, rubbing: LossAsked, count: int = ANGLES) -> Any:
+def losses(
+    scheme: Scheme, places: Complexes, aim: Aim, rubbing: LossAsked, count: int = ANGLES
+) -> Any:
     """Return the mean losses (b,) [W] of sets of places (b, n) at one radian per second."""
     angles = aim.nodes(count if aim.turns else count // 2 + 1)
     if not aim.turns:
@@ -185,7 +190,7 @@ def losses(scheme: Scheme, places: Any, aim: Aim, rubbing: LossAsked, count: int
     return np.nan_to_num(lost[:, first:].mean(axis=1), nan=np.inf)
 
 
-def loss_slopes(scheme: Scheme, places: Any, aim: Aim, rubbing: LossAsked) -> Any:
+def loss_slopes(scheme: Scheme, places: Complexes, aim: Aim, rubbing: LossAsked) -> Any:
     """Return derivatives (b, p) of losses by central differences of their closed form."""
     count, size = len(places), 2 * (scheme.size - 1)
     moved = np.repeat(np.asarray(places, complex)[:, None], 2 * size, axis=1)

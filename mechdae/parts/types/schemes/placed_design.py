@@ -17,6 +17,7 @@ from mechdae.parts.types.schemes.targets.functions import function_errors
 from mechdae.parts.types.schemes.targets.visits import visited
 from mechdae.parts.types.schemes.work_items import SizedScheme
 from mechdae.records import dataclass
+from mechdae.types import Complexes
 
 ANGLES = 720
 """Crank angles by which a design is laid on the wanted curve."""
@@ -34,7 +35,7 @@ class PlacedDesign:
     from that pose, over which the design is certified.
     """
 
-    places: Any
+    places: Complexes
     angles: Mapping[int, float]
     zeros: Mapping[int, complex]
     at: Any = None
@@ -57,7 +58,7 @@ def output_link(scheme: Scheme) -> int:
     return next(k for k, link in enumerate(scheme.links) if link[:2] == pair)
 
 
-def ways_of(scheme: Scheme, x: Any) -> list[tuple[complex, complex]]:
+def ways_of(scheme: Scheme, x: Complexes) -> list[tuple[complex, complex]]:
     """Return the ends of each guide in the first pose, between which its block goes.
 
     A guide of a moving link begins at the link's point on it.

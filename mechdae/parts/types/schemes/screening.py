@@ -206,7 +206,9 @@ def _least_squares(
     return solved, np.sqrt((weights * np.abs(gaps) ** 2).sum(axis=2))
 
 
-def _as_function(scheme: Scheme, aim: Aim, x: Complexes, angles: Floats) -> tuple[Any, Any]:
+def _as_function(
+    scheme: Scheme, aim: Aim, x: Complexes, angles: Floats
+) -> tuple[Complexes, Floats]:
     """Return sets with the best size of a slide, and their errors."""
     targets = np.array(aim.targets, float)
     places = x[:, :, 0].T.copy()

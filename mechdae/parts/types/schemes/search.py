@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 
 from mechdae import __version__
 from mechdae.parts.types.described.composition import LARGEST, LEAST, CompositionDemand
@@ -173,8 +174,8 @@ class SchemeSearch:
         self._refine(f"growth {number + 1}, refinement", later, LONG)
 
     def _first_sets(
-        self, entry: SizedScheme, change: Change, generator: Any
-    ) -> list[tuple[str, Any, float]]:
+        self, entry: SizedScheme, change: Change, generator: Generator
+    ) -> list[tuple[str, Complexes, float]]:
         span = None if self.aim.turns else self.aim.span
         sets = change.places(entry.scheme, entry.places, TRIES, generator, span)
         noise = generator.normal(0, NOISE, (2, *sets.shape))

@@ -33,7 +33,7 @@ class Resampled:
     steps: Complexes
     lengths: Floats
 
-    def derivatives(self, rates: Any) -> Any:
+    def derivatives(self, rates: Complexes) -> Any:
         """Return those of the points (b, m, p) from those of the corners (b, t, p)."""
         count = self.points.shape[1]
         following = np.roll(rates, -1, axis=1)
@@ -110,7 +110,7 @@ class Fit:
 
     shift: Integers
     backward: Booleans
-    factor: Any
+    factor: Complexes
     residual: Floats
 
     def targets(self, wanted: Complexes) -> Any:

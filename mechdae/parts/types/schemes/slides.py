@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.parts.types.schemes.scheme import CRANK, FIXED, SLIDER, Scheme
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats, Matrices
+from mechdae.types import Complexes, Floats, Integers, Matrices
 
 
 @dataclass
@@ -24,11 +24,11 @@ class Moved:
     """
 
     start: Complexes
-    x: Any
+    x: Complexes
     rates: Any = None
     found: Any = None
 
-    def at(self, rows: Any, places: Any) -> Moved:
+    def at(self, rows: Integers, places: Integers) -> Moved:
         """Return one angle of each set."""
         picked = {
             k: np.broadcast_to(d, (*self.x.shape[1:], d.shape[-1]))[rows, places][:, None]

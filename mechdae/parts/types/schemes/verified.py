@@ -19,11 +19,12 @@ from mechdae.design.synthesis.verification.design_file import POSES, TURN, Desig
 from mechdae.design.synthesis.verification.verify import measured
 from mechdae.parts.types.described.composition import CompositionDemand
 from mechdae.parts.types.described.scheme_goals import INPUT
+from mechdae.types import Complexes, Floats
 
 POINTS = 200
 
 
-def shape_distance(curve: Any, wanted: Any) -> float:
+def shape_distance(curve: Complexes, wanted: Complexes) -> float:
     """Return how far a closed curve (t,) is from another one (k,) in shape and size."""
     traced, target = (_resampled(np.asarray(each, complex)) for each in (curve, wanted))
     traced, target = traced - traced.mean(), target - target.mean()
@@ -38,7 +39,7 @@ def shape_distance(curve: Any, wanted: Any) -> float:
     return TURN * least / float(radius)
 
 
-def _resampled(corners: Any) -> Any:
+def _resampled(corners: Complexes) -> Any:
     """Return points of a closed polyline at equal arc length, from its first corner on."""
     closed = np.append(corners, corners[0])
     length = np.append(0.0, np.cumsum(np.abs(np.diff(closed))))
@@ -47,7 +48,7 @@ def _resampled(corners: Any) -> Any:
 
 
 def verified(
-    text: str, demand: CompositionDemand, error: float, coordinate: str, at: Any, unit: float
+    text: str, demand: CompositionDemand, error: float, coordinate: str, at: Floats, unit: float
 ) -> list[str]:
     """Return what is wrong with an error that is claimed of a design."""
     design = DesignFile(from_dict(tomllib.loads(text)), INPUT, at)

@@ -85,11 +85,11 @@ class FoundSets:
     asked for.
     """
 
-    places: Any
-    error: Any
-    material: Any
-    least: Any
-    loss: Any
+    places: Complexes
+    error: Floats
+    material: Floats
+    least: Floats
+    loss: Floats
 
 
 def computed(piece: SchemePiece) -> Any:
@@ -144,7 +144,9 @@ def _nodes(aim: Aim) -> Floats:
     return aim.nodes(ANGLES if aim.turns else ANGLES // 2 + 1)
 
 
-def measured(scheme: str, places: Any, aim: Aim, rubbing: LossAsked | None = None) -> FoundSets:
+def measured(
+    scheme: str, places: Complexes, aim: Aim, rubbing: LossAsked | None = None
+) -> FoundSets:
     """Return sets with their measures; those with bars too short, or that do not
     assemble at some angle, are left out.
     """
@@ -181,7 +183,7 @@ class SizedScheme:
     """One set of dimensions with its measures; lengths and errors in units of the aim."""
 
     scheme: Scheme
-    places: Any
+    places: Complexes
     error: float
     material: float
     least: float

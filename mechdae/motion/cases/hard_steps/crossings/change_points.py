@@ -64,10 +64,10 @@ class Scaling:
     """
 
     columns: Any
-    rows: Any
+    rows: Floats
     mix: Floats | None = None
 
-    def equations(self, values: Floats) -> Any:
+    def equations(self, values: Floats) -> Floats:
         """Return residuals (m,) or a Jacobian (m, n) in units of the equations, mixed."""
         scaled = values / (self.rows if values.ndim == 1 else self.rows[:, None])
         return scaled if self.mix is None else self.mix @ scaled
@@ -102,7 +102,7 @@ class Crossing:
     s: float
     block: int
     group: int
-    x: Any
+    x: Floats
     own: Branch
     other: Branch | None
     still: Floats
@@ -135,7 +135,7 @@ class _Form:
     B: float
     C: float
     tangent: Floats
-    v: Any
+    v: Floats
 
     @property
     def size(self) -> float:
@@ -211,8 +211,7 @@ class CrossingFinder:
 
     def _system(self, b: int) -> Call:
         g = self.graphs
-        call: Call = g.cache(("crossing", b), lambda: Call(crossing(g.scene, g.blocks[b])))
-        return call
+        return g.cache(("crossing", b), lambda: Call(crossing(g.scene, g.blocks[b])))
 
     # -- unknowns of earlier blocks ----------------------------------------------------------
 
@@ -387,7 +386,7 @@ class CrossingFinder:
         columns = scaling.columns
         x, nothing = y[: graph.size] * columns, np.zeros(graph.size)
 
-        def second(slope: Floats) -> Any:
+        def second(slope: Floats) -> Floats:
             return scaling.equations(self.jet(b, s, x, (slope, nothing), z)[3])
 
         F, J, push, *_ = self.jet(b, s, x, (nothing, nothing), z)
@@ -423,7 +422,7 @@ class CrossingFinder:
         if scaling.mix is not None:
             left = np.linalg.svd(J * columns / scaling.rows[:, None])[0][:, graph.size - 1 :]
 
-            def missed(slope: Floats) -> Any:
+            def missed(slope: Floats) -> Floats:
                 return left.T @ (self.jet(b, s, x, (slope, nothing), z)[3] / scaling.rows)
 
             if other is None:

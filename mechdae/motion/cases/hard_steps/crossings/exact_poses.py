@@ -34,7 +34,7 @@ Vector = list[Decimal]
 class ExactPose:
     """Unknowns of a block with two rates by s, and a bound of the unknowns' errors, all (n,)."""
 
-    x: Any
+    x: Floats
     v: Floats
     a: Floats
     error: Floats

@@ -50,8 +50,7 @@ class ZonePoses:
             function = self.graphs.held(blocks)
             return Batch(function, [function.n_in() - 4])
 
-        batch: Batch = self.graphs.cache(("held", blocks), make)
-        return batch
+        return self.graphs.cache(("held", blocks), make)
 
     def held(self, path: AnyPath, s: Floats) -> Booleans:
         """Return which blocks are given by the expansion at a change point, (n, nb)."""

@@ -302,8 +302,7 @@ class SpatialGroup:
         if word == "position":
             return np.array([ce * ca, se, ce * sa])
         if word == "velocity":
-            direction: Array = up * de + round_ * da
-            return direction
+            return up * de + round_ * da
         bent = -np.array([ce * ca, se, ce * sa]) * de**2 - np.array([ce * ca, 0.0, ce * sa]) * da**2
         mixed = 2 * de * da * np.array([se * sa, 0.0, -se * ca])
         return np.asarray(up * dde + round_ * dda + bent + mixed)

@@ -14,13 +14,13 @@ from mechdae.parts.types.schemes.aims import ANGLE, Aim
 from mechdae.parts.types.schemes.closure import SchemeTurn, turned
 from mechdae.parts.types.schemes.descent import ErrorsAt, Fitting
 from mechdae.parts.types.schemes.scheme import Scheme, output_points, pivot_of
-from mechdae.types import Complexes, Floats, Matrices, Points
+from mechdae.types import Complexes, Floats, Matrices, Matrix, Points
 
 FINE = 181
 """Crank angles beside the targets at which a set is measured."""
 
 
-def outputs(scheme: Scheme, turn: SchemeTurn, places: Complexes, aim: Aim, angles: Any) -> Any:
+def outputs(scheme: Scheme, turn: SchemeTurn, places: Complexes, aim: Aim, angles: Floats) -> Any:
     """Return the output (b, t) at angles (t,), the first one zero; an angle without jumps."""
     start = np.asarray(places, complex)
     if aim.what != ANGLE:
@@ -42,7 +42,7 @@ def _rates(scheme: Scheme, turn: SchemeTurn, places: Complexes, aim: Aim) -> Any
     assert turn.every is not None
     size = 2 * (scheme.size - 1)
 
-    def own(k: int) -> Any:
+    def own(k: int) -> Complexes:
         found = np.zeros(size, complex)
         if k:
             found[2 * k - 2], found[2 * k - 1] = 1.0, 1j
@@ -100,7 +100,7 @@ class FunctionFitting(Fitting):
         return excess, slopes
 
 
-def based(scheme: Scheme, places: Complexes, aim: Aim) -> Any:
+def based(scheme: Scheme, places: Complexes, aim: Aim) -> Complexes:
     """Return places with the crank's pivot at zero; where only angles count with that of the
     output at one.
     """
@@ -110,7 +110,7 @@ def based(scheme: Scheme, places: Complexes, aim: Aim) -> Any:
     return places / places[:, pivot_of(scheme)][:, None]
 
 
-def function_errors(scheme: Scheme, places: Complexes, aim: Aim) -> tuple[Any, Any]:
+def function_errors(scheme: Scheme, places: Complexes, aim: Aim) -> tuple[Floats, Floats]:
     """Return the measure (b,) of sets, and the offset (b,) that the output has."""
     angles = aim.nodes(FINE)
     turn = turned(scheme, places, angles)
@@ -118,7 +118,7 @@ def function_errors(scheme: Scheme, places: Complexes, aim: Aim) -> tuple[Any, A
     return measured_gaps(np.array(aim.targets) - found, aim)
 
 
-def measured_gaps(gaps: Any, aim: Aim) -> tuple[Any, Any]:
+def measured_gaps(gaps: Matrix, aim: Aim) -> tuple[Floats, Floats]:
     """Return the measure (b,) of gaps (b, k) up to an offset, and the offset (b,)."""
     if aim.minimax:
         low, high = gaps.min(axis=1), gaps.max(axis=1)

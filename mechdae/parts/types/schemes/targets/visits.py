@@ -146,9 +146,9 @@ class TargetsMet:
     """
 
     angles: Floats
-    factor: Any
-    shift: Any
-    error: Any
+    factor: Complexes
+    shift: Complexes
+    error: Floats
 
 
 def visited(scheme: Scheme, places: Complexes, aim: Aim) -> TargetsMet:
