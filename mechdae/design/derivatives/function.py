@@ -56,9 +56,8 @@ class DenseCallback(ca.Callback):
     """A function of Python within casadi's graphs; keep it as long as what is built with it."""
 
     def __init__(
-        self, name: str, sizes: Sequence[int], shape: tuple[int, int],
-        options: Mapping[str, object] | None = None,
-    ) -> None:  # fmt: skip
+        self, name: str, sizes: Sequence[int], shape: tuple[int, int], options: Any = None
+    ) -> None:
         ca.Callback.__init__(self)
         self._sizes, self._shape = tuple(sizes), shape
         self.construct(name, options or {})
@@ -450,7 +449,7 @@ class _Guess(DenseCallback):
         return True
 
     def get_jacobian(
-        self, name: str, inames: Sequence[str], onames: Sequence[str], options: Mapping[str, object]
+        self, name: str, inames: Sequence[str], onames: Sequence[str], options: Any
     ) -> Graph:
         sizes, nx = self._sizes, self._shape[0]
         arguments = [*(MX.sym("at", size) for size in sizes), MX.sym("x", nx)]

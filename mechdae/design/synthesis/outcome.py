@@ -21,7 +21,7 @@ from mechdae.design.studies.sensitivity import numbers, sharp
 from mechdae.errors import InputError, MechdaeError, within
 from mechdae.results import Result
 from mechdae.tasks.dispatch.solve import solve
-from mechdae.types import Floats, Graph, Sym
+from mechdae.types import Floats, Sym
 
 KEPT = 64
 """Designs whose values are kept: IPOPT asks for value and gradient of one several times."""

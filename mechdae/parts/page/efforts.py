@@ -12,7 +12,7 @@ from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import LoadedRun, unknown_columns
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
 from mechdae.results import effort_unit
-from mechdae.types import Graph, Json
+from mechdae.types import Json
 
 PARAMETERS = 6
 """Place of the parameters among the inputs of the balance."""
