@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from matplotlib.figure import Figure
 
 import mechdae as md
+from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.words import Words
 from tests.shared.drawn import (
@@ -16,6 +19,7 @@ from tests.shared.drawn import (
     with_gid,
     zoo,
 )
+from tests.shared.live import WEB
 
 
 def test_options():
@@ -63,3 +67,52 @@ def test_long_titles_are_fitted():
     assert f"{title.get_text()} {rest.get_text()}" == result.title
     result.title = "Four-bar"
     assert not with_gid(md.plot(result), "title-rest")
+
+
+def luminance(colour):
+    """Return the relative luminance of WCAG 2.2."""
+    parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    linear = [
+        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
+    ]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(first, second):
+    low, high = sorted((luminance(first), luminance(second)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_contrast_is_that_of_wcag():
+    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.01)
+
+
+@pytest.mark.parametrize("theme", [style.LIGHT, style.DARK], ids=["light", "dark"])
+def test_lines_are_seen_on_their_paper(theme):
+    """Three to one, WCAG 1.4.11; text 4.5 to one."""
+    paper = theme.paint(style.PAPER)
+    for colour in set(style.DRAWN) - {style.GHOST}:
+        assert contrast(theme.paint(colour), paper) >= 3.0, colour
+    for colour in (style.INK, style.LOAD, style.FAINT):
+        assert contrast(theme.paint(colour), paper) >= 4.5, colour
+    for colour in style.SERIES if theme is style.LIGHT else ():
+        assert contrast(colour, paper) >= 3.0, colour
+
+
+def test_lines_of_pages_are_seen_on_their_paper():
+    css = (WEB / "page.css").read_text(encoding="utf-8")
+    for block in re.findall(r":root[^{]*\{([^}]*)\}", css):
+        colours = dict(re.findall(r"--(\w+): (#[0-9a-f]{6})", block))
+        for name in (
+            "ink",
+            "driven",
+            "trace",
+            "arrow",
+            "force",
+            "wheel",
+            "ground",
+            "load",
+            "faint",
+        ):
+            assert contrast(colours[name], colours["paper"]) >= 3.0, name

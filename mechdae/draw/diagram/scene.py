@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from math import cos, sin
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import InputError, UnavailableError
@@ -29,6 +29,8 @@ IN_LINE = np.cos(np.deg2rad(25.0))
 """Two links in one line but for less than this are near a dead centre."""
 CROWDED = 0.08
 """Joints closer than this share of the longest travel are hard to tell apart."""
+BOOK = (30.0, 70.0)
+"""Angle of the driver [deg] at which books draw a mechanism."""
 SHORT = 4
 """Of so many poses or fewer the first one is drawn."""
 
@@ -54,6 +56,8 @@ class DrawnScene:
         Names of the joints that do not close: their links are drawn apart.
     way
         The same motion at more poses, of which the paths are.
+    turn
+        (n,) rad, the angle that the first moving driver gives; none where it gives a length.
     """
 
     mechanism: Mechanism
@@ -64,6 +68,7 @@ class DrawnScene:
     cylinders: frozenset[str] = frozenset()
     open: frozenset[str] = frozenset()
     way: DrawnScene | None = None
+    turn: Array | None = None
 
     def local(self, reference: str) -> Array:
         """Return the coordinates of ``body.point`` in its body."""
@@ -247,6 +252,7 @@ def read_scene(result: Result) -> DrawnScene:
         status,
         frozenset(_cylinders(mechanism, driver_names(result))),
         frozenset(own["joint"] for own in open_of(result)),
+        turn=driven_turn(result),
     )
 
 
@@ -353,9 +359,10 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     """Return the index of the pose to draw.
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
-    longer sweep the middle assembled one, or the nearest to it in which neither two links
-    nor two joints lie on each other; near the middle also one in which no two links are in
-    line as in a dead centre.
+    longer sweep one with the driver at `BOOK` degrees, in which links that share a pin are as
+    far from one line as they can be. Where there is none the middle assembled pose, or the nearest
+    to it in which neither two links nor two joints lie on each other; near the middle also one in
+    which no two links are in line as in a dead centre.
 
     Raises
     ------
@@ -372,8 +379,13 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
         return assembled[0]
     assembled = longest_run(assembled)
     middle = assembled[len(assembled) // 2]
-    folded, stretched = _aligned(scene)
-    covered = folded | _crowded(scene)
+    aligned = _aligned(scene)
+    crowded = _crowded(scene)
+    covered, stretched = (aligned[0] > FOLDED) | crowded, aligned[1] > IN_LINE
+    shut = covered | (aligned[1] > FOLDED)
+    open_ones = [k for k in in_book(scene.turn, assembled) if not shut[k]]
+    if open_ones:
+        return min(open_ones, key=lambda k: round(float(aligned[:, k].max()), 1))
     far = len(assembled) // 6
     for unclear, most in ((covered | stretched, far), (covered, len(assembled))):
         clear = [index for index in assembled if not unclear[index]]
@@ -383,8 +395,30 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     return middle
 
 
-def _aligned(scene: DrawnScene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return in which poses two links that share a pin point the same way, and opposite ways."""
+def in_book(turn: Array | None, poses: Sequence[int]) -> list[int]:
+    """Return poses with the driver where books draw it, the nearest to the middle of it first."""
+    if turn is None:
+        return []
+    low, high = BOOK
+    away = np.abs(np.rad2deg(turn) % 360.0 - (low + high) / 2)
+    near = [k for k in poses if away[k] <= (high - low) / 2 + 1e-9]
+    return sorted(near, key=lambda k: round(float(away[k]), 6))
+
+
+def driven_turn(result: Result) -> Array | None:
+    """Return the angle [rad] that the first moving driver gives, (n,); None of a length."""
+    for text, driver in (getattr(result, "drivers", None) or {}).items():
+        values = np.asarray(driver.position, dtype=float)
+        if np.isfinite(values).any() and np.nanmax(values) > np.nanmin(values):
+            return values if coordinate(result.mechanism, text).is_angle else None
+    return None
+
+
+def _aligned(scene: DrawnScene) -> Array:
+    """Return how nearly two links that share a pin point the same way, and opposite ways, (2, n).
+
+    One where they do.
+    """
     pairs = [
         (first, second)
         for joint in scene.mechanism.joints.values()
@@ -393,11 +427,11 @@ def _aligned(scene: DrawnScene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         for second in _arms(scene, joint.second)
     ]
     if not pairs:
-        never = np.zeros(len(scene.status), dtype=bool)
-        return never, never
+        return np.zeros((2, len(scene.status)))
     x, y = np.moveaxis(np.array(pairs), -1, 0)
     cosine = x[:, 0] * x[:, 1] + y[:, 0] * y[:, 1]
-    return (cosine > FOLDED).any(axis=0), (cosine < -IN_LINE).any(axis=0)
+    found: Array = np.nan_to_num([cosine.max(axis=0), (-cosine).max(axis=0)])
+    return found
 
 
 def _crowded(scene: DrawnScene) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.scene import SHORT, longest_run, named_pose
+from mechdae.draw.diagram.scene import SHORT, in_book, longest_run, named_pose
 from mechdae.draw.space.anchors import anchor, offsets, size_of
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_wheels import sides
@@ -39,6 +39,7 @@ def choose(
         tried = known[:1]
     else:
         run = longest_run(known)
+        run = sorted(in_book(scene.turn, run)) or run
         share = np.linspace(0.1, 0.9, TRIED) * (len(run) - 1)
         tried = [run[k] for k in dict.fromkeys(share.round().astype(int).tolist())]
     middle_pose = tried[len(tried) // 2]

@@ -13,6 +13,7 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.draw.diagram.scene import driven_turn
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -47,6 +48,8 @@ class SpatialScene:
         By name: values (n,) of the joint coordinates that are known.
     way
         The same motion at more poses, of which the paths are.
+    turn
+        See `mechdae.draw.diagram.scene.DrawnScene`.
     """
 
     mechanism: Mechanism
@@ -57,6 +60,7 @@ class SpatialScene:
     coordinates: Mapping[str, Array] = field(default_factory=dict)
     open: frozenset[str] = field(default_factory=frozenset)
     way: SpatialScene | None = None
+    turn: Array | None = None
 
     @cached_property
     def origins(self) -> set[str]:
@@ -217,7 +221,8 @@ def read_spatial(result: Any) -> SpatialScene:
         for ref, own in result.points.items()
         if "position" in own
     }
-    scene = SpatialScene(mechanism, values, turns, tracks, status, _coordinates(result))
+    given, turn = _coordinates(result), driven_turn(result)
+    scene = SpatialScene(mechanism, values, turns, tracks, status, given, turn=turn)
     for name in mechanism.ground.points:
         ref = f"{GROUND}.{name}"
         tracks[ref] = np.broadcast_to(scene.local(ref), (count, 3))
