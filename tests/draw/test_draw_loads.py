@@ -216,3 +216,13 @@ def test_dark_paper_is_a_value(result):
     )
     light = md.plot(result, pose=3)
     assert to_hex(light.get_figure().get_facecolor()) == style.PAPER
+
+
+def test_centres_of_mass_beside_their_links_are_tied_to_them():
+    axes = md.plot("andrews-squeezer", "diagram")
+    ties = {own.get_gid(): own.get_xydata() for own in axes.lines if "-tie" in str(own.get_gid())}
+    assert len(ties) >= 2
+    marks = {own.get_gid(): own.center for own in axes.patches if hasattr(own, "center")}
+    for gid, (center, foot) in ties.items():
+        np.testing.assert_allclose(center, marks[gid.removesuffix("-tie")], atol=1e-12)
+        assert np.hypot(*(foot - center)) > 0

@@ -349,3 +349,15 @@ def test_what_has_no_plans():
     assert window.status[0] == "limit"  # velocities are infinite there
     with pytest.raises(md.InputError, match="pose 0 has no rates"):
         md.plot(window, "plans", pose=0)
+
+
+def test_vectors_that_are_looked_for_have_names():
+    """The Coriolis acceleration and the normal ones, however short they are drawn."""
+    axes = md.plot("whitworth-quick-return", "plans", which="acceleration")
+    axes = axes[0] if isinstance(axes, (list, tuple)) else axes
+    figure = axes.get_figure(root=True)
+    gids = {str(own.get_gid()) for panel in figure.axes for own in (*panel.lines, *panel.texts)}
+    arrows = {gid for gid in gids if gid.endswith(("-coriolis", "-normal"))}
+    assert any(gid.endswith("-coriolis") for gid in arrows)
+    assert len(arrows) > 2
+    assert {f"{gid}-name" for gid in arrows} <= gids

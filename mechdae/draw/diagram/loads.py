@@ -23,6 +23,7 @@ from mechdae.draw.diagram.amounts import KnownScene, acts, load_values, sense
 from mechdae.draw.diagram.driver import blocked, held_by, pivot_and_arm, travel_of, turn_arrow
 from mechdae.draw.diagram.places import JoinedScene, Place
 from mechdae.draw.diagram.scene import Array, DrawnScene, turned
+from mechdae.draw.diagram.shapes import hull, within
 from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
@@ -354,10 +355,31 @@ def _draw_masses(sheet: Sheet, scene: DrawnScene, pose: int) -> list[Mark]:
         turn = scene.angles[name][pose : pose + 1]
         center = scene.origins[name][pose] + turned(turn, local)[0]
         with sheet.on(f"{name}.{next(iter(body.points))}", turn=name, grow="m"):
-            symbols.mass_center(sheet, sheet.at(center), f"mass-{name}")
+            points = [scene.place(f"{name}.{point}", pose) for point in body.points]
+            mass_mark(sheet, sheet.at(center), sheet.at(points), name)
     if not heavy or not pull.any():
         return []
     return gravity_mark(sheet, unit(pull))
+
+
+def mass_mark(sheet: Sheet, center: Array, corners: Array, name: str) -> None:
+    """Draw a centre of mass, tied by a thin line to its link where it lies beside it.
+
+    ``corners`` are the points of the link, (n, 2).
+    """
+    ends = corners[hull(corners)] if len(corners) > 2 else corners
+    way = np.roll(ends, -1, axis=0) - ends
+    size = np.maximum((way**2).sum(axis=1), 1e-12)
+    share = np.clip(((center - ends) * way).sum(axis=1) / size, 0.0, 1.0)
+    feet = ends + share[:, None] * way
+    foot = feet[int(np.argmin(np.round(np.hypot(*(feet - center).T), 6)))]
+    beside = len(ends) < 3 or not within(center[None], ends)[0]
+    if beside and float(np.hypot(*(foot - center))) > 2 * style.DOT:
+        sheet.line(
+            [center, foot], color=style.GROUND, width=style.THIN, dash=style.DASHED,
+            z=style.Z_BAR, gid=f"mass-{name}-tie", weight=style.RING,
+        )  # fmt: skip
+    symbols.mass_center(sheet, center, f"mass-{name}")
 
 
 def gravity_mark(sheet: Sheet, way: Array) -> list[Mark]:

@@ -36,6 +36,8 @@ LETTER, NAME = 14.0, 12.0
 SCALE = 11.0
 NAMED = 30.0
 """Shorter arrows have no name of their own; the letters at their ends remain."""
+LOOKED_FOR = ("coriolis", "normal")
+"""Kinds that are named however short they are."""
 POLE = 2.6
 ROOM = 24.0
 """Room around a plan for its letters."""
@@ -129,7 +131,8 @@ def write(
         rows.append((text, f"{end.gid}-letter", label, chosen.size, style.INK))
     for arrow in [arrow for arrow in arrows if arrow.text]:
         start, tip = sheet.at(arrow.start), sheet.at(arrow.end)
-        if float(np.hypot(*(tip - start))) < NAMED:
+        least = 0.5 * HEAD[0] if arrow.kind in LOOKED_FOR else NAMED
+        if float(np.hypot(*(tip - start))) < least:
             continue
         chosen = font(NAME)
         text = f"${arrow.text}$"

@@ -7,6 +7,8 @@ import numpy as np
 from mechdae.draw.diagram.scene import Array
 from mechdae.records import dataclass
 
+STEPS = (1, 1.5, 2, 2.5, 4, 5)
+"""Scales of plans."""
 CLOSED = 1e-9
 """Share of its size by which a plan may stay open before the picture says so."""
 
@@ -99,10 +101,10 @@ class Plan:
 
 
 def round_up(number: float) -> float:
-    """Return the least of 1, 2, 5 times a power of ten that is not below the number."""
+    """Return the least of `STEPS` times a power of ten that is not below the number."""
     power = int(np.floor(np.log10(number)))
     for exponent in (power - 1, power, power + 1):
-        for step in (1, 2, 5):
+        for step in STEPS:
             candidate = float(f"{step}e{exponent}")
             if candidate >= number * (1 - 1e-12):
                 return candidate

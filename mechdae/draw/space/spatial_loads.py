@@ -25,6 +25,7 @@ from mechdae.draw.diagram.loads import (
     between_points,
     coordinate_of,
     gravity_mark,
+    mass_mark,
     spring_mark,
     text_of,
     torsion_mark,
@@ -323,4 +324,7 @@ class SpatialLoads:
         turn, pose = self.scene.turns[name][self.pose.pose], self.pose.pose
         place = self.scene.origin(name)[pose] + turn @ local
         if np.isfinite(place).all():
-            symbols.mass_center(self.sheet, self.pose.at(place)[:2], f"mass-{name}")
+            points = np.array([self.scene.place(ref, pose) for ref in self.scene.points(name)])
+            known = points[np.isfinite(points).all(axis=1)]
+            flat = self.sheet.at(self.pose.view.flat(known))
+            mass_mark(self.sheet, self.pose.at(place)[:2], flat, name)
