@@ -145,14 +145,9 @@ class FoldGraphs(BoundGraphs):
         blocks = self.ancestors(b)
         if any(self.blocks[k].reaches is not None for k in blocks):
             return self._reached_turn(blocks)
-        chain = [i for k in blocks for i in self.blocks[k].own]
-        names = ("v", "du", "size_x", "size_u", "d")
-        v, du, size_x, size_u, d = (
-            SX.sym(name, self.nu if name in ("du", "size_u", "d") else self.nx) for name in names
-        )
-        ds, s, x, u = SX.sym("ds"), SX.sym("s"), self.scene.x, self.scene.u
-        F = ca.vertcat(*[self.blocks[k].F for k in blocks])
-        w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
+        chain, F, inputs, residual = self._turning(blocks)
+        _, v, _, du, size_x, size_u, d, ds, _, w, r = inputs
+        s, x, u = SX.sym("s"), self.scene.x, self.scene.u
         moved, every = ca.substitute(F, u, u + d * s), ca.vertcat(x[chain], s)
         J = ca.jacobian(moved, every)
         row, of = map(list, J.sparsity().get_triplet())
@@ -165,27 +160,35 @@ class FoldGraphs(BoundGraphs):
         turned = ca.jtimes(ca.substitute(entries, s, 0), straight, rates)
         moving, sizes = [x, u, v, du, d], [ca.fabs(v), ca.fabs(du), ca.fabs(d)]
         near = [ca.fabs(self.x) + ds * sizes[0], ca.fabs(self.u) + ds * sizes[1], *sizes]
-        value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
-        residual = ca.fabs(value) + ds * ds * majorant(along, moving, near)[0] / 2
+        left = residual(majorant(along, moving, near)[0])
         change = ds * majorant(turned, moving, near)[0]
         square, _ = majorant(column(bent.nonzeros()), moving, [size_x, size_u, *sizes])
         unit = column([share[i] * w[j] for i, j in zip(entry, other, strict=True)])
-        kappa = norm(square * unit)
-        inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
-        results = [ca.densify(part) for part in (norm(residual / r), norm(change * share), kappa)]
-        return ca.Function("turn", inputs, results)
+        results = [left, norm(change * share), norm(square * unit)]
+        return ca.Function("turn", inputs, [ca.densify(part) for part in results])
 
-    def _reached_turn(self, blocks: list[int]) -> Graph:
-        """Return the same as `turn` of blocks in space, from reaches."""
+    def _turning(self, blocks: list[int]) -> tuple[list[int], Sym, list[Sym], Callable[[Sym], Sym]]:
+        """Return unknowns and equations of blocks, the inputs of `turn`, and what is largest |F|.
+
+        That is a function of the bound of F'' along the tangent.
+        """
         chain = [i for k in blocks for i in self.blocks[k].own]
         names = ("v", "du", "size_x", "size_u", "d")
         v, du, size_x, size_u, d = (
             SX.sym(name, self.nu if name in ("du", "size_u", "d") else self.nx) for name in names
         )
-        ds, x, u = SX.sym("ds"), self.scene.x, self.scene.u
         F = ca.vertcat(*[self.blocks[k].F for k in blocks])
+        ds, w, r = SX.sym("ds"), SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
+        value = ca.substitute(ca.substitute(F, self.scene.x, self.x), self.scene.u, self.u)
+        inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
+        return chain, F, inputs, lambda bend: norm((ca.fabs(value) + ds * ds * bend / 2) / r)
+
+    def _reached_turn(self, blocks: list[int]) -> Graph:
+        """Return the same as `turn` of blocks in space, from reaches."""
+        chain, F, inputs, residual = self._turning(blocks)
+        _, v, _, du, size_x, size_u, d, ds, _, w, r = inputs
+        x, u = self.scene.x, self.scene.u
         reaches = [reach for k in blocks for reach in self.blocks[k].block.reaches]
-        w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
         (bounds_by_reaches,) = of_cases("reaches")
         known, rates = bounds_by_reaches(self.scene, F, reaches, [x, u]), ca.fabs(ca.vertcat(v, du))
         near = [ca.fabs(self.x) + ds * ca.fabs(v), ca.fabs(self.u) + ds * ca.fabs(du)]
@@ -195,13 +198,10 @@ class FoldGraphs(BoundGraphs):
             select[i, k] = w[k]
         select[self.nx :, len(chain)] = ca.fabs(d) * w[len(chain)]
         bent = [bend @ rates for bend in here.second]
-        along = ca.vertcat(*[ca.dot(rates, bend) for bend in bent])
-        value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
-        residual = ca.fabs(value) + ds * ds * along / 2
+        left = residual(ca.vertcat(*[ca.dot(rates, bend) for bend in bent]))
         change = ca.vertcat(*[ds * (bend.T @ select) / r[i] for i, bend in enumerate(bent)])
         kappa = column([norm(select.T @ b2 @ select) / r[i] for i, b2 in enumerate(wide.second)])
-        inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
-        results = [ca.densify(part) for part in (norm(residual / r), norm(change), norm(kappa))]
+        results = [ca.densify(part) for part in (left, norm(change), norm(kappa))]
         return ca.Function("turn", inputs, results)
 
     def along(self, b: int) -> Graph:

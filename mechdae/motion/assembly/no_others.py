@@ -30,7 +30,7 @@ from mechdae.motion.assembly.choosers import Chooser
 from mechdae.motion.assembly.multistart import BlockSearch
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass
-from mechdae.types import Floats, Jacobians, Matrices, Unknowns
+from mechdae.types import Floats, Jacobians, Matrices, Sym, Unknowns
 
 SX = ca.SX
 LARGEST = 4
@@ -120,20 +120,29 @@ def _positive(search: BlockSearch, senses: Chooser, b: int) -> PositiveSenses | 
     told = [scene.expression(value) for value in senses.positive(b)]
     if not told:
         return None
-    S, given = ca.densify(ca.vertcat(*told)), [graph.z, scene.u, scene.model.p]
-    J = ca.jacobian(S, graph.x)
-    sizes = [SX.sym(f"size{k}", part.numel()) for k, part in enumerate(given[:2])]
+    given = [graph.z, scene.u, scene.model.p]
+    found = _bounded(ca.vertcat(*told), graph.x, given, np.full(search.n, FURTHEST))
+    return None if found is None else PositiveSenses(*found)
+
+
+def _bounded(rows: Sym, x: Sym, given: list[Sym], largest: Floats) -> tuple[Batch, Call] | None:
+    """Return values with slopes by x, and bounds of the bends where |x| stays below `largest`.
+
+    `given`: what the rows hold beside x, first earlier unknowns and drivers, of whose sizes the
+    bounds are functions. None: no bound is known.
+    """
+    F = ca.densify(rows)
+    J = ca.densify(ca.vec(ca.jacobian(F, x)))
+    moving, others = given[:2], given[2:]
+    sizes = [SX.sym(f"size{k}", part.numel()) for k, part in enumerate(moving)]
+    bent = ca.vec(ca.densify(ca.jacobian(J, x)))
     try:
-        bound, _ = majorant(
-            ca.vec(ca.densify(ca.jacobian(ca.vec(ca.densify(J)), graph.x))),
-            [graph.x, graph.z, scene.u],
-            [ca.DM(np.full(search.n, FURTHEST)), *sizes],
-        )
+        bound, _ = majorant(bent, [x, *moving], [ca.DM(largest), *sizes])
     except NoMajorant:
         return None
-    values = ca.Function("SJ", [graph.x, *given], [S, ca.densify(ca.vec(J))])
-    bends = ca.Function("bends", [*sizes, scene.model.p], [ca.densify(bound)])
-    return PositiveSenses(Batch(values, shared=[1, 2, 3]), Call(bends))
+    values = ca.Function("FJ", [x, *given], [F, J])
+    bends = ca.Function("bends", [*sizes, *others], [ca.densify(bound)])
+    return Batch(values, shared=[*range(1, len(given) + 1)]), Call(bends)
 
 
 def _charts(search: BlockSearch) -> list[ProjectiveChart] | None:
@@ -159,21 +168,11 @@ def _charts(search: BlockSearch) -> list[ProjectiveChart] | None:
             row = free[i] * (m[0] ** 2 if bent else m[0] if straight else 1)
             row += (slope[i, :] @ s) * (m[0] if bent else 1) if straight else 0
             rows.append(row + (s.T @ H[i] @ s / 2 if bent else 0))
-        F = ca.densify(ca.vertcat(*rows))
-        J = ca.jacobian(F, graph.x)
-        given = [graph.z, u, p, scale]
-        values = ca.Function("FJ", [graph.x, *given], [F, ca.densify(ca.vec(J))])
-        sizes = [SX.sym(f"size{k}", part.numel()) for k, part in enumerate((graph.z, u))]
-        try:
-            bound, _ = majorant(
-                ca.vec(ca.densify(ca.jacobian(ca.vec(ca.densify(J)), graph.x))),
-                [graph.x, graph.z, u],
-                [ca.DM(np.where(search.turning, FURTHEST, WIDEST)), *sizes],
-            )
-        except NoMajorant:
+        largest = np.where(search.turning, FURTHEST, WIDEST)
+        found = _bounded(ca.vertcat(*rows), graph.x, [graph.z, u, p, scale], largest)
+        if found is None:
             return None
-        bends = ca.Function("bends", [*sizes, p, scale], [ca.densify(bound)])
-        charts.append(ProjectiveChart(one, Batch(values, shared=[1, 2, 3, 4]), Call(bends)))
+        charts.append(ProjectiveChart(one, *found))
     return charts
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from decimal import Context, Decimal, localcontext
 from typing import Any
 
@@ -34,6 +35,13 @@ FIGURES = 15
 """Digits up to which a decimal says what was meant: different ones are different doubles."""
 MEETING = 1e-6
 """Share of what rounding to double does to a residual, below which decimals are meant to meet."""
+
+
+@contextmanager
+def in_digits() -> Iterator[None]:
+    """Compute decimals with `DIGITS` digits."""
+    with localcontext(Context(prec=DIGITS)):
+        yield
 
 
 class Residuals:
@@ -82,6 +90,7 @@ class Residuals:
         found = float(abs(np.asarray(w, LONG) @ scaling.equations(value(b))))
         return found if found > LESS_EXACT else 0.0
 
+    @in_digits()
     def precise(
         self,
         b: int,
@@ -98,20 +107,6 @@ class Residuals:
         Unknowns of earlier blocks are refined first, and then y itself: `driven` are z', z'' and
         u, u', u'' of the `system` of the crossing, `slope` its derivative.
         """
-        with localcontext(Context(prec=DIGITS)):
-            return self._refined(b, whole, earlier, y, system, slope, driven, scaling)
-
-    def _refined(
-        self,
-        b: int,
-        whole: Floats,
-        earlier: list[int],
-        y: Floats,
-        system: Graph,
-        slope: Matrix,
-        driven: tuple[Floats, ...],
-        scaling: Any,
-    ) -> float | None:
         g = self.graphs
         wide, u = [exactly(value) for value in whole], driven[2]
         n = g.blocks[b].size
