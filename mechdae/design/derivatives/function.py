@@ -407,8 +407,6 @@ class _Built:
 
 
 _MADE: dict[Hashable, tuple[Any, Any]] = {}
-
-
 """Functions with their callbacks, by what they compute. casadi graphs hold bare pointers to these,
 so they live as long as the process; the same function is made once."""
 

@@ -335,6 +335,4 @@ def _transmission(track: LaneTrack, columns: tuple[int, ...]) -> dict[str, Float
 FACTS: dict[str, Callable[[LaneTrack, tuple[int, ...]], dict[str, Any]]] = {
     "transmission": _transmission, "curve": curve_facts,
 }  # fmt: skip
-
-
 """What gives several numbers of the same columns."""

@@ -135,8 +135,6 @@ class PathWork:
 
 
 Follow = Callable[[Sequence[PathWork]], list[Any]]
-
-
 """Where the solutions of each work lead to, `nan` where paths do not arrive."""
 
 

@@ -17,7 +17,7 @@ from mechdae.draw.diagram.shapes import edges, shape_of
 from mechdae.draw.diagram.wheels import circles, rack_span
 from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
-from mechdae.parts.exchange.drawings.dxf_text import SAME, UNDRAWN, DxfText
+from mechdae.parts.exchange.drawings.dxf_text import SAME, UNDRAWN, DxfText, distance
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
 
@@ -252,7 +252,7 @@ class _Drawing:
                 way = np.array([np.cos(angle), np.sin(angle)])
                 middle = place + way * (far * PIN * self.size + 0.5 * np.hypot(wide, height))
                 gap = min(
-                    [_distance(middle, *line) for line in self.lines]
+                    [distance(middle, *line) for line in self.lines]
                     + [0.7 * float(np.hypot(*(middle - place))) for place in taken],
                     default=1.0,
                 )
@@ -261,11 +261,3 @@ class _Drawing:
                     best, found = score, middle
         taken.append(found)
         self.out.text("NAMES", found - np.array([wide, height]) / 2, height, word)
-
-
-def _distance(point: Floats, start: Floats, end: Floats) -> float:
-    """Return the distance of a point from a stretch of a line."""
-    way = end - start
-    long = float(way @ way)
-    share = min(max(float((point - start) @ way) / long, 0.0), 1.0) if long else 0.0
-    return float(np.hypot(*(point - start - share * way)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 
 from mechdae.types import Floats
 
+Place = Sequence[float] | Floats
+"""x and y."""
 MILLIMETRE = 1000.0
 LAYERS = {"LINKS": 7, "JOINTS": 5, "GROUND": 8, "GUIDES": 8, "PATHS": 1, "NAMES": 3}
 """Layers with their colours."""
@@ -98,3 +101,12 @@ def _value(value: float | str) -> str:
 def _plain(text: str) -> str:
     """Return a text in one line of ASCII, as release 12 has it."""
     return " ".join(text.encode("ascii", "replace").decode().split())
+
+
+def distance(point: Place, start: Place, end: Place) -> float:
+    """Return the distance of a point from a stretch of a line."""
+    wx, wy = end[0] - start[0], end[1] - start[1]
+    px, py = point[0] - start[0], point[1] - start[1]
+    long = wx * wx + wy * wy
+    share = min(max((wx * px + wy * py) / long, 0.0), 1.0) if long else 0.0
+    return math.hypot(px - share * wx, py - share * wy)

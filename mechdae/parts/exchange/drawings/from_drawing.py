@@ -31,6 +31,7 @@ from mechdae.describe.joints.pairs import PinInSlot, Prismatic, Revolute
 from mechdae.describe.tasks.kinds import Modes
 from mechdae.errors import InputError
 from mechdae.parts.exchange.drawings.dxf_read import DrawnSketch, Spot, read_drawing
+from mechdae.parts.exchange.drawings.dxf_text import distance
 
 FIXED = ("GROUND", "FIXED", "BASE", "SUPPORT")
 GUIDES = ("GUIDE", "GUIDES", "SLIDE", "SLIDES")
@@ -210,7 +211,7 @@ class _Sketch:
     def _holds(self, link: _DrawnLink, pin: _Pin) -> bool:
         if pin.center in link.corners:
             return True
-        return any(_distance(pin.center, *edge) <= ON * self.size for edge in link.lines)
+        return any(distance(pin.center, *edge) <= ON * self.size for edge in link.lines)
 
     # -- the mechanism ---------------------------------------------------------------------
 
@@ -304,7 +305,7 @@ class _Sketch:
 
     def _guided(self, place: Spot) -> bool:
         return any(
-            _distance(place, *edge) <= ON * self.size
+            distance(place, *edge) <= ON * self.size
             for guide in self.guides
             for edge in itertools.pairwise(guide)
         )
@@ -314,7 +315,7 @@ class _Sketch:
         near = [
             (guide, far)
             for guide in self.guides
-            if len(guide) == 2 and (far := _distance(pin.center, *guide)) <= SLOT * pin.radius
+            if len(guide) == 2 and (far := distance(pin.center, *guide)) <= SLOT * pin.radius
         ]
         for (one, far), (other, also) in itertools.combinations(near, 2):
             ways = [(b[0] - a[0], b[1] - a[1]) for a, b in (one, other)]
@@ -327,7 +328,7 @@ class _Sketch:
 
     def _on(self, pin: _Pin, guide: tuple[Spot, ...]) -> bool:
         return any(
-            _distance(pin.center, *edge) <= max(ON * self.size, pin.radius)
+            distance(pin.center, *edge) <= max(ON * self.size, pin.radius)
             for edge in itertools.pairwise(guide)
         )
 
@@ -397,12 +398,3 @@ def _middle(corners: tuple[Spot, ...]) -> Spot:
     """Return the mean of the corners, a closed line's last one counted once."""
     ring = corners[:-1] if len(corners) > 2 and corners[0] == corners[-1] else corners
     return sum(x for x, _ in ring) / len(ring), sum(y for _, y in ring) / len(ring)
-
-
-def _distance(point: Spot, start: Spot, end: Spot) -> float:
-    """Return the distance of a point from a stretch of a line."""
-    wx, wy = end[0] - start[0], end[1] - start[1]
-    px, py = point[0] - start[0], point[1] - start[1]
-    long = wx * wx + wy * wy
-    share = min(max((wx * px + wy * py) / long, 0.0), 1.0) if long else 0.0
-    return math.hypot(px - share * wx, py - share * wy)

@@ -92,8 +92,6 @@ def middle(scheme: Scheme, x: Complexes, k: int, generator: Generator) -> Any:
 
 
 OFFSET = 0.6
-
-
 """Share of rods whose slot passes beside their pin."""
 
 

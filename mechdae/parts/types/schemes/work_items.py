@@ -247,6 +247,4 @@ class Archive:
 
 
 STEEP = 0.5
-
-
 """Sine above which a better transmission is not kept for its own sake."""
