@@ -8,7 +8,7 @@ import numpy as np
 def evenly(curve, count):
     """Return so many of the places of a dense closed curve (n,), at about equal lengths of arc."""
     far = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.append(curve, curve[0]))))])
-    return curve[np.searchsorted(far, np.arange(count) / count * far[-1])]
+    return curve[np.searchsorted(far, np.arange(count) / count * far[-1]) % len(curve)]
 
 
 def drawn_four_bar(generator, count=240, full=True, size=0.1):

@@ -106,12 +106,11 @@ export class Search {
       const { y, tau } = this.begun(candidate);
       const targets = this.points ? (candidate.mirror ? mirrored(this.targets) : this.targets) : side;
       const times = this.points ? this.times(tau, side, targets) : tau;
-      const best = this.found[7], good = best ? 100 * best.miss ** 2 * n : Infinity;
+      const eighth = this.found.filter(({ family }) => family === candidate.family)[7], least = eighth ? eighth.miss : Infinity, good = 100 * least ** 2 * n;
       const miss = Math.sqrt(this.fits[candidate.family].fit(y, times, targets, 60, good) / n);
       if (!Number.isFinite(miss)) continue;
             const own = { family: candidate.family, mirror: candidate.mirror, y, miss, times };
-      const close = miss < 2 * (this.found[7] || { miss: Infinity }).miss;
-      if (!close || this.found.some((known) => same(own, known))) continue;
+      if (miss > 2 * least || this.found.some((known) => same(own, known))) continue;
       const whole = this.traced(own, FINE);
       if (!whole) continue;
       own.error = this.points ? miss * this.share : hausdorff(this.unit(whole), this.whole) * this.share;

@@ -12,8 +12,8 @@ import { extent, smoothThrough } from "./targets.js";
 import { taskText } from "./task.js";
 
 const KINDS = { poses: [2, 5], pivots: [0, 2], points: [5, 9], curve: [12, Infinity] };
-/** How near the pointer takes hold, units; length of an arrow; milliseconds of work between two pictures; fits of a search; how many are shown; the largest miss of a pose. */
-const HOLD = 12, ARROW = 42, SLICE = 24, FITS = 600, SHOWN = 12, TRUE = 1e-6;
+/** How near the pointer takes hold, units; length of an arrow; milliseconds of work between two pictures; fits of a search; how many are shown, of each class; the largest miss of a pose. */
+const HOLD = 12, ARROW = 42, SLICE = 24, FITS = 600, SHOWN = 12, OF_A_CLASS = 4, TRUE = 1e-6;
 const SIZE = [132, 96];
 
 export class Finder {
@@ -221,7 +221,8 @@ export class Finder {
       if (more && !enough && search.tried < FITS) setTimeout(step, 0);
       else {
         Object.assign(this, { tried: search.tried, fitted: performance.now() - this.begun });
-        this.waiting = search.found.slice(0, 2 * SHOWN).map((own) => this.solutionOfCurve(own, search, points)).sort((a, b) => a.cost - b.cost).slice(0, SHOWN);
+        this.waiting = search.found.map((own) => this.solutionOfCurve(own, search, points))
+          .sort((a, b) => a.cost - b.cost).filter((own, k, all) => all.slice(0, k).filter(({ facts }) => facts.class === own.facts.class).length < OF_A_CLASS).slice(0, SHOWN);
         this.checked(round);
       }
     };
@@ -232,7 +233,7 @@ export class Finder {
     const { wanted } = this, solution = { facts: factsOf(own), error: own.error, own, way: search.traced(own, 160), order: points && orderOf(own.times, own.family) };
     solution.drawing = ofCurve(own, points ? own.times[0] : 0.3, search);
     const ways = solution.drawing.nodes.map(({ x, y }) => [x, y]).flat(), { angle } = solution.facts;
-    solution.cost = Math.max(own.error, 1e-3) * (solution.drawing.links.length > 3 ? 2 : 1) * (1 + extent(Float64Array.from(ways)) / extent(wanted) / 8) * (angle < 0.25 ? 4 : 1);
+    solution.cost = Math.max(own.error, 3e-3) * (solution.drawing.links.length > 3 ? 2 : 1) * (1 + extent(Float64Array.from(ways)) / extent(wanted) / 8) * (angle < 0.25 ? 4 : 1);
     solution.check = () => { const run = missOfCurve(own, search, wanted, points); if (run) solution.way = run.way; return run && run.miss; };
     return solution;
   }
@@ -318,7 +319,7 @@ export class Finder {
     for (const { x, y, fixed, slide } of solution.drawing.nodes) {
       const [cx, cy] = at([x, y]);
       if (slide) element("path", { d: `M${cx - 30 * Math.cos(slide.angle)} ${cy + 30 * Math.sin(slide.angle)}L${cx + 30 * Math.cos(slide.angle)} ${cy - 30 * Math.sin(slide.angle)}`, class: "guide" }, svg);
-      element("circle", { cx, cy, r: fixed ? 3.4 : 2.4, class: fixed ? "weld" : "pin" }, svg);
+      element("circle", { cx, cy, r: fixed ? 3.4 : 2.4, class: fixed ? "fixed" : "free" }, svg);
     }
     if (this.ofPoses) for (const pose of wanted) { const [x, y] = at(pose); element("path", { d: `M${x} ${y}l${12 * Math.cos(pose[2])} ${-12 * Math.sin(pose[2])}`, class: "wanted" }, svg); }
     else if (this.kind === "points") for (const point of wanted) { const [cx, cy] = at(point); element("circle", { cx, cy, r: 2, class: "wanted" }, svg); }

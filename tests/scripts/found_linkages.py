@@ -1,0 +1,180 @@
+"""What the editor finds, measured in Chromium: random four-bars' curves, closed curves, letters.
+
+``python -m tests.scripts.found_linkages --out docs/data/found-linkages.json --page docs/editor.md``
+Times are processor seconds of the page's thread. Errors are Hausdorff's distance from the wanted
+curve as a share of its larger side, of the way that the page's solver follows. Beside the six
+curves of `benchmarks/compositions.py` and the outlines of six letters (DejaVu Sans) stands what
+`mechdae synthesize` makes of the task that the page saves, by the same measure, with 20 starts; for
+the six curves also the distance that `docs/data/compositions.json` has, of both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextPath
+from playwright.sync_api import sync_playwright
+
+import mechdae as md
+from benchmarks.compositions import CURVES
+from mechdae.parts.types.schemes.shape import Wanted, distances
+from tests.reference.coupler_curves import drawn_four_bar, evenly, off
+from tests.shared.browser import ARGUMENTS, CHROMIUM
+from tests.shared.finding import Finding
+from tests.shared.paths import ROOT
+
+LETTERS = "CDLSUV"
+TURNING, SWINGING, STARTS, SEED = 200, 50, 20, 5
+LIMIT = 0.01
+HEAD = (
+    "| curve | first three, class and error | best of twelve | s | `mechdae synthesize`, error | s "
+    "| distance | of compositions |"
+)
+COMPOSED = ROOT / "docs/data/compositions.json"
+
+
+def formula(name):
+    """Return a closed curve (240,) of `benchmarks/compositions.py`, a decimetre large."""
+    s = np.linspace(0, 2 * np.pi, 20_000, endpoint=False)
+    x, y = (eval(own, {"s": s, "cos": np.cos, "sin": np.sin}) for own in CURVES[name])
+    return 0.04 * evenly(x + 1j * y, 240)
+
+
+def letter(name):
+    """Return the outer outline of a letter, a decimetre high."""
+    path = TextPath((0, 0), name, size=0.1, prop=FontProperties(family="DejaVu Sans"))
+    outlines = [own @ [1, 1j] for own in path.to_polygons()]
+    outer = max(outlines, key=lambda own: np.ptp(own.real))[:-1]
+    at = np.linspace(0, len(outer), 20_000, endpoint=False)
+    return evenly(np.interp(at, np.arange(len(outer) + 1), np.append(outer, outer[0])), 240)
+
+
+def distance(curve, way):
+    """Return the measure of `benchmarks/compositions.py`."""
+    wanted = Wanted(curve)
+    return float(distances(evenly(way, 400)[None] / wanted.radius, wanted)[0])
+
+
+def random_curves(finding, count, full):
+    """Return how many of the curves come back, and what that takes."""
+    generator, errors, times, firsts = np.random.default_rng(SEED), [], [], []
+    for _ in range(count):
+        curve = drawn_four_bar(generator, full=full)
+        found, seconds = finding.curve(curve)
+        all_errors = [off(curve, own["way"]) if own["good"] else 1.0 for own in found]
+        errors.append(min(all_errors, default=1.0))
+        firsts.append(all_errors[0] if all_errors else 1.0)
+        times.append(seconds)
+    return {
+        "curves": count,
+        "within": int(np.sum(np.array(errors) < LIMIT)),
+        "first_within": int(np.sum(np.array(firsts) < LIMIT)),
+        "median_error": float(np.median(errors)),
+        "median_seconds": float(np.median(times)),
+        "largest_seconds": float(np.max(times)),
+    }
+
+
+def synthesized(finding, curve, folder):
+    """Return the error of the best design of the task that the page saves, and its seconds."""
+    file = folder / "task.toml"
+    file.write_text(finding.page.evaluate("mechdae.finder.toml()"), encoding="utf-8")
+    begun = time.process_time()
+    result = md.synthesize(file, starts=STARTS)
+    seconds = time.process_time() - begun
+    errors = []
+    for design in result.data["designs"]:
+        file.write_text(design["problem"], encoding="utf-8")
+        way = md.solve(file, "turn").points["coupler.P"].position @ [1, 1j]
+        errors.append(off(curve, way[np.isfinite(way)]))
+    return {"error": min(errors, default=None), "seconds": seconds}
+
+
+def single(finding, curve, folder):
+    """Return the first three for a curve, beside a synthesis."""
+    found, seconds = finding.curve(curve)
+    rows = [
+        {
+            "class": own["class"],
+            "error": off(curve, own["way"]),
+            "angle": own["angle"],
+            "distance": distance(curve, own["way"]),
+        }
+        for own in found
+        if own["good"]
+    ]
+    beside = synthesized(finding, curve, folder)
+    best = min(rows, key=lambda row: row["error"])
+    return {"found": rows[:3], "best": best, "seconds": seconds, "synthesis": beside}
+
+
+def measured(folder):
+    """Return all figures."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        finding = Finding(browser, folder)
+        figures = {
+            "atlas_seconds": finding.atlas(),
+            "mechanisms": finding.page.evaluate("mechdae.finder.atlas.count"),
+            "page_bytes": (folder / "editor.html").stat().st_size,
+        }
+        finding.curve(formula("egg"))  # the browser compiles what runs often
+        figures["curves"] = {name: single(finding, formula(name), folder) for name in CURVES}
+        figures["letters"] = {name: single(finding, letter(name), folder) for name in LETTERS}
+        figures["turning"] = random_curves(finding, TURNING, True)
+        figures["swinging"] = random_curves(finding, SWINGING, False)
+        assert finding.said == [], finding.said
+        browser.close()
+    return figures
+
+
+def table(figures):
+    """Return the rows of the page."""
+    records = json.loads(COMPOSED.read_text(encoding="utf-8"))["records"]
+    known = {own["curve"]: own["material"]["least_distance"][0] for own in records}
+    rows = [HEAD, "|---|---|---|---|---|---|---|---|"]
+    for name, own in {**figures["curves"], **figures["letters"]}.items():
+        three = ", ".join(f"{row['class']} {100 * row['error']:.2g} %" for row in own["found"])
+        beside = own["synthesis"]
+        error = "none" if beside["error"] is None else f"{100 * beside['error']:.2g} %"
+        least = min(row["distance"] for row in [*own["found"], own["best"]])
+        more = [f"{least:.2g}", f"{known[name]:.2g}"] if name in known else ["", ""]
+        best = f"{own['best']['class']} {100 * own['best']['error']:.2g} %"
+        cells = [
+            name,
+            three,
+            best,
+            f"{own['seconds']:.1f}",
+            error,
+            f"{beside['seconds']:.0f}",
+            *more,
+        ]
+        rows.append(f"| {' | '.join(cells)} |")
+    return "\n".join(rows)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--page", type=Path)
+    options = parser.parse_args()
+    folder = Path(tempfile.mkdtemp())
+    figures = measured(folder)
+    shutil.rmtree(folder)
+    options.out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    if options.page:
+        text = options.page.read_text(encoding="utf-8")
+        before, rest = text.split(HEAD, 1)
+        after = rest.split("\n\n", 1)[1]
+        options.page.write_text(f"{before}{table(figures)}\n\n{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
