@@ -73,19 +73,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     asked = next((word for word in words if not word.startswith("-")), None)
     known = COMMANDS.whole() if asked is None or asked not in COMMANDS else [asked]
     for name in known:  # one says nothing of the others
-        title = COMMANDS[name].about
-        command = commands.add_parser(name, help=title, description=title, allow_abbrev=False)
+        entry = COMMANDS[name]
+        command = commands.add_parser(
+            name, help=entry.about, description=entry.about, allow_abbrev=False
+        )
         command.add_argument("--quiet", action="store_true", help="no messages, only results")
         command.add_argument("--debug", action="store_true", help="tracebacks of errors")
         if name == asked:
-            COMMANDS[name].load().arguments(command)
+            chosen = entry.load()
+            chosen.arguments(command)
     try:
         arguments = parser.parse_args(_with_labels(words))
     except SystemExit as stop:
         return int(stop.code or 0)
     try:
         with _output(arguments):
-            return int(COMMANDS[arguments.command].load().run(arguments))
+            return int(chosen.run(arguments))
     except (MechdaeError, OSError, KeyboardInterrupt) as error:
         from mechdae.cli.failures import failure
 

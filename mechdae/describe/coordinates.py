@@ -107,6 +107,15 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
     raise import_module(NAMES).no_coordinate(mechanism, text)
 
 
+def coordinate_of_key(mechanism: Mechanism, name: str) -> NamedCoordinate:
+    """Return what a key of the sketch means, also a body's angle or a joint's usual coordinate."""
+    if name in mechanism.bodies:
+        name = f"{name}.angle"
+    elif name in mechanism.joints:
+        name = f"{name}.{mechanism.joints[name].usual}"
+    return coordinate(mechanism, name)
+
+
 def split_rate(name: str) -> tuple[str, int]:
     """Return a coordinate's name and the order of its rate: 0, 1 speed, 2 acceleration."""
     for order, rate in enumerate(RATES, start=1):

@@ -235,9 +235,9 @@ class Mechanism:
         """The numbers that can be set by name: parameters, automatic names, the tolerance."""
         return {TOLERANCE: 0.0, **dict(self._numbers), **self.parameters}
 
-    def values(self) -> dict[str, float]:
+    def values(self) -> Table[float]:
         """Return all parameters and automatic names with their values [SI, rad]."""
-        return dict(self._values)
+        return self._values
 
     @cached_property
     def parameter_values(self) -> Mapping[str, float]:
@@ -245,14 +245,14 @@ class Mechanism:
         return evaluate_all(self.parameters)
 
     @cached_property
-    def _values(self) -> dict[str, float]:
+    def _values(self) -> Table[float]:
         result = dict(self.parameter_values)
         for name, number in self.numbers():
             try:
                 result[name] = evaluate(number, self.parameter_values)
             except MechdaeError as problem:
                 raise problem.inside(name) from None
-        return result
+        return Table(result)
 
     @cached_property
     def scale(self) -> float:

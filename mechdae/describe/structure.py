@@ -7,11 +7,9 @@ expressions, tables, and the range of a curve.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
-from dataclasses import fields
+from collections.abc import Hashable
 from typing import Any
 
-from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import Mechanism
 
 
@@ -61,7 +59,7 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
     )
     bodies = tuple((name, body.number, body.outline) for name, body in mechanism.bodies.items())
     values = mechanism.values()
-    joints = tuple(_joint(joint, values, free) for joint in mechanism.joints.values())
+    joints = tuple([joint.structure(values, free) for joint in mechanism.joints.values()])
     loads = tuple(load.settled() for load in mechanism.loads.values())
     outputs = tuple(mechanism.outputs.items())
     aliases = tuple(mechanism.aliases.items())
@@ -73,17 +71,6 @@ def _in_space(mechanism: Mechanism) -> Hashable:
     from mechdae.describe.spinning_links import on_lines
 
     return mechanism.order, on_lines(mechanism)
-
-
-def _joint(joint: Joint, values: Mapping[str, float], free: frozenset[str]) -> Hashable:
-    """Return what a joint is but for its numbers; directions are numbers where all are free."""
-    numbers = {
-        name.partition(".")[0]
-        for name, _ in joint.numbers()
-        if "." not in name or f"{joint.name}.{name}" in free
-    }
-    rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in {*numbers, "range"})
-    return (joint.kind, rest, *joint.settled(values))
 
 
 def cylinders(mechanism: Mechanism) -> list[str]:

@@ -8,7 +8,7 @@ that a term it multiplies costs nothing, and becomes a symbol when the caller fr
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -231,6 +231,15 @@ class Model:
         """Return the coordinates that are among some symbols, in the order of these."""
         known = (self._of_symbol.get(symbol.element_hash()) for symbol in symbols)
         return Coordinates(coordinate for coordinate in known if coordinate)
+
+    def replaced(self, expression: Sym, values: Mapping[tuple[str, str], Sym]) -> Sym:
+        """Return an expression over q in which coordinates have the values of their keys."""
+        held = self.coordinates_among(ca.symvar(SX(expression)))
+        used = [(c.symbol, values[c.key]) for c in held if c.key in values]
+        if not used:
+            return expression
+        symbols, replacements = zip(*used, strict=True)
+        return ca.substitute(expression, ca.vertcat(*symbols), ca.vertcat(*replacements))
 
     def twist(self, body: str) -> list[int]:
         """Return the positions in q of a body's coordinates, in the order of a twist."""

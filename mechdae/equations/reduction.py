@@ -219,12 +219,7 @@ class Scene:
 
     def expression(self, absolute: Sym) -> Sym:
         """Return an expression over q as one over (x, u, p)."""
-        held = self.model.coordinates_among(ca.symvar(SX(absolute)))
-        used = [(c.symbol, self.recover[c.key]) for c in held if c.key in self.recover]
-        if not used:
-            return absolute
-        symbols, values = zip(*used, strict=True)
-        return ca.substitute(absolute, ca.vertcat(*symbols), ca.vertcat(*values))
+        return self.model.replaced(absolute, self.recover)
 
 
 def model_of(

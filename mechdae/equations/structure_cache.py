@@ -59,9 +59,13 @@ class structure_property:  # noqa: N801  (used like `property`)
     def __get__(self, instance: Any, owner: type | None = None) -> Any:
         if instance is None:
             return self
-        made = instance.cache(self.key, lambda: self.make(instance))
+        made = instance.cache(self.key, lambda: self.built(instance))
         instance.__dict__[self.name] = made
         return made
+
+    def built(self, instance: Any) -> Any:
+        """Return what is made where nothing is kept."""
+        return self.make(instance)
 
 
 def forget(instance: Any) -> None:

@@ -61,7 +61,7 @@ def solve(
         whole = whole.with_values(set)
     name, chosen = task_of(whole, task)
     try:
-        chosen = _changed(chosen, mode, poses)
+        wanted = _changed(chosen, mode, poses)
         _check_workers(workers, chosen)
     except MechdaeError as error:
         if isinstance(error, InputError):
@@ -69,8 +69,8 @@ def solve(
         whole.blame(error)
         raise
     options = {"workers": workers, "progress": progress} if _spreads(chosen) else {}
-    if dict(whole.tasks).get(name) != chosen:
-        whole = whole.with_task(name, chosen)
+    if whole.tasks.get(name) is not wanted:
+        whole = whole.with_task(name, wanted)
     return solved(whole, name, **options)
 
 
@@ -101,4 +101,4 @@ def _changed(task: Task, mode: str | None, poses: int | None) -> Task:
         if not hasattr(task, "poses"):
             raise InputError(f"a task of kind '{task.kind}' has no number of poses")
         changes["poses"] = poses
-    return replace(task, **changes)
+    return replace(task, **changes) if changes else task

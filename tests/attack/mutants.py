@@ -402,7 +402,7 @@ def each_group_on_its_own_way(monkeypatch):
 
 
 def swallow(monkeypatch):
-    from mechdae.motion.continuation.path import Front
+    from mechdae.motion.continuation.follower import Front
 
     monkeypatch.setattr(Front, "end", lambda self, limit: self.ended.update(self.path.groups))
 
@@ -430,7 +430,7 @@ def hidden_limit(monkeypatch):
 
 
 def shift(monkeypatch):
-    from mechdae.motion.continuation.path import Front
+    from mechdae.motion.continuation.follower import Front
 
     right = Front.end
 

@@ -66,11 +66,13 @@ def run(options: argparse.Namespace) -> int:
                 progress=show,
             ).in_units(units)
         except SolveError as error:
-            clear(show)
+            if spread:
+                clear(show)
             message(f"mechdae: task {name}: {error}", False)
             code = 1
             continue
-        clear(show)
+        if spread:
+            clear(show)
         results.append(result)
         if not options.json:
             print(table(result, terminal=sys.stdout.isatty()))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from copy import copy
+from dataclasses import field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -58,10 +59,7 @@ class Problem:
         _check_kind(self.tasks, Mapping, "tasks")
         object.__setattr__(self, "tasks", Table(self.tasks))
         check_parts(self.mechanism)
-        for name, task in self.tasks.items():
-            _check_name(name)
-            _check_kind(task, Task, f"tasks.{name}")
-            check_task(self.mechanism, name, task)
+        _check_tasks(self.mechanism, self.tasks)
         for position, entry in enumerate(self.expected):
             _check_kind(entry, Expected, f"expected[{position}]")
             if entry.task not in self.tasks:
@@ -106,7 +104,10 @@ class Problem:
 
     def with_task(self, name: str, task: Task) -> Problem:
         """Return the problem with a task put under `name`."""
-        return replace(self, tasks=self.tasks.with_(name, task))
+        _check_tasks(self.mechanism, {name: task})
+        changed = copy(self)
+        vars(changed)["tasks"] = self.tasks.with_(name, task)
+        return changed
 
     def with_values(self, changes: Mapping[str, Number]) -> Problem:
         """Return the problem with sizes and parameters set.
@@ -158,9 +159,13 @@ def _check_kind(value: Any, kind: type, place: str) -> None:
         )
 
 
-def _check_name(task: str) -> None:
-    """Raise for a task whose name is none: files are called so."""
+def _check_tasks(mechanism: Mechanism, tasks: Mapping[str, Task]) -> None:
+    """Raise for tasks whose name is none, as files are called so, or that do not fit."""
     try:
-        values.name(task)
+        for name in tasks:
+            values.name(name)
     except MechdaeError as problem:
         raise problem.inside("tasks") from None
+    for name, task in tasks.items():
+        _check_kind(task, Task, f"tasks.{name}")
+        check_task(mechanism, name, task)

@@ -186,14 +186,18 @@ def _number_in_si(value: float, unit: Unit) -> float:
     return float(Fraction(repr(value)) * size) if math.isfinite(value) else value
 
 
-def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def plain(
+    table: Any, known: Mapping[str, Any] | None = None, unit: str | None = None
+) -> dict[str, Any]:
     """Return the table with unit suffixes resolved, nested tables included.
 
     With `known`, a key is looked up there first as it is, then without its suffix; an
-    unknown one is an error. Both forms of one key are an error too.
+    unknown one is an error. Both forms of one key are an error too. `unit` is that of all numbers.
     """
     if not isinstance(table, Mapping):
         raise InputError("a table is needed")
+    for key in table if unit is not None else ():
+        check_suffix(key, unit)
     result: dict[str, Any] = {}
     for key, value in table.items():
         base, suffix = split_unit(key) if known is None else split_known(key, known)
@@ -202,17 +206,22 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
         about = getattr(known[base], "metadata", {}) if known is not None else {}
         if suffix and known is not None:
             if about.get("kind", "number") not in WITH_UNIT:
-                unit = about.get("unit")
+                plain_unit = about.get("unit")
                 raise InputError(
                     f"'{base}' is no number, it has no unit", where=key,
-                    hint=f"{base} = ..." + (f", in {unit}" if unit else ""),
+                    hint=f"{base} = ..." + (f", in {plain_unit}" if plain_unit else ""),
                 )  # fmt: skip
             check_suffix(key, about.get("unit"), base)
         if base in result:
             raise InputError(f"'{base}' is given twice, with and without a unit")
-        inside = NESTED.get(about.get("kind", ""))
+        kind = about.get("kind", "")
         try:
-            result[base] = inside.typed(value) if inside else nested(to_si(value, suffix))
+            if kind in NESTED:
+                result[base] = NESTED[kind].typed(value)
+            elif kind == "points" and isinstance(value, Mapping):
+                result[base] = plain(to_si(value, suffix), unit="m")
+            else:
+                result[base] = nested(to_si(value, suffix))
         except MechdaeError as problem:
             raise problem.inside(key) from None
     return result

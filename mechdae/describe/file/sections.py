@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.file.reading import (
-    check_suffix,
     chosen,
     plain,
     read,
@@ -40,8 +39,8 @@ def read_problem(
     """Return the problem of tables without repetition; `pattern` gives those with it."""
     dimension = data.get("dimension", 2)
     parts: dict[str, Any] = {
-        "ground": read(Ground, _with_points(_table(data, "ground"), "ground"), "ground"),
-        "bodies": [_read_body(n, t) for n, t in _table(data, "bodies").items()],
+        "ground": read(Ground, _table(data, "ground"), "ground"),
+        "bodies": [read(Body, t, f"bodies.{n}", name=n) for n, t in _table(data, "bodies").items()],
         "joints": [_read_joint(n, t, dimension) for n, t in _table(data, "joints").items()],
         "loads": [_read_load(n, t) for n, t in _table(data, "loads").items()],
         "parameters": _parameters(data),
@@ -162,23 +161,6 @@ def used_names(data: Mapping[str, Any]) -> set[str]:
     return found
 
 
-def _with_points(table: Any, place: str) -> Any:
-    """Return a body's table with the units on its points' names resolved."""
-    if isinstance(table, Mapping) and isinstance(table.get("points"), Mapping):
-        try:
-            for name in table["points"]:
-                check_suffix(name, "m")
-            return {**table, "points": plain(table["points"])}
-        except MechdaeError as problem:
-            raise problem.inside(f"{place}.points") from None
-    return table
-
-
-def _read_body(name: str, table: Any) -> Body:
-    place = f"bodies.{name}"
-    return read(Body, _with_points(table, place), place, name=name)
-
-
 def _chosen(table: Json, place: str, kinds: Mapping[str, Any], word: str) -> Any:
     try:
         return chosen(table, kinds, word)
@@ -188,19 +170,11 @@ def _chosen(table: Json, place: str, kinds: Mapping[str, Any], word: str) -> Any
 
 def _read_joint(name: str, table: Any, dimension: int) -> Joint:
     place = f"joints.{name}"
-    kinds = KINDS_OF_JOINTS[dimension]
-    word = str(table.get("kind")) if isinstance(table, Mapping) else ""
-    if dimension == 2 and word not in JOINTS and word in SPATIAL_JOINTS:
-        raise InputError(
-            f"a {word} joint is one of space", where=place, hint="dimension = 3 above the tables"
-        )
-    if dimension == 3 and word not in SPATIAL_JOINTS and word in JOINTS:
-        raise UnavailableError(
-            f"joints of kind '{word}' are not computed in space by this version",
-            where=place,
-            hint=f"available: {', '.join(kinds)}",
-        )
-    kind, rest = _chosen(table, place, kinds, "joint")
+    try:
+        kind, rest = chosen(table, KINDS_OF_JOINTS[dimension], "joint")
+    except MechdaeError as problem:
+        _check_dimension(table, dimension, place)
+        raise problem.inside(place) from None
     for entry in rest:
         lacking = kind.lacking.get(split_unit(entry)[0])
         if lacking is not None:
@@ -226,6 +200,21 @@ def _read_joint(name: str, table: Any, dimension: int) -> Joint:
             raise InputError("a reference 'body.point' is needed", where=f"{place}.between")
     joint: Joint = read(kind, rest, place, name=name, first=between[0], second=between[1])
     return joint
+
+
+def _check_dimension(table: Any, dimension: int, place: str) -> None:
+    """Raise for a kind of joint that mechanisms of the other dimension have."""
+    word = str(table.get("kind")) if isinstance(table, Mapping) else ""
+    if dimension == 2 and word in SPATIAL_JOINTS:
+        raise InputError(
+            f"a {word} joint is one of space", where=place, hint="dimension = 3 above the tables"
+        )
+    if dimension == 3 and word in JOINTS:
+        raise UnavailableError(
+            f"joints of kind '{word}' are not computed in space by this version",
+            where=place,
+            hint=f"available: {', '.join(KINDS_OF_JOINTS[3])}",
+        )
 
 
 def _read_load(name: str, table: Any) -> Any:

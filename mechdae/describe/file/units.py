@@ -170,9 +170,11 @@ def _of_drivers(mechanism: Mechanism, tasks: Mapping[str, Any]) -> Iterator[str]
         tables += [(f"drivers[{k}]", driver) for k, driver in enumerate(task.get("drivers") or ())]
         for place, table in tables:
             if isinstance(table, Mapping) and "coordinate" in table:
-                turns = unit_of(mechanism, table["coordinate"]) == "rad"
-                keys = {key for key in PLACES if turns}
-                yield from _notes(table, f"tasks.{name}.{place}", keys.__contains__, PLACES)
+
+                def is_angle(key: str, of: str = table["coordinate"]) -> bool:
+                    return key in PLACES and unit_of(mechanism, of) == "rad"
+
+                yield from _notes(table, f"tasks.{name}.{place}", is_angle, PLACES)
 
 
 def _notes(

@@ -184,6 +184,17 @@ class Joint(Value):
         given = [(name, getattr(self, name)) for name in _number_keys(kind)]
         return tuple([(name, value) for name, value in given if value is not None])
 
+    def structure(self, values: Mapping[str, float], free: frozenset[str]) -> Hashable:
+        """Return what it is but for its numbers; directions are numbers where all are free."""
+        numbers = {
+            name.partition(".")[0]
+            for name, _ in self.numbers()
+            if "." not in name or f"{self.name}.{name}" in free
+        }
+        without = {*numbers, "range"}
+        rest = tuple([getattr(self, e.name) for e in fields(self) if e.name not in without])
+        return (self.kind, rest, *self.settled(values))
+
     def settled(self, values: Mapping[str, float]) -> tuple[Hashable, ...]:
         """Return what of the mechanism's values belongs to the structure."""
         return ()

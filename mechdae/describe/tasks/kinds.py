@@ -96,10 +96,11 @@ class Driver(Value):
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
-        typed = {word: split_unit(word) for word in table}
-        by_law = any(base == "law" for base, _ in typed.values())
-        for word, (base, suffix) in typed.items():
-            if by_law and suffix and base in ("from", "to", "times"):
+        laws = [split_unit(word) for word in table if word.startswith("law")]
+        by_law = any(base == "law" for base, _ in laws)
+        for word in table if by_law else ():
+            base, suffix = split_unit(word)
+            if suffix and base in ("from", "to", "times"):
                 raise InputError(
                     "the times of a law are in seconds", where=word, hint=f"{base} = ..."
                 )
@@ -211,7 +212,8 @@ class Driven(Task):
         coordinates = [coordinate(mechanism, driver.coordinate).text for driver in drivers]
         if len(set(coordinates)) < len(coordinates):
             raise MechanismError("two drivers impose the same coordinate", where="drivers")
-        selection(mechanism, self.outputs, self.forces)
+        if self.outputs is not None:
+            selection(mechanism, self.outputs, self.forces)
         known = mechanism.parameter_values
         timed = any(d.times or d.from_ is not None for d in drivers if d.law is not None)
         for driver in drivers:

@@ -11,7 +11,6 @@ from functools import partial
 import casadi as ca
 
 from mechdae.equations.structure_cache import structure_property
-from mechdae.kernels.bounds.intervals import enclosure
 from mechdae.kernels.bounds.walk import ROUNDOFF, NoMajorant, majorant
 from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed, row_reaches
 from mechdae.kernels.graphs.pose import PoseGraphs
@@ -44,6 +43,8 @@ class BoundGraphs(PoseGraphs):
         except NoMajorant:
             if not self.contacts:
                 raise
+            from mechdae.kernels.bounds.intervals import enclosure
+
             return enclosure(expressions, moving, ranges, self.floors, noise is not None)
 
     def _ranges(self, sizes: list[Sym]) -> list[tuple[Sym, Sym]]:

@@ -12,7 +12,6 @@ import casadi as ca
 
 from mechdae.additions import of_cases
 from mechdae.equations.structure_cache import structure_property
-from mechdae.kernels.bounds.intervals import lower_bounds
 from mechdae.kernels.bounds.walk import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.bounds import BoundGraphs
@@ -42,6 +41,8 @@ class FoldGraphs(BoundGraphs):
         Functions (x, u, p) -> |divisor| and (|x|, |u|, p, low, high) -> lower bound, 0
         without one.
         """
+        from mechdae.kernels.bounds.intervals import lower_bounds
+
         functions = (self.constants, self.advance, self.output_bounds)  # they name them all
         assert all(function is not None for function in functions)
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]

@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import partial
 from types import MappingProxyType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import casadi as ca
 import numpy as np
@@ -29,7 +29,6 @@ from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.equations.reduction import Block, Scene
 from mechdae.equations.structure_cache import StructureCache, structure_property
-from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import (
     ADJUGATE_LIMIT,
@@ -44,6 +43,9 @@ from mechdae.kernels.run.functions import Call, without_repeats
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.kernels.stored.functions import fingerprint, stored_property
 from mechdae.types import Floats, Graph, Sym
+
+if TYPE_CHECKING:
+    from mechdae.kernels.bounds.intervals import Floors
 
 SX = ca.SX
 CLOSURE = 64
@@ -97,7 +99,11 @@ class PoseGraphs:
         self.grain = SX.sym("grain", self.nx)
         owners = {name for group in scene.groups for name in group.joints}
         self.contacts = [c for name, c in scene.model.contacts.items() if name in owners]
-        self.floor = SX.sym("floor", SLOTS if self.contacts else 0)
+        self.floor = SX(0, 1)
+        if self.contacts:
+            from mechdae.kernels.bounds.intervals import SLOTS
+
+            self.floor = SX.sym("floor", SLOTS)
         owned = {contact.joint.name for contact in self.contacts}
         self.places = [
             i for i, c in enumerate(scene.unknowns) if c.kind is PLACE and c.owner in owned
@@ -129,6 +135,8 @@ class PoseGraphs:
     @structure_property
     def floors(self) -> Floors:
         """What curves divide by."""
+        from mechdae.kernels.bounds.intervals import Floors
+
         return Floors(self.floor)
 
     @structure_property

@@ -80,14 +80,7 @@ class stored_property(structure_property):  # noqa: N801  (used like `property`)
     Its owner's `fingerprint` names the equations that it is built from; None: it is not kept.
     """
 
-    def __get__(self, instance: Any, owner: type | None = None) -> Graph:
-        if instance is None:
-            return self
-        made = instance.cache(self.key, lambda: self._found(instance))
-        instance.__dict__[self.name] = made
-        return made
-
-    def _found(self, instance: Any) -> Graph:
+    def built(self, instance: Any) -> Graph:
         if not functions_are_kept() or instance.fingerprint is None:
             return self.make(instance)
         name = fingerprint(instance.fingerprint, self.key)

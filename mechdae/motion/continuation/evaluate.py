@@ -115,11 +115,12 @@ class Evaluator(BeyondEnds):
         s = np.asarray(s, float)
         rates = self.all_rates(path, s, rates)
         alive = path.follows(s)
-        places, limits = s, self.limits(path, s) if path.ends else {}
+        ends = path.ends
+        places, limits = s, self.limits(path, s) if ends else {}
         if not alive.all() and path.graphs.turns:
             places, limits = self.turn_round(path, s, alive, limits)
         guess = path.guess(places) if self.graphs.nx else np.zeros((len(s), 0))
-        stops = self.stops(path, places) if path.ends else np.zeros(len(s), bool)
+        stops = self.stops(path, places) if ends else np.zeros(len(s), bool)
         poses = self._solve(path, s, places, guess, alive, limits, rates)
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
@@ -175,7 +176,7 @@ class Evaluator(BeyondEnds):
         which blocks were certified from the guess itself.
         """
         constants = path.constants
-        consts = constants.vector()
+        consts = constants.vector
         results = self._call(path, guess, s, rates, consts)
         with np.errstate(invalid="ignore", over="ignore"):
             first = constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT

@@ -7,13 +7,18 @@ A step that fails is halved. Where steps shrink, cases are asked for a way past 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechdae.additions import of_cases
 from mechdae.errors import InputError, SolveError
 from mechdae.kernels.graphs.steps import STRIDE
-from mechdae.motion.continuation.path import APPROACH, SHRUNK, Front, Path, Tries
+from mechdae.motion.continuation.path import APPROACH, SHRUNK, Path, Tries
+from mechdae.types import Booleans, Floats
+
+if TYPE_CHECKING:
+    from mechdae.motion.continuation.limit_positions import Limit
 
 NEARLY = 1 + 1e-9
 """How much longer a step may be in order to end at its goal."""
@@ -21,6 +26,82 @@ FEW = 8
 """Steps that are taken in one call where they were shorter before."""
 MOST_STEPS = 1_000_000
 """Steps of a path: some 8000 turns of a driver, or 1 GB of a four-bar's nodes."""
+
+
+class Front:
+    """The upper or the lower end of a path.
+
+    Attributes
+    ----------
+    sense : float
+        1 upwards, -1 downwards.
+    ended : set of int
+        Groups that go no further there.
+    alive : (nb,) array
+        Which blocks belong to groups that have not ended.
+    """
+
+    def __init__(self, path: Path, up: bool) -> None:
+        self.path, self.up, self.sense = path, up, 1.0 if up else -1.0
+        ends = {i: reach.high if up else reach.low for i, reach in path.reach.items()}
+        self.ended = {i for i, end in ends.items() if end}
+        self.alive = path.alive(self.ended)
+
+    @property
+    def s(self) -> float:
+        """Place of the last node."""
+        return self.path.s[-1] if self.up else self.path.s[0]
+
+    @property
+    def state(self) -> Floats:
+        """The last node."""
+        return self.path.state[-1] if self.up else self.path.state[0]
+
+    @property
+    def x(self) -> Floats:
+        """Unknowns (nx,) of the last node."""
+        return self.state[: self.path.graphs.nx]
+
+    @property
+    def sign(self) -> Floats:
+        """Signs of the blocks' determinants."""
+        return self.path.front[self.up]
+
+    def append(self, s: float, state: Floats) -> None:
+        """Put a node behind the last one."""
+        self.path.append(s, state, self.up)
+
+    def step(self, step: float) -> tuple[Floats, Booleans]:
+        """Return the state after a step, and which blocks (nb,) it is proved for."""
+        path, ds, s, state, sign = self.path, self.sense * step, self.s, self.state, self.sign
+        after, test, det, miss = path.step(state, s, ds)
+        if path.quintics is None:
+            return after, path.proved(after, test, det, miss, sign)
+        places, tests = np.array([s, s + ds]), (test[None], det[None], miss[None])
+        return after, path.proved_between(places, state, after[None], tests, sign)[0]
+
+    def end(self, limit: Limit) -> None:
+        """Record that a group, and the groups attached to it, go no further."""
+        for index in self.path.hanging(limit.group) - self.ended:
+            self.ended.add(index)
+            if self.up:
+                self.path.reach[index].high = limit
+            else:
+                self.path.reach[index].low = limit
+        self.alive = self.path.alive(self.ended)
+
+    def leave_curves(self) -> None:
+        """End groups whose contact left an open curve since the last call."""
+        curves = self.path.curves
+        for limit in curves.left(self.path, self.up) if curves is not None else ():
+            for index in self.path.hanging(limit.group):
+                reach = self.path.reach[index]
+                if self.up and (reach.high is None or reach.high.s > limit.s):
+                    reach.high = limit
+                elif not self.up and (reach.low is None or reach.low.s < limit.s):
+                    reach.low = limit
+                self.ended.add(index)
+            self.alive = self.path.alive(self.ended)
 
 
 def extend(path: Path, to: float, needed: Iterable[int] | None = None, first: bool = False) -> None:
@@ -81,14 +162,14 @@ def _until_first(front: Front, ended: set[int]) -> float:
 
 def _stride(front: Front, ds: float, count: int) -> int:
     """Take up to `count` equal steps in one call; return how many were proved."""
-    path, alive, sign = front.path, front.alive, front.sign
+    path, alive, sign, state = front.path, front.alive, front.sign, front.state
     places, chain, held = front.s + ds * np.arange(count + 1), path.graphs.strides, 0
     ahead = min(count, FEW) if abs(ds) < path.largest else count  # the next may fail as well
     while True:
         some = places[held : held + ahead]
-        states, test, det, miss = chain(front.state, some, ds, path.whole, ahead)
+        states, test, det, miss = chain(state, some, ds, path.whole, ahead)
         between = places[held : held + ahead + 1]
-        proved = path.proved_between(between, front.state, states, (test, det, miss), sign)
+        proved = path.proved_between(between, state, states, (test, det, miss), sign)
         good = proved[:, alive].all(axis=1)
         taken = ahead if good.all() else int(np.argmin(good))
         path.append_all(
@@ -97,6 +178,7 @@ def _stride(front: Front, ds: float, count: int) -> int:
         held += taken
         if taken < ahead or held == count:
             break
+        state = states[-1]
         ahead = count - held
     path.counts.steps += held
     if held > 4:

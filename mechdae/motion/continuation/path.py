@@ -24,7 +24,6 @@ from mechdae.types import Booleans, Floats, Matrix, Unknowns
 if TYPE_CHECKING:
     from mechdae.motion.cases.hard_steps.finders import Finders
     from mechdae.motion.cases.hard_steps.quintic_steps import QuinticSteps
-    from mechdae.motion.continuation.limit_positions import Limit
 
 DEEP = 12
 """Blocks one behind the other above which steps that tangents do not prove are looked at again."""
@@ -103,7 +102,7 @@ class Path(AnyPath):
         counts: Counts | None = None,
         within: bool = False,
     ) -> None:
-        whole = np.concatenate([constants.vector(), u0, d])
+        whole = np.concatenate([constants.vector, u0, d])
         super().__init__(graphs, constants, whole, largest, counts or Counts())
         self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
         self._one, self._place = graphs.cache("step", lambda: Call(graphs.advance)), np.zeros(2)
@@ -340,79 +339,3 @@ class Path(AnyPath):
                     rows, values = near_limit(s, S, X, V, limit, side)
                     result[np.ix_(np.flatnonzero(rows), np.array(columns))] = values[:, columns]
         return result
-
-
-class Front:
-    """The upper or the lower end of a path.
-
-    Attributes
-    ----------
-    sense : float
-        1 upwards, -1 downwards.
-    ended : set of int
-        Groups that go no further there.
-    alive : (nb,) array
-        Which blocks belong to groups that have not ended.
-    """
-
-    def __init__(self, path: Path, up: bool) -> None:
-        self.path, self.up, self.sense = path, up, 1.0 if up else -1.0
-        ends = {i: reach.high if up else reach.low for i, reach in path.reach.items()}
-        self.ended = {i for i, end in ends.items() if end}
-        self.alive = path.alive(self.ended)
-
-    @property
-    def s(self) -> float:
-        """Place of the last node."""
-        return self.path.s[-1] if self.up else self.path.s[0]
-
-    @property
-    def state(self) -> Floats:
-        """The last node."""
-        return self.path.state[-1] if self.up else self.path.state[0]
-
-    @property
-    def x(self) -> Floats:
-        """Unknowns (nx,) of the last node."""
-        return self.state[: self.path.graphs.nx]
-
-    @property
-    def sign(self) -> Floats:
-        """Signs of the blocks' determinants."""
-        return self.path.front[self.up]
-
-    def append(self, s: float, state: Floats) -> None:
-        """Put a node behind the last one."""
-        self.path.append(s, state, self.up)
-
-    def step(self, step: float) -> tuple[Floats, Booleans]:
-        """Return the state after a step, and which blocks (nb,) it is proved for."""
-        path, ds = self.path, self.sense * step
-        after, test, det, miss = path.step(self.state, self.s, ds)
-        if path.quintics is None:
-            return after, path.proved(after, test, det, miss, self.sign)
-        places, tests = np.array([self.s, self.s + ds]), (test[None], det[None], miss[None])
-        return after, path.proved_between(places, self.state, after[None], tests, self.sign)[0]
-
-    def end(self, limit: Limit) -> None:
-        """Record that a group, and the groups attached to it, go no further."""
-        for index in self.path.hanging(limit.group) - self.ended:
-            self.ended.add(index)
-            if self.up:
-                self.path.reach[index].high = limit
-            else:
-                self.path.reach[index].low = limit
-        self.alive = self.path.alive(self.ended)
-
-    def leave_curves(self) -> None:
-        """End groups whose contact left an open curve since the last call."""
-        curves = self.path.curves
-        for limit in curves.left(self.path, self.up) if curves is not None else ():
-            for index in self.path.hanging(limit.group):
-                reach = self.path.reach[index]
-                if self.up and (reach.high is None or reach.high.s > limit.s):
-                    reach.high = limit
-                elif not self.up and (reach.low is None or reach.low.s < limit.s):
-                    reach.low = limit
-                self.ended.add(index)
-            self.alive = self.path.alive(self.ended)

@@ -34,7 +34,7 @@ def certified(graphs: Graphs, x: Unknowns, u: Floats) -> Certified:
     if measured is not None or np.any(wide > constants.size_x):
         size_x = np.maximum(constants.size_x, wide)
         constants = Constants(graphs, np.abs(u), size_x, measured)
-    consts = constants.vector()
+    consts = constants.vector
     rates = [] if graphs.single else [np.zeros(graphs.nu) for _ in graphs.driven]
     poses, sure, error = np.array(x, float), np.zeros(k, bool), np.full((k, graphs.nx), np.nan)
     for row in range(k):

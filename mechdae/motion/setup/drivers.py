@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.additions import of_cases
 from mechdae.describe.coordinate_names import coordinate_names
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate, coordinate_of_key
 from mechdae.describe.drawn import drawn_value
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism
@@ -288,7 +288,7 @@ def sketched(mechanism: Mechanism) -> Sketch:
     for name, number in mechanism.sketch.items():
         try:
             value = evaluate(number, known)
-            found = coordinate(mechanism, _coordinate_name(mechanism, name))
+            found = coordinate_of_key(mechanism, name)
             if found.kind == "body angle":
                 angles[found.part] = value
             else:
@@ -301,12 +301,3 @@ def sketched(mechanism: Mechanism) -> Sketch:
                 problem.hint = said or problem.hint
             raise problem.inside(f"sketch.{name}") from None
     return Sketch(angles, places)
-
-
-def _coordinate_name(mechanism: Mechanism, name: str) -> str:
-    """Return the coordinate that a key of the sketch means: a body's angle, a joint's slide."""
-    if name in mechanism.bodies:
-        return f"{name}.angle"
-    if name in mechanism.joints:
-        return f"{name}.{mechanism.joints[name].usual}"
-    return name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import combinations
 
@@ -97,7 +97,8 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
     """
     sizes = [item for item in _lengths(mechanism) if item[0] > 0]
     long = _longest(sizes)
-    notes = [*_backward(mechanism), *([long] if long else [])]
+    values = mechanism.values()
+    notes = [*_backward(mechanism, values), *([long] if long else [])]
     if long or not sizes:
         return notes
     largest = max(size for size, _ in sizes)
@@ -107,7 +108,6 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
                 f"{told()}, {largest / size:.0f} times less than the largest length: is that in "
                 "millimetres? (points, length, NAME without a suffix are in metres)"
             )
-    values = mechanism.values()
     for name, _ in mechanism.numbers():
         part = name.partition(".")[0]
         of_joint = part in mechanism.joints or part == "loads"
@@ -121,9 +121,9 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
     return notes
 
 
-def _backward(mechanism: Mechanism) -> list[str]:
+def _backward(mechanism: Mechanism, values: Mapping[str, float]) -> list[str]:
     """Return notes on links that a negative parameter alone makes point backwards."""
-    values, notes = mechanism.values(), []
+    notes = []
     for name, body in mechanism.bodies.items():
         feet = [point for point, place in body.points.items() if not any(place)]
         for point, (along, *across) in body.points.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import copy
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import casadi as ca
@@ -47,22 +47,22 @@ class ReportedQuantity:
     columns: tuple[int, ...]
     bodies: tuple[str, ...]
 
-    @property
+    @cached_property
     def quantity(self) -> CoordinateKind | None:
         """Which kind of coordinate it is; None of hidden ones."""
         return KINDS.get(self.name)
 
-    @property
+    @cached_property
     def unit(self) -> str:
         """The SI unit; none of hidden ones."""
         return "m" if self.kind == "points" else self.quantity.unit if self.quantity else ""
 
-    @property
+    @cached_property
     def is_orientation(self) -> bool:
         """Whether it is the rotation matrix of a body."""
         return self.name in TURNS
 
-    @property
+    @cached_property
     def is_output(self) -> bool:
         """Whether it is a body's angle or a slide: the coordinates of links, not of points."""
         turns = self.kind == "bodies" and self.quantity is ANGLE

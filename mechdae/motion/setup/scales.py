@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -90,8 +91,9 @@ class Constants:
         floors[: len(least)] = least if proved or measured is None else measured / 2
         return floors, not proved
 
+    @cached_property
     def vector(self) -> Floats:
-        """Return the input ``consts`` of the kernels."""
+        """The input ``consts`` of the kernels; not to be written into."""
         grain = ROUNDOFF * self.size_x
         return np.concatenate([self.p, [self.scale], self.kappa, self.rho, grain, self.floors])
 

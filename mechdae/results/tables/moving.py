@@ -165,7 +165,10 @@ class Quantities:
         if kind == "joints" and self.result.mechanism.dimension == 3:
             yield from self._relative(name, series, rates)
             return
-        if kind == "joints" and "s" in series:
+        joint = self.result.mechanism.joints[name] if kind == "joints" else None
+        if joint is not None and not (joint.straight or joint.on_curve):
+            return
+        if joint is not None and joint.on_curve:
             if _changes(series["s"], series, "s_velocity", 0.0):
                 yield f"{name}.s", cells(series["s"])
             return

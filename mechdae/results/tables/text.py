@@ -65,19 +65,15 @@ def zero(value: float, noise: float) -> float:
 
 
 def noises(result: Result) -> dict[str, float]:
-    """Return up to which size an angle and a length are rounding."""
-    sizes = [float(np.nanmax(np.abs(p.position), initial=0.0)) for p in result.points.values()]
-    return {
-        "angle": rest(result, "angle", 1.0),
-        "length": rest(result, "length", max(sizes, default=0.0)),
-    }
-
-
-def rest(result: Result, kind: str, size: float) -> float:
-    """Return up to which size a length or an angle may be rounding: its bound at least."""
-    bound = result.bound.get(kind, np.zeros(0))
-    fine = bound[np.isfinite(bound)]
-    return max(float(fine.max(initial=0.0)), ROUNDING * size)
+    """Return up to which size an angle and a length may be rounding: their bounds at least."""
+    points = [float(np.nanmax(np.abs(p.position), initial=0.0)) for p in result.points.values()]
+    bounds = dict(result.bound)
+    found = {}
+    for kind, size in (("angle", 1.0), ("length", max(points, default=0.0))):
+        bound = bounds.get(kind, np.zeros(0))
+        largest = float(bound[np.isfinite(bound)].max(initial=0.0))
+        found[kind] = max(largest, ROUNDING * size)
+    return found
 
 
 def moves(values: Floats) -> bool:

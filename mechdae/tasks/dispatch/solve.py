@@ -109,9 +109,11 @@ def as_problem(problem: Problem | Mechanism | str | Path, task: Task | str | Non
 def task_of(problem: Problem, task: Task | str | None) -> tuple[str, Task]:
     """Return name and task."""
     if isinstance(task, Task):
-        name = next((n for n, known in problem.tasks.items() if known == task), task.kind)
-        checked = Problem(problem.mechanism, Table({name: task}))
-        return name, checked.tasks[name]
+        for name, known in problem.tasks.items():
+            if known == task:
+                return name, known
+        Problem(problem.mechanism, Table({task.kind: task}))  # raises where it does not fit
+        return task.kind, task
     chosen = problem.task(task)
     name = next(n for n, known in problem.tasks.items() if known is chosen)
     return name, chosen

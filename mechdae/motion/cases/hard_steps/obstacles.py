@@ -16,8 +16,9 @@ from mechdae.kernels.graphs.steps import STRIDE
 from mechdae.motion.cases.hard_steps.crossings.across_change_point import Bridge
 from mechdae.motion.cases.hard_steps.crossings.change_points import Crossing
 from mechdae.motion.cases.hard_steps.cusps import CuspFinder, Touch
+from mechdae.motion.continuation.follower import Front
 from mechdae.motion.continuation.limit_positions import Limit
-from mechdae.motion.continuation.path import APPROACH, SHRUNK, SMALLEST, Front
+from mechdae.motion.continuation.path import APPROACH, SHRUNK, SMALLEST
 from mechdae.motion.continuation.series_steps import Stretch
 from mechdae.motion.continuation.step_sizes import PASS, ZONE
 from mechdae.types import Floats, Unknowns
