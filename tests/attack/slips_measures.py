@@ -180,7 +180,7 @@ SLIPS = [
         SUITE + "test_extremes.py::test_extremes_of_a_rocker_and_its_dead_points",
     ),
     Slip(
-        "motion.measures.extremes",
+        "motion.measures.along_sweep",
         'first = 2 * "xyz".index(axis)',
         'first = 2 * "yxz".index(axis)',
         extremes,

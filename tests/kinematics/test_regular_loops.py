@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.equations.tree import closures, tree_model
-from mechdae.motion.continuation import single_pose
+from mechdae.motion.kinematics import modes_task
 from tests.attack.loops_of_pairs import run, turn
 from tests.shared.paths import ROOT
 
@@ -102,7 +102,7 @@ def test_rows_bounded_by_their_terms_refuse_the_strut(monkeypatch: pytest.Monkey
 
 
 def test_modes_without_a_certificate_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(single_pose, "H_LIMIT", 0.0)
+    monkeypatch.setattr(modes_task, "H_LIMIT", 0.0)
     (note,) = md.solve(md.load(STRUT), task="modes").summary["notes"]
     assert note.startswith("not certified, though the equations keep their rank there: ")
 

@@ -218,10 +218,10 @@ def plain(
         try:
             if kind in NESTED:
                 result[base] = NESTED[kind].typed(value)
-            elif kind == "points" and isinstance(value, Mapping):
-                result[base] = plain(to_si(value, suffix), unit="m")
-            else:
-                result[base] = nested(to_si(value, suffix))
+                continue
+            value = to_si(value, suffix)
+            points = kind == "points" and isinstance(value, Mapping)
+            result[base] = plain(value, unit="m") if points else nested(value)
         except MechdaeError as problem:
             raise problem.inside(key) from None
     return result

@@ -121,3 +121,64 @@ def compiled(
         return machine.Program(code, function.sz_w(), rows_in, rows_out, given, _table(), wanted)
     except ValueError:  # an operation that the machine does not know
         return None
+
+
+SIZE = 16
+MANY = 64
+"""Instructions from which reading the stored form is faster."""
+_NIBBLES = bytes.maketrans(b"abcdefghijklmnop", b"0123456789abcdef")
+
+
+def instructions(function: Graph) -> bytes:
+    """Return the instructions of an SX function."""
+    many = function.n_instructions() >= MANY
+    return (stored(function) if many else None) or asked(function)
+
+
+def asked(function: Graph) -> bytes:
+    """Return the instructions, asked for one by one."""
+    return b"".join(_packed(function, k) for k in range(function.n_instructions()))
+
+
+def _packed(function: Graph, k: int) -> bytes:
+    """Return one instruction: of an output, i0 is the result, the others place and row."""
+    code = function.instruction_id(k)
+    into = function.instruction_output(k)
+    if code == ca.OP_CONST:
+        return struct.pack("=iid", code, into[0], function.instruction_constant(k))
+    out_of = function.instruction_input(k)
+    if code == ca.OP_OUTPUT:
+        return struct.pack("=iiii", code, into[0], out_of[0], into[1])
+    return struct.pack("=iiii", code, into[0], out_of[0], out_of[-1])
+
+
+def stored(function: Graph) -> bytes | None:
+    """Return the instructions as the function's stored form holds them, None where they are not.
+
+    They are looked for behind their number, and compared at some places.
+    """
+    count = function.n_instructions()
+    if not count:
+        return b""
+    text = function.serialize().encode("ascii")
+    swapped = bytearray(len(text))  # the lower half of each byte comes first
+    swapped[0::2], swapped[1::2] = text[1::2], text[0::2]
+    try:
+        whole = bytes.fromhex(swapped.translate(_NIBBLES).decode("ascii"))
+    except ValueError:
+        return None
+    first, last = _packed(function, 0), _packed(function, count - 1)
+    length = SIZE * count
+    at = whole.find(first)
+    while at >= 0:
+        found = whole[at : at + length]
+        if found[-SIZE:] == last and len(found) == length and _same(function, found, count):
+            return found
+        at = whole.find(first, at + 1)
+    return None
+
+
+def _same(function: Graph, found: bytes, count: int) -> bool:
+    """Return whether instructions here and there are those of the function."""
+    places = {count * k // 16 for k in range(16)}
+    return all(found[SIZE * k : SIZE * (k + 1)] == _packed(function, k) for k in places)

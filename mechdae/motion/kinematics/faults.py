@@ -8,14 +8,16 @@ import numpy as np
 
 from mechdae.describe.mechanism import TOLERANCE
 from mechdae.equations.groups import Group
+from mechdae.errors import FreedomError
 from mechdae.motion.assembly import not_assembled
+from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.closure import Gap
 from mechdae.motion.continuation.any_path import AnyPath, arc_of
 from mechdae.motion.kinematics.path_events import begins_singular
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.results import CODES, LOST, Status, among
 from mechdae.results.status import Cause, why_lost
-from mechdae.types import Booleans, Integers, Json
+from mechdae.types import Booleans, Floats, Integers, Json
 
 SINGULAR_START = (
     "a limit position or a dead point from which it can go two ways: sketch a pose beside it"
@@ -40,7 +42,6 @@ STOPS = {
 def failed_intervals(setting: Setting, run: Run, status: Integers) -> list[Json]:
     """Return the intervals of poses that have none: from, to, group and joint."""
     lost = among(status, LOST)
-    from mechdae.motion.assembly.beyond_reach import assembled
 
     there = assembled(setting.assembler, run.start, run.values, np.flatnonzero(lost))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
@@ -274,3 +275,52 @@ def _modes_at_start(setting: Setting, run: Run) -> str:
         lines = ", ".join(sketch_line(name, value) for name, value in sketch.items())
         text += f"\n  mode {mode.label}: [sketch] {lines}"
     return text
+
+
+CHECKED = 24
+"""Poses that are looked at, spread over those that are lost."""
+TRIED = 256
+"""Poses of groups that are tried at one of them."""
+
+
+def assembles(assembler: Assembler, signs: list[str], u: Floats) -> bool | None:
+    """Return whether the mechanism assembles at `u` in the mode with these `signs` of its groups.
+
+    None where it is not known: groups without a closed form are not searched for, and two modes of
+    a larger group may have one sign.
+    """
+    groups = assembler.scene.groups
+    wanted = dict(zip(filter(assembler.labelled, groups), signs, strict=True))
+    waiting: list[tuple[int, Floats]] = [(0, np.zeros(assembler.graphs.nx))]
+    known = True
+    for _ in range(TRIED):
+        if not waiting:
+            return False if known else None
+        done, x = waiting.pop()
+        if done == len(groups):
+            return True if all(map(assembler.labels.signs_tell, wanted)) else None
+        group = groups[done]
+        try:
+            poses, sure, _ = assembler.candidates(group, x, u, search=False, measured=False)
+        except FreedomError:
+            return None
+        known &= sure
+        if group in wanted:
+            poses = [
+                pose for pose in poses if assembler.labels.sign(group, pose, u) == wanted[group]
+            ]
+        waiting += [(done + 1, pose) for pose in poses]
+    return None
+
+
+def assembled(
+    assembler: Assembler, start: tuple[Floats, Floats], values: Floats, rows: Integers
+) -> dict[int, bool | None]:
+    """Return whether the poses `rows` can be assembled in the mode of the pose `start`, (x, u).
+
+    `values` (n, nd) are the drivers' values; of many rows a sample is tried.
+    """
+    labels, groups = assembler.labels, assembler.scene.groups
+    signs = [labels.sign(group, *start) for group in groups if assembler.labelled(group)]
+    chosen = rows[np.linspace(0, len(rows) - 1, min(len(rows), CHECKED)).astype(int)]
+    return {int(k): assembles(assembler, signs, values[k]) for k in dict.fromkeys(chosen.tolist())}
