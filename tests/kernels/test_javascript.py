@@ -136,8 +136,8 @@ def test_kernels_folded_and_in_pieces_give_the_same_bits(name, tmp_path, monkeyp
     some = [(path.s[k], path.state[k]) for k in (0, 20, 40, 60)]
     nx = setting.graphs.nx
     arguments = {
-        "pose": [np.concatenate([x[:nx], [s], numbers.vector]) for s, x in some],
-        "advance": [np.concatenate([x, [s, 0.03], numbers.vector, [0, 1]]) for s, x in some],
+        "pose": [np.concatenate([x[:nx], [s], numbers.consts]) for s, x in some],
+        "advance": [np.concatenate([x, [s, 0.03], numbers.consts, [0, 1]]) for s, x in some],
         "constants": [np.concatenate([numbers.size_x, numbers.size_u, numbers.p, [numbers.scale]])],
     }[name]
     folded = evaluated(function, arguments, tmp_path)

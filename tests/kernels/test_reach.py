@@ -25,7 +25,7 @@ def test_blocks_leave_their_tangents_by_less_than_their_reach(name: str, task: s
     problem = md.load(name)
     setting = prepare(problem, problem.tasks[task])
     path = run(setting, problem.tasks[task]).path
-    graphs, consts, n = setting.graphs, path.constants.vector, setting.graphs.nx
+    graphs, consts, n = setting.graphs, path.constants.consts, setting.graphs.nx
     tubes = [graphs.tube(b) for b in range(graphs.nb)]
     checked, tested = 0, True
     for (s, state), (t, after) in list(zip(*[iter(_nodes(path))] * 2, strict=False))[::3]:

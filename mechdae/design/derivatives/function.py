@@ -384,7 +384,7 @@ class _Built:
 
         def newton(start: Floats, numbers: Constants) -> tuple[Floats, Floats, Floats, Floats]:
             """Return unknowns after a step, sign of the determinants, beta, length of the step."""
-            found = graphs.pose(start, u, *zero, numbers.vector)
+            found = graphs.pose(start, u, *zero, numbers.consts)
             x, det, beta, eta = (np.array(found[k]).ravel() for k in (0, 2, 3, 4))
             return x, np.sign(det), beta, np.sqrt(eta)
 

@@ -176,7 +176,7 @@ class Evaluator(BeyondEnds):
         which blocks were certified from the guess itself.
         """
         constants = path.constants
-        consts = constants.vector
+        consts = constants.consts
         results = self._call(path, guess, s, rates, consts)
         with np.errstate(invalid="ignore", over="ignore"):
             first = constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT

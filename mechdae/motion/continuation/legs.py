@@ -54,7 +54,7 @@ class Legs(AnyPath):
         self, graphs: Graphs, constants: Constants, corners: Floats, scales: Floats
     ) -> None:
         nothing = np.zeros(corners.shape[1])
-        whole = np.concatenate([constants.vector, corners[0], nothing])
+        whole = np.concatenate([constants.consts, corners[0], nothing])
         super().__init__(graphs, constants, whole, 1.0, Counts())
         self.corners, self.scales = corners, scales
         self.directions = np.diff(corners, axis=0)

@@ -102,7 +102,7 @@ class Path(AnyPath):
         counts: Counts | None = None,
         within: bool = False,
     ) -> None:
-        whole = np.concatenate([constants.vector, u0, d])
+        whole = np.concatenate([constants.consts, u0, d])
         super().__init__(graphs, constants, whole, largest, counts or Counts())
         self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
         self._one, self._place = graphs.cache("step", lambda: Call(graphs.advance)), np.zeros(2)

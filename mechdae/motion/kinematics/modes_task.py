@@ -14,24 +14,20 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
 from mechdae.equations.groups import formula
 from mechdae.errors import InputError
+from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.assembly import not_assembled
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.mode_tree import Mode, ModeTree
-from mechdae.motion.continuation.output_bounds import OutputBounds
+from mechdae.motion.continuation.evaluate import H_LIMIT
+from mechdae.motion.continuation.output_bounds import WORST, OutputBounds, spread, widened
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.setup.drivers import plan
 from mechdae.motion.setup.named_outputs import NamedOutputs
 from mechdae.motion.setup.outputs import Outputs
+from mechdae.motion.setup.scales import Constants, divisors
 from mechdae.records import dataclass
 from mechdae.results import ModesResult, Named, Series, Status, Summary
 from mechdae.results.status import Cause
-from mechdae.types import Floats
-import numpy as np
-from mechdae.kernels.graphs.steps import Graphs
-from mechdae.motion.continuation.evaluate import H_LIMIT
-from mechdae.motion.continuation.output_bounds import WORST, spread, widened
-from mechdae.motion.setup.scales import Constants, divisors
-from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Matrix, Unknowns
 
 LISTED = 1000

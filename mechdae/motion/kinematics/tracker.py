@@ -30,7 +30,6 @@ class _Numbers(Constants):
         angles = np.array([c.is_angle for c in setting.plan.coordinates])
         self.reach = far + np.where(angles, 4 * np.pi, 1.0) * setting.driver_sizes
         super().__init__(graphs, self.reach)
-        self.consts = self.vector()
         self.whole = np.concatenate([self.consts, np.zeros(2 * graphs.nu)])
 
 

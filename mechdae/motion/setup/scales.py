@@ -92,7 +92,7 @@ class Constants:
         return floors, not proved
 
     @cached_property
-    def vector(self) -> Floats:
+    def consts(self) -> Floats:
         """The input ``consts`` of the kernels; not to be written into."""
         grain = ROUNDOFF * self.size_x
         return np.concatenate([self.p, [self.scale], self.kappa, self.rho, grain, self.floors])

@@ -109,11 +109,10 @@ def as_problem(problem: Problem | Mechanism | str | Path, task: Task | str | Non
 def task_of(problem: Problem, task: Task | str | None) -> tuple[str, Task]:
     """Return name and task."""
     if isinstance(task, Task):
-        for name, known in problem.tasks.items():
-            if known == task:
-                return name, known
-        Problem(problem.mechanism, Table({task.kind: task}))  # raises where it does not fit
-        return task.kind, task
+        known = next((each for each in problem.tasks.items() if each[1] == task), None)
+        if known is None:
+            Problem(problem.mechanism, Table({task.kind: task}))  # raises where it does not fit
+        return known or (task.kind, task)
     chosen = problem.task(task)
     name = next(n for n, known in problem.tasks.items() if known is chosen)
     return name, chosen

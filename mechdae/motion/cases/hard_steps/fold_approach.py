@@ -104,7 +104,7 @@ class FoldApproach:
         motion: Callable[[float], list[Any]],
     ) -> None:
         self.graphs, self.finder, self.motion = graphs, finder, motion
-        self.constants, self.consts, self.kappa = constants, constants.vector, constants.kappa
+        self.constants, self.consts, self.kappa = constants, constants.consts, constants.kappa
 
     def lead(self, limit: Limit, s: float, x: Unknowns, blocks: Iterable[int]) -> Limit | None:
         """Return a fold with later `blocks` where the pose `x` at `s` leads them.

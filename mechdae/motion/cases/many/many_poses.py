@@ -78,7 +78,7 @@ class ManyPoses:
         timed = speed is not None
         self.layout: StoreLayout = self.graphs.cache(("layout", timed), lambda: self._layout(timed))
         g = self.graphs
-        consts = self.constants.vector
+        consts = self.constants.consts
         if g.single:
             self.inputs = [np.empty((g.nx, 0)), s[None, :], consts]
         else:

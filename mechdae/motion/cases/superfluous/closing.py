@@ -98,7 +98,7 @@ class Closing:
         g = self.graphs
         constants = Constants(g, np.abs(u))
         rates = [] if g.single else [np.zeros(g.nu) for _ in g.driven]
-        results = g.pose(x, u, *rates, constants.vector)
+        results = g.pose(x, u, *rates, constants.consts)
         error = np.array(results[1]).ravel()
         if b is not None:
             graph = g.blocks[b]

@@ -146,7 +146,7 @@ class ZonePoses:
         outside = np.array([i for i in range(self.graphs.nx) if i not in given], int)
         start, *terms = expanded
         start[:, outside] = guess[:, outside]
-        u, consts, function = path.drivers(s), path.constants.vector, self._function(blocks)
+        u, consts, function = path.drivers(s), path.constants.consts, self._function(blocks)
         for _ in range(PASSES):
             part = function(start, u, *rates, consts, *terms)
             start = part[0]
