@@ -8,13 +8,13 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 10_840,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 3_880,
-    "equations": 7_590,  # what is left out of a scene: rollers, second machines, plane and space
+    "describe": 10_860,  # rare kinds in modules of their own, which most problems do not import
+    "numerics": 3_830,
+    "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_190,
     "draw": 19_430,  # graphs of motions; texts are measured without matplotlib
-    "kernels": 7_440,
-    "motion": 22_530,  # poses of several drivers at the speed of one
+    "kernels": 7_450,
+    "motion": 22_520,  # poses of several drivers at the speed of one
     "forces": 4_350,
     "dynamics": 8_050,
     "design": 15_770,
