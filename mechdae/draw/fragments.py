@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -301,6 +302,9 @@ def templates() -> Json:
     def shapes(draw: Callable[..., None], *places: object) -> list[list[object]]:
         return [_shape(shape, shape.points) for shape in made(draw, *places)]
 
+    def looks(draw: Callable[..., None], *places: object) -> Json:
+        return _paint(made(draw, *places)[0])
+
     def span(draw: Callable[..., None], *places: object) -> list[Json]:
         """Return primitives between the origin and a place on the right as fragments."""
         found = []
@@ -311,6 +315,7 @@ def templates() -> Json:
             )
         return found
 
+    loading = partial(symbols.arrow, color=style.LOAD)
     reach, low = (style.BLOCK[0] + 7.0) * x, np.array([0.0, -style.BLOCK[1]])
     bar = Primitive("line", zero[None], 0.0, None, Anchor(), width=style.BAR)
     disc = replace(bar, kind="circle", fill=style.PAPER, width=style.THIN, radius=style.DISC)
@@ -329,4 +334,12 @@ def templates() -> Json:
         "driven": _paint(replace(bar, color=style.DRIVEN)),
         "face": _paint(replace(bar, kind="area", color="none", fill=style.FILL)),
         "distance": _paint(replace(bar, width=style.LINE, dash=style.DASHED)),
+        "tube": _paint(replace(bar, kind="area", fill=style.PAPER, width=1.4 * style.LINE)),
+        "spoke": _paint(replace(bar, color=style.WHEEL, width=style.THIN)),
+        "wheel": looks(symbols.pitch_circle, zero, 1.0),
+        "rim": looks(symbols.rim, zero, 1.0),
+        "spring": span(symbols.spring, zero, LENGTH * x),
+        "mass": shapes(symbols.mass_center, zero),
+        "force": shapes(loading, np.array([-40.0 * x, zero])),
+        "torque": shapes(loading, arc(zero, style.ARC, -0.6, 3.4)),
     }

@@ -1,6 +1,9 @@
-"""The editor: drawn by pointer events, exported, solved by Python; undo; files that are opened."""
+"""The editor: drawn by pointer events, exported, solved by Python; undo; what cannot be."""
 
 from __future__ import annotations
+
+import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -8,31 +11,13 @@ import pytest
 import mechdae as md
 from mechdae.parts.page.document import data_of
 from mechdae.parts.page.editor import editor
+from tests.shared import drawing as drawn
 from tests.shared.browser import ARGUMENTS, CHROMIUM, until
 from tests.shared.command import run
+from tests.shared.drawing import FOUR_BAR, WELDED, at, drag, draw
 from tests.shared.paths import ROOT
 
 in_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-
-FOUR_BAR = [("link", [(0, 0), (20, 40), (120, 80), (100, 0)]), ("pivot", [(0, 0), (100, 0)]),
-            ("driver", [(10, 20)])]  # fmt: skip
-# crank O A, its pin in the slot of rod G B; B C with a slider at C, B E and E F
-SEVEN_LINK = [("link", [(0, 40), (50, 55)]), ("link", [(0, -40), (90, 130)]),
-              ("slot", [(50, 55), (20, -2)]), ("link", [(90, 130), (190, 20)]),
-              ("link", [(90, 130), (230, 120), (245, 20)]),
-              ("pivot", [(0, 40), (0, -40), (245, 20)]), ("slider", [(190, 20)]),
-              ("driver", [(25, 47)])]  # fmt: skip
-# crank O C, platform D E F on three legs A D, B E, C F
-TRIAD = [("link", [(-30, 100), (0, 110)]), ("link", [(100, 60), (200, 90)]),
-         ("link", [(150, 75), (0, 110)]),
-         ("link", [(100, 60), (60, -40)]), ("link", [(200, 90), (240, -30)]),
-         ("pivot", [(-30, 100), (60, -40), (240, -30)]), ("driver", [(-15, 105)])]  # fmt: skip
-
-# crank O A, coupler A B welded to a second link B C, a bar from C to the ground
-WELDED = [("link", [(0, 0), (20, 40)]), ("link", [(20, 40), (120, 80)]),
-          ("link", [(120, 80), (150, 120)]), ("weld", [(120, 80)]),
-          ("bar", [(150, 120), (100, -5)]), ("pivot", [(0, 0)]),
-          ("driver", [(10, 20)])]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -44,9 +29,23 @@ def browser():
         opened.close()
 
 
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Return the page of a problem, written once."""
+    folder, made = tmp_path_factory.mktemp("editors"), {}
+
+    def file(problem=None):
+        key = str(problem)
+        if key not in made:
+            made[key] = editor(problem).save(folder / f"{len(made)}.html")
+        return made[key]
+
+    return file
+
+
 @pytest.fixture
-def drawing(browser, tmp_path):
-    """Open the editor; afterwards nothing was said."""
+def drawing(browser, files):
+    """Open the editor; afterwards nothing was said and nobody asked."""
     said: list[str] = []
     contexts = []
 
@@ -56,7 +55,9 @@ def drawing(browser, tmp_path):
         page = context.new_page()
         page.on("console", lambda message: said.append(message.text))
         page.on("pageerror", lambda error: said.append(str(error)))
-        page.goto(f"file://{editor(problem).save(tmp_path / 'editor.html')}")
+        page.on("request", lambda request: said.append(request.url)
+                if not request.url.startswith(("file:", "blob:", "data:")) else None)  # fmt: skip
+        page.goto(f"file://{files(problem)}")
         return page
 
     yield open_editor
@@ -65,66 +66,127 @@ def drawing(browser, tmp_path):
     assert said == []
 
 
-def draw(page, steps):
-    """Draw by clicks; places in millimetres."""
-    box = page.locator("#diagram").bounding_box()
-    for tool, places in steps:
-        page.locator(f"[data-tool={tool}]").click()
-        for x, y in places:
-            u, v = page.evaluate(f"mechdae.screen([{x / 1000}, {y / 1000}])")
-            page.mouse.click(box["x"] + u, box["y"] + v)
-        page.keyboard.press("Escape")
+def said(page):
+    return page.locator("#status").inner_text()
+
+
+def same(page, result, k):
+    """Compare everything that the page tells of a pose with a result of Python."""
+    told = page.evaluate("mechdae.pose()")
+    assert told["bound"]["length"] < 1e-10
+    count = 0
+    for path, values in told["outputs"].items():
+        kind, part, name = path.split("/")
+        table = getattr(result, kind)
+        if part not in table or name not in table[part]:
+            continue
+        own, series = np.asarray(values), np.asarray(table[part][name])
+        largest = np.nanmax(np.abs(series))
+        if name == "angle":
+            own = own - 2 * np.pi * np.round((own - series[k]) / (2 * np.pi))
+        assert np.abs(own - series[k]).max() <= 1e-8 * max(largest, 1e-3), path
+        count += 1
+    return count, told
 
 
 @in_browser
 @pytest.mark.parametrize(
-    ("steps", "bodies"),
-    [(FOUR_BAR, 3), (SEVEN_LINK, 7), (TRIAD, 5), (WELDED, 3)],
-    ids=["four-bar", "seven-link", "triad", "weld and bar"],
-)
-def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, bodies):
+    ("steps", "clicks"),
+    [(drawn.COUPLER, 12), (drawn.SLIDER_CRANK, 10), (drawn.WATT, 17), (drawn.GEARED, 14),
+     (drawn.TOGGLE, 20), (drawn.SEVEN_LINK, 24), (drawn.TRIAD, 21), (WELDED, 18)],
+    ids=["four-bar", "slider-crank", "Watt", "geared", "toggle", "seven-link", "triad", "welded"],
+)  # fmt: skip
+def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, clicks):
     page = drawing()
-    draw(page, steps)
+    drawn.out(page, 1.6)
+    assert draw(page, steps) == clicks
     assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
     file = tmp_path / "drawn.toml"
     file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
     problem = md.load(file)
+    # lengths are parameters with at most two decimals of a millimetre
+    assert all(len(str(round(1000 * value, 9)).partition(".")[2]) <= 2
+               for value in problem.mechanism.parameters.values())  # fmt: skip
     values = page.evaluate("mechdae.values()")
-    assert len(values) > 60
-    chosen = values[2 : -2 : max(1, len(values) // 12)]
-    driver = problem.task("window").driver.coordinate
-    result = md.solve(problem.mechanism, md.Sweep(driver=md.Driver(driver, at=tuple(chosen))))
+    assert len(values) > 300
+    chosen = values[20:-20:40]
+    driver = md.Driver(problem.task("window").driver.coordinate, at=tuple(chosen))
+    result = md.solve(problem.mechanism, md.Sweep(driver=driver))
     assert set(result.status) == {"ok"}
-    assert len(result.bodies) in (bodies, bodies - 1)  # a slider of one point is a body there
+    loaded = "forces" in problem.tasks
+    acting = md.solve(problem.mechanism, md.Reactions(driver=driver)) if loaded else None
     for k, value in enumerate(chosen):
         assert page.evaluate(f"mechdae.set({value!r})") is True
-        points = page.evaluate("mechdae.pose().points")
-        for name, series in result.points.items():
-            if name in points:
-                assert np.abs(series.position[k] - points[name]).max() < 1e-9
-    assert len(set(points) & set(result.points)) >= 2 * (bodies - 2)
-    page.locator("input[type=file]").set_input_files(file)
+        count, told = same(page, result, k)
+        assert count > 15
+        if acting is None:
+            continue
+        largest = np.abs(acting.efforts[driver.coordinate]).max()
+        effort = told["forces"]["efforts"][driver.coordinate]
+        assert effort == pytest.approx(acting.efforts[driver.coordinate][k], abs=1e-8 * largest)
+        for name, reaction in told["forces"]["reactions"].items():
+            assert reaction == pytest.approx(acting.joints[name].reaction[k], abs=1e-6)
+    page.locator("input[accept='.toml']").set_input_files(file)
     until(page, "mechdae.opened() === 1")
-    assert page.evaluate("mechdae.state().file") == {
-        "title": problem.title,
-        "kept": [],
-        "names": [],
-    }
     assert page.evaluate("mechdae.toml()") == file.read_text(encoding="utf-8")
 
 
 @in_browser
-@pytest.mark.parametrize("steps", [FOUR_BAR, WELDED], ids=["four-bar", "weld and bar"])
+def test_cylinders_drive_an_excavator_arm(drawing, tmp_path):
+    page = drawing()
+    assert draw(page, drawn.EXCAVATOR) == 17
+    assert page.evaluate("mechdae.mobility()") == {"count": 2, "rank": 2, "without": []}
+    file = tmp_path / "drawn.toml"
+    file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
+    problem = md.load(file)
+    named = [driver.coordinate for driver in problem.task("window").drivers]
+    assert named == page.evaluate("mechdae.state().drivers")
+    begun = [driver.from_ for driver in problem.task("window").drivers]
+    for u in ([begun[0] + 0.01, begun[1] + 0.004], [begun[0] - 0.01, begun[1] - 0.003]):
+        ways = [md.Driver(own, at=(a, b)) for own, a, b in zip(named, begun, u, strict=True)]
+        result = md.solve(problem.mechanism, md.Sweep(drivers=ways))
+        assert page.evaluate(f"mechdae.lead({u})") is True
+        points = page.evaluate("mechdae.pose().points")
+        for name, series in result.points.items():
+            assert np.abs(series.position[1] - points[name]).max() < 1e-9
+    assert md.solve(problem, "window").status[-1] == "ok"
+
+
+@in_browser
+def test_escape_and_double_click_end_the_link_and_nothing_is_lost(drawing):
+    page = drawing()
+    page.locator("[data-tool=link]").click()
+    for place in [(0, 0), (20, 40), (120, 80)]:
+        page.mouse.click(*at(page, *place))
+    page.mouse.dblclick(*at(page, 100, 0))
+    state = page.evaluate("mechdae.state()")
+    assert (state["tool"], len(state["links"])) == ("link", 3)
+    page.mouse.click(*at(page, 70, 60))  # on the coupler: a point of it, whatever follows
+    page.keyboard.press("Escape")
+    state = page.evaluate("mechdae.state()")
+    assert state["tool"] == "link"
+    assert [len(own["points"]) for own in state["links"]] == [2, 3, 2]
+    page.mouse.click(*at(page, 200, 20))
+    page.keyboard.press("Escape")
+    assert said(page) == "a link needs two points: nothing was drawn"
+    assert page.evaluate("mechdae.state().nodes.length") == 5
+    page.mouse.click(*at(page, 200, 20))
+    page.mouse.click(*at(page, 200, 80))  # the tool is still there
+    assert page.evaluate("mechdae.state().links.length") == 4
+
+
+@in_browser
+@pytest.mark.parametrize("steps", [FOUR_BAR, WELDED, drawn.GEARED, drawn.EXCAVATOR],
+                         ids=["four-bar", "weld and bar", "gears", "cylinders"])  # fmt: skip
 def test_undo_to_nothing_and_back_gives_the_same_file(drawing, steps):
     page = drawing()
     empty = page.evaluate("mechdae.toml()")
     draw(page, steps)
     whole, count = page.evaluate("mechdae.toml()"), 0
-    while page.evaluate("mechdae.state().nodes.length"):
+    while page.evaluate("mechdae.toml()") != empty:
         page.keyboard.press("Control+z")
         count += 1
         assert count < 30
-    assert page.evaluate("mechdae.toml()") == empty
     for _ in range(count):
         page.keyboard.press("Control+Shift+z")
     assert page.evaluate("mechdae.toml()") == whole
@@ -134,35 +196,34 @@ def test_undo_to_nothing_and_back_gives_the_same_file(drawing, steps):
 def test_bars_and_welds_are_taken_back_by_their_tool_and_go_with_their_points(drawing):
     page = drawing()
     draw(page, WELDED)
-    state = "[mechdae.state().bars.length, mechdae.state().nodes.flatMap((n) => n.welds).length]"
-    assert page.evaluate(state) == [1, 1]
+
+    def kinds():
+        joints = page.evaluate("mechdae.state().joints")
+        return [sum(kind == own for _, kind in joints) for own in ("distance", "weld")]
+
+    assert kinds() == [1, 1]
     draw(page, [("weld", [(120, 80)])])
-    assert page.evaluate(state) == [1, 0]
+    assert kinds() == [1, 0]
     assert page.evaluate("mechdae.mobility().count") == 2
-    assert "too few joints" in page.locator("#status").inner_text()
+    assert "too few joints" in said(page)
     draw(page, [("weld", [(120, 80)]), ("bar", [(150, 120), (100, -5)])])
-    assert page.evaluate(state) == [0, 1]
+    assert kinds() == [0, 1]
     page.keyboard.press("Control+z")
-    assert page.evaluate(state) == [1, 1]
+    assert kinds() == [1, 1]
     draw(page, [("delete", [(125, 57)])])  # on the bar
-    assert page.evaluate(state) == [0, 1]
+    assert kinds() == [0, 1]
     page.keyboard.press("Control+z")
     draw(page, [("delete", [(140, 107)])])  # the link at its end
-    assert page.evaluate(state) == [0, 0]
+    assert kinds() == [0, 0]
+    assert "bar1" not in page.evaluate("mechdae.toml()")
 
 
 @in_browser
 def test_a_point_dropped_on_another_joins_them_in_one_gesture(drawing):
     page = drawing()
     draw(page, [("link", [(0, 0), (20, 40)]), ("link", [(120, 80), (100, 0)])])
-    box = page.locator("#diagram").bounding_box()
-    (a, b), (c, d) = (
-        page.evaluate(f"mechdae.screen([{x}, {y}])") for x, y in ((0.02, 0.04), (0.12, 0.08))
-    )
-    page.mouse.move(box["x"] + a, box["y"] + b)
-    page.mouse.down()
-    page.mouse.move(box["x"] + c, box["y"] + d, steps=4)
-    page.mouse.up()
+    page.locator("[data-tool=select]").click()
+    drag(page, (20, 40), (120, 80))
     assert page.evaluate("mechdae.state().nodes.length") == 3
     page.keyboard.press("Control+z")
     assert page.evaluate("mechdae.state().nodes.length") == 4
@@ -173,41 +234,139 @@ def test_what_cannot_move_says_why(drawing):
     page = drawing()
     draw(page, FOUR_BAR)
     draw(page, [("link", [(20, 40), (100, 0)])])
-    found = page.evaluate("mechdae.mobility()")
-    assert found["count"] == 0
-    assert "too many joints" in page.locator("#status").inner_text()
+    assert page.evaluate("mechdae.mobility().count") == 0
+    assert "too many joints" in said(page)
     page.keyboard.press("Control+z")
-    assert "turns fully" in page.locator("#status").inner_text()
+    assert "turns fully" in said(page)
+    draw(page, [("link", [(200, 20), (230, 60)])])
+    assert "not connected with the ground: link4" in said(page)
+    page.keyboard.press("Control+z")
+    draw(page, [("pivot", [(200, 100)])])
+    assert "a pivot without a link: E" in said(page)
+    page.keyboard.press("Control+z")
+    draw(page, [("driver", [(10, 20)])])
+    assert "no driver yet" in said(page)
+    page.keyboard.press("Control+z")
+    draw(page, [("pivot", [(100, 0)])])
+    assert "too few joints or drivers" in said(page)
+
+
+def field(page, label):
+    return page.locator(f"#properties input[aria-label='{label}']")
+
+
+def typed(page, label, text):
+    field(page, label).fill(text)
+    field(page, label).press("Enter")
+
+
+@in_browser
+def test_lengths_angles_names_and_masses_are_typed(drawing, tmp_path):
+    page = drawing()
+    draw(page, FOUR_BAR)
+    page.locator("[data-tool=select]").click()
+    page.mouse.click(*at(page, 10, 20))
+    typed(page, "AB [mm]", "45,5")
+    assert "link1_AB_mm = 45.5" in page.evaluate("mechdae.toml()")
+    typed(page, "angle [°]", "80")
+    assert field(page, "angle [°]").input_value() == "80"
+    before = page.evaluate("mechdae.toml()")
+    for text, words in (("400", "do not close"), ("0", "above zero"), ("-3", "above zero"),
+                        ("x", "not a number")):  # fmt: skip
+        typed(page, "AB [mm]", text)
+        assert words in said(page)
+        assert page.evaluate("mechdae.toml()") == before
+    typed(page, "name", "crank")
+    typed(page, "mass [kg]", "0.2")
+    typed(page, "centre x [mm]", "20")
+    page.mouse.click(
+        *at(page, *(1000 * v for v in page.evaluate("mechdae.pose().points['link2.C']")))
+    )
+    typed(page, "name", "Q")
+    file = tmp_path / "named.toml"
+    file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
+    mechanism = md.load(file).mechanism
+    assert list(mechanism.bodies) == ["crank", "link2", "link3"]
+    assert set(mechanism.bodies["link3"].points) == {"Q", "D"}
+    assert mechanism.bodies["crank"].mass == 0.2
+    assert mechanism.bodies["crank"].center == (0.02, 0.0)
+    assert set(md.solve(md.load(file), "window").status) <= {"ok", "limit"}
+
+
+@in_browser
+def test_locked_lengths_stay_when_points_are_moved(drawing):
+    page = drawing()
+    draw(page, FOUR_BAR)
+    page.locator("[data-tool=select]").click()
+    page.mouse.click(*at(page, 10, 20))
+    page.locator("#properties input[aria-label='hold AB']").check()
+    drag(page, (20, 40), (60, 60))
+    text = page.evaluate("mechdae.toml()")
+    assert "# locked: AB" in text
+    assert "link1_AB_mm = 44.72\n" in text
+    x, y = page.evaluate("mechdae.pose().points['link1.B']")
+    assert np.arctan2(y, x) == pytest.approx(np.pi / 4, abs=0.02)
+    page.keyboard.press("Control+z")
+    page.mouse.click(*at(page, 10, 20))
+    page.locator("#properties input[aria-label='hold AB']").uncheck()
+    drag(page, (20, 40), (30, 40))
+    assert "link1_AB_mm = 50\n" in page.evaluate("mechdae.toml()")
 
 
 @in_browser
 def test_beyond_a_limit_the_gap_is_shown(drawing):
-    page = drawing(md.load("four-bar-double-rocker"))
+    page = drawing("four-bar-double-rocker")
     values = page.evaluate("mechdae.values()")
     limits = md.solve("four-bar-double-rocker", "window").summary["limits"]
-    assert [values[0], values[-1]] == pytest.approx(limits, abs=1e-3)
+    assert [values[0], values[-1]] == pytest.approx(limits, abs=0.01)
     assert page.evaluate(f"mechdae.set({values[-1] + 0.2})") is False
     assert page.evaluate("mechdae.pose().gap") > 1e-4
-    assert "does not close at" in page.locator("#status").inner_text()
+    assert "does not close at" in said(page)
+
+
+def png_part(kind, data):
+    """Return a part of a PNG file."""
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
 @in_browser
-@pytest.mark.parametrize("name", ["gorshkov-seven-link", "jansen-leg", "slider-crank"])
-def test_opened_files_come_out_as_they_move(drawing, tmp_path, name):
-    page = drawing(md.load(name))
-    file = tmp_path / "again.toml"
-    file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
-    again = md.load(file)
-    value = page.evaluate("mechdae.values()")[5]
-    driver = again.task("window").driver.coordinate
-    one, other = (
-        md.solve(own.mechanism, md.Sweep(driver=md.Driver(driver, at=(value,))))
-        for own in (again, md.load(name))
-    )
-    shared = set(one.bodies) & set(other.bodies)
-    assert len(shared) >= 2
-    places = {tuple(np.round(own.position[0], 9) + 0.0) for own in other.points.values()}
-    assert {tuple(np.round(own.position[0], 9) + 0.0) for own in one.points.values()} <= places
+def test_wheel_and_drag_move_the_sheet_and_a_photo_lies_to_scale(drawing, tmp_path):
+    page = drawing()
+    place = at(page, 50, 50)
+    page.mouse.move(*place)
+    page.mouse.wheel(0, -600)
+    assert at(page, 50, 50) == pytest.approx(place, abs=0.8)
+    assert at(page, 60, 50)[0] - place[0] > 40
+    drag(page, (50, 50), (55, 55))
+    assert at(page, 50, 50)[0] - place[0] > 20
+    header = png_part(b"IHDR", struct.pack(">2I5B", 2, 1, 8, 2, 0, 0, 0))
+    dots = png_part(b"IDAT", zlib.compress(bytes(7)))
+    photo = tmp_path / "photo.png"
+    photo.write_bytes(b"\x89PNG\r\n\x1a\n" + header + dots + png_part(b"IEND", b""))
+    page.locator("#tab-file").click()
+    page.locator("#photo-file").set_input_files(photo)
+    until(page, "document.querySelector('.backdrop image').getAttribute('display') === 'inline'")
+    width = "Number(document.querySelector('.backdrop image').getAttribute('width'))"
+    before = page.evaluate(width)
+    page.locator("#photo [data-tool=measure]").click()
+    for place in [(40, 50), (50, 50)]:
+        page.mouse.click(*at(page, *place))
+    assert page.evaluate(width) == pytest.approx(10 * before, rel=1e-3)
+
+
+@in_browser
+@pytest.mark.parametrize("k", range(8))
+def test_templates_are_a_start(drawing, k):
+    page = drawing()
+    names = page.evaluate("JSON.parse(document.getElementById('mechdae').textContent).templates")
+    assert len(names) == 8
+    page.locator("#acts select").select_option(str(k))
+    assert len(page.evaluate("mechdae.values()")) > 100, said(page)
+    page.locator("#tab-curves").click()
+    assert page.locator("#curves svg .curve").count() >= 3
+    page.locator("#tab-plans").click()
+    page.locator("#plans select").select_option("1")
+    assert page.locator("#plans svg path").count() > 1
 
 
 WELDED_FILE = """
@@ -243,37 +402,21 @@ def test_welds_and_bars_of_a_file_move_as_python_moves_them(drawing, tmp_path):
     file = tmp_path / "welded.toml"
     file.write_text(WELDED_FILE, encoding="utf-8")
     page = drawing(file)
-    drawn = "crank coupler arm tail O A B E bar".split()
-    said = page.locator("#kept").inner_text().split(": ")[1].split(", ")
-    assert not any(name.split(".")[1] in drawn for name in said)
+    assert page.locator("#kept").inner_text() == ""
     assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
-    again = tmp_path / "again.toml"
-    again.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
-    truth, saved = md.load(file), md.load(again)
-    assert sorted(joint.kind for joint in saved.mechanism.joints.values()) == [
-        "distance", "revolute", "revolute", "weld", "weld",
-    ]  # fmt: skip
-    # links are turned into their own frames: the crank by its angle from the first to the second
-    shift = float(np.arctan2(0.02, 0.03))
+    assert page.evaluate("mechdae.toml()") == WELDED_FILE
     values = page.evaluate("mechdae.values()")[3::60]
-    one = md.solve(
-        truth.mechanism, md.Sweep(driver=md.Driver("O.angle", at=tuple(np.array(values) - shift)))
-    )
-    other = md.solve(saved.mechanism, md.Sweep(driver=md.Driver("crank.angle", at=tuple(values))))
-    for name, series in one.points.items():
-        if name in other.points:
-            assert np.abs(series.position - other.points[name].position).max() < 1e-9
-    assert {"arm.C", "tail.F"} <= set(one.points) & set(other.points)
-    page.locator("input[type=file]").set_input_files(again)
-    until(page, "mechdae.opened() === 1")
-    assert page.evaluate("mechdae.toml()") == again.read_text(encoding="utf-8")
+    driver = md.Driver("O.angle", at=tuple(values))
+    result = md.solve(md.load(file).mechanism, md.Sweep(driver=driver))
+    for k, value in enumerate(values):
+        assert page.evaluate(f"mechdae.set({value!r})") is True
+        assert same(page, result, k)[0] > 20
 
 
 @in_browser
 def test_a_file_that_cannot_be_drawn_is_named_when_the_editor_opens(drawing):
-    page = drawing("spur-gears-idler")
-    said = page.locator("#status").inner_text()
-    assert said == "spur-gears-idler.toml: no links that the editor draws"
+    page = drawing("slider-crank-loops")
+    assert said(page) == "slider-crank-loops.toml: no links that the editor draws"
     assert page.evaluate("mechdae.state().nodes") == []
 
 
@@ -291,7 +434,7 @@ def test_files_are_opened_by_the_page_and_those_that_are_none_refused(capsys, tm
     large.write_text(WELDED_FILE + "#" * 200_000, encoding="utf-8")
     broken = tmp_path / "broken.toml"
     broken.write_text("schema = 1\n[bodies", encoding="utf-8")
-    for words, said in (
+    for words, told in (
         (["bennett"], "planar"),
         ([str(large)], "200 kB"),
         ([str(broken)], "broken.toml"),
@@ -301,4 +444,8 @@ def test_files_are_opened_by_the_page_and_those_that_are_none_refused(capsys, tm
     ):
         code, _, err = run(capsys, "edit", *words, *([] if "--out" in words else ["--out", out]))
         assert code == 2, words
-        assert said in err
+        assert told in err
+
+
+def test_the_page_is_small():
+    assert len(str(editor("geared-five-bar").html)) < 200_000

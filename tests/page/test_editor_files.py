@@ -23,7 +23,6 @@ DROP = """([text, name]) => {
   document.getElementById("stage").dispatchEvent(
     new DragEvent("drop", { dataTransfer: given, bubbles: true, cancelable: true }));
 }"""
-KEPT = "# of the file that was opened, not drawn here:"
 in_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 
 
@@ -44,33 +43,48 @@ def drop(page, text, name="dropped.toml"):
     until(page, f"mechdae.opened() === {before + 1}")
 
 
-def kept_in(text):
-    """Return the lines of the other file that a saved one keeps."""
-    lines = text.split(f"\n{KEPT}\n")[1].splitlines()
-    assert all(line.startswith("# ") for line in lines)
-    return [line[2:] for line in lines]
+@in_browser
+def test_every_planar_file_comes_out_with_the_same_bytes(opened):
+    page, count = opened("en"), 0
+    for path in sorted(PROBLEMS.glob("*.toml")):
+        text = path.read_text(encoding="utf-8")
+        drop(page, text, path.name)
+        if page.evaluate("mechdae.toml()") == text:
+            count += 1
+            continue
+        data = tomllib.loads(text)
+        reason = page.locator("#status").inner_text().removeprefix(f"{path.name}: ")
+        if data.get("dimension") == 3:
+            assert reason == "the editor draws planar mechanisms"
+        elif "bodies" not in data:
+            assert reason == "no links that the editor draws"
+        elif path.stem in ("car-axis", "hypocycloid-drive"):  # points sketched, a curve
+            assert reason == "does not assemble near its sketch"
+        else:
+            raise AssertionError(f"{path.name}: {reason}")
+    assert count >= 60
 
 
 @in_browser
-@pytest.mark.parametrize("name", ["four-bar-double-rocker", "gorshkov-seven-link"])
-def test_a_saved_file_that_is_dropped_comes_out_with_the_same_bytes(opened, name):
-    saved = opened(name).evaluate("mechdae.toml()")
-    assert KEPT in saved
-    page = opened("en")
-    for text in (saved, saved.split(f"\n{KEPT}\n")[0]):
-        drop(page, text)
-        assert page.evaluate("mechdae.toml()") == text
-        assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
-        assert len(page.evaluate("mechdae.values()")) > 60
-    assert page.locator("#kept").inner_text() == ""
-    moved = page.evaluate("mechdae.state().nodes.find((own) => !own.fixed && !own.slide)")
+def test_a_moved_point_changes_its_numbers_and_nothing_else(opened):
+    page = opened("four-bar-double-rocker")
+    text = page.evaluate("mechdae.toml()")
+    moved = page.evaluate("mechdae.state().nodes.find((own) => !own.fixed)")
     box = page.locator("#diagram").bounding_box()
     x, y = page.evaluate(f"mechdae.screen([{moved['x']}, {moved['y']}])")
     page.mouse.move(box["x"] + x, box["y"] + y)
     page.mouse.down()
-    page.mouse.move(box["x"] + x + 25, box["y"] + y + 25)
+    page.mouse.move(box["x"] + x + 25, box["y"] + y + 25, steps=3)
     page.mouse.up()
-    assert page.evaluate("mechdae.toml()") != text  # typed numbers end where a point is moved
+    other = page.evaluate("mechdae.toml()")
+    changed = [(one, two) for one, two in zip(text.splitlines(), other.splitlines(), strict=True)
+               if one != two]  # fmt: skip
+    given, sketched = (set(tomllib.loads(text)[key]) for key in ("parameters", "sketch"))
+    names = {one.split("=")[0].strip() for one, _ in changed}
+    assert names & given == {"a", "b", "px", "py"}  # lengths that meet there, a point that stays
+    assert names - given <= sketched
+    for one, two in changed:  # what is said behind a number stays
+        assert one.partition("#")[2] == two.partition("#")[2]
     page.keyboard.press("Control+z")
     assert page.evaluate("mechdae.toml()") == text
 
@@ -79,53 +93,58 @@ def test_a_saved_file_that_is_dropped_comes_out_with_the_same_bytes(opened, name
 @pytest.mark.parametrize("name", ["gorshkov-seven-link", "slider-crank-friction", "jansen-leg"])
 def test_a_rough_sketch_is_closed_where_python_closes_it(opened, name):
     page = opened("en")
-    page.locator("input[type=file]").set_input_files(PROBLEMS / f"{name}.toml")
+    page.locator("input[accept='.toml']").set_input_files(PROBLEMS / f"{name}.toml")
     until(page, "mechdae.state().nodes.length > 0")
     problem = md.load(name)
     driver = next(iter(problem.tasks.values())).all_drivers[0]
     start = problem.mechanism.sketch.get(driver.coordinate.split(".")[0], driver.from_)
-    at = driver.at[:1] if driver.at else (start,)
-    pose = md.solve(problem.mechanism, md.Sweep(driver=md.Driver(driver.coordinate, at=at)))
-    state = page.evaluate("mechdae.state()")
-    places = np.array([(own["x"], own["y"]) for own in state["nodes"]])
-    for own in state["links"]:
-        for point in problem.mechanism.bodies[own["name"]].points:
-            apart = places - pose.points[f"{own['name']}.{point}"].position[0]
-            assert np.hypot(*apart.T).min() < 1e-9
-    fixed = {own["name"] for own in state["nodes"] if own["fixed"]}
-    assert fixed <= set(problem.mechanism.ground.points)
-    guides = [own.first_body for own in problem.mechanism.joints.values() if own.straight]
-    assert sum(own["slide"] is not None for own in state["nodes"]) == guides.count("ground")
-    slots = len(guides) - guides.count("ground")
-    assert sum(own["slot"] is not None for own in state["nodes"]) == slots
+    pose = md.solve(
+        problem.mechanism, md.Sweep(driver=md.Driver(driver.coordinate, at=(float(start),)))
+    )
+    points = page.evaluate("mechdae.pose().points")
+    for reference, series in pose.points.items():
+        assert np.abs(series.position[0] - points[reference]).max() < 1e-9
+    fixed = {own["name"] for own in page.evaluate("mechdae.state().nodes") if own["fixed"]}
+    assert fixed == set(problem.mechanism.ground.points)
 
 
 @in_browser
-def test_what_is_not_drawn_is_named_key_by_key_and_kept(opened, tmp_path):
-    page, empty = opened("four-bar-double-rocker"), opened("en")
-    first, said = page.evaluate("mechdae.toml()"), page.locator("#kept").inner_text()
-    for name, keys in (
-        ("geared-five-bar", "bodies.wheel joints.wheel_pin joints.mesh parameters.i42 tasks.turns"),
-        ("slider-crank-friction", "loads.work joints.O.friction joints.O.pin_radius tasks.cycle"),
-        ("chain-of-four-bars", "sizes.N repeat.loop"),
-        ("balanced-four-bar", "bodies.crank.mass bodies.coupler.center bodies.rocker.inertia"),
+def test_what_is_not_drawn_is_named_and_stays_in_the_file(opened, tmp_path):
+    page = opened("four-bar-double-rocker")
+    first = page.evaluate("mechdae.toml()")
+    for name, names in (
+        ("geared-five-bar", ""),
+        ("slider-crank-friction", ""),
+        ("scotch-yoke", ""),
+        ("cam-roller-follower", "joints.profile"),
     ):
         text = (PROBLEMS / f"{name}.toml").read_text(encoding="utf-8")
         drop(page, text, f"{name}.toml")
-        names = page.locator("#kept").inner_text().split(": ", 1)[1].split(", ")
-        assert set(keys.split()) <= set(names)
-        out = page.evaluate("mechdae.toml()")
-        assert kept_in(out) == text.splitlines()
-        file = tmp_path / f"{name}.toml"
-        file.write_text(out, encoding="utf-8")
-        drawn = md.load(file).mechanism
-        assert {joint.kind for joint in drawn.joints.values()} <= {"revolute", "prismatic"}
-        assert "wheel" not in drawn.bodies
-        drop(empty, out)
-        assert empty.evaluate("mechdae.toml()") == out
+        assert page.locator("#kept").text_content().partition(": ")[2] == names
+        assert page.evaluate("mechdae.toml()") == text
         page.keyboard.press("Control+z")
         assert page.evaluate("mechdae.toml()") == first
-        assert page.locator("#kept").inner_text() == said
+
+
+@in_browser
+def test_what_tasks_and_loads_say_stays_when_a_link_is_added(opened, tmp_path):
+    page = opened("en")
+    text = (PROBLEMS / "slider-crank-friction.toml").read_text(encoding="utf-8")
+    drop(page, text, "a.toml")
+    before = tomllib.loads(text)
+    page.locator("[data-tool=link]").click()
+    box = page.locator("#diagram").bounding_box()
+    for x, y in ((30, 40), (70, 60)):
+        page.mouse.click(box["x"] + x, box["y"] + y)
+    after = tomllib.loads(page.evaluate("mechdae.toml()"))
+    assert after["bodies"].pop("link1")
+    assert len(after["parameters"]) == len(before["parameters"]) + 1
+    for key in ("title", "ground", "bodies", "joints", "loads", "tasks", "expected"):
+        assert after[key] == before[key]
+    comments = [line for line in text.splitlines() if line.startswith("#")]
+    assert [
+        line for line in page.evaluate("mechdae.toml()").splitlines() if line[:1] == "#"
+    ] == comments
 
 
 BROKEN = {
@@ -155,6 +174,7 @@ BROKEN = {
 @in_browser
 def test_a_broken_file_is_named_and_the_drawing_stays(opened):
     page = opened("four-bar-double-rocker")
+    page.evaluate("mechdae.set(mechdae.values()[5])")
     before = page.evaluate("[mechdae.toml(), mechdae.state()]")
     for text, said in BROKEN.items():
         drop(page, text, "bad.toml")

@@ -25,7 +25,8 @@ def complexes(pairs):
 def in_node(folder, text, **data):
     """Run a text that prints what it finds, with the page's dyads and some data."""
     names = (
-        "displacementsOf, moved, pivotOf, circlePointOf, dyadsAlong, curveOf, dyadsOfFive, slidesOf"
+        "displacementsOf, moved, pivotOf, circlePointOf, "
+        "dyadsAlong, dyadCurve, dyadsOfFive, slidesOf"
     )
     head = [f'import {{ {names} }} from "{FIND}/dyads.js";',
             f'import {{ studied }} from "{FIND}/linkages.js";',

@@ -208,7 +208,8 @@ def edited(browser: Firefox | WebKit, folder: Path) -> dict[str, Any]:
         saved = md.load(file)
         if not found["values"]:
             continue
-        driver = md.Driver(saved.task("window").driver.coordinate, at=tuple(found["values"]))
+        led = next(iter(saved.tasks.values())).all_drivers[0].coordinate
+        driver = md.Driver(led, at=tuple(found["values"]))
         result = md.solve(saved.mechanism, md.Sweep(driver=driver))
         size = max(np.abs(own.position).max() for own in result.points.values())
         for k, (closes, points) in enumerate(found["poses"]):

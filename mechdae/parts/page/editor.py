@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 
 LARGEST = 200_000
 """Characters of a file that the editor's page opens."""
+TEMPLATES = ("four-bar-crank-rocker", "slider-crank-offset", "watt-six-bar", "geared-five-bar",
+             "toggle-press", "quick-return-pin", "rack-and-pinion")  # fmt: skip
+"""Problems to start a drawing with, and files beside the page."""
+EXPECTED = re.compile(r"^\[\[expected\]\]\n(?:[^\[\n].*\n)*\n?", re.M)
 
 
 def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Page:
@@ -69,8 +74,15 @@ def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Pag
         "reason": "",
         "text": text,
         "name": name,
-        "kept": [],
-        "names": [],
+        "templates": [
+            _template(own) for own in (*map(library.find, TEMPLATES), link.WEB / "excavator.toml")
+        ],
         "units": {u.suffix: [u.size.numerator, u.size.denominator, u.pi] for u in UNITS.values()},
     }
     return Page(link.linked(data, "", "edit", templates()), data)
+
+
+def _template(path: Path) -> Json:
+    """Return a problem as it is opened: its file without what it is checked by."""
+    text = path.read_text(encoding="utf-8")
+    return {"name": path.name, "title": load(path).title, "text": EXPECTED.sub("", text)}

@@ -48,6 +48,7 @@ COMMENTS = re.compile(r"^\s*/\*\*.*?\*/\n|^\s*//[^\n]*\n", re.M | re.S)
 MAIN, SPATIAL = "planar_page", "spatial_page"
 FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
 """The module that begins, and the file that it works in."""
+STYLES = {MAIN: ["page.css"], SPATIAL: ["page.css"], "edit": ["page.css", "lesson.css", "edit.css"]}
 
 
 STORED = ("checks", "recorded")
@@ -84,7 +85,7 @@ def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = No
     parts = {
         "title": html.escape(str(data["title"]), quote=False),
         "lang": str(data["lang"]),
-        "style": (WEB / "page.css").read_text(encoding="utf-8"),
+        "style": "".join((WEB / name).read_text(encoding="utf-8") for name in STYLES[main]),
         "data": OPENING + inside + "</script>",
         "script": packed(script),
     }
@@ -96,8 +97,8 @@ def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = No
 def words_of(lang: str, main: str = MAIN) -> dict[str, str]:
     """Return the words of a page or of the editor in a language, by their keys."""
     tables = tomllib.loads((WEB / "words.toml").read_text(encoding="utf-8"))
-    found: dict[str, str] = tables[lang]["edit" if main == "edit" else "page"]
-    return found
+    found: dict[str, str] = tables[lang]["page"]
+    return found | tables[lang]["edit"] if main == "edit" else found
 
 
 def _spread(stored: Json, key: str = "") -> Json:

@@ -1,142 +1,101 @@
-/** The editor: one machine of states for pointer and keys, the preview, the file. */
+/** The editor: a drawing, the tools that change it, and everything that the page shows of what is drawn. */
+import { Backdrop } from "./edit/backdrop.js";
+import { joined, hanging, opened } from "./edit/closing.js";
+import { lightThings } from "./curves.js";
 import { Diagram } from "./diagram.js";
-import { element } from "./view.js";
-import { Draft } from "./draft.js";
-import { Model } from "./model.js";
-import { problemText } from "./toml.js";
 import { offered, svgText } from "./files.js";
-import { digits } from "./units.js";
-import { drawingOf } from "./opened.js";
-import { Refused } from "./read_toml.js";
-import { words } from "./words.js";
 import { Finder } from "./find/find.js";
+import { textOf } from "./edit/given.js";
+import { find, made, numberIn } from "./made.js";
+import { bodyOf } from "./edit/mechanism.js";
+import { Properties } from "./edit/properties.js";
+import { Refused } from "./read_toml.js";
+import { blank, Sketch } from "./edit/sketch.js";
+import { Studies } from "./edit/studies.js";
+import { drawnBy, placesOf } from "./edit/symbols.js";
+import { Tabs } from "./tabs.js";
+import { TOOLS } from "./edit/tools.js";
+import { trialOf } from "./edit/trial.js";
+import { digits, quantity } from "./units.js";
+import { element } from "./view.js";
+import { sentence, words } from "./words.js";
 
-const TOOLS = ["select", "link", "bar", "pivot", "weld", "slider", "slot", "driver", "delete", "find"];
-const NEAR = 12, GRID = 0.005, LARGEST = 200000;
-const get = (id) => document.getElementById(id);
+const NEAR = 12, BESIDE = 90, LARGEST = 200000, MOST_BODIES = 100;
 
 class Editor {
   constructor(data) {
-    this.given = data;
-    this.words = words;
-    const [drawing, refused] = data.text ? this.read(data.text, data.name) : [null, ""];
-    this.model = new Model(drawing);
-    this.svg = get("diagram");
-    this.state = { name: "select" };
-    this.tool = "select";
-    this.value = null;
-    this.playing = false;
-    this.opened = 0;
+    Object.assign(this, { data, tool: "select", begun: null, selected: null, message: "", opened: 0, measured: 0.1, playing: false, gap: null });
+    this.sketch = new Sketch(blank(words("drawn")), data.units);
+    this.name = "mechanism.toml";
+    const refused = data.text ? this.taken(data.text, data.name) : "";
+    if (!refused) { this.sketch.before = []; this.name = data.name || this.name; }
+    this.svg = find("diagram");
     this.diagram = new Diagram(this.svg, { joints: [] }, { parts: [], reach: {}, loads: {} });
-    this.over = element("g", {}, this.svg);
-    this.buttons();
-    this.finder = new Finder(this.diagram, [get("find"), get("found")], words, (drawing) => { this.put(drawing); this.fit(); }, () => this.draw());
+    this.backdrop = new Backdrop(this.diagram);
+    this.over = element("g", { class: "over" }, this.svg);
+    this.properties = new Properties(this);
+    this.tabs = new Tabs(find("tabs"), () => { if (this.studies) this.studies.draw(); });
+    this.studies = new Studies(this);
+    this.finder = new Finder(this.diagram, [find("find"), find("found")], words, (drawing) => this.put(textOf(drawing, words("drawn"))), () => this.draw());
+    lightThings(this.diagram);
+    this.controls();
     this.fit();
-    addEventListener("resize", () => { this.diagram.rect = null; this.diagram.measure(); this.draw(); });
-    this.svg.addEventListener("pointerdown", (event) => this.down(event));
-    this.svg.addEventListener("pointermove", (event) => this.move(event));
-    this.svg.addEventListener("pointerup", (event) => this.up(event));
-    this.svg.addEventListener("dblclick", () => { if (this.tool !== "find") this.escape(); });
-    document.addEventListener("keydown", (event) => this.key(event));
-    document.addEventListener("dragover", (event) => event.preventDefault());
-    document.addEventListener("drop", (event) => { event.preventDefault(); if (event.dataTransfer.files.length) this.open(event.dataTransfer.files[0]); });
+    this.listen();
     this.changed();
     if (refused) { this.message = refused; this.draw(); }
   }
 
-  /** The drawing of a file, or why there is none. @returns {[any, string]} */
-  read(text, name) {
-    try {
-      return [drawingOf(text, this.given.units, name), ""];
-    } catch (error) {
-      const about = error instanceof Refused ? `${this.words(error.word)}${error.about ? `: ${error.about}` : ""}` : this.words("unreadable");
-      return [null, `${name}${error.line ? `, ${this.words("line")} ${error.line}` : ""}: ${about}`];
-    }
-  }
+  // -- controls
 
-  buttons() {
-    const { words } = this;
-    const button = (place, text, act, name = "") => {
-      const own = document.createElement("button");
-      own.type = "button";
-      own.textContent = text;
-      if (name) own.dataset.tool = name;
-      own.addEventListener("click", act);
-      get(place).append(own);
-      return own;
-    };
+  controls() {
     document.title = words("title");
-    get("title").textContent = words("title");
-    get("subtitle").textContent = words("preview");
-    this.toolButtons = TOOLS.map((name) => button("tools", words(name), () => this.choose(name), name));
-    button("tools", words("undo"), () => this.undo(true));
-    button("tools", words("redo"), () => this.undo(false));
-    this.snap = document.createElement("input");
-    this.snap.type = "checkbox";
-    this.snap.checked = true;
-    const label = document.createElement("label");
-    label.append(this.snap, ` ${words("grid")}`);
-    get("tools").append(label);
-    this.play = button("drive", words("play"), () => this.toggle());
-    this.slider = document.createElement("input");
-    Object.assign(this.slider, { type: "range", min: "0", max: "1", step: "any" });
-    this.slider.setAttribute("aria-label", words("driver"));
-    this.slider.addEventListener("input", () => { this.at(Number(this.slider.value)); });
-    get("drive").append(this.slider);
-    const chosen = document.createElement("input");
-    Object.assign(chosen, { type: "file", accept: ".toml", hidden: true });
-    chosen.addEventListener("change", () => { if (chosen.files.length) this.open(chosen.files[0]); chosen.value = ""; });
-    get("files").append(chosen);
-    button("files", words("open"), () => chosen.click());
-    button("files", "TOML", () => offered("mechanism.toml", this.toml(), "text/plain"));
-    button("files", "SVG", () => offered("mechanism.svg", svgText(this.svg), "image/svg+xml"));
-    button("files", words("fit"), () => { this.fit(); this.draw(); });
+    find("title").textContent = words("title");
+    find("subtitle").textContent = words("preview");
+    const button = (place, key, act, more = {}) => { const own = made("button", { type: "button", title: words(`hint_${key}`) === `hint_${key}` ? "" : words(`hint_${key}`), onclick: act, ...more }, words(key)); find(place).append(own); return own; };
+    this.toolButtons = [...Object.keys(TOOLS).filter((name) => name !== "measure"), "find"].map((name) => button("tools", name, () => this.choose(name), { "data-tool": name, "aria-pressed": "false" }));
+    button("acts", "undo", () => this.undo(true));
+    button("acts", "redo", () => this.undo(false));
+    button("acts", "fit", () => { this.fit(); this.draw(); });
+    this.grid = made("input", { type: "checkbox", checked: true, onchange: () => this.draw() });
+    find("acts").append(made("label", {}, this.grid, ` ${words("grid")}`));
+    const start = made("select", { "aria-label": words("template"), onchange: () => { const own = this.data.templates[Number(start.value)]; start.value = ""; if (own) this.begin(own.text, own.name); } },
+      made("option", { value: "" }, words("template")), ...this.data.templates.map(({ title }, k) => made("option", { value: k }, title)));
+    find("acts").append(start);
+    this.play = made("button", { type: "button", onclick: () => this.toggle() }, words("play"));
+    this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": words("driver"), oninput: () => this.at(Number(this.slider.value)) });
+    this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": words("driver"), size: 8, onchange: () => { const own = numberIn(this.number.value); if (this.session && Number.isFinite(own)) this.show(own / (this.turning ? 180 / Math.PI : 1000)); } });
+    this.leading = made("select", { "aria-label": words("drivers"), onchange: () => { this.session.along(Number(this.leading.value)); this.studies.draw(); this.draw(); } });
+    find("drive").append(this.play, this.slider, this.number, this.leading);
+    for (const id of ["properties", "curves", "plans", "forces", "file"]) this.tabs.add(id, words(`tab_${id}`), words(`about_panel_${id}`), null);
+    const chosen = made("input", { type: "file", accept: ".toml", hidden: true, onchange: () => { if (chosen.files.length) this.open(chosen.files[0]); chosen.value = ""; } });
+    const photo = made("input", { type: "file", accept: "image/*", hidden: true, id: "photo-file", onchange: () => { if (photo.files.length) this.photo(photo.files[0]); photo.value = ""; } });
+    const files = made("div", { class: "acts", id: "files" }, chosen, photo);
+    const opacity = made("input", { type: "range", min: 0, max: 1, step: 0.05, value: 0.5, "aria-label": words("opacity"), oninput: () => this.backdrop.image.setAttribute("opacity", opacity.value) });
+    const known = made("input", { type: "text", inputmode: "decimal", value: "100", size: 6, "aria-label": `${words("known_length")} [mm]`, onchange: () => { this.measured = numberIn(known.value) / 1000; } });
+    find("file").append(files, made("h2", {}, words("photo")), made("div", { class: "acts", id: "photo" }), made("p", { class: "hint" }, words("about_photo")), made("p", { id: "kept", class: "hint" }));
+    button("files", "open", () => chosen.click());
+    button("files", "save", () => offered(this.name, this.sketch.text, "text/plain"));
+    button("files", "picture", () => offered("mechanism.svg", svgText(this.svg), "image/svg+xml"));
+    button("photo", "photo", () => photo.click());
+    find("photo").append(made("label", {}, words("opacity"), opacity), made("label", {}, words("known_length"), known, " mm"));
+    button("photo", "measure", () => this.choose("measure"), { "data-tool": "measure" });
   }
 
-  /** The file that the drawing goes on with: title, lines that are kept, their names. */
-  get file() { return this.model.data.file || this.given; }
-
-  /** Put a problem file in the place of the drawing, as one gesture; a file that cannot be read is named and changes nothing. */
-  async open(file) {
-    const large = file.size > LARGEST ? `${file.name}: ${this.words("too_large")} ${LARGEST / 1000} kB` : "";
-    const [drawing, refused] = large ? [null, large] : this.read(await file.text(), file.name);
-    this.escape();
-    if (drawing) {
-      this.put(drawing);
-      this.fit();
-      this.draw();
-    } else {
-      this.message = refused;
-      this.draw();
-    }
-    this.opened += 1;
-  }
-
-  /** Put a drawing in the place of this one, as one gesture. */
-  put(drawing) {
-    this.model.data = drawing;
-    this.model.done();
-    this.changed();
-  }
-
-  choose(tool) {
-    this.escape();
-    this.tool = tool;
-    get("find").hidden = get("found").hidden = tool !== "find";
-    this.draw();
-  }
-
-  /** Back to the state in which nothing has begun. */
-  escape() {
-    if (this.state.name !== "select") this.model.cancel();
-    this.state = { name: "select" };
-    this.tool = "select";
-    this.changed();
-  }
-
-  undo(back) {
-    this.state = { name: "select" };
-    if (this.model.undo(back)) this.changed();
+  listen() {
+    new ResizeObserver(() => { this.diagram.rect = null; this.diagram.measure(); this.draw(); this.studies.draw(); }).observe(this.svg);
+    const place = (event) => this.snapped(event);
+    this.svg.addEventListener("pointerdown", (event) => this.down(event, place(event)));
+    this.svg.addEventListener("pointermove", (event) => this.move(event, place(event)));
+    this.svg.addEventListener("pointerup", (event) => this.up(event, place(event)));
+    this.svg.addEventListener("dblclick", () => { if (this.tool !== "find") this.escape(); });
+    this.svg.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(event, 1.0015 ** -event.deltaY); }, { passive: false });
+    document.addEventListener("keydown", (event) => this.key(event));
+    document.addEventListener("dragover", (event) => event.preventDefault());
+    document.addEventListener("drop", (event) => {
+      event.preventDefault();
+      const [file] = event.dataTransfer.files;
+      if (file) { if (file.type.startsWith("image/")) this.photo(file); else this.open(file); }
+    });
   }
 
   key(event) {
@@ -144,280 +103,416 @@ class Editor {
       event.preventDefault();
       this.undo(!event.shiftKey);
     } else if (event.key === "Escape") this.escape();
+    else if (event.key === "Delete" && document.activeElement === this.svg && this.selected) this.removeSelected();
+  }
+
+  removeSelected() {
+    const { node, link } = this.selected;
+    this.edit(() => (node ? this.sketch.removeNode(this.sketch.nodeOf.get(node)) : this.sketch.removeBody(link)));
+    this.select(null);
+  }
+
+  choose(tool) {
+    this.begun = null;
+    this.tool = tool;
+    this.message = "";
+    find("find").hidden = find("found").hidden = tool !== "find";
+    this.draw();
+  }
+
+  /** End what has begun: the tool stays, and what was made stays. */
+  escape() {
+    const lone = this.tool === "link" && this.begun && !this.begun.node;
+    if (this.begun && this.begun.dragged) this.sketch.done();
+    this.begun = null;
+    this.message = lone ? words("lone_point") : "";
+    this.draw();
+  }
+
+  undo(back) {
+    this.begun = null;
+    if (this.sketch.undo(back)) this.changed();
+  }
+
+  // -- gestures
+
+  /** Change the drawing; what is refused is said and changes nothing. @param {() => any} act */
+  edit(act, options = {}) {
+    this.message = "";
+    try {
+      this.sketch.change(act, options);
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.message = this.reason(error);
+    }
+    this.changed(options.during);
+  }
+
+  reason(error) { return `${words(error.word)}${error.about ? `: ${error.about}` : ""}`; }
+
+  refuse(word, about = "") {
+    this.message = this.reason(new Refused(word, 0, about));
+    this.draw();
+  }
+
+  rename(old, name) { this.edit(() => { this.sketch.rename(old, name); this.selected = { link: name }; }); }
+
+  renamePoint(node, name) {
+    this.edit(() => {
+      for (const reference of node.refs) this.sketch.rename(node.name, name, bodyOf(reference));
+      this.selected = { node: `${bodyOf(node.id)}.${name}` };
+    });
+  }
+
+  /** Turn the drawing until a link has an angle. */
+  turn(body, angle) {
+    this.edit(() => {
+      const { sketch } = this, { rows, q } = sketch.pose, row = rows.coordinate(`${body}.angle`), now = sketch.frame(body)[2];
+      const to = now + Math.atan2(Math.sin(angle - now), Math.cos(angle - now)), found = joined([...rows.joints, row], q, [...rows.joints.map(() => 0), to]);
+      if (!found.shut) throw new Refused("does_not_close", 0, body);
+      return new Map(sketch.mechanism.bodies.map(({ name }, k) => [name, [found.q[3 * k] * rows.size, found.q[3 * k + 1] * rows.size, found.q[3 * k + 2]]]));
+    });
+  }
+
+  // -- files
+
+  /** Put a text in the place of the drawing; why it cannot be, or "". */
+  taken(text, name) {
+    const { sketch } = this, before = sketch.text;
+    try {
+      sketch.load(text.replace(/^\uFEFF/, "").replace(/\r\n/g, "\n"));
+      const { bodies } = sketch.mechanism;
+      if (!bodies.length || bodies.length > MOST_BODIES) throw new Refused(bodies.length ? "too_many" : "no_links");
+      if (!sketch.pose.shut) throw new Refused("not_assembled");
+      sketch.done();
+      return "";
+    } catch (error) {
+      sketch.load(before);
+      const about = error instanceof Refused ? this.reason(error) : words("unreadable");
+      return `${name}${error.line ? `, ${words("line")} ${error.line}` : ""}: ${about}`;
+    }
+  }
+
+  /** A text in the place of the drawing, as one gesture. */
+  begin(text, name) {
+    this.choose("select");
+    this.selected = null;
+    const refused = this.taken(text, name);
+    this.changed();
+    if (refused) this.message = refused;
+    else { this.name = name; this.fit(); }
+    this.draw();
+  }
+
+  /** A text that was found in the place of the drawing, as one gesture; the tool stays. */
+  put(text) {
+    this.message = this.taken(text, this.name);
+    this.changed();
+    this.fit();
+    this.draw();
+  }
+
+  async open(file) {
+    if (file.size > LARGEST) { this.choose("select"); this.message = `${file.name}: ${words("too_large")} ${LARGEST / 1000} kB`; this.draw(); } else this.begin(await file.text(), file.name);
+    this.opened += 1;
+  }
+
+  photo(file) {
+    const reader = new FileReader(), image = new Image();
+    reader.onload = () => { image.src = String(reader.result); };
+    image.onload = () => { this.backdrop.put(image.src, image.height / image.width); this.draw(); };
+    image.onerror = () => this.refuse("unreadable", file.name);
+    reader.readAsDataURL(file);
   }
 
   // -- where the pointer is
 
   fit() {
-    const places = [...this.model.data.nodes.map(({ x, y }) => [x, y]), ...(this.tool === "find" ? this.finder.places : [])];
-    this.diagram.fit(places.length ? places : [[-0.05, -0.05], [0.25, 0.15]]);
+    this.diagram.zoomed = [1, 0, 0];
+    const known = Object.values(placesOf(this.sketch, this.sketch.pose.q).places), tracks = this.session ? this.session.poses.filter(({ y }) => y).flatMap((pose) => Object.values(this.session.places_of(pose))) : [];
+    this.diagram.fit(known.length > 1 ? [...known, ...tracks] : [[-0.05, -0.05], [0.25, 0.15]]);
   }
 
-  point(event) { return this.diagram.under(event); }
+  zoom(event, times) {
+    this.diagram.zoom(times, this.diagram.under(event));
+    this.draw();
+  }
 
-  nodeAt([x, y], but = null) {
+  pan(begun) {
+    this.diagram.pan(begun.now[0] - begun.from[0], begun.now[1] - begun.from[1]);
+    begun.from = begun.now;
+    this.draw();
+  }
+
+  nearNode(event, but = null) {
+    const [x, y] = this.diagram.under(event);
     let best = null, apart = NEAR;
-    for (const node of this.model.data.nodes) {
-      const [u, v] = this.diagram.at([node.x, node.y]);
-      const far = Math.hypot(u - x, v - y);
-      if (node.id !== but && far < apart) { apart = far; best = node.id; }
+    for (const node of this.sketch.nodes) {
+      const [u, v] = this.diagram.at([node.x, node.y]), far = Math.hypot(u - x, v - y) + (node.fixed && node.refs.length < 2 ? 3 : 0); // links go before points of guides
+      if (!node.refs.includes(but) && far < apart) { apart = far; best = node; }
     }
     return best;
   }
 
-  linkAt(place) { return this.lineAt(place, this.model.data.links, ({ nodes }) => nodes); }
-
-  barAt(place) { return this.lineAt(place, this.model.data.bars, ({ ends }) => ends); }
-
-  /** The first of links or bars that has a line under the pointer. */
-  lineAt([x, y], list, nodesOf) {
-    for (const link of list) {
-      const corners = nodesOf(link).map((id) => this.diagram.at([this.model.node.get(id).x, this.model.node.get(id).y]));
-      for (let i = 0; i < corners.length; i += 1) {
-        for (let j = 0; j < i; j += 1) {
-          const [[ax, ay], [bx, by]] = [corners[i], corners[j]];
-          const long = (bx - ax) ** 2 + (by - ay) ** 2 || 1;
-          const t = Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / long));
-          if (Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y) < 8) return link.id;
-        }
-      }
-    }
-    return null;
+  /** Distance in units of the sheet from a line between two places of the drawing. */
+  away([x, y], a, b) {
+    const [[ax, ay], [bx, by]] = [a, b].map((place) => this.diagram.at(place)), long = (bx - ax) ** 2 + (by - ay) ** 2 || 1;
+    const t = Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / long));
+    return Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
   }
 
-  /** Metres, on the grid; beside a node level or upright with it. */
-  snapped(place, from = null) {
-    let [x, y] = this.diagram.from(place);
-    if (this.snap.checked) [x, y] = [x, y].map((v) => Number((Math.round(v / GRID) * GRID).toFixed(6)));
-    const base = from === null ? null : this.model.node.get(from);
-    if (base) {
-      const [u, v] = this.diagram.at([base.x, base.y]);
-      if (Math.abs(place[1] - v) < 6) y = base.y;
-      if (Math.abs(place[0] - u) < 6) x = base.x;
+  /** The link nearest to a place of the sheet, at most so far. */
+  linkNear(under, most) {
+    let best = null, apart = most;
+    for (const { name, points } of this.sketch.links) {
+      const corners = [...points.keys()].map((own) => this.sketch.place(`${name}.${own}`));
+      corners.forEach((a, i) => corners.slice(0, i).forEach((b) => { const far = this.away(under, a, b); if (far < apart) { apart = far; best = name; } }));
     }
-    return [x, y];
+    return best;
   }
 
-  // -- gestures
+  nearestLink(place) { return this.linkNear(this.diagram.at(place), BESIDE) || (this.selected && this.selected.link) || null; }
 
-  /** The node under the pointer, else a new one there: on a link a point of that link. */
-  take(place, from = null) {
-    const known = this.nodeAt(place);
-    if (known !== null) return known;
-    const link = this.linkAt(place);
-    const made = this.model.addNode(...this.snapped(place, from));
-    if (link !== null) this.model.link(link).nodes.push(made);
-    return made;
+  /** A bar, cylinder, guide or spring under the pointer: its two points. */
+  strokeNear(under) {
+    const { joints, loads } = this.sketch.mechanism;
+    const lines = [...joints.filter(({ drawn, kind }) => drawn && ["distance", "prismatic"].includes(kind)).map(({ first, second }) => [first, second]), ...loads.filter(({ points }) => points.length === 2).map(({ points }) => points)];
+    const found = lines.find(([a, b]) => this.away(under, this.sketch.place(a), this.sketch.place(b)) < 8);
+    return found ? found.join(" ") : "";
   }
 
-  down(event) {
-    const place = this.point(event);
-    if (this.tool === "find") { this.svg.setPointerCapture(event.pointerId); this.finder.down(place); return; }
-    const node = this.nodeAt(place), link = this.linkAt(place);
-    const { model } = this;
-    if (this.tool === "link") {
-      if (this.state.name !== "linking") { this.state = { name: "linking", from: this.take(place) }; this.changed(true); return; }
-      const { from } = this.state;
-      const to = this.take(place, from);
-      model.addLink([from, to]);
-      model.done();
-      this.state = { name: "linking", from: to };
-      this.changed();
-      return;
-    }
-    if (this.tool === "bar") {
-      const fresh = this.nodeAt(place) === null && link === null;
-      const { from } = this.state.name === "barring" ? this.state : { from: null };
-      const at = this.take(place, from);
-      if (fresh) model.pivot(at); // on nothing a bar stands on the ground
-      if (from === null) { this.state = { name: "barring", from: at }; this.changed(true); return; }
-      model.addBar(from, at);
-      model.done();
-      this.state = { name: "select" };
-      this.changed();
-      return;
-    }
-    if (this.tool === "slot") {
-      if (this.state.name === "slotting" && link !== null && this.state.node !== node) {
-        if (model.slot(this.state.node, link)) model.done();
-        this.state = { name: "select" };
-      } else if (node !== null) this.state = { name: "slotting", node };
-      this.changed();
-      return;
-    }
-    if (this.tool === "select") {
-      if (node === null) return;
-      this.svg.setPointerCapture(event.pointerId);
-      this.state = { name: "dragging", node };
-      return;
-    }
-    if (this.tool === "weld") {
-      if (node === null || !model.weld(node)) return;
-    } else if (this.tool === "delete") model.remove(node !== null ? { node } : link !== null ? { link } : this.barAt(place) !== null ? { bar: this.barAt(place) } : {});
-    else if (this.tool === "driver") model.drive(node !== null ? { node } : link !== null ? { link } : {});
-    else {
-      const at = this.take(place);
-      if (this.tool === "pivot") model.pivot(at);
-      else model.slider(at, event.shiftKey ? Math.PI / 2 : 0);
-    }
-    model.done();
-    this.changed();
+  removeStroke(points) {
+    const { mechanism } = this.sketch, load = mechanism.loads.find((own) => own.points.join(" ") === points), joint = mechanism.joints.find(({ first, second, kind }) => `${first} ${second}` === points && ["distance", "prismatic"].includes(kind));
+    if (load) this.sketch.removeLoad(load.name);
+    else if (bodyOf(joint.first) !== "ground" && joint.kind === "prismatic") for (const own of [joint.first, joint.second]) this.sketch.removeBody(bodyOf(own));
+    else this.sketch.removeJoint(joint.name);
   }
 
-  move(event) {
-    const place = this.point(event);
-    if (this.tool === "find") this.finder.move(place);
-    else if (this.state.name === "dragging") {
-      const over = this.nodeAt(place, this.state.node);
-      const other = over === null ? null : this.model.node.get(over);
-      this.model.move(this.state.node, ...(other ? [other.x, other.y] : this.snapped(place)));
-      this.changed(true);
-    } else if (this.state.name === "linking" || this.state.name === "barring") {
-      this.state.to = place;
-      this.draw();
-    }
+  /** Metres, on the grid; from a point on level or upright with it. */
+  snapped(event) {
+    const under = this.diagram.under(event), [x, y] = this.diagram.from(under), { step } = this.backdrop;
+    let place = this.grid.checked ? [x, y].map((value) => Number((Math.round(value / step) * step).toPrecision(9))) : [x, y];
+    const from = this.begun && (this.begun.node ? [this.begun.node.x, this.begun.node.y] : this.begun.place);
+    if (from) { const [u, v] = this.diagram.at(from); place = [Math.abs(under[0] - u) < 6 ? from[0] : place[0], Math.abs(under[1] - v) < 6 ? from[1] : place[1]]; }
+    return place;
   }
 
-  up(event) {
+  // -- pointer
+
+  down(event, place) {
+    if (event.button) return;
+    this.svg.setPointerCapture(event.pointerId);
+    if (this.tool === "find") { this.finder.down(this.diagram.under(event)); return; }
+    this.svg.focus({ preventScroll: true });
+    this.message = "";
+    this.shift = event.shiftKey;
+    this.toStart();
+    const under = this.diagram.under(event), node = this.nearNode(event), link = node ? null : this.linkNear(under, 8);
+    this.strokeUnder = this.strokeNear(under);
+    this.pressed = under;
+    TOOLS[this.tool].down(this, { node, link, place }, event);
+    this.draw();
+  }
+
+  move(event, place) {
+    const { begun } = this;
+    if (this.tool === "find") this.finder.move(this.diagram.under(event));
+    if (!begun) return;
+    begun.to = place;
+    begun.now = this.diagram.under(event);
+    if (this.pressed && Math.hypot(begun.now[0] - this.pressed[0], begun.now[1] - this.pressed[1]) > 3) begun.moved = true;
+    if (this.pressed && begun.moved && TOOLS[this.tool].move) TOOLS[this.tool].move(this, place, event);
+    else this.draw();
+  }
+
+  up(event, place) {
+    this.pressed = null;
     if (this.tool === "find") this.finder.up();
-    if (this.state.name !== "dragging") return;
-    const over = this.nodeAt(this.point(event), this.state.node);
-    if (over !== null) this.model.merge(this.state.node, over);
-    this.model.done();
-    this.state = { name: "select" };
-    this.changed();
+    if (this.begun && TOOLS[this.tool].up) TOOLS[this.tool].up(this, place, event);
+    if (this.tool === "select") this.begun = null;
+    this.draw();
   }
 
-  // -- preview
+  /** Back to the pose that is drawn, before it is changed. */
+  toStart() {
+    if (this.playing) this.toggle();
+    if (this.session && this.tool !== "measure") { this.session.drive(this.session.data.start.s); this.gap = null; }
+  }
+
+  select(what) {
+    this.selected = what;
+    if (what) this.studies.follow(what.node ? { node: this.sketch.nodeOf.get(what.node) } : what);
+    this.properties.draw();
+    this.studies.draw();
+    this.draw();
+  }
+
+  // -- what is drawn, solved
 
   changed(during = false) {
-    const { model } = this;
-    this.message = "";
-    this.draft = new Draft(model.data);
-    this.found = this.draft.check();
-    this.poses = null;
-    this.value = null;
-    if (!during && model.data.driver && this.found.count === 1 && this.found.rank === 1) this.poses = this.draft.sweep();
-    this.said = this.verdict();
-    if (this.poses) {
-      const [low, high] = this.span();
-      this.slider.value = String((this.draft.begin - low) / (high - low || 1));
+    const { sketch } = this;
+    if (this.selected && !(this.selected.node ? sketch.nodeOf.has(this.selected.node) : sketch.mechanism.byName.has(this.selected.link))) this.selected = null;
+    this.gap = null;
+    this.freedom = sketch.mechanism.bodies.length ? sketch.freedom : { count: 0, rank: 0, without: [] };
+    Object.assign(this.diagram, drawnBy(sketch, DRAWING));
+    this.trial = during ? { session: null, reason: "" } : trialOf(sketch);
+    this.session = this.trial.session;
+    this.slide();
+    if (!during) {
+      this.studies.take(this.session);
+      this.properties.draw();
+      const { drivers } = sketch.mechanism;
+      this.leading.replaceChildren(...drivers.map(({ name }, k) => made("option", { value: k }, name)));
+      this.leading.hidden = drivers.length < 2;
+      this.studies.draw();
     }
     this.draw();
   }
 
-  verdict() {
-    const { words, found, model } = this;
-    const text = [`${words("count")} ${found.count}, ${words("rank")} ${found.rank}`];
-    if (found.without.length) text.push(`${words("pivotless")} ${found.without.join(", ")}`);
-    if (!model.data.driver) text.push(words("nodriver"));
-    else if (found.count !== 1) text.push(words(found.count > 1 ? "loose" : "stiff"));
-    else if (this.poses) {
-      const [low, high] = this.poses.ends;
-      const turn = model.data.driver.kind === "turn";
-      const shown = (end) => (turn ? `${digits((end.u * 180) / Math.PI, 5)}°` : `${digits(1000 * end.u, 5)} mm`);
-      text.push(low || high ? `${words("closes")} ${low ? shown(low) : ""} … ${high ? shown(high) : ""}` : words("turns"));
-    } else text.push(words("singular"));
-    return text.join("; ");
+  /** How far guides reach, over all poses. */
+  slide() {
+    const poses = this.session ? this.session.poses.filter(({ x }) => x).map((pose) => placesOf(this.sketch, pose.x)) : [placesOf(this.sketch, this.sketch.pose.q)];
+    this.diagram.slid(poses.map(({ places, angles }) => [places, angles]));
   }
 
-  /** The range of the slider: the poses, and beyond limits some of what does not close. */
-  span() {
-    const { poses, ends } = this.poses;
-    const beyond = this.model.data.driver.kind === "turn" ? 0.3 : 0.05 * this.draft.size;
-    return [poses[0].u - (ends[0] ? beyond : 0), poses[poses.length - 1].u + (ends[1] ? beyond : 0)];
+  get turning() { return this.session && this.session.motion.way.unit === "rad"; }
+
+  /** Where the driver can be shown: its range, and beyond limits some of what does not close. */
+  get span() {
+    const { range, motion } = this.session, beyond = this.turning ? 0.3 : 0.05 * this.sketch.mechanism.size;
+    return [range[0] - (motion.ends[0] ? beyond : 0), range[1] + (motion.ends[1] ? beyond : 0)];
   }
 
-  /** Show the preview at a share of the range; beyond a limit what does not close, with the gap. */
   at(share) {
-    if (!this.poses) return;
-    const [low, high] = this.span();
+    if (!this.session) return;
+    const [low, high] = this.span;
     this.show(low + share * (high - low));
   }
 
-  show(u) {
-    const { poses } = this.poses;
-    const near = poses.reduce((best, own) => (Math.abs(own.u - u) < Math.abs(best.u - u) ? own : best));
-    const inside = u >= poses[0].u && u <= poses[poses.length - 1].u;
-    const solved = inside ? this.draft.solve(near.q, u) : null;
-    this.value = solved ? { u, q: solved.q, gap: 0, name: "" } : { u, ...this.draft.open(near.q, u) };
+  /** Show a value of the driver; beyond a limit what does not close, with the gap. */
+  show(s) {
+    const { session, sketch } = this, ok = session.drive(s);
+    const u = session.data.drivers ? null : [s], near = session.poses.filter(({ x }) => x).reduce((best, own) => (Math.abs(own.s - s) < Math.abs(best.s - s) ? own : best));
+    this.gap = ok || !u ? null : opened(sketch.pose, Array.from(near.x), u);
     this.draw();
+    return ok;
   }
 
   toggle() {
-    this.playing = !this.playing;
-    this.play.textContent = this.words(this.playing ? "pause" : "play");
-    let share = Number(this.slider.value), last = performance.now();
+    this.playing = !this.playing && Boolean(this.session);
+    this.play.textContent = words(this.playing ? "pause" : "play");
+    let last = performance.now(), sense = 1;
     const tick = (now) => {
-      if (!this.playing || !this.poses) return;
-      share = (share + (now - last) / 5000) % 1;
+      if (!this.playing || !this.session) return;
+      const [low, high] = this.session.range, round = this.turning && !this.session.motion.ends[0];
+      let s = this.session.s + (sense * (Math.max(now - last, 0) * (high - low))) / 5000;
       last = now;
-      this.slider.value = String(share);
-      this.at(share);
+      if (s > high || s < low) { if (round) s = low + (s - high); else { sense = -sense; s = Math.min(Math.max(s, low), high); } }
+      this.show(s);
       requestAnimationFrame(tick);
     };
     if (this.playing) requestAnimationFrame(tick);
   }
 
-  toml() { return problemText(this.model.data, this.file.title, this.file.kept); }
+  /** What is said of the mobility and of the way of the driver. */
+  get said() {
+    const { sketch, freedom, session, trial } = this, { mechanism } = sketch, text = [];
+    if (!mechanism.bodies.length && !mechanism.ground.size) return words("first_step");
+    if (mechanism.bodies.length) text.push(`${words("count")} ${freedom.count}, ${words("rank")} ${freedom.rank}`);
+    const loose = hanging(mechanism), { stray } = sketch;
+    if (loose.length) text.push(`${words("hanging")} ${loose.join(", ")}`);
+    if (stray.length) text.push(`${words("stray")} ${stray.join(", ")}`);
+    if (freedom.without.length) text.push(`${words("pivotless")} ${freedom.without.join(", ")}`);
+    if (session) {
+      const { range, motion: { ends, way } } = session, shown = (end, value) => (end ? quantity(value, way.unit, 5) : "");
+      text.push(ends[0] || ends[1] ? `${words("closes")} ${shown(ends[0], range[0])} … ${shown(ends[1], range[1])}` : words("turns"));
+      text.push(this.studies.efforts());
+      if (trial.rubs) text.push(words("without_friction"));
+    } else if (trial.reason && trial.reason !== "empty") text.push(`${words(trial.reason)}${trial.reason === "open" ? ` ${sketch.pose.open}` : ""}`);
+    return text.filter(Boolean).join("; ");
+  }
 
-  // -- drawing
+  /** Places, angles and the pose that are shown. */
+  get shown() {
+    const { session, sketch, gap } = this, pose = session && session.pose;
+    return placesOf(sketch, gap ? gap.q : pose && pose.x ? Array.from(pose.x) : sketch.pose.q);
+  }
 
   draw() {
-    const { draft, diagram, model } = this;
-    const q = this.value ? this.value.q : draft.start;
-    const { driver } = model.data;
-    const driven = driver && driver.kind === "turn" ? model.link(driver.link).name : "";
-    if (this.drafted !== draft) {
-      this.drafted = draft;
-      Object.assign(diagram, draft.scene(DRAWING, draft.start, driven));
-      diagram.slid((this.poses ? this.poses.poses : [{ q: draft.start }]).map((pose) => [draft.places(pose.q), draft.angles(pose.q)]));
-    }
-    diagram.draw(draft.places(q), draft.angles(q));
-    this.over.replaceChildren();
+    const { diagram, session, sketch, gap } = this, { places, angles } = this.shown;
+    sketch.seen = diagram.size[0] / diagram.scale;
+    this.backdrop.draw(this.grid.checked);
+    const traced = session ? session.data.entries.filter(({ kind, part }) => kind === "points" && this.traces(part)) : [];
+    diagram.traces(traced.map(({ columns }) => session.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null))));
+    diagram.draw(places, angles);
     this.svg.append(this.over);
-    const single = model.data.nodes.filter((node) => !model.data.links.some(({ nodes }) => nodes.includes(node.id)));
-    for (const node of single) {
-      const [cx, cy] = diagram.at([node.x, node.y]);
-      element("circle", { cx, cy, r: 4, class: "pin" }, this.over);
-    }
-    if (this.state.name === "linking" || this.state.name === "barring") {
-      const node = model.node.get(this.state.from);
-      const [x1, y1] = diagram.at([node.x, node.y]);
-      element("circle", { cx: x1, cy: y1, r: 6, class: "open" }, this.over);
-      if (this.state.to) element("line", { x1, y1, x2: this.state.to[0], y2: this.state.to[1], class: "guide" }, this.over);
-    }
-    const value = this.value && this.value.gap > 0;
-    if (value) {
-      const bar = model.data.bars.find(({ name }) => name === this.value.name);
-      const names = bar ? bar.ends.map((id) => model.node.get(id).name) : [this.value.name];
-      const places = Object.entries(draft.places(q)).filter(([name]) => names.includes(name.split(".")[1])).map(([, place]) => diagram.at(place));
-      for (const [cx, cy] of places) element("circle", { cx, cy, r: 7, class: "open" }, this.over);
-      for (const [x, y] of places.slice(1)) element("line", { x1: places[0][0], y1: places[0][1], x2: x, y2: y, class: "open" }, this.over);
-    }
+    this.marks(places);
     if (this.tool === "find") this.finder.draw(this.svg);
     else this.finder.layer.remove();
-    for (const own of this.toolButtons) own.setAttribute("aria-pressed", String(own.dataset.tool === this.tool));
-    const status = get("status");
-    get("kept").textContent = this.file.kept.length ? `${this.words("kept")}: ${this.file.names.join(", ")}` : "";
-    status.textContent = this.message ? this.message : value ? `${this.words("gap")} ${this.value.name}: ${digits(1000 * this.value.gap, 4)} mm` : `${this.words(`hint_${this.tool}`)}. ${this.said}`;
-    status.className = this.message || value || (model.data.links.length && this.found.count !== 1) ? "warn" : "";
-    this.slider.disabled = !this.poses;
-    this.play.disabled = !this.poses;
+    for (const own of document.querySelectorAll("[data-tool]")) own.setAttribute("aria-pressed", String(own.dataset.tool === this.tool));
+    const rest = sketch.mechanism.rest;
+    find("kept").textContent = rest.length ? `${words("kept")}: ${rest.join(", ")}` : "";
+    const status = find("status"), text = this.message || (gap ? `${words("gap")} ${gap.name}: ${digits(1000 * gap.gap, 4)} mm` : `${words(`hint_${this.tool}`)}. ${this.said}`);
+    if (status.textContent !== text) status.textContent = text;
+    status.className = this.message || gap || (sketch.mechanism.bodies.length && !session) ? "warn" : "";
+    for (const own of [this.slider, this.play, this.number]) own.disabled = !session;
+    if (!session) return;
+    const [low, high] = this.span, factor = this.turning ? 180 / Math.PI : 1000;
+    if (document.activeElement !== this.slider) this.slider.value = String((session.s - low) / (high - low));
+    if (document.activeElement !== this.number) this.number.value = digits(Math.round(1e9 * session.s * factor) / 1e9, 7);
+    this.studies.mark();
+  }
+
+  /** Whether the path of a point is drawn: of the selected one, else of points that are no joints. */
+  traces(part) {
+    const node = this.sketch.nodeOf.get(part), { selected } = this;
+    if (!node || node.fixed || node.refs[0] !== part) return false;
+    return selected && selected.node ? selected.node === node.id : node.refs.length === 1 || selected?.link === bodyOf(part);
+  }
+
+  /** What is selected or begun, and the gap beyond a limit. */
+  marks(places) {
+    const { diagram, begun, gap, selected, sketch } = this;
+    this.over.replaceChildren();
+    const ring = (place, r, kind = "open") => { const [cx, cy] = diagram.at(place); element("circle", { cx, cy, r, class: kind }, this.over); };
+    const line = (a, b, kind) => { const [[x1, y1], [x2, y2]] = [a, b].map((place) => diagram.at(place)); element("line", { x1, y1, x2, y2, class: kind }, this.over); };
+    if (selected && selected.node) ring(places[sketch.nodeOf.get(selected.node).id], 9, "chosen");
+    if (selected && selected.link) for (const own of sketch.mechanism.pointsOf(selected.link).keys()) ring(places[`${selected.link}.${own}`], 9, "chosen");
+    if (begun && !begun.dragged && !begun.panned) {
+      const from = begun.node ? [begun.node.x, begun.node.y] : begun.place;
+      ring(from, 6);
+      if (begun.to) {
+        line(from, begun.to, "guide");
+        const [x, y] = diagram.at(begun.to), long = Math.hypot(begun.to[0] - from[0], begun.to[1] - from[1]), angle = Math.atan2(begun.to[1] - from[1], begun.to[0] - from[0]);
+        element("text", { x: x + 10, y: y - 8, class: "measure" }, this.over).textContent = `${quantity(long, "m", 4)} ${quantity(angle, "rad", 3)}`;
+      }
+    }
+    if (!gap) return;
+    const joint = sketch.mechanism.joints.find(({ name }) => name === gap.name), ends = joint ? [places[joint.first], places[joint.second]] : [];
+    for (const own of ends) ring(own, 7);
+    if (ends.length) line(ends[0], ends[1], "open");
   }
 }
 
-const editor = new Editor(JSON.parse(get("mechdae").textContent));
+const editor = new Editor(JSON.parse(find("mechdae").textContent));
 window.mechdae = {
   ready: Promise.resolve(true),
-  live: "preview",
-  toml: () => editor.toml(),
-  state: () => JSON.parse(editor.model.now),
-  mobility: () => editor.found,
-  opened: () => editor.opened,
+  get live() { return Boolean(editor.session); },
+  toml: () => editor.sketch.text,
+  state: () => {
+    const { nodes, mechanism, text } = editor.sketch;
+    return { text, nodes: nodes.map(({ id, name, x, y, fixed, refs }) => ({ id, name, x, y, fixed, refs })), links: mechanism.bodies.map(({ name, points }) => ({ name, points: [...points.keys()] })), joints: mechanism.joints.map(({ name, kind }) => [name, kind]), drivers: mechanism.drivers.map(({ name }) => name), tool: editor.tool, selected: editor.selected };
+  },
   finder: editor.finder,
-  values: () => (editor.poses ? editor.poses.poses.map(({ u }) => u) : []),
-  set: (u) => { if (!editor.poses) return false; editor.show(u); return editor.value.gap === 0; },
-  pose: () => ({ points: editor.draft.places(editor.value ? editor.value.q : editor.draft.start), gap: editor.value ? editor.value.gap : 0 }),
-  screen: ([x, y]) => editor.diagram.at([x, y]).map((v) => v * editor.diagram.k),
+  mobility: () => editor.freedom,
+  opened: () => editor.opened,
+  values: () => (editor.session ? editor.session.poses.filter(({ status }) => status === "ok").map(({ s }) => s) : []),
+  set: (s) => Boolean(editor.session) && editor.show(s),
+  lead: (u) => Boolean(editor.session) && editor.session.move(u) === 1 && (editor.draw(), true),
+  pose: () => {
+    const { session } = editor, pose = session && session.pose, forces = session && session.forcesAt(pose);
+    const outputs = session && pose.y ? Object.fromEntries(session.data.entries.flatMap(({ kind, part, names, columns }) => names.map((name, order) => [`${kind}/${part}/${name}`, session.inTime(pose, columns, order)]))) : {};
+    return { points: editor.shown.places, gap: editor.gap ? editor.gap.gap : 0, outputs, forces, bound: pose && pose.error ? session.motion.bound(pose) : null };
+  },
+  screen: (place) => editor.diagram.at(place).map((value) => value * editor.diagram.k),
 };

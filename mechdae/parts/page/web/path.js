@@ -298,7 +298,7 @@ export class Motion {
     const side = sense > 0 ? 1 : 0;
     let step = largest;
     let look = APPROACH * largest; // the step below which a limit position is looked for
-    for (let tries = 0, most = Math.max(TRIES, this.start.tries); ; tries += 1) {
+    for (let tries = 0, most = this.start.most ?? Math.max(TRIES, this.start.tries); ; tries += 1) {
       const last = list[list.length - 1];
       const rest = sense * (to - last.s);
       if (rest <= 1e-12 * largest) return;

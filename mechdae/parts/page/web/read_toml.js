@@ -19,6 +19,13 @@ class TomlReader {
     this.depth = 0;
     this.headed = new WeakSet();
     this.closed = new WeakSet();
+    /** Of each table where it stands: `heads` [from, to, end of its last line], `inline` [from, to], entries by their names. */
+    this.places = new Map();
+  }
+
+  placeOf(table) {
+    if (!this.places.has(table)) this.places.set(table, { heads: [], inline: null, entries: new Map() });
+    return this.places.get(table);
   }
 
   fail(word, about = "") { throw new Refused(word, this.text.slice(0, this.at).split("\n").length, about); }
@@ -43,15 +50,19 @@ class TomlReader {
 
   document() {
     const root = Object.create(null);
-    let here = root;
+    let here = root, head = null;
     for (this.blank(); this.at < this.text.length; this.blank()) {
+      const from = this.at;
       if (this.take("[")) {
         const many = this.take("[");
         const path = this.path();
         if (!this.take(many ? "]]" : "]")) this.fail("toml_key");
         here = this.header(root, path, many);
+        head = { from, to: this.at, end: this.at };
+        this.placeOf(here).heads.push(head);
       } else this.entry(here);
       this.match(/[ \t]*(?:#[^\n]*)?/y);
+      if (head) head.end = this.at;
       if (this.at < this.text.length && !this.take("\n")) this.fail("toml_end");
     }
     return root;
@@ -95,13 +106,15 @@ class TomlReader {
   }
 
   entry(table) {
-    const path = this.path();
+    const from = this.at, path = this.path();
     if (!this.take("=")) this.fail("toml_key");
     const last = path.pop();
     const own = path.reduce((into, name) => this.inside(into, name), table);
     if (last in own) this.fail("toml_twice", last);
     this.space();
+    const at = this.at;
     own[last] = this.value();
+    this.placeOf(own).entries.set(last, { from, at, to: this.at });
   }
 
   value() {
@@ -122,10 +135,13 @@ class TomlReader {
   }
 
   array() {
-    const list = [];
+    const list = [], spans = [];
+    this.places.set(list, spans);
     this.at += 1;
     for (this.blank(); !this.take("]"); this.blank()) {
+      const at = this.at;
       list.push(this.value());
+      spans.push({ at, to: this.at });
       this.blank();
       if (!this.take(",") && this.text[this.at] !== "]") this.fail("toml_value");
     }
@@ -133,12 +149,15 @@ class TomlReader {
   }
 
   inline() {
-    const table = Object.create(null);
+    const table = Object.create(null), inline = { from: this.at, to: 0 };
+    this.placeOf(table).inline = inline;
     this.at += 1;
     this.space();
-    if (this.take("}")) return table;
-    do this.entry(table); while ((this.space(), this.take(",")));
-    if (!this.take("}")) this.fail("toml_value");
+    if (!this.take("}")) {
+      do { this.space(); this.entry(table); } while ((this.space(), this.take(",")));
+      if (!this.take("}")) this.fail("toml_value");
+    }
+    inline.to = this.at;
     return table;
   }
 
@@ -157,3 +176,9 @@ class TomlReader {
 
 /** Tables of a file. @param {string} text @returns {any} */
 export function readToml(text) { return new TomlReader(text).document(); }
+
+/** The same, and where everything stands. */
+export function readPlaces(text) {
+  const reader = new TomlReader(text), data = reader.document();
+  return { text: reader.text, data, places: reader.places };
+}

@@ -88,7 +88,7 @@ export function dyadsAlong(displacements, angle) {
 }
 
 /** Burmester's curves of four poses as dyads along a pencil of lines. */
-export function curveOf(displacements, count = 360) {
+export function dyadCurve(displacements, count = 360) {
   return Array.from({ length: count }, (_, k) => dyadsAlong(displacements, (Math.PI * (k + 0.5)) / count)).flat();
 }
 

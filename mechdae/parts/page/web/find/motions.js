@@ -1,6 +1,6 @@
 /** All linkages of two to five poses: dyads, pairs of them, the best first. */
 import { added, direction, minus, norm, scaled } from "./complex.js";
-import { circlePointOf, curveOf, displacementsOf, dyadsOfFive, moved, pivotOf, slidesOf } from "./dyads.js";
+import { circlePointOf, dyadCurve, displacementsOf, dyadsOfFive, moved, pivotOf, slidesOf } from "./dyads.js";
 import { studied } from "./linkages.js";
 
 /** How near in sizes of the task two linkages of a fan may be, and how long links may be in a fan. */
@@ -19,7 +19,7 @@ export function dyadsOf(poses, pivots = []) {
   const displacements = displacementsOf(poses), { middle, size } = spreadOf(poses);
   const good = (dyad) => dyad.z && (dyad.m || dyad.slide);
   if (poses.length === 5) return dyadsOfFive(displacements);
-  if (poses.length === 4) return [...curveOf(displacements), ...slidesOf(displacements)];
+  if (poses.length === 4) return [...dyadCurve(displacements), ...slidesOf(displacements)];
   const ofPivot = (m) => (poses.length === 3 ? [{ z: circlePointOf(displacements, m), m }]
     : Array.from({ length: 8 }, (_, k) => ({ z: circlePointOf(displacements, m, added(middle, scaled(size, direction((k * Math.PI) / 4)))), m })));
   if (pivots.length) return pivots.flatMap(ofPivot).filter(good);

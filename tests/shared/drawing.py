@@ -1,0 +1,77 @@
+"""Drawing in the editor by pointer events, and what is drawn in several tests."""
+
+from __future__ import annotations
+
+FOUR_BAR = [("link", [(0, 0), (20, 40), (120, 80), (100, 0)]), ("pivot", [(0, 0), (100, 0)]),
+            ("driver", [(10, 20)])]  # fmt: skip
+# crank O A, its pin in the slot of rod G B; B C with a slider at C, B E and E F
+SEVEN_LINK = [("link", [(0, 40), (50, 55)]), ("link", [(0, -40), (90, 130)]),
+              ("slot", [(50, 55), (20, -2)]), ("link", [(90, 130), (190, 20)]),
+              ("link", [(90, 130), (230, 120), (245, 20)]),
+              ("pivot", [(0, 40), (0, -40), (245, 20)]), ("slider", [(190, 20)]),
+              ("driver", [(25, 47)])]  # fmt: skip
+# crank O C, platform D E F on three legs A D, B E, C F
+TRIAD = [("link", [(-30, 100), (0, 110)]), ("link", [(100, 60), (200, 90)]),
+         ("link", [(150, 75), (0, 110)]),
+         ("link", [(100, 60), (60, -40)]), ("link", [(200, 90), (240, -30)]),
+         ("pivot", [(-30, 100), (60, -40), (240, -30)]), ("driver", [(-15, 105)])]  # fmt: skip
+# crank O A, coupler A B welded to a second link B C, a bar from C to the ground
+WELDED = [("link", [(0, 0), (20, 40)]), ("link", [(20, 40), (120, 80)]),
+          ("link", [(120, 80), (150, 120)]), ("weld", [(120, 80)]),
+          ("bar", [(150, 120), (100, -5)]), ("pivot", [(0, 0)]),
+          ("driver", [(10, 20)])]  # fmt: skip
+SLIDER_CRANK = [("link", [(0, 0), (20, 30), (150, 90)]), ("pivot", [(0, 0)]),
+                ("slider", [(150, 90, 185, 110)]), ("driver", [(10, 15)])]  # fmt: skip
+WATT = [("link", [(0, 0), (20, 40), (110, 70), (100, 0)]), ("point", [(135, 50)]),
+        ("link", [(135, 50), (230, 60), (220, 0)]), ("pivot", [(0, 0), (100, 0), (220, 0)]),
+        ("driver", [(10, 20)])]  # fmt: skip
+# two cranks on the ground, geared to each other, and two couplers between them
+GEARED = [("link", [(0, 0), (-20, 40), (40, 110), (120, 50), (100, 0)]),
+          ("pivot", [(0, 0), (100, 0)]), ("gear", [(0, 0), (100, 0)]),
+          ("driver", [(-10, 20)])]  # fmt: skip
+EXCAVATOR = [("link", [(0, 0), (120, 100), (210, 70)]), ("point", [(60, 70)]), ("pivot", [(0, 0)]),
+             ("cylinder", [(60, 70), (40, -20)]), ("point", [(90, 120), (150, 110)]),
+             ("cylinder", [(90, 120), (150, 110)])]  # fmt: skip
+TOGGLE = [("link", [(-100, -60), (-70, -50), (-20, -10)]),
+          ("link", [(0, 100), (-20, -10), (0, -120)]),
+          ("pivot", [(-100, -60), (0, 100)]), ("slider", [(0, -120, 0, -160)]),
+          ("driver", [(-85, -55)]), ("force", [(0, -120, 0, -80)]),
+          ("spring", [(-70, -50), (80, -50)])]  # fmt: skip
+COUPLER = [*FOUR_BAR, ("point", [(60, 90)])]
+
+
+def at(page, x, y):
+    """Return where a place in millimetres is on the screen."""
+    box = page.locator("#diagram").bounding_box()
+    u, v = page.evaluate(f"mechdae.screen([{x / 1000}, {y / 1000}])")
+    return box["x"] + u, box["y"] + v
+
+
+def drag(page, begin, end):
+    """Press at a place, move, release at another one; in millimetres."""
+    page.mouse.move(*at(page, *begin))
+    page.mouse.down()
+    page.mouse.move(*at(page, *end), steps=4)
+    page.mouse.up()
+
+
+def draw(page, steps):
+    """Draw by clicks at (x, y) and ways (x, y, to x, to y), in millimetres; return how many."""
+    count = 0
+    for tool, places in steps:
+        page.locator(f"[data-tool={tool}]").click()
+        for place in places:
+            if len(place) == 2:
+                page.mouse.click(*at(page, *place))
+            else:
+                drag(page, place[:2], place[2:])
+        page.keyboard.press("Escape")
+        count += 1 + len(places)
+    return count
+
+
+def out(page, factor):
+    """Turn the wheel over the middle of the sheet until it shows about `factor` times as much."""
+    box = page.locator("#diagram").bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.wheel(0, 100 * (factor - 1) * 4.6)
