@@ -269,7 +269,13 @@ def test_the_sentence_follows_the_numbers(opened):
         limits = [end for end in page.evaluate("mechdae.limits()") if end is not None]
         assert len(limits) == ends or "change point" in wanted
         if ends:
-            assert "opens at joint" in page.locator("#sentence").inner_text()
+            said = page.locator("#sentence").inner_text()
+            assert "opens at joint" in said
+            told = re.search(r"from (\S+)° to (\S+)°", said)
+            assert told is not None
+            assert np.radians([float(text) for text in told.groups()]) == pytest.approx(
+                limits, abs=1e-4
+            )
     widths = page.locator(".strip-bar").evaluate_all(
         "(all) => all.map((own) => [...own.children].reduce((sum, part) =>"
         " sum + parseFloat(part.style.width), 0))"

@@ -24,7 +24,7 @@ from mechdae.parts.page.editor import editor
 from tests.shared.browser import ARGUMENTS, CHROMIUM
 
 DRAG = """async (seconds) => {
-  const ranges = document.querySelectorAll('#dimensions fieldset:last-of-type input[type=range]');
+  const ranges = document.querySelectorAll('#dimensions .rows input[type=range]');
   const range = ranges[0] || document.querySelector('input[type=range]'); // which drives
   const middle = Number(range.value), begun = performance.now();
   let frames = 0;
@@ -111,7 +111,11 @@ class Visit:
         if self.axe:
             self.page.evaluate(self.axe)
             asked = "axe.run().then((r) => r.violations.map((v) => v.id))"
-            self.violations[f"{self.lang} {kind}"] = self.page.evaluate(asked)
+            found = self.page.evaluate(asked)
+            for tab in self.page.locator("[role=tab]").all():
+                tab.click()
+                found += self.page.evaluate(asked)
+            self.violations[f"{self.lang} {kind}"] = found
 
     def measure(self) -> dict[str, Any]:
         """Return times, frames and letters."""

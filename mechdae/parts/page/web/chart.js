@@ -1,6 +1,7 @@
 /** Curves over the driver with a cursor that drives; their extremes are marked. */
 import { element } from "./view.js";
 import { digits, displayed } from "./units.js";
+import { words } from "./words.js";
 
 const EDGE = { left: 54, right: 12, top: 17, bottom: 6 }, FOOT = 15;
 /** Extremes nearer than this [px] to another one have no number. */
@@ -127,7 +128,8 @@ export class Chart {
       if (none && begin === null) begin = k;
       if ((!none || k === places.length - 1) && begin !== null) {
         const from = this.x(places[Math.max(begin - 1, 0)]);
-        element("rect", { x: from, y: EDGE.top, width: Math.max(this.x(place) - from, 1), height: this.size[1], class: "missing" }, this.curve);
+        const band = element("rect", { x: from, y: EDGE.top, width: Math.max(this.x(place) - from, 1), height: this.size[1], class: "missing" }, this.curve);
+        element("title", {}, band).textContent = words("unassembled");
         begin = null;
       }
     });

@@ -41,7 +41,7 @@ export function turning(app) {
     said.push(sentence(key, quantity(r + e, "m", 5), quantity(rod, "m", 5), bars[0].name));
   }
   const { way, ends } = session.motion, name = words(way.name);
-  const open = ends.filter((end) => end && end.kind === "limit"), [low, high] = session.range;
+  const open = ends.filter((end) => end && end.kind === "limit"), [low, high] = session.range.map((s, k) => (ends[k] ? ends[k].s : s));
   if (open.length) {
     const same = open.length > 1 && open[0].group === open[1].group && open[0].joint === open[1].joint;
     const where = same ? [sentence("opens_both", open[0].group, open[0].joint)] : open.map(({ group, joint, s }) => sentence("opens_there", quantity(s, way.unit, 5), group, joint));

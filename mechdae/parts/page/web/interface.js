@@ -87,6 +87,8 @@ export function interfaceOf(app) {
       return ok;
     },
     toml() { return app.toml(); },
+    /** Frames a second of those that were played last. */
+    frames() { return app.frames; },
     /** The direction a spatial mechanism is seen from [deg]; null in the plane. */
     view() { return data.scene.space ? { azimuth: app.diagram.view.azimuth, elevation: app.diagram.view.elevation } : null; },
   };

@@ -23,6 +23,8 @@ const FRAME = 12;
 const FEW = 12;
 /** What is read of the pose while it plays is written so often [ms]. */
 const READ = 250;
+/** Frames that are counted. */
+const COUNTED = 120;
 
 /** Everything on one page. */
 class App {
@@ -310,8 +312,11 @@ class App {
     this.button.textContent = words(this.playing ? "pause" : "play");
     this.button.setAttribute("aria-pressed", String(this.playing));
     let last = performance.now();
+    this.times = [];
     const tick = (now) => {
       if (!this.playing) return;
+      this.times.push(now);
+      if (this.times.length > COUNTED) this.times.shift();
       this.advance((Math.max(now - last, 0) / 1000) * this.tempo);
       last = now;
       requestAnimationFrame(tick);
@@ -342,6 +347,12 @@ class App {
     }
     session.drive(s);
     this.draw();
+  }
+
+  /** Frames a second of those that were played last. */
+  get frames() {
+    const { times = [] } = this;
+    return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0;
   }
 
   key(event) {
@@ -429,7 +440,7 @@ class App {
         && traces.includes(part));
       this.diagram.traces(moving.map(({ columns }) => session.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null))));
       const ends = session.motion.ends.filter((end) => end && end.kind === "limit");
-      this.diagram.faint("limits", ends.map((end) => session.places_of(session.motion.atLimit(end.s, end))));
+      this.diagram.faint("limits", ends.map((end) => session.places_of(session.motion.atLimit(end.s, end))), null, ends.map(({ group, joint }) => `${words("limit")}: ${group} (${joint})`));
       if (this.told !== session.poses) find("sentence").textContent = turning(this);
       this.told = session.poses;
     }

@@ -15,7 +15,7 @@ export class Plans {
     const options = [["both", `${words("velocity")}, ${words("acceleration")}`], ["1", words("velocity")], ["2", words("acceleration")]];
     if (app.session.forces) for (const { name } of app.data.scene.bodies) options.push([`forces ${name}`, `${words("acting")} ${name}`]);
     this.choice = made("select", { "aria-label": words("plans"), title: words("about_plans"), onchange: redraw }, ...options.map(([value, text]) => made("option", { value }, text)));
-    this.sheets = [1, 2].map((order) => planSheet(words(order === 1 ? "velocity" : "acceleration")));
+    this.sheets = [1, 2].map((order) => planSheet(`${words("plan")}: ${words(order === 1 ? "velocity" : "acceleration")}`));
     find("plans").append(made("p", { class: "hint" }, words("hint_plans")), this.choice, ...this.sheets);
   }
 

@@ -32,7 +32,7 @@ export class Values {
       const noise = found && 1e-12 * Math.max(...found.map(Math.abs)); // beside the largest component
       const text = found ? (found.length > 1 ? `(${found.map((v) => shown(Math.abs(v) < noise ? 0 : v)).join("; ")})` : quantity(found[0], unit)) : "–";
       const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
-      row(part, `${text}; ${rate}`);
+      row(names[0] === "orientation" ? `${part} (${words("quaternion")})` : part, `${text}; ${rate}`);
     }
     // rows that stay are kept: only texts that changed are laid out again
     while (this.body.rows.length > rows.length) this.body.deleteRow(-1);
