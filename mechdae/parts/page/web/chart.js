@@ -65,7 +65,7 @@ export class Chart {
    * @param {number[]} places @param {any[]} lines values, look, name @param {{title: string, unit: string, along: string, foot: string, events: any[]}} shown
    */
   draw(places, lines, { title, unit, along, foot, events = [] }) {
-    const { width, height } = this.svg.getBoundingClientRect();
+    const { width, height } = (this.rect ||= this.svg.getBoundingClientRect()); // looked up once: it makes the browser lay out
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.curve.replaceChildren();
     this.range = [places[0], places[places.length - 1]];

@@ -17,7 +17,7 @@ export class Curves {
     this.chips = made("div", { class: "chips" });
     this.more = made("select", { "aria-label": words("add_curve"), title: words("add_curve"), onchange: () => { this.toggle(this.things[Number(this.more.value)]); this.more.value = ""; } },
       made("option", { value: "" }, `+ ${words("add_curve")}`), ...things.map(({ name }, k) => made("option", { value: k }, name)));
-    this.room = made("div", { class: "charts" });
+    this.room = made("div", { class: "charts", style: `--least:${LEAST}px` });
     find(id).append(made("p", { class: "hint" }, words(id === "forces" ? "hint_forces" : app.session ? "hint_curves" : "hint_recorded")), this.chips, this.room);
   }
 
@@ -33,9 +33,11 @@ export class Curves {
   /** The thing of a part of the mechanism. */
   of(kind, part) { return this.things.find((own) => own.kind === kind && own.parts.includes(part)); }
 
-  whole() {
+  /** Draw the panels; `anew` where their places on the screen may be other ones. */
+  whole(anew = true) {
     const { app, chosen } = this, { places, way, events } = app.along();
-    this.chips.replaceChildren(...chosen.map((thing, k) => lightable(made("span", { class: `chip c${k}` }, thing.name, " ", made("output", {}),
+    const names = chosen.map(({ name }) => name).join();
+    if (names !== this.named) this.chips.replaceChildren(...chosen.map((thing, k) => lightable(made("span", { class: `chip c${k}` }, thing.name, " ", made("output", {}),
       made("button", { type: "button", "aria-label": sentence("remove", thing.name), title: sentence("remove", thing.name), onclick: () => this.toggle(thing) }, "×")), `thing-${thing.parts[0]}`)), this.more);
     const panels = new Map();
     chosen.forEach((thing, k) => thing.lines().forEach((line) => {
@@ -51,9 +53,10 @@ export class Curves {
         for (const [name, value] of Object.entries({ class: "chart", role: "img" })) svg.setAttribute(name, value);
         this.charts.set(key, new Chart(svg, (s) => app.want({ s })));
       }
-      this.room.append(this.charts.get(key).svg);
+      if (names !== this.named) this.room.append(this.charts.get(key).svg);
     }
-    this.room.style.setProperty("--least", `${LEAST}px`);
+    if (anew || names !== this.named) for (const chart of this.charts.values()) chart.rect = null;
+    this.named = names;
     this.shown = order.map((key) => ({ chart: this.charts.get(key), ...panels.get(key) }));
     for (const [k, { chart, lines, symbol, unit }] of this.shown.entries()) {
       chart.svg.setAttribute("aria-label", `${symbol} (${way.name})`);

@@ -29,7 +29,7 @@ export class Explain {
     this.frame();
   }
 
-  whole() { this.sheet.room = null; }
+  whole(anew) { if (anew) this.sheet.room = null; }
 
   /** Nothing of it is drawn where another tab is shown. */
   clear() { this.layer.replaceChildren(); }

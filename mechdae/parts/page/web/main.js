@@ -95,7 +95,7 @@ class App {
     this.hand = new Hand(this);
     readHash(this);
     this.fit();
-    new ResizeObserver(() => { this.diagram.rect = null; this.drawAll(); }).observe(find("diagram"));
+    new ResizeObserver(() => { this.diagram.rect = null; this.drawAll(); this.drawTab(); }).observe(find("diagram"));
     find("diagram").addEventListener("keydown", (event) => this.key(event));
     document.addEventListener("keydown", (event) => {
       if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
@@ -147,7 +147,7 @@ class App {
   buildTabs() {
     const { data, session } = this;
     this.tabs = new Tabs(find("tabs"), () => { if (this.hand) this.drawTab(); });
-    const tab = (id, ...drawing) => this.tabs.add(id, words(`tab_${id}`), words(`about_tab_${id}`), { whole: () => drawing.forEach((own) => own.whole && own.whole()), frame: (...given) => drawing.forEach((own) => own.frame && own.frame(...given)) });
+    const tab = (id, ...drawing) => this.tabs.add(id, words(`tab_${id}`), words(`about_tab_${id}`), { whole: (anew) => drawing.forEach((own) => own.whole && own.whole(anew)), frame: (...given) => drawing.forEach((own) => own.frame && own.frame(...given)) });
     this.dimensions = new Dimensions(this);
     lightThings(this.diagram);
     if (!session) {
@@ -444,14 +444,14 @@ class App {
       if (this.told !== session.poses) find("sentence").textContent = turning(this);
       this.told = session.poses;
     }
-    this.tabs.drawing.whole();
+    this.tabs.drawing.whole(false);
     this.draw();
   }
 
   /** The panel that is shown, whole. */
   drawTab() {
     if (this.explain && this.tabs.shown !== "explain") this.explain.clear();
-    this.tabs.drawing.whole();
+    this.tabs.drawing.whole(true);
     this.reading = true;
     this.drawFrame();
     if (this.tabs.shown !== "dimensions") this.dimensions.frame();

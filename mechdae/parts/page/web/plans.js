@@ -20,7 +20,7 @@ export class Plans {
   }
 
   /** Forget how large the sheets are. */
-  whole() { for (const svg of this.sheets) svg.room = null; }
+  whole(anew) { if (anew) for (const svg of this.sheets) svg.room = null; }
 
   frame(pose, forces) {
     const what = this.choice.value, body = what.startsWith("forces ") && what.slice(7);
