@@ -172,6 +172,7 @@ def new_axes(
     theme: style.Theme = style.LIGHT,
     larger: tuple[float, float] = style.USUAL,
     spans: Sequence[float] | Floats = style.AREA,
+    margins: style.Margins = style.MARGINS,
 ) -> Axes:
     """Return empty axes below the title strip of a new figure.
 
@@ -182,9 +183,10 @@ def new_axes(
     width, height = (share * side for share, side in zip(larger, style.FIGURE, strict=True))
     if sheet.width is not None:
         width, k = sheet.width, min(max(sheet.share, style.SMALLEST), 1.0)
-        room = 72 * width - 2 * style.EDGE - 2 * k * style.MARGIN
+        left, right, below, above = margins
+        room = 72 * width - 2 * style.EDGE - k * (left + right)
         tall = room * min(max(spans[1] / spans[0], FLATTEST), TALLEST) if spans[0] > 0 else room
-        height = (tall + k * (2 * style.MARGIN + style.STRIP) + style.EDGE + sheet.top) / 72
+        height = (tall + k * (below + above + style.STRIP) + style.EDGE + sheet.top) / 72
     elif not sheet.titled:
         height += (style.EDGE - style.TOP) / 72
     figure = Drawing(figsize=(width, height), dpi=sheet.dpi, facecolor=theme.paint(style.PAPER))

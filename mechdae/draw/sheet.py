@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 LARGEST = 6.0
 """Greatest scale of symbols and letters, see `mechdae.draw.style.SMALLEST`."""
 
+ASIDE = ("title", "subtitle", "note", "scale", "legend", "axis-", "gravity", "label-gravity")
+"""What finds its place in a picture of any size."""
+GAP = 3.0
+
 MILLIMETRE = 72 / 25.4
 """Points (1/72 in) per millimetre."""
 
@@ -49,6 +53,8 @@ class Sheet:
         drawn stays there if it can. Without it all places are free.
     larger
         How much larger than usual the axes are in width and height: symbols are not.
+    margins
+        Room [units] for symbols and labels left and right of the box, below and above it.
 
     Attributes
     ----------
@@ -73,6 +79,7 @@ class Sheet:
         theme: style.Theme = style.LIGHT,
         memory: dict[str, Array] | None = None,
         larger: tuple[float, float] = style.USUAL,
+        margins: style.Margins = style.MARGINS,
     ) -> None:
         self.paper, self.theme, self.memory = ax, theme, memory
         points = np.array(style.AREA)
@@ -90,13 +97,14 @@ class Sheet:
         self.boxes: list[tuple[float, float, float, float, float]] = []
         self._arrays: tuple[Array, Array] = np.zeros((0, 5)), np.zeros((0, 5))
         low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
-        room = np.maximum(self.size - 2 * style.MARGIN - (0.0, style.STRIP), 40.0)
+        around = np.reshape(margins, (2, 2))
+        room = np.maximum(self.size - around.sum(axis=1) - (0.0, style.STRIP), 40.0)
         spans = (high - low) / room
         self.metre = 1.0 / float(spans.max()) if spans.max() > 0 else 1.0
         if scale is not None:
             wanted = scale(self.scale) if callable(scale) else scale
             self.metre = MILLIMETRE / (wanted * self.k)
-        center = self.size / 2 + (0.0, style.STRIP / 2)
+        center = self.size / 2 + (0.0, style.STRIP / 2) + (around[:, 0] - around[:, 1]) / 2
         self.corner: Array = (low + high) / 2 - center / self.metre
         if ax is not None:
             far = self.corner + self.size / self.metre
@@ -262,6 +270,23 @@ class Sheet:
             if not np.isfinite(rows).all():
                 rows = rows[np.isfinite(rows).all(axis=1)]
             self.segments += map(tuple, rows.tolist())
+
+
+def margins_of(sheet: Sheet, low: ArrayLike, high: ArrayLike) -> style.Margins:
+    """Return how much room what was drawn needs around its box [m], for `Sheet`."""
+    corners = [sheet.at(low), sheet.at(high)]
+    for shape in sheet.drawn:
+        if str(shape.gid).startswith(ASIDE):
+            continue
+        ends, reach = shape.points[np.isfinite(shape.points).all(axis=1)], shape.radius
+        if shape.kind == "text":
+            ends = ends + np.array(ink(shape.text, shape.font))
+        corners += [ends - reach, ends + reach]
+    places = np.vstack(corners)
+    beyond = corners[0] - places.min(axis=0), places.max(axis=0) - corners[1]
+    room = np.clip(np.array(beyond).T + GAP, GAP, style.MARGIN)
+    left, right, below, above = room.ravel().tolist()
+    return left, right, below, above
 
 
 def arc(center: ArrayLike, radius: float, start: float, end: float, count: int = 24) -> Array:

@@ -87,6 +87,9 @@ STRIP: Final = 22.0
 MARGIN: Final = 34.0
 """Room around the geometry for symbols and labels."""
 
+Margins = tuple[float, float, float, float]
+MARGINS: Final[Margins] = (MARGIN, MARGIN, MARGIN, MARGIN)
+
 BAR: Final = 2.4
 """Width of the lines of links."""
 LINE: Final = 1.2

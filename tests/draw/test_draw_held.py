@@ -161,14 +161,14 @@ def test_jaws_grip_the_bar(load) -> None:
 
 
 def test_held_slides_and_angles_between_links(load) -> None:
-    ax = md.plot(md.solve(load(ARM), "t"))
+    scene = read_scene(md.solve(load(ARM), "t"))
+    pose = len(scene.status) // 2
+    ax = md.plot(md.solve(load(ARM), "t"), pose=pose)
     found = gids(ax)
     assert found.count("held-rail.slide") == 2  # stops at both sides of the block
     assert found.count("held-E.angle") == 1  # a strut between the links
     assert [gid for gid in found if gid.startswith("driver")] == ["driver-arm.angle"]
     strut = artist(ax, "held-E.angle").get_xydata()
-    scene = read_scene(md.solve(load(ARM), "t"))
-    pose = len(scene.status) // 2
     pin = scene.place("arm.A", pose)
     for end, far in zip(strut[::-1], ("arm.O", "fore.T"), strict=True):
         way, bar = end - pin, scene.place(far, pose) - pin

@@ -12,6 +12,7 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.draw import style
 from mechdae.errors import InputError
+from tests.shared.drawn import filled
 
 INCH = 25.4
 PICTURES = [
@@ -134,3 +135,11 @@ def test_titles_above_the_axes_are_seen(problem: str) -> None:
 
     assert ink_above() > 300
     assert ink_above(title=False) == 0
+
+
+def test_mechanisms_fill_their_pictures() -> None:
+    """All of them: `tests/draw/test_fill.py`."""
+    names = ("slider-crank", "four-bar-crank-rocker", "jamming-drawer", "rssr", "kite", "hexapod")
+    shares = [filled(name) for name in names]
+    assert np.median(shares) >= 0.65
+    assert min(shares) >= 0.42

@@ -371,3 +371,21 @@ def gids(ax):
 
 def with_gid(ax, gid):
     return [artist for artist in ax.get_children() if artist.get_gid() == gid]
+
+
+def filled(name: str, width: str = "90mm") -> float:
+    """Return the share of a picture that the box of a mechanism, its letters and loads covers."""
+    axes = md.plot(name, "diagram", width=width, title=False)
+    figure = axes.get_figure(root=True)
+    figure.canvas.draw()
+    rows = []
+    for own in (*axes.patches, *axes.lines, *axes.texts):
+        if not str(own.get_gid()).startswith(
+            ("scale", "note", "axis-", "gravity", "label-gravity")
+        ):
+            box = own.get_window_extent()
+            if box.width + box.height > 0:
+                rows.append((box.min, box.max))
+    paper = np.array(figure.canvas.get_width_height())
+    low, high = (np.clip(np.array(side), 0, paper) for side in zip(*rows, strict=True))
+    return float(np.prod(high.max(axis=0) - low.min(axis=0)) / np.prod(paper))

@@ -22,7 +22,7 @@ SLOW: Mapping[str, tuple[str, str]] = {
     "describe": ("hundreds of files with mistakes, all keys", "repeat spatial_vectors suffixes"),
     "draw": (
         "draws many pictures",
-        "all_curves closes draw_layout draw_synthesis graphs plans sheet space_diagram",
+        "all_curves closes draw_layout draw_synthesis fill graphs plans sheet space_diagram",
     ),
     "dynamics": (
         "whole motions beside closed forms and free bodies",
@@ -50,7 +50,7 @@ SLOW: Mapping[str, tuple[str, str]] = {
     "measures": ("measures of many sweeps", "measure_errors"),
     "page": (
         "pages in a browser and in a notebook",
-        "browser find_curves notebook page page_drivers page_random",
+        "all_pages browser find_curves notebook page page_drivers page_random",
     ),
     "proof": (
         "writes, alters and checks certificates",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
 from mechdae.draw.fonts import font, ink, width_of
 from mechdae.draw.labels.labels import Links, write_all, writings
 from mechdae.draw.labels.steady import SteadyLabels
-from mechdae.draw.sheet import Sheet
+from mechdae.draw.sheet import Sheet, margins_of
 from mechdae.draw.smooth import few_named, traced
 from mechdae.draw.words import ENGLISH, Words
 from mechdae.records import dataclass
@@ -124,12 +125,34 @@ def draw(
     scene = traced(scene, result, read_scene) if traces else scene
     bounds = extent(scene, index, traces, bool(ghosts))
     larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
-    from mechdae.draw.figure import new_axes
-
-    axes = new_axes(theme, larger, bounds[1] - bounds[0]) if ax is None else ax
     view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label)
-    draw_pose(axes, scene, result, index, view, theme, words)
-    return axes
+
+    def drawn(paper: Axes | None, shown: View) -> Sheet:
+        return draw_pose(paper, scene, result, index, shown, theme, words)
+
+    return on_axes(ax, view, theme, drawn)
+
+
+V = TypeVar("V", bound="View")
+
+
+def on_axes(
+    ax: Axes | None, view: V, theme: style.Theme, drawn: Callable[[Axes | None, V], Sheet]
+) -> Axes:
+    """Draw a view on axes, without any on those of a new figure; return them.
+
+    On paper of a given width there is only as much room around as symbols and labels need.
+    """
+    from mechdae.draw.figure import current_format, new_axes
+
+    if ax is None:
+        assert view.bounds is not None
+        low, high, _ = view.bounds
+        if current_format().width is not None:
+            view = replace(view, margins=margins_of(drawn(None, view), low, high))
+        ax = new_axes(theme, view.larger, high - low, view.margins)
+    drawn(ax, view)
+    return ax
 
 
 @dataclass(frozen=True)
@@ -142,7 +165,7 @@ class View:
         Corners [m] and size of what is in the picture; without it those of the pose.
     peak
         The force that has the longest arrow [N]; without it the largest of the pose.
-    memory, scale, larger
+    memory, scale, larger, margins
         See `Sheet`.
     subtitle
         In place of driver value, task and pose.
@@ -171,6 +194,7 @@ class View:
     memory: dict[str, Array] | None = None
     scale: float | Callable[[float], float] | None = None
     larger: tuple[float, float] = style.USUAL
+    margins: style.Margins = style.MARGINS
     subtitle: str = ""
     label: str = ""
     behind: tuple[Sheet, ...] = ()
@@ -197,7 +221,7 @@ def draw_pose(
 ) -> Sheet:
     """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
     low, high, _ = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
-    sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger)
+    sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger, view.margins)
     check_closes(sheet, scene, result, pose, words)
     for behind in view.behind:
         sheet.segments += behind.segments
@@ -467,7 +491,9 @@ def outside_of(result: Result) -> set[str]:
 def note_text(scene: JoinedScene, result: Any, pose: int, words: Words) -> str:
     """Return which bodies are not drawn, and why."""
     outside = outside_of(result)
+    drawn = set(scene.mechanism.bodies) - set(getattr(scene, "helpers", ()))
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
+    missing = [name for name in missing if name in drawn]
     absent = [name for name in missing if name in outside]
     unasked = [name for name in missing if name not in scene.origins and name not in outside]
     unsolved = [name for name in missing if name not in {*absent, *unasked}]

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mechdae.draw import style
-from mechdae.draw.diagram.diagram import has_paths
-from mechdae.draw.figure import new_axes
+from mechdae.draw.diagram.diagram import has_paths, on_axes
+from mechdae.draw.sheet import Sheet
 from mechdae.draw.smooth import traced
 from mechdae.draw.space.axodes import drawn, rulings, with_room
 from mechdae.draw.space.pose_choice import choose
@@ -90,9 +90,11 @@ def draw(
     )  # fmt: skip
     if three:
         return draw_three(result, scene, index, shown, theme, words, ax)
-    axes = new_axes(theme, spans=bounds[1] - bounds[0]) if ax is None else ax
     if surfaces:
         behind = drawn(surfaces, chosen, index, words)
         shown = replace(shown, bounds=with_room(bounds, surfaces, chosen), overlay=behind)
-    draw_spatial_pose(axes, scene, result, index, shown, theme, words)
-    return axes
+
+    def paint(paper: Axes | None, view: SpatialView) -> Sheet:
+        return draw_spatial_pose(paper, scene, result, index, view, theme, words)
+
+    return on_axes(ax, shown, theme, paint)

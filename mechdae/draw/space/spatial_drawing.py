@@ -123,7 +123,9 @@ def draw_spatial_pose(
     """Draw one pose of a result whose placements are known; return its sheet."""
     view = shown.viewpoint
     assert shown.bounds is not None
-    sheet = Sheet(axes, *shown.bounds[:2], shown.scale, theme, shown.memory, shown.larger)
+    sheet = Sheet(
+        axes, *shown.bounds[:2], shown.scale, theme, shown.memory, shown.larger, shown.margins
+    )
     check_closes(sheet, scene, result, index, words)
     if shown.traces:
         draw_traces(sheet, result, {ref: view.flat(own) for ref, own in scene.paths.items()})

@@ -63,11 +63,15 @@ class SpatialScene:
     turn: Array | None = None
 
     @cached_property
+    def helpers(self) -> set[str]:
+        """The bodies that are not drawn, see `pose_chains`."""
+        return pose_chains(self.mechanism)
+
+    @cached_property
     def origins(self) -> set[str]:
-        """The bodies of which a point is known or need not be, and the ground."""
+        """The bodies of which a point is known in some pose, and the ground."""
         return {
             GROUND,
-            *pose_chains(self.mechanism),
             *(ref.split(".")[0] for ref, own in self.tracks.items() if np.isfinite(own).any()),
         }
 
@@ -229,8 +233,7 @@ def read_spatial(result: Any) -> SpatialScene:
     ways = _vectors(result, values)
     while _complete(scene, tracks, ways):
         pass
-    helpers = pose_chains(mechanism)
-    for ref in [ref for ref in tracks if ref.split(".")[0] in helpers]:
+    for ref in [ref for ref in tracks if ref.split(".")[0] in scene.helpers]:
         del tracks[ref]
     return scene
 

@@ -1,0 +1,135 @@
+"""What a page draws in a browser beside what `plot` draws of the same pose."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+import mechdae as md
+from mechdae.draw import style
+from mechdae.draw.diagram.diagram import View, draw_scene, extent
+from mechdae.draw.diagram.scene import read_scene
+from mechdae.draw.sheet import Sheet
+from mechdae.draw.words import Words
+from tests.shared.drawn import gids, with_gid
+
+UNIT = 0.6
+"""What a corner may be off [unit of the sheet]."""
+HATCHED = 4.0
+"""Strokes of hatching keep their number where the scale is another one."""
+FREE = {style.ARROW: "arrow", style.LOAD: "load", style.FAINT: "faint"}
+"""Arrows and springs take what room there is: their places in the page hold for all poses."""
+SHAPES = """() => [...document.querySelectorAll("#diagram .parts > g")].flatMap((part) => {
+  if (part.getAttribute("display") === "none") return [];
+  const moved = part.transform.baseVal.consolidate();
+  const m = moved ? moved.matrix : { a: 1, b: 0, c: 0, d: 1, e: 0, f: 0 };
+  const at = ([x, y]) => [m.a * x + m.c * y + m.e, m.b * x + m.d * y + m.f];
+  return [...part.children].map((shape) => {
+    const number = (name) => Number(shape.getAttribute(name));
+    const pairs = (shape.getAttribute("d") || "").matchAll(/(-?[\\d.]+) (-?[\\d.]+)/g);
+    const points = shape.tagName === "path"
+      ? [...pairs].map(([, x, y]) => at([Number(x), Number(y)]))
+      : [at(["x", "y"].map((axis) => number(shape.tagName === "circle" ? `c${axis}` : axis)))];
+    const paint = `${shape.getAttribute("stroke")} ${shape.getAttribute("fill")}`;
+    return { id: part.dataset.id, points, paint, text: shape.textContent, radius: number("r") };
+  });
+})"""
+
+
+class Pages(dict[str, Path]):
+    """Pages by the names of problems, and what was solved for them, each made when it is asked for.
+
+    ``cases`` are the tasks by problem, None for the page's own choice.
+    """
+
+    def __init__(self, folder, cases):
+        super().__init__()
+        self.folder, self.cases, self.solved = folder, dict(cases), {}
+
+    def __missing__(self, name):
+        page = md.page(name, self.cases[name])
+        self.solved[name] = page, md.solve(name, page.data["task"])
+        self[name] = page.save(self.folder / f"{name}.html")
+        return self[name]
+
+
+def placed(shapes, drawn):
+    """Return a sheet that has the page's scale and place, from where its pins are."""
+    pins = {
+        shape.gid: drawn.back(shape.points)[0]
+        for shape in drawn.drawn
+        if shape.kind == "circle" and shape.gid and shape.gid.endswith(("-pin", "-follower"))
+    }
+    rows = [(shape["points"][0], pins[shape["id"]]) for shape in shapes if shape["id"] in pins]
+    seen = np.array([shape for shape, _ in rows])
+    real = np.array([place for _, place in rows])
+    up = seen * (1, -1)
+    spread = real - real.mean(axis=0)
+    metre = float(((up - up.mean(axis=0)) * spread).sum() / (spread**2).sum())
+    shift = up.mean(axis=0) - metre * real.mean(axis=0)
+    np.testing.assert_allclose(metre * real + shift, up, atol=0.02)
+    sheet = Sheet(None, (0.0, 0.0), (1.0, 1.0), memory={})
+    sheet.metre, sheet.corner = metre, -shift / metre
+    return sheet
+
+
+def apart(shape, wanted, points, radius):
+    """Return how far a shape is from a primitive; of hatching, which has no name, a share of it."""
+    if shape.gid is None and len(wanted) > 6:
+        middles = [(row.min(axis=0) + row.max(axis=0)) / 2 for row in (wanted, points)]
+        return float(np.abs(middles[0] - middles[1]).max()) / HATCHED
+    if shape.gid and shape.gid.startswith("bridge-") and len(points) == len(wanted):
+        return float(np.abs(points[[0, -1]].mean(axis=0) - wanted[[0, -1]].mean(axis=0)).max())
+    if len(points) - len(wanted) not in (0, 1):
+        return np.inf
+    return max(float(np.abs(points[: len(wanted)] - wanted).max()), abs(radius - shape.radius))
+
+
+def compare_primitives(opened, pages, name):
+    """Compare three poses of a page with `plot`; return how far the farthest primitive is off."""
+    browser_page = opened(name)
+    page, result = pages.solved[name]
+    scene, driver = read_scene(result), page.data["driver"]["name"]
+    values = np.asarray(result.drivers[driver].position)
+    known = [k for k in scene.assembled() if result.status[k] == "ok"]
+    worst = 0.0
+    for pose in (known[len(known) // 7], known[len(known) // 2], known[-len(known) // 5]):
+        assert browser_page.evaluate(f"mechdae.set({json.dumps({driver: values[pose]})})")
+        shapes = browser_page.evaluate(SHAPES)
+        view = View(bounds=extent(scene, pose, True, 0))
+        first = Sheet(None, *view.bounds[:2])
+        draw_scene(first, scene, result, pose, view, Words())
+        sheet = placed(shapes, first)
+        draw_scene(sheet, scene, result, pose, view, Words())
+        drawn = [shape for shape in sheet.drawn if shape.color not in FREE]
+        free = [f"var(--{name})" for name in FREE.values()]
+        there = [shape for shape in shapes if not shape["id"].startswith(("label", "number"))]
+        there = [shape for shape in there if not any(color in shape["paint"] for color in free)]
+        assert len(there) == len(drawn)
+        left = [(np.array(shape["points"]), shape["radius"]) for shape in there]
+        for shape in drawn:
+            wanted = shape.points * (1, -1)
+            off, k = min((apart(shape, wanted, *other), k) for k, other in enumerate(left))
+            assert off <= UNIT, (pose, shape.kind, shape.gid, wanted.tolist(), off)
+            worst = max(worst, off)
+            left.pop(k)
+    return worst
+
+
+def compare_names(opened, pages, name):
+    """Compare the letters and numbers of a page with those of `plot`."""
+    page = opened(name)
+    result = pages.solved[name][1]
+    ax = md.plot(result, "diagram")
+    labels = [label for label in gids(ax) if label.startswith("label-") and "load" not in label]
+    wanted = sorted(with_gid(ax, gid)[-1].get_text() for gid in dict.fromkeys(labels))
+    shapes = page.evaluate(SHAPES)
+    texts = {}
+    for shape in shapes:
+        if shape["id"].startswith("label-") and "load" not in shape["id"]:
+            texts.setdefault(shape["id"], shape["text"])
+    assert sorted(texts.values()) == wanted
+    numbers = {shape["id"] for shape in shapes if shape["id"].startswith("number-")}
+    assert numbers == {f"number-{body}" for body in result.mechanism.bodies}
