@@ -339,6 +339,7 @@ def templates() -> Json:
         "wheel": looks(symbols.pitch_circle, zero, 1.0),
         "rim": looks(symbols.rim, zero, 1.0),
         "spring": span(symbols.spring, zero, LENGTH * x),
+        "rack": span(symbols.toothed_line, zero, LENGTH * x, symbols.DOWN),
         "mass": shapes(symbols.mass_center, zero),
         "force": shapes(loading, np.array([-40.0 * x, zero])),
         "torque": shapes(loading, arc(zero, style.ARC, -0.6, 3.4)),

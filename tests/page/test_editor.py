@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import tomllib
 import zlib
 
 import numpy as np
@@ -216,6 +217,31 @@ def test_bars_and_welds_are_taken_back_by_their_tool_and_go_with_their_points(dr
     draw(page, [("delete", [(140, 107)])])  # the link at its end
     assert kinds() == [0, 0]
     assert "bar1" not in page.evaluate("mechdae.toml()")
+
+
+@in_browser
+def test_what_is_deleted_takes_its_numbers_sketch_and_tasks_along(drawing, tmp_path):
+    page = drawing()
+    draw(page, drawn.EXCAVATOR)
+    draw(page, [("delete", [(50, 25)])])  # the cylinder below the boom
+    data = tomllib.loads(page.evaluate("mechdae.toml()"))
+    assert list(data["bodies"]) == ["link1", "link2", "cylinder2", "rod2"]
+    assert list(data["joints"]) == ["B", "A", "F", "G", "stroke2"]
+    assert set(data["sketch"]) == {"link1_deg", "link2_deg", "cylinder2_deg", "rod2_deg",
+                                   "stroke2_mm"}  # fmt: skip
+    assert data["ground"]["points"] == {"A": ["A_x", "A_y"]}
+    assert not any(name.startswith("E_") for name in data["parameters"])
+    assert data["tasks"]["window"]["driver"]["coordinate"] == "stroke2.slide"
+    page = drawing()
+    draw(page, drawn.GEARED)
+    page.locator("#properties button:has-text('Delete')").click()
+    assert page.evaluate("mechdae.mobility().count") == 2
+    draw(page, [("delete", [(100, 0)])])  # a pivot: the link there has one point left
+    data = tomllib.loads(page.evaluate("mechdae.toml()"))
+    assert list(data["bodies"]) == ["link1", "link2", "link3"]
+    assert not any(name.startswith(("E_", "link4")) for name in data["parameters"])
+    draw(page, [("driver", [(-10, 20)])])
+    assert "tasks" not in tomllib.loads(page.evaluate("mechdae.toml()"))
 
 
 @in_browser

@@ -229,7 +229,7 @@ class Editor {
 
   fit() {
     this.diagram.zoomed = [1, 0, 0];
-    const known = Object.values(placesOf(this.sketch, this.sketch.pose.q).places), tracks = this.session ? this.session.poses.filter(({ y }) => y).flatMap((pose) => Object.values(this.session.places_of(pose))) : [];
+    const { places, angles } = placesOf(this.sketch, this.sketch.pose.q), known = [...Object.values(places), ...this.diagram.extent(places, angles)], tracks = this.session ? this.session.poses.filter(({ y }) => y).flatMap((pose) => Object.values(this.session.places_of(pose))) : [];
     this.diagram.fit(known.length > 1 ? [...known, ...tracks] : [[-0.05, -0.05], [0.25, 0.15]]);
   }
 

@@ -118,7 +118,10 @@ export class Properties {
       this.heading(sentence("driver_named", driver.name));
       if (driver.path) this.number(words("speed_of"), driver.speed, /\.(slide|x|y)$/.test(driver.name) ? "m/s" : "rad/s", (value) => editor.edit(() => this.sped(driver, value)));
     }
-    for (const joint of mechanism.joints) if (joint.drawn && (joint.kind === "distance" || joint.ratio)) this.joint(joint);
+    for (const joint of mechanism.joints) if (joint.drawn && (joint.kind === "distance" || joint.ratio)) {
+      this.joint(joint);
+      this.acts(["delete", () => editor.edit(() => sketch.removeJoint(joint.name))]);
+    }
     for (const load of mechanism.loads) this.load(load);
   }
 

@@ -509,6 +509,7 @@ export class Sketch {
 
   removeBody(name) {
     const { mechanism, toml } = this;
+    if (!toml.get(["bodies", name])) return;
     const gone = mechanism.joints.filter(({ first, second, carrier }) => [bodyOf(first), bodyOf(second), carrier].includes(name)), text = JSON.stringify(toml.get(["bodies", name]));
     this.gone = new Set([name, ...gone.map((own) => own.name)]);
     for (const load of mechanism.loads) if (load.points.some((own) => bodyOf(own) === name) || load.own.body === name) this.removeLoad(load.name);
@@ -536,7 +537,7 @@ export class Sketch {
   removeNode(node) {
     for (const reference of node.refs) {
       const body = bodyOf(reference), points = this.mechanism.pointsOf(body);
-      if (body !== "ground" && points.size <= 2) { if (this.toml.get(["bodies", body])) this.removeBody(body); continue; }
+      if (body !== "ground" && points.size <= 2) { this.removeBody(body); continue; }
       for (const { name, first, second } of this.mechanism.joints) if ([first, second].includes(reference) && this.toml.get(["joints", name])) this.removeJoint(name);
       for (const load of this.mechanism.loads) if (load.points.includes(reference) && this.toml.get(["loads", load.name])) this.removeLoad(load.name);
       if (this.toml.get(this.mechanism.places.get(reference).path)) this.dropPoint(reference);

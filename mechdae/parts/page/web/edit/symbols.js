@@ -45,6 +45,7 @@ export function drawnBy(sketch, symbols) {
     if (!drawn) continue;
     if (kind === "distance") line(`joint-${name}-distance`, [first, second], symbols.distance);
     if (joint.ratio && places[first] && places[second]) wheels(joint).forEach((own) => parts.push(own));
+    if (kind === "rack") racked(joint);
     if (kind !== "prismatic" && kind !== "pin-in-slot") continue;
     joints.push({ name, first, second, axis });
     reach[name] = [0, 0];
@@ -69,6 +70,15 @@ export function drawnBy(sketch, symbols) {
     if (at.length > 1) parts.push({ id: `number-${name}`, at, turn: name, spot: [0, 0, wide ? 0 : 12], shapes: [symbols.disc, text(String(number ?? k + 1), 9)] });
   });
   return { scene: { joints }, drawing: { parts, reach, loads } };
+
+  /** A pitch circle on a rack, whose body is on the other side. */
+  function racked({ name, first, second, axis, radius }) {
+    const side = radius > 0 ? -1 : 1;
+    joints.push({ name, first, second, axis, radius: Math.abs(radius), side });
+    reach[name] = [0, 0];
+    parts.push({ id: `joint-${name}-wheel`, at: [first], grow: ["m", 1], ...symbols.wheel, radius: Math.abs(radius) });
+    for (const part of symbols.rack) parts.push({ id: `joint-${name}-rack`, at: [`${name}/low`, `${name}/high`], span: true, turn: `${name}/rack`, ...part, corners: part.corners.map(([share, x, y]) => [share, x, -side * y]) });
+  }
 
   /** Pitch circles, and the radius that shows to which link a wheel belongs. */
   function wheels({ name, kind, first, second, ratio, radius, second_radius: other }) {
