@@ -81,6 +81,7 @@ LOOPS = {
     ("design/derivatives/function.py", "_plain"): "two signs become one",
     ("draw/diagram/diagram.py", "fitted"): "the text gets shorter",
     ("draw/diagram/scene.py", "read_scene"): "a body is placed each time",
+    ("draw/space/spatial_scene.py", "pose_chains"): "a body with two joints each time, none twice",
     ("draw/space/spatial_scene.py", "read_spatial"): "a body is placed each time",
     ("dynamics/task.py", "_cut"): "rows are taken away until one is left",
     ("parts/exchange/assemblies/asmt_read.py", "_rounded"): "nodes of a tree",
@@ -157,6 +158,7 @@ RECURSIONS = {
     ("design/jobs/log.py", "_differences"): "values inside of values",
     ("results/result.py", "path_unit"): "a path gets shorter",
     ("results/units.py", "path_unit"): "a path gets shorter",
+    ("parts/page/link.py", "put"): "modules without circles",
     ("tasks/dispatch/solve.py", "available"): "tasks inside of tasks",
 }
 """Functions that call themselves, otherwise than with parts of what they were given."""
