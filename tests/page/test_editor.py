@@ -390,6 +390,7 @@ def test_templates_are_a_start(drawing, k):
     assert len(page.evaluate("mechdae.values()")) > 100, said(page)
     page.locator("#tab-curves").click()
     assert page.locator("#curves svg .curve").count() >= 3
+    assert any(unit in page.locator("#curves .chip output").inner_text() for unit in (" mm", "°"))
     page.locator("#tab-plans").click()
     page.locator("#plans select").select_option("1")
     assert page.locator("#plans svg path").count() > 1

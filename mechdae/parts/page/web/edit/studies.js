@@ -14,6 +14,9 @@ class Study {
 
   get place() { return this.session.s; }
 
+  /** Numbers are written in every frame. */
+  get reading() { return true; }
+
   along() { const { way } = this.session.motion; return { places: this.session.places, way: { name: way.name, unit: way.unit }, events: [] }; }
 
   want({ s }) { this.editor.show(s); }
