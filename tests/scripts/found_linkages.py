@@ -37,6 +37,7 @@ HEAD = (
     "| curve | first three, class and error | best of twelve | s | `mechdae synthesize`, error | s "
     "| distance | of compositions |"
 )
+MARK = "<!-- found -->\n"
 COMPOSED = ROOT / "docs/data/compositions.json"
 
 
@@ -138,7 +139,10 @@ def measured(folder):
 def table(figures):
     """Return the rows of the page."""
     records = json.loads(COMPOSED.read_text(encoding="utf-8"))["records"]
-    known = {own["curve"]: own["material"]["least_distance"][0] for own in records}
+    known = {
+        own["curve"]: min(own[aim]["least_distance"][0] for aim in ("material", "points"))
+        for own in records
+    }
     rows = [HEAD, "|---|---|---|---|---|---|---|---|"]
     for name, own in {**figures["curves"], **figures["letters"]}.items():
         three = ", ".join(f"{row['class']} {100 * row['error']:.2g} %" for row in own["found"])
@@ -160,6 +164,18 @@ def table(figures):
     return "\n".join(rows)
 
 
+def sentence(figures):
+    """Return what the page says of curves that come back."""
+    turning, swinging = figures["turning"], figures["swinging"]
+    return (
+        f"Of {turning['curves']} curves of random four-bars whose crank turns, "
+        f"{turning['within']} come back within 1 % of their size, in "
+        f"{turning['median_seconds']:.1f} s by the median and {turning['largest_seconds']:.1f} s "
+        f"at most;\nof {swinging['curves']} of four-bars whose links all swing "
+        f"{swinging['within']}. The atlas takes {figures['atlas_seconds']:.1f} s."
+    )
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--out", type=Path, required=True)
@@ -171,9 +187,10 @@ def main():
     options.out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     if options.page:
         text = options.page.read_text(encoding="utf-8")
-        before, rest = text.split(HEAD, 1)
-        after = rest.split("\n\n", 1)[1]
-        options.page.write_text(f"{before}{table(figures)}\n\n{after}", encoding="utf-8")
+        before, rest = text.split(MARK, 1)
+        after = rest.split("\n\nThe editor with", 1)[1]
+        made = f"{MARK}{sentence(figures)}\n\n{table(figures)}"
+        options.page.write_text(f"{before}{made}\n\nThe editor with{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

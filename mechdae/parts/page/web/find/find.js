@@ -10,11 +10,11 @@ import { factsOf, ofCurve, ofPoses } from "./drawn.js";
 import { linkageOf, motionsOf } from "./motions.js";
 import { extent, smoothThrough } from "./targets.js";
 import { taskText } from "./task.js";
+import { pairs, thumbOf } from "./thumbs.js";
 
 const KINDS = { poses: [2, 5], pivots: [0, 2], points: [5, 9], curve: [12, Infinity] };
 /** How near the pointer takes hold, units; length of an arrow; milliseconds of work between two pictures; fits of a search; how many are shown, of each class; the largest miss of a pose. */
 const HOLD = 12, ARROW = 42, SLICE = 24, FITS = 600, SHOWN = 12, OF_A_CLASS = 4, TRUE = 1e-6;
-const SIZE = [132, 96];
 
 export class Finder {
   /** @param {any} view the diagram: at, from @param {HTMLElement[]} places where buttons go, and thumbnails @param {(key: string) => string} words @param {(drawing: any) => void} use what takes a drawing
@@ -26,7 +26,6 @@ export class Finder {
     this.found = [];
     this.dyads = [];
     this.chosen = -1;
-    this.said = "";
     this.busy = false;
     this.round = 0;
     this.layer = element("g", { class: "finder" });
@@ -69,7 +68,7 @@ export class Finder {
     this.dyads = [];
     this.picked = [];
     this.chosen = -1;
-    this.said = "";
+    this.took = null;
     this.shown();
     this.drawn();
   }
@@ -296,56 +295,18 @@ export class Finder {
     this.save.disabled = !this.enough;
     const text = [words(`find_hint_${this.kind}`)];
     if (this.busy) text.push(words("find_busy"));
-    else if (this.took && found.length) text.push(`${found.length} ${words("find_found")}, ${digits(this.took / 1000, 2)} s`);
+    else if (this.took !== null && !found.length) text.push(words("find_nothing"));
+    else if (found.length) text.push(`${found.length} ${words("find_found")}${this.took === null ? "" : `, ${digits(this.took / 1000, 2)} s`}`);
     if (found.length && this.ofPoses && this.passed && !found[0].facts.branch) text.push(words("find_none"));
     if (found.length && this.ofPoses && task.poses.length === 4) text.push(words("find_pick"));
     this.note.textContent = text.join(". ");
-    this.thumbs.replaceChildren(...found.map((own, k) => this.thumb(own, k)));
-  }
-
-  thumb(solution, k) {
-    const { words } = this, { facts, miss, good } = solution, made = document.createElement("button");
-    made.type = "button";
-    made.className = "thumb";
-    made.setAttribute("aria-pressed", String(k === this.chosen));
-    made.addEventListener("click", () => this.take(k));
-    const nodes = new Map(solution.drawing.nodes.map((node) => [node.id, [node.x, node.y]]));
-    const wanted = this.ofPoses ? this.task.poses : this.kind === "points" ? this.task.points : this.task.curve;
-    const seen = [...nodes.values(), ...(this.ofPoses ? wanted : solution.way ? pairs(solution.way) : [])];
-    const at = fitted(seen), svg = element("svg", { viewBox: `0 0 ${SIZE[0]} ${SIZE[1]}`, width: SIZE[0], height: SIZE[1], "aria-hidden": "true" });
-    if (this.kind === "curve") element("path", { d: pathOf(wanted.map(at), true), class: "wanted" }, svg);
-    if (solution.way) element("path", { d: pathOf(pairs(solution.way).map(at), true), class: "trace" }, svg);
-    for (const { nodes: ids } of solution.drawing.links) element("path", { d: pathOf(ids.map((id) => at(nodes.get(id))), ids.length > 2), class: "body" }, svg);
-    for (const { x, y, fixed, slide } of solution.drawing.nodes) {
-      const [cx, cy] = at([x, y]);
-      if (slide) element("path", { d: `M${cx - 30 * Math.cos(slide.angle)} ${cy + 30 * Math.sin(slide.angle)}L${cx + 30 * Math.cos(slide.angle)} ${cy - 30 * Math.sin(slide.angle)}`, class: "guide" }, svg);
-      element("circle", { cx, cy, r: fixed ? 3.4 : 2.4, class: fixed ? "fixed" : "free" }, svg);
-    }
-    if (this.ofPoses) for (const pose of wanted) { const [x, y] = at(pose); element("path", { d: `M${x} ${y}l${12 * Math.cos(pose[2])} ${-12 * Math.sin(pose[2])}`, class: "wanted" }, svg); }
-    else if (this.kind === "points") for (const point of wanted) { const [cx, cy] = at(point); element("circle", { cx, cy, r: 2, class: "wanted" }, svg); }
-    const text = document.createElement("span"), lines = [words(facts.class), `μ ≥ ${digits((facts.angle * 180) / Math.PI, 2)}°`];
-    if (solution.order) lines.push(facts.branch === false ? words("find_branches") : solution.order.join(" "));
-    if (solution.error !== undefined) lines.push(`${words("find_error")} ${digits(100 * (miss ?? solution.error), 2)} %`);
-    if (miss !== undefined && facts.branch !== false) lines.push(good ? words("find_checked") : words("find_open"));
-    text.textContent = lines.join(", ");
-    made.classList.toggle("warn", miss !== undefined && !good);
-    made.append(svg, text);
-    return made;
+    this.thumbs.replaceChildren(...found.map((own, k) => thumbOf(own, task[this.ofPoses ? "poses" : this.kind], this.ofPoses ? "poses" : this.kind, k === this.chosen, () => this.take(k))));
   }
 }
-
-const pairs = (z) => Array.from({ length: z.length / 2 }, (_, k) => [z[2 * k], z[2 * k + 1]]);
 
 /** The order in which points are met while the driver goes on, from the first. */
 function orderOf(times) {
   const whole = 2 * Math.PI, from = (k) => (((times[k] - times[0]) % whole) + whole) % whole;
   const all = Array.from(times, (_, k) => k + 1).sort((a, b) => from(a - 1) - from(b - 1));
   return all[1] > all[all.length - 1] ? [1, ...all.slice(1).reverse()] : all;
-}
-
-/** Places in metres to units of a thumbnail. */
-function fitted(places) {
-  const low = [0, 1].map((k) => Math.min(...places.map((own) => own[k]))), high = [0, 1].map((k) => Math.max(...places.map((own) => own[k])));
-  const scale = Math.min(...SIZE.map((side, k) => (side - 16) / (high[k] - low[k] || 1)));
-  return ([x, y]) => [SIZE[0] / 2 + scale * (x - (low[0] + high[0]) / 2), SIZE[1] / 2 - scale * (y - (low[1] + high[1]) / 2)];
 }
