@@ -60,7 +60,7 @@ def test_poses_by_the_mouse_become_a_drawing_that_meets_them(finding, tmp_path, 
     assert found
     assert all(own["good"] for own in found if own["branch"])
     assert all(own["miss"] < 1e-6 for own in found if own["good"])
-    page.locator(".thumb").first.click()
+    page.locator(".linkage").first.click()
     assert found[0]["good"]
     assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
     file = tmp_path / "found.toml"
@@ -94,7 +94,7 @@ def test_chosen_pivots_are_those_of_the_linkage(finding):
     finding.choose("Search")
     found = finding.waited()
     assert len(found) == 1
-    page.locator(".thumb").first.click()
+    page.locator(".linkage").first.click()
     nodes = places(page)
     pivots = [complex(*own) for own in page.evaluate("mechdae.finder.task.pivots")]
     assert {nodes["A0"], nodes["B0"]} == set(pivots)
@@ -157,7 +157,7 @@ def test_a_curve_by_the_mouse_becomes_a_file_that_python_solves(finding, tmp_pat
     drawn(finding, 0.1 + 0.04j + 0.05 * bean)
     found = finding.waited()
     page = finding.page
-    page.locator(".thumb").first.click()
+    page.locator(".linkage").first.click()
     file = tmp_path / "found.toml"
     file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
     result = md.solve(file, "window")

@@ -53,16 +53,24 @@ class Finding:
         until(self.page, "mechdae.finder.atlas.ready")
         return self.seconds() - begun
 
-    def curve(self, curve):
-        """Return what is found for a closed curve (n,), complex, and the processor seconds."""
+    def curve(self, curve, whole=True):
+        """Return what is found for a closed curve (n,), and the seconds of the first three.
+
+        Without `whole` the rest is not waited for.
+        """
         begun = self.seconds()
-        places = np.stack([curve.real, curve.imag], axis=1).tolist()
-        self.page.evaluate(SEEK, places)
-        return self.waited(), self.seconds() - begun
+        self.page.evaluate(SEEK, np.stack([curve.real, curve.imag], axis=1).tolist())
+        while self.page.evaluate("mechdae.finder.took === null"):
+            self.page.wait_for_timeout(20)
+        seconds = self.seconds() - begun
+        return (self.waited() if whole else self.found()), seconds
 
     def waited(self):
         while self.page.evaluate("mechdae.finder.busy"):
             self.page.wait_for_timeout(20)
+        return self.found()
+
+    def found(self):
         found = self.page.evaluate(FOUND)
         for own in found:
             own["way"] = np.array(own["way"]).reshape(-1, 2) @ [1, 1j]

@@ -13,8 +13,8 @@ import { taskText } from "./task.js";
 import { pairs, thumbOf } from "./thumbs.js";
 
 const KINDS = { poses: [2, 5], pivots: [0, 2], points: [5, 9], curve: [12, Infinity] };
-/** How near the pointer takes hold, units; length of an arrow; milliseconds of work between two pictures; fits of a search; how many are shown, of each class; the largest miss of a pose. */
-const HOLD = 12, ARROW = 42, SLICE = 24, FITS = 600, SHOWN = 12, OF_A_CLASS = 4, TRUE = 1e-6;
+/** How near the pointer takes hold, units; length of an arrow; milliseconds of work between two pictures; fits of a search; how many are shown, how many of them are waited for, how many of each class; the largest miss of a pose. */
+const HOLD = 12, ARROW = 42, SLICE = 24, FITS = 600, SHOWN = 12, FIRST = 3, OF_A_CLASS = 4, TRUE = 1e-6;
 
 export class Finder {
   /** @param {any} view the diagram: at, from @param {HTMLElement[]} places where buttons go, and thumbnails @param {(key: string) => string} words @param {(drawing: any) => void} use what takes a drawing
@@ -193,7 +193,8 @@ export class Finder {
       this.found.push(solution);
       this.verify(solution);
       setTimeout(() => this.checked(round), 0);
-    } else this.took = performance.now() - this.begun;
+    }
+    if (this.took === null && (!solution || this.found.length === FIRST)) this.took = performance.now() - this.begun;
     this.shown();
     this.drawn();
   }

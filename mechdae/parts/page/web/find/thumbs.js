@@ -29,7 +29,7 @@ function aboutOf({ facts, order, error, miss, good }) {
 export function thumbOf(solution, wanted, kind, pressed, act) {
   const made = document.createElement("button");
   made.type = "button";
-  made.className = "thumb";
+  made.className = "linkage";
   made.setAttribute("aria-pressed", String(pressed));
   made.addEventListener("click", act);
   made.classList.toggle("warn", solution.miss !== undefined && !solution.good);
