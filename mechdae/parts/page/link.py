@@ -55,6 +55,8 @@ STORED = ("checks", "recorded")
 """Data that are packed with the modules: values at poses,"""
 NUMBERS = ("y", "points", "turns", "angles")
 """under these keys."""
+DRAWN = 26
+"""Binary digits of what is only drawn."""
 
 
 def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = None) -> str:
@@ -67,20 +69,14 @@ def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = No
     rest = {key: value for key, value in data.items() if key not in stored}
     text = json.dumps(rest, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
-    functions = (
-        f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n"
-        if main in (MAIN, SPATIAL)
-        else ""
-    )
+    paged = main in (MAIN, SPATIAL)
+    functions = f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n" if paged else ""
     inside = text.replace("<", "\\u003c")
-    drawn = json.dumps(drawing, ensure_ascii=False, separators=(",", ":"))
-    words = json.dumps(words_of(str(data["lang"]), main), ensure_ascii=False)
-    total = f"const WORDS = {words};\nconst DRAWING = {drawn};\n"
-    total += f"const SUM = {zlib.crc32(inside.encode())};\n"
-    look = (WEB / "lesson.css").read_text(encoding="utf-8") if main in (MAIN, SPATIAL) else ""
-    poses = json.dumps(_spread(stored), allow_nan=False, separators=(",", ":"))
-    total += f"const POSES = {poses};\n"
-    total += f"const LOOK = {json.dumps(look)};\n"
+    look = (WEB / "lesson.css").read_text(encoding="utf-8") if paged else ""
+    known: Json = {"WORDS": words_of(str(data["lang"]), main), "DRAWING": drawing, "LOOK": look}
+    known |= {"SUM": zlib.crc32(inside.encode()), "POSES": _spread(stored)}
+    constants = json.dumps(known, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    total = f"const {{ {', '.join(known)} }} = {constants};\n"
     script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
     parts = {
         "title": html.escape(str(data["title"]), quote=False),
@@ -101,17 +97,24 @@ def words_of(lang: str, main: str = MAIN) -> dict[str, str]:
     return found | tables[lang]["edit"] if main == "edit" else found
 
 
-def _spread(stored: Json, key: str = "") -> Json:
-    """Return data with packed numbers as lists: deflated, what is there twice costs nothing."""
+def _spread(stored: Json, key: str = "", rows: int = 1) -> Json:
+    """Return data with packed numbers as lists; what is drawn as second differences of rows."""
     if isinstance(stored, dict):
-        inner = key if key in NUMBERS else ""
-        return {own: _spread(value, inner or own) for own, value in stored.items()}
+        inner, rows = key if key in NUMBERS else "", len(stored.get("rows", ())) or rows
+        return {own: _spread(value, inner or own, rows) for own, value in stored.items()}
     if isinstance(stored, list):
         return [_spread(value, key) for value in stored]
     if key not in NUMBERS:
         return stored
-    values = np.frombuffer(base64.b64decode(stored), dtype="<f8").tolist()
-    return [value if np.isfinite(value) else None for value in values]
+    values = np.frombuffer(base64.b64decode(stored), dtype="<f8")
+    size = float(np.abs(values).max(initial=0.0))
+    if key == "y" or not np.isfinite(size) or size == 0:
+        return [value if np.isfinite(value) else None for value in values.tolist()]
+    step = 2.0 ** (np.floor(np.log2(size)) - DRAWN)
+    whole = np.rint(values / step).astype(int).reshape(rows, -1)
+    still = np.zeros((2, whole.shape[1]), int)
+    bent = np.diff(np.vstack([still, whole]), n=2, axis=0)
+    return {"step": float(step), "width": whole.shape[1], "bent": bent.ravel().tolist()}
 
 
 def packed(script: str) -> str:

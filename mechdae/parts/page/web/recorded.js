@@ -1,7 +1,12 @@
 /** Poses that Python computed, where a page cannot solve anew. */
 
-/** Numbers from a list, null for none, or from base64, little-endian float64. */
+/** Numbers from a list, null for none, from second differences, or from base64, little-endian float64. */
 export function unpacked(text) {
+  if (text.bent) {
+    const whole = [];
+    text.bent.forEach((bend, k) => { whole.push(bend + 2 * (whole[k - text.width] ?? 0) - (whole[k - 2 * text.width] ?? 0)); });
+    return Float64Array.from(whole, (own) => own * text.step);
+  }
   if (typeof text !== "string") return Float64Array.from(text, (value) => value ?? NaN);
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const view = new DataView(bytes.buffer);
@@ -37,7 +42,7 @@ export class Recorded {
   moving() {
     const seen = new Set();
     return Object.keys(this.points).filter((name) => {
-      const width = this.data.scene.dimension, key = String(this.data.recorded.points[name]), own = this.points[name];
+      const width = this.data.scene.dimension, key = JSON.stringify(this.data.recorded.points[name]), own = this.points[name];
       const moves = own.some((value, k) => Math.abs(value - own[k % width]) > 1e-9);
       return moves && !seen.has(key) && seen.add(key);
     });
