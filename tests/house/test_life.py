@@ -9,7 +9,7 @@ import mechdae
 from tests.shared.modules import imports
 from tests.shared.walk import PACKAGE, four_bar
 
-FILES, ROOMS, CHANGES, SHARE = 70, 9, 1200, 0.61
+FILES, ROOMS, CHANGES, SHARE = 70, 9, 1194, 0.61
 """At most so many files, rooms and changes of file, at least that share of what stands there.
 
 They may only get better: a change that raises one of them lowers it elsewhere.

@@ -132,7 +132,10 @@ class Sketched:
         for entry in self.entries:
             of_stage.setdefault(entry.stage, []).append(entry)
         self._at_stage = {stage: SketchOfGroup(numbers) for stage, numbers in of_stage.items()}
-        self._known_parts: dict[tuple[int, ...], list[list[int]]] = {}
+        names = tuple(entry.coordinate.text for entry in self.entries)
+        self._known_parts: dict[tuple[int, ...], list[list[int]]] = self.scene.cache(
+            ("parts of a sketch", names), dict
+        )
         self.parts = self._parts(list(range(len(self.groups))))
         self.ended = False
         """Whether the last search ended before all modes were compared."""

@@ -152,7 +152,7 @@ def doubts(
     told = {c.part for c in (*entries, *plan.coordinates) if not c.is_angle}
     mechanism = assembler.scene.model.mechanism
     pushed, names = cylinders(mechanism), {text: name for name, text in mechanism.aliases.items()}
-    for group in assembler.scene.groups:
+    for group in assembler.scene.groups if pushed else ():
         for name, slide in assembler.slides(group, x, u).items():
             if name in pushed and slide < 0 and name not in told:
                 text = names.get(f"{name}.slide", f"{name}.slide")

@@ -51,11 +51,15 @@ class Spans:
         if not self.entries or len(poses.y) < 3:
             return
         ahead = before_limits(path) if path.ends else ()
-        nodes = np.array([*path.s, *between, *ahead])
-        nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
-        inner = nodes[(nodes > low) & (nodes < high)]
-        places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
-        self.later = LazyPart(lambda: self._found(evaluator, path, places, poses))
+        nodes, shifts = [*path.s, *between, *ahead], _shifts(path, low, high)
+
+        def found() -> dict[str, dict[str, float]]:
+            every = np.concatenate([np.array(nodes) + shift for shift in shifts])
+            inner = every[(every > low) & (every < high)]
+            places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
+            return self._found(evaluator, path, places, poses)
+
+        self.later = LazyPart(found)
 
     def summary(self) -> Summary:
         """Return ``swing`` and ``stroke``, to be computed when they are read."""
