@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,9 +20,6 @@ from mechdae.motion.assembly.not_assembled import (
 from mechdae.motion.setup.drivers import DriverPlan
 from mechdae.motion.setup.likely_typos import MANY, odd_lengths
 from mechdae.types import Floats, Unknowns
-
-if TYPE_CHECKING:
-    pass
 
 
 def sketched_pose(
