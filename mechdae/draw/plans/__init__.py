@@ -1,7 +1,5 @@
 """Plans: velocities, accelerations and forces of one pose as vector polygons to scale."""
 
-from __future__ import annotations
+from mechdae.additions import lazy_names
 
-from mechdae.draw.plans.picture import draw
-
-__all__ = ["draw"]
+__getattr__ = lazy_names({"mechdae.draw.plans.picture": "draw"})
