@@ -178,12 +178,12 @@ def _side_by_side(result: Any) -> Figure:
     return whole
 
 
-def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:
+def save(picture: Axes | Figure | Animation, path: str | Path, text: bool = False) -> Path:
     """Write a picture to a file, see `mechdae.draw.figure.save`; an animation as a GIF."""
     from mechdae.draw import figure
 
     moving: Any = picture
-    return moving.save(path) if hasattr(picture, "gif") else figure.save(moving, path)
+    return moving.save(path) if hasattr(picture, "gif") else figure.save(moving, path, text)
 
 
 __all__ = ["PICTURES", "plot", "save", "usual"]

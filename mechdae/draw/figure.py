@@ -128,10 +128,10 @@ class Drawing(Figure):
         return super().add_axes(*args, **{"axes_class": ShownAxes, **options})
 
 
-def svg_text(picture: Axes | Figure) -> str:
-    """Return a picture as the text of an SVG file, the same each time."""
+def svg_text(picture: Axes | Figure, text: bool = False) -> str:
+    """Return a picture as the text of an SVG file, the same each time, see `save`."""
     file, figure = io.BytesIO(), _figure_of(picture)
-    with mpl.rc_context(SETTINGS):
+    with mpl.rc_context(SETTINGS | ({"svg.fonttype": "none"} if text else {})):
         figure.savefig(file, format="svg", metadata=FORMATS["svg"])
     return described(file.getvalue().decode("utf-8"), figure)
 
@@ -210,11 +210,12 @@ def grid(count: int) -> tuple[Figure, list[Axes]]:
     return figure, [figure.add_axes((*corner, *size)) for corner in corners]
 
 
-def save(picture: Axes | Figure, path: str | Path) -> Path:
+def save(picture: Axes | Figure, path: str | Path, text: bool = False) -> Path:
     """Write a picture as SVG, PNG or PDF, chosen by the ending of `path`.
 
     The bytes depend on the picture alone: no date, no random identifiers. The file is
     written under another name first, so that nothing half-written is left behind.
+    With ``text`` the letters of an SVG are text, to be searched and edited, not outlines.
 
     Raises
     ------
@@ -231,7 +232,7 @@ def save(picture: Axes | Figure, path: str | Path) -> Path:
         )
     with whole_file(target) as file, mpl.rc_context(SETTINGS):
         if form == "svg":
-            file.write(svg_text(picture).encode())
+            file.write(svg_text(picture, text).encode())
         else:
             _figure_of(picture).savefig(file, format=form, metadata=FORMATS[form])
     return target

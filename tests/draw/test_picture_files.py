@@ -63,3 +63,17 @@ def test_no_pyplot_and_lazy_import():
         "import mechdae.draw.diagram.diagram; assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_letters_of_an_svg_are_outlines_or_text(tmp_path):
+    axes = md.plot("four-bar-crank-rocker")
+    outlines, text = (
+        save(axes, tmp_path / f"{written}.svg", text=written).read_text(encoding="utf-8")
+        for written in (False, True)
+    )
+    assert "<text" not in outlines
+    assert text.count("<text") > 5
+    assert "Four-bar" in text.split("<defs>", 1)[1]
+    for svg in (outlines, text):
+        assert "<title>Four-bar" in svg
+        assert "<desc>" in svg

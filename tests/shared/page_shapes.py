@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +61,7 @@ def placed(shapes, drawn):
     pins = {
         shape.gid: drawn.back(shape.points)[0]
         for shape in drawn.drawn
-        if shape.kind == "circle" and shape.gid and shape.gid.endswith(("-pin", "-follower"))
+        if shape.kind == "circle" and re.search("-(pin|follower)$|^point-", str(shape.gid))
     }
     rows = [(shape["points"][0], pins[shape["id"]]) for shape in shapes if shape["id"] in pins]
     seen = np.array([shape for shape, _ in rows])
@@ -77,6 +78,8 @@ def placed(shapes, drawn):
 
 def apart(shape, wanted, points, radius):
     """Return how far a shape is from a primitive; of hatching, which has no name, a share of it."""
+    if (shape.kind == "circle") != (radius > 0) or not len(points):
+        return np.inf
     if shape.gid is None and len(wanted) > 6:
         middles = [(row.min(axis=0) + row.max(axis=0)) / 2 for row in (wanted, points)]
         return float(np.abs(middles[0] - middles[1]).max()) / HATCHED
@@ -91,12 +94,14 @@ def compare_primitives(opened, pages, name):
     """Compare three poses of a page with `plot`; return how far the farthest primitive is off."""
     browser_page = opened(name)
     page, result = pages.solved[name]
-    scene, driver = read_scene(result), page.data["driver"]["name"]
-    values = np.asarray(result.drivers[driver].position)
+    scene, several = read_scene(result), page.data.get("drivers")
+    drivers = [own["name"] for own in several] if several else [page.data["driver"]["name"]]
+    values = {name: np.asarray(result.drivers[name].position) for name in drivers}
     known = [k for k in scene.assembled() if result.status[k] == "ok"]
     worst = 0.0
     for pose in (known[len(known) // 7], known[len(known) // 2], known[-len(known) // 5]):
-        assert browser_page.evaluate(f"mechdae.set({json.dumps({driver: values[pose]})})")
+        at = {name: own[pose] for name, own in values.items()}
+        assert browser_page.evaluate(f"mechdae.set({json.dumps(at)})"), pose
         shapes = browser_page.evaluate(SHAPES)
         view = View(bounds=extent(scene, pose, True, 0))
         first = Sheet(None, *view.bounds[:2])
@@ -108,14 +113,39 @@ def compare_primitives(opened, pages, name):
         there = [shape for shape in shapes if not shape["id"].startswith(("label", "number"))]
         there = [shape for shape in there if not any(color in shape["paint"] for color in free)]
         assert len(there) == len(drawn)
-        left = [(np.array(shape["points"]), shape["radius"]) for shape in there]
-        for shape in drawn:
-            wanted = shape.points * (1, -1)
-            off, k = min((apart(shape, wanted, *other), k) for k, other in enumerate(left))
-            assert off <= UNIT, (pose, shape.kind, shape.gid, wanted.tolist(), off)
-            worst = max(worst, off)
-            left.pop(k)
+        off = np.array(
+            [
+                [
+                    apart(shape, shape.points * (1, -1), np.array(own["points"]), own["radius"])
+                    for own in there
+                ]
+                for shape in drawn
+            ]
+        )
+        of = matched(off <= UNIT)
+        for k, shape in enumerate(drawn):
+            told = (pose, shape.kind, shape.gid, shape.points.tolist(), off[k].min())
+            assert k in of.values(), told
+        worst = max(worst, *(float(off[k, j]) for j, k in of.items()))
     return worst
+
+
+def matched(near):
+    """Return which row is given to which column of a table of what suits, as many as can be."""
+    of: dict[int, int] = {}
+
+    def given(k, seen):
+        for j in np.flatnonzero(near[k]).tolist():
+            if j not in seen:
+                seen.add(j)
+                if j not in of or given(of[j], seen):
+                    of[j] = k
+                    return True
+        return False
+
+    for k in range(len(near)):
+        given(k, set())
+    return of
 
 
 def compare_names(opened, pages, name):

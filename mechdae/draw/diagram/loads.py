@@ -356,13 +356,13 @@ def _draw_masses(sheet: Sheet, scene: DrawnScene, pose: int) -> list[Mark]:
         center = scene.origins[name][pose] + turned(turn, local)[0]
         with sheet.on(f"{name}.{next(iter(body.points))}", turn=name, grow="m"):
             points = [scene.place(f"{name}.{point}", pose) for point in body.points]
-            mass_mark(sheet, sheet.at(center), sheet.at(points), name)
+            mass_mark(sheet, sheet.at(center), sheet.at(points), name, float(turn[0]))
     if not heavy or not pull.any():
         return []
     return gravity_mark(sheet, unit(pull))
 
 
-def mass_mark(sheet: Sheet, center: Array, corners: Array, name: str) -> None:
+def mass_mark(sheet: Sheet, center: Array, corners: Array, name: str, angle: float = 0.0) -> None:
     """Draw a centre of mass, tied by a thin line to its link where it lies beside it.
 
     ``corners`` are the points of the link, (n, 2).
@@ -379,7 +379,7 @@ def mass_mark(sheet: Sheet, center: Array, corners: Array, name: str) -> None:
             [center, foot], color=style.GROUND, width=style.THIN, dash=style.DASHED,
             z=style.Z_BAR, gid=f"mass-{name}-tie", weight=style.RING,
         )  # fmt: skip
-    symbols.mass_center(sheet, center, f"mass-{name}")
+    symbols.mass_center(sheet, center, f"mass-{name}", angle)
 
 
 def gravity_mark(sheet: Sheet, way: Array) -> list[Mark]:

@@ -309,11 +309,11 @@ def piston(sheet: Sheet, center: Array, along: Array, gid: str, color: str = sty
     sheet.line(ends, width=width, color=color, z=style.Z_BAR, gid=f"{gid}-piston")
 
 
-def mass_center(sheet: Sheet, center: Array, gid: str) -> None:
-    """Draw a centre of mass: a circle with two quarters filled."""
+def mass_center(sheet: Sheet, center: Array, gid: str, angle: float = 0.0) -> None:
+    """Draw a centre of mass: a circle with two quarters filled, which turn with the body."""
     radius = 1.3 * style.DOT
     sheet.circle(center, radius, fill=style.PAPER, width=style.THIN, z=style.Z_MARK, gid=gid)
-    for start in (0.0, np.pi):
+    for start in (angle, angle + np.pi):
         rim_points = arc(center, radius, start, start + np.pi / 2, 6)
         quarter = [center, *rim_points]
         sheet.area(quarter, fill=style.INK, edge="none", width=0.0, z=style.Z_MARK, weight=0)
