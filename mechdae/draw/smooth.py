@@ -109,6 +109,26 @@ def in_panel(x: Array, y: Array) -> list[Array]:
     return [np.stack([x * (PICTURE / spans[0]), y * (PANEL / spans[1])], axis=1)]
 
 
+def thinned(x: Array, series: list[Array]) -> NDArray[np.int_]:
+    """Return the rows (k,) that straight lines need, of curves over `x` (n,) as they are seen.
+
+    Every other row is left out, and again, where lines between its neighbours pass within a tenth
+    of a pixel.
+    """
+    rows, top = np.arange(len(x)), max((np.nanmax(np.abs(y)) for y in series), default=0.0)
+    near = PIXEL / 5 * float(top) / PANEL
+    while len(rows) > 2:
+        before, here, after = rows[:-2:2], rows[1:-1:2], rows[2::2]
+        here = here[: len(after)]
+        share = (x[here] - x[before]) / np.maximum(x[after] - x[before], 1e-300)
+        off = [np.abs(y[before] + share * (y[after] - y[before]) - y[here]) for y in series]
+        spare = np.max(off, axis=0, initial=0.0) <= near  # what is not a number stays
+        if not spare.any():
+            break
+        rows = np.setdiff1d(rows, here[spare], assume_unique=True)
+    return rows
+
+
 def _off(track: Array) -> float:
     """Return how far straight lines between places are off the curve through them, about.
 

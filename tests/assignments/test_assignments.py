@@ -89,7 +89,7 @@ def test_sheets_have_no_answers(made: Any) -> None:
             for block in passages(own.sheet.document)
             if isinstance(block, Grid) and len(block.rows) == 12
         ]
-        assert len(tables) == 7  # positions, rates of links and of points, analogues
+        assert len(tables) == 3  # positions and rates, those of points, analogues
         known = 0
         for table in tables:
             numbers = [cell for row in table.rows for cell in row if isinstance(cell, Number)]
@@ -257,3 +257,30 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["assign", "slider-crank", "--vary", "r_mm=80:120", *angle]) == 1
     assert re.search(r"21 have a transmission angle below 89 deg", capsys.readouterr().err)
     assert [path.name for path in tmp_path.iterdir()] == ["class"]
+
+
+def test_students_have_names(tmp_path: Path) -> None:
+    """One variant each, in their order; loads that a variant changes have no arrow of one size."""
+    names = tmp_path / "names.txt"
+    names.write_text("Ada Lovelace\nГлеб Иванов\n\n", encoding="utf-8")
+    command = ["assign", "slider-crank-inertia", "--vary", "r_mm=80:120", "--quiet"]
+    target = tmp_path / "class"
+    assert main([*command, "--students", str(names), "--out", str(target)]) == 0
+    rows = list(csv.reader((target / "variants.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row[1] for row in rows] == ["student", "Ada Lovelace", "Глеб Иванов"]
+    second = (target / "sheets" / "slider-crank-inertia-02.html").read_text(encoding="utf-8")
+    assert "Глеб Иванов, variant 2 of 2" in second
+    for count, text in (("3", "Ada\nBob\n"), ("2", "Ada\nAda\n"), ("2", "\n")):
+        names.write_text(text, encoding="utf-8")
+        more = ["--students", str(names), "--count", count, "--out", str(tmp_path / "none")]
+        assert main([*command, *more]) == 2
+    assert main([*command, "--students", "nowhere.txt", "--out", str(tmp_path / "none")]) == 2
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize(("vary", "shown"), [("r_mm", True), ("Q_work", False)])
+def test_arrows_of_loads_on_sheets(vary: str, shown: bool) -> None:
+    ranges = {"r_mm": (80, 120), "Q_work": (800, 1200)}
+    made = md.assign("slider-crank-inertia", {vary: ranges[vary]}, count=1)
+    titled = {section.title: section for section in made[0].sheet.document.sections}
+    assert ('id="load-work"' in titled["Kinematic diagram"].blocks[0].svg) == shown

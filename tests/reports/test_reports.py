@@ -30,6 +30,11 @@ def grid_with(report: Any, head: str) -> Grid:
     raise AssertionError(head)
 
 
+def last_with(grid: Grid, head: str) -> int:
+    """Return the place of the last column of that letter."""
+    return max(k for k, entry in enumerate(grid.heads) if head in str(entry))
+
+
 def printed(grid: Grid, column: int) -> list[float]:
     cells = [row[column] for row in grid.rows]
     return [own.value for own in cells if isinstance(own, Number)]
@@ -62,12 +67,12 @@ def test_twelve_positions_and_analogues_of_a_slider_crank(made: Any) -> None:
     assert printed(grid, 1) == pytest.approx(np.rad2deg(phi), abs=0.006)
     assert printed(grid, 3) == pytest.approx(x, abs=1e-5)
     grid = grid_with(made, "mark='′'")
-    assert printed(grid, 2) == pytest.approx(first, abs=1e-5)
+    assert printed(grid, last_with(grid, "mark='′'")) == pytest.approx(first, abs=1e-5)
     grid = grid_with(made, "mark='′′'")
     rod = np.arcsin(-r * np.sin(phi) / length)
     bend = -r * np.cos(phi) / (length * np.cos(rod))
     second = -r * np.cos(phi) - length * (np.cos(rod) * bend**2 + np.sin(rod) * _bend2(phi))
-    assert printed(grid, 2) == pytest.approx(second, abs=1e-5)
+    assert printed(grid, last_with(grid, "mark='′′'")) == pytest.approx(second, abs=1e-5)
 
 
 def _bend2(phi: Any) -> Any:
@@ -132,3 +137,33 @@ def test_the_command_refuses_files_before_it_computes(
     assert main(command) == 2
     assert "there is no position 5" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_plans_stand_beside_the_position_that_they_explain(made: Any) -> None:
+    """In the explanation too, drawn when its HTML is wanted; sections are linked from the top."""
+    place = next(own for own in made.document.sections if own.title == "Position 1 in full")
+    assert [image.caption[:8] for image in place.beside] == ["Plan of ", "Plan of "]
+    text = made.html()
+    for k in range(1, len(made.document.sections) + 1):
+        assert f'href="#s{k}"' in text
+        assert text.count(f'id="s{k}"') == 1
+    explained = md.explain("slider-crank-inertia", "cycle")
+    assert "illustrated" not in vars(explained)
+    assert explained.html().count("<figure>") == 3
+    assert (
+        explained.data()["sections"]
+        == md.explain("slider-crank-inertia", "cycle").data()["sections"]
+    )
+    assert "<figure>" not in explained.text()
+
+
+def test_tables_that_fit_beside_each_other_are_one(made: Any) -> None:
+    tables = [own for own in passages(made.document) if isinstance(own, Grid)]
+    kinematic = [own for own in tables if len(own.rows) == 12]
+    assert max(len(own.heads) for own in kinematic) > 8
+    assert all(len(own.heads) <= 12 for own in kinematic)
+
+
+def test_a_picture_of_losses_is_no_longer_than_it_is_seen(made: Any) -> None:
+    """Half a pixel is enough: the text of all pictures of a report together."""
+    assert len(made.html()) < 700_000

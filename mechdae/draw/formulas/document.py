@@ -60,18 +60,20 @@ class Image(Passage):
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, blocks below it, and sections inside."""
+    """A heading, blocks below it, and sections inside; pictures that stay beside all of it."""
 
     title: str
     blocks: tuple[Passage, ...] = ()
     sections: tuple[Section, ...] = ()
+    beside: tuple[Image, ...] = ()
 
 
 @dataclass(frozen=True)
 class Document:
-    """A titled sequence of sections, in a language (``en`` or ``ru``)."""
+    """A titled sequence of sections, in a language (``en`` or ``ru``); pictures beside them."""
 
     title: str
     subtitle: str = ""
     sections: tuple[Section, ...] = ()
     lang: str = "en"
+    beside: tuple[Image, ...] = ()

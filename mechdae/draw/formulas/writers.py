@@ -23,6 +23,8 @@ from mechdae.draw.formulas.tree import Column, Equation, Number, Part, Sum
 
 WIDTH = 100
 """Columns of a text."""
+LISTED = 4
+"""Sections from which a document has a list of them."""
 SHORT = 30
 """Rows of a table that is not broken over pages."""
 
@@ -35,9 +37,16 @@ h2 { font-size: 1.25rem; margin: 2rem 0 .5rem; border-bottom: 1px solid var(--li
 h3 { font-size: 1.05rem; margin: 1.4rem 0 .4rem; }
 h4 { font-size: 1rem; font-style: italic; margin: 1rem 0 .3rem; }
 .subtitle, figcaption, .gap { color: var(--faint); }
-.formula { margin: .35rem 0 .35rem 1.5rem; overflow-x: auto; }
-.formula math { display: inline-block; }
-.table { overflow-x: auto; }
+.formula { margin: .1rem 0 .1rem 1.5rem; padding: .25rem 0; overflow-x: auto; }
+.formula math { display: inline-block; math-style: normal; }
+mfrac > * { padding: .12em .1em; }
+.formula, .table { overflow-x: auto; background: linear-gradient(to right, #fff 2rem, #fff0),
+  linear-gradient(to left, #fff 2rem, #fff0) right, radial-gradient(farthest-side at left, #0004,
+  #0000), radial-gradient(farthest-side at right, #0004, #0000) right; background-repeat: no-repeat;
+  background-size: 3rem 100%, 3rem 100%, .7rem 100%, .7rem 100%;
+  background-attachment: local, local, scroll, scroll; }
+nav ol { columns: 2; margin: 1rem 0; padding-left: 1.5rem; } a { color: #1a5fb4; }
+aside { display: flex; flex-wrap: wrap; gap: 0 1rem; } aside figure { flex: 1 1 17rem; }
 table { border-collapse: collapse; margin: .6rem 0; font-size: .92rem;
   font-variant-numeric: tabular-nums; }
 th, td { border-bottom: 1px solid var(--line); padding: .15rem .6rem; text-align: right;
@@ -50,8 +59,14 @@ dt { color: var(--faint); } dd { margin: 0; }
 figure { margin: 1rem 0; text-align: center; break-inside: avoid; }
 figure img { height: auto; max-width: 100%; }
 @media (max-width: 30rem) { dl { grid-template-columns: 1fr; } dd { margin-left: 1rem; } }
+@media screen and (min-width: 76rem) { body.wide { max-width: 76rem; }
+  .pictured { display: grid; grid-template-columns: minmax(0, 1fr) 26rem; column-gap: 2rem; }
+  .pictured > * { grid-column: 1; } .pictured > aside { grid-column: 2; display: block; }
+  aside > div { position: sticky; top: .5rem; } aside figure { margin: 0 0 .6rem; }
+  aside img { max-height: 27vh; } }
 @page { size: A4; margin: 20mm 16mm; }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; }
+  nav { display: none; }
   h2, h3, h4 { break-after: avoid; } .formula, .table, tr { break-inside: avoid; }
   .formula, .table { overflow: visible; } p { orphans: 3; widows: 3; } }
 """
@@ -139,11 +154,16 @@ def as_html(document: Document, alone: bool = True) -> str:
 
     Not `alone` it stands in a page of somebody else, such as a notebook, whose policy holds.
     """
-    body = [f"<h1>{escape(document.title)}</h1>"]
+    head = [f"<h1>{escape(document.title)}</h1>"]
     if document.subtitle:
-        body.append(f'<p class="subtitle">{escape(document.subtitle)}</p>')
-    for section in document.sections:
-        body += _section_html(section, 2)
+        head.append(f'<p class="subtitle">{escape(document.subtitle)}</p>')
+    head += _contents(document)
+    body = []
+    for k, section in enumerate(document.sections, 1):
+        body += _section_html(section, 2, f"s{k}")
+    body = _with_pictures(body, document.beside)
+    wide = document.beside or any(section.beside for section in document.sections)
+    look = ' class="wide"' if wide else ""
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
     return "\n".join(
         [
@@ -153,7 +173,8 @@ def as_html(document: Document, alone: bool = True) -> str:
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{escape(document.title)}</title>",
             f"<style>{STYLE}</style></head>",
-            "<body><main>",
+            f"<body{look}><main>",
+            *head,
             *body,
             "</main></body></html>",
             "",
@@ -161,13 +182,31 @@ def as_html(document: Document, alone: bool = True) -> str:
     )
 
 
-def _section_html(section: Section, level: int) -> Iterator[str]:
+def _contents(document: Document) -> list[str]:
+    """Return links to the sections of a document that has some."""
+    if len(document.sections) < LISTED:
+        return []
+    titles = [escape(section.title) for section in document.sections]
+    links = [f'<li><a href="#s{k}">{title}</a></li>' for k, title in enumerate(titles, 1)]
+    return [f"<nav><ol>{''.join(links)}</ol></nav>"]
+
+
+def _with_pictures(lines: list[str], images: tuple[Image, ...]) -> list[str]:
+    """Return lines of HTML beside pictures, which stay in view on a wide screen."""
+    if not images:
+        return lines
+    figures = "".join(map(_block_html, images))
+    aside = f'<aside style="grid-row: 1 / span 999"><div>{figures}</div></aside>'
+    return ['<div class="pictured">', aside, *lines, "</div>"]
+
+
+def _section_html(section: Section, level: int, mark: str) -> Iterator[str]:
     tag = f"h{min(level, 6)}"
-    yield f"<section><{tag}>{escape(section.title)}</{tag}>"
-    for block in section.blocks:
-        yield _block_html(block)
-    for inner in section.sections:
-        yield from _section_html(inner, level + 1)
+    yield f'<section id="{mark}"><{tag}>{escape(section.title)}</{tag}>'
+    lines = [_block_html(block) for block in section.blocks]
+    for k, inner in enumerate(section.sections, 1):
+        lines += _section_html(inner, level + 1, f"{mark}-{k}")
+    yield from _with_pictures(lines, section.beside)
     yield "</section>"
 
 
@@ -191,7 +230,8 @@ def _block_html(block: Passage) -> str:
             words = escape(block.caption, quote=True)
             return (
                 f'<figure><img style="width:{width}" alt="{words}" '
-                f'src="data:image/svg+xml;base64,{data}"><figcaption>{words}</figcaption></figure>'
+                f'src="data:image/svg+xml;base64,{data}" />'
+                f"<figcaption>{words}</figcaption></figure>"
             )
     raise TypeError(f"no HTML for {type(block).__name__}")  # pragma: no cover
 
@@ -239,6 +279,7 @@ def as_typst(document: Document) -> str:
     ]
     if document.subtitle:
         lines.append(f"#align(center, text(fill: luma(90))[{escaped(document.subtitle)}])")
+    lines += _pictures_typst(document.beside)
     for section in document.sections:
         lines += ["", *_section_typst(section, 1)]
     return "\n".join(lines) + "\n"
@@ -246,12 +287,20 @@ def as_typst(document: Document) -> str:
 
 def _section_typst(section: Section, level: int) -> Iterator[str]:
     yield f"{'=' * min(level, 5)} {escaped(section.title)}"
+    yield from _pictures_typst(section.beside)
     for block in section.blocks:
         yield ""
         yield _block_typst(block)
     for inner in section.sections:
         yield ""
         yield from _section_typst(inner, level + 1)
+
+
+def _pictures_typst(images: tuple[Image, ...]) -> Iterator[str]:
+    """Yield pictures two in a line."""
+    if images:
+        cells = ", ".join(f"[{_block_typst(image)}]" for image in images)
+        yield f"#grid(columns: (1fr, 1fr), gutter: 4mm, {cells})"
 
 
 def _block_typst(block: Passage) -> str:

@@ -15,7 +15,7 @@ from mechdae.draw.graphs.curves import axis_label, subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array
-from mechdae.draw.smooth import in_panel, smooth
+from mechdae.draw.smooth import in_panel, smooth, thinned
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError
 from mechdae.types import Floats
@@ -139,6 +139,8 @@ def _areas(
     """Draw losses above each other; return height, label and colour of the end of each."""
     panel, order = frame.panels[0], np.argsort(x, kind="stable")
     base, ends = np.zeros(len(x)), []
+    tops = np.cumsum([own[order] for _, own in layers], axis=0)
+    order = order[thinned(x[order], [*tops])]
     for k, ((name, own), label) in enumerate(zip(layers, labels, strict=True)):
         top = base + own
         color = style.SERIES[k % len(style.SERIES)]

@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import io
 import json
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -59,6 +60,8 @@ class Assignment:
         What students get, and the answers.
     transmission
         Least transmission angle [rad] of each dyad over the task, by joint.
+    student
+        Who gets it, empty without names.
     """
 
     number: int
@@ -67,6 +70,7 @@ class Assignment:
     sheet: Report
     key: Report
     transmission: Mapping[str, float]
+    student: str = ""
 
 
 @dataclass(frozen=True)
@@ -99,11 +103,13 @@ class Assignments(Sequence[Assignment]):
         joints = list(self.variants[0].transmission)
         out = io.StringIO()
         rows = csv.writer(out, lineterminator="\n")
-        rows.writerow(["variant", *names, *(f"transmission of {joint} [deg]" for joint in joints)])
+        named = ["student"] * any(variant.student for variant in self.variants)
+        angles = [f"transmission of {joint} [deg]" for joint in joints]
+        rows.writerow(["variant", *named, *names, *angles])
         for variant in self.variants:
             angles = [f"{degrees(variant.transmission[joint]):.3f}" for joint in joints]
             numbers = [f"{variant.values[name]:.15g}" for name in names]
-            rows.writerow([variant.number, *numbers, *angles])
+            rows.writerow([variant.number, *[variant.student for _ in named], *numbers, *angles])
         return out.getvalue()
 
     def save(self, folder: str | Path, form: str = "html") -> Path:
@@ -181,6 +187,7 @@ def assign(
     pose: int = 1,
     seed: int = 0,
     lang: str = "en",
+    students: Sequence[str] = (),
 ) -> Assignments:
     """Return variants of a problem with round numbers, with sheets and answer keys.
 
@@ -206,12 +213,14 @@ def assign(
         Of the numbers.
     lang
         ``"en"`` or ``"ru"``.
+    students
+        Names, one variant for each in their order.
 
     Raises
     ------
     InputError
-        Ranges that make none, an angle that is none, a mechanism without dyads where a bound is
-        asked for.
+        A count that is not that of the names, a name twice, ranges that make none, an angle that is
+        none, a mechanism without dyads where a bound is asked for.
     UnknownName
         A number or a language that is not there.
     SolveError
@@ -219,6 +228,8 @@ def assign(
     """
     words = Phrases(lang, "assignments"), Phrases(lang, "reports"), Phrases(lang)
     whole = problem if isinstance(problem, Problem) else load(problem)
+    if students:
+        count = _counted(students, count)
     wanted, least = (USUAL, 1) if count is None else (count, count)
     _check(whole, wanted, positions, seed, transmission_angle)
     drawn = ranges(whole, vary)
@@ -234,11 +245,28 @@ def assign(
     bound = ANGLE if transmission_angle is None else transmission_angle
     found, tried = choose(solver, drawn, wanted, seed, bound, least)
     start = subject_of(base, rows[pose], words[2])
-    hidden = ("traces", "loads") if whole.mechanism.dimension == 2 else ("traces",)
-    options: dict[str, Any] = dict.fromkeys(hidden, False)
+    more = {} if whole.mechanism.dimension == 3 else {"loads": not _loaded_by(whole, drawn)}
+    options: dict[str, Any] = {"traces": False, "title": False, **more}
     diagram = svg_text(plot(base, "diagram", pose=start.pose, lang=lang, **options))
-    made = _VariantWriter(bare, name, drawn, rows, pose, len(found), diagram, words, lang)
+    named = tuple(students)
+    made = _VariantWriter(bare, name, drawn, rows, pose, len(found), diagram, words, lang, named)
     return Assignments(whole.name, tuple(made.all(found)), tried)
+
+
+def _loaded_by(problem: Problem, drawn: Sequence[RoundRange]) -> bool:
+    """Return whether a number that is drawn tells a load: one diagram stands for all variants."""
+    loads = " ".join(map(repr, problem.mechanism.loads.values()))
+    return any(re.search(rf"\b{re.escape(number.base)}\b", loads) for number in drawn)
+
+
+def _counted(students: Sequence[str], count: int | None) -> int:
+    """Return how many students there are, each once."""
+    twice = [name for k, name in enumerate(students) if name in students[:k]]
+    if twice:
+        raise InputError(f"'{twice[0]}' stands there twice", where="students")
+    if count not in (None, len(students)):
+        raise InputError(f"{len(students)} students, {count} variants", where="count")
+    return len(students)
 
 
 def _check(problem: Problem, count: int, positions: int, seed: int, angle: float | None) -> None:
@@ -285,6 +313,7 @@ class _VariantWriter:
     diagram: str
     words: tuple[Phrases, Phrases, Phrases]
     lang: str
+    students: tuple[str, ...]
 
     def all(self, found: Sequence[Chosen]) -> Iterator[Assignment]:
         for number, chosen in enumerate(found, 1):
@@ -300,13 +329,25 @@ class _VariantWriter:
         parts = sheet_sections(
             problem, chosen, self.drawn, subject, self.rows, self.diagram, self.words
         )
-        of = say("of", number, self.count)
+        student = self.students[number - 1] if self.students else ""
+        of = (
+            f"{student}, {say('of', number, self.count)}"
+            if student
+            else say("of", number, self.count)
+        )
         sheet = localised(Document(problem.title, of, parts, self.lang))
         made = self.words[1]("computed by", __version__)
         answers = tuple(self._answers(chosen, subject))
-        key = localised(Document(say("key", title, number), made, answers, self.lang))
+        by = f"{student}, {made}" if student else made
+        key = localised(Document(say("key", title, number), by, answers, self.lang))
         return Assignment(
-            number, chosen.values, problem, Report(sheet), Report(key), chosen.transmission
+            number,
+            chosen.values,
+            problem,
+            Report(sheet),
+            Report(key),
+            chosen.transmission,
+            student,
         )
 
     def _answers(self, chosen: Chosen, subject: Subject) -> Iterator[Section]:

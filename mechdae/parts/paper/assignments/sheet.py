@@ -125,7 +125,7 @@ def sheet_sections(
     words, report, explained = say
     task = problem.tasks[subject.result.task]
     assert isinstance(task, Driven)
-    image = Image(diagram, words("caption"), 0.9)
+    image = Image(diagram, words("caption"), 0.62)
     return (
         Section(
             words("given"), (_numbers(problem, chosen, drawn, words), _driver(subject, task, words))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from math import radians
+from pathlib import Path
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
@@ -20,6 +21,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="a number that is drawn, with round values; NAME=LOW:HIGH:STEP",
     )
     parser.add_argument("--count", type=int, metavar="N", help="variants (30, or all there are)")
+    parser.add_argument(
+        "--students", metavar="FILE", help="names, one to a line: a variant for each"
+    )
     parser.add_argument("--task", metavar="T", help="a sweep or a task of reactions")
     parser.add_argument(
         "--transmission-deg", type=float, metavar="A", help="least transmission angle (30)"
@@ -51,11 +55,26 @@ def run(options: argparse.Namespace) -> int:
         pose=options.pose,
         seed=options.seed,
         lang=options.lang,
+        students=_students(options.students),
     )
     print(made.save(options.out, options.format))
     fewer = "" if options.count or len(made) == USUAL else f": no {USUAL} in these ranges"
     message(f"mechdae: {len(made)} variants of {made.tried} sets of numbers{fewer}", options.quiet)
     return 0
+
+
+def _students(path: str | None) -> list[str]:
+    """Return the names of a file, one to a line."""
+    if path is None:
+        return []
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("cannot be read as text", where=path) from error
+    names = [line.strip() for line in text.splitlines() if line.strip()]
+    if not names:
+        raise InputError("holds no names", where=path, hint="one to a line")
+    return names
 
 
 def _ranges(pairs: list[str]) -> dict[str, tuple[str, ...]]:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from mechdae.describe import Problem, Sweep, load
+from mechdae.draw import plot
 from mechdae.draw.diagram.driver import drivers_of, value_text
-from mechdae.draw.formulas import Document, Facts, Section
-from mechdae.draw.formulas.writers import as_data, as_text
+from mechdae.draw.figure import svg_text
+from mechdae.draw.formulas import Document, Facts, Image, Section
+from mechdae.draw.formulas.writers import as_data, as_html, as_text, as_typst
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.parts.paper.explanations.forces import (
@@ -26,9 +31,33 @@ from mechdae.parts.paper.phrases import Phrases
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 
+BESIDE = "110mm"
+"""Width of a picture beside the text."""
+
 
 class Explanation(Paper):
-    """One pose on paper."""
+    """One pose on paper; its pictures are drawn when they are wanted."""
+
+    def __init__(self, document: Document, pictures: Callable[[], tuple[Image, ...]]) -> None:
+        super().__init__(document)
+        object.__setattr__(self, "_pictures", pictures)
+
+    @cached_property
+    def illustrated(self) -> Document:
+        """The document with the diagram and the plans beside it."""
+        pictures: Callable[[], tuple[Image, ...]] = vars(self)["_pictures"]
+        return replace(self.document, beside=pictures())
+
+    def html(self) -> str:
+        """Return it as one HTML file, the diagram and the plans of the pose beside the text."""
+        return as_html(self.illustrated)
+
+    def typ(self) -> str:
+        """Return it in the markup of Typst, with its pictures in it."""
+        return as_typst(self.illustrated)
+
+    def _repr_html_(self) -> str:
+        return as_html(self.illustrated, alone=False)
 
     def text(self) -> str:
         """Return it as text for a terminal."""
@@ -106,7 +135,23 @@ def explain(
     title = result.title or result.problem
     name = f"{result.problem}, {result.task}" if result.task else result.problem
     place = say("pose", subject.pose, len(subject.scene.status))
-    return Explanation(localised(Document(title, f"{name}: {place}", tuple(sections), lang)))
+    document = localised(Document(title, f"{name}: {place}", tuple(sections), lang))
+    return Explanation(document, lambda: pictures(subject, say))
+
+
+def pictures(subject: Subject, say: Phrases, diagram: bool = True) -> tuple[Image, ...]:
+    """Return the diagram of a pose and its plans of velocities and accelerations, where it has."""
+    wanted: list[tuple[str, dict[str, str]]] = [("diagram", {})] if diagram else []
+    wanted += [("plans", {"which": which}) for which in ("velocity", "acceleration")]
+    images: list[Image] = []
+    for kind, options in wanted:
+        more: dict[str, Any] = {**options, "pose": subject.pose, "lang": say.lang}
+        try:
+            drawn = plot(subject.result, kind, width=BESIDE, title=False, **more)
+        except InputError:  # a pose without rates
+            continue
+        images.append(Image(svg_text(drawn), say(f"picture of {options.get('which', kind)}")))
+    return tuple(images)
 
 
 def _group(subject: Subject, name: str, bodies: tuple[str, ...]) -> Section:

@@ -168,19 +168,16 @@ def _near(result: Result, rows: list[int], wanted: int) -> int:
 
 
 def _diagram(result: Result, subject: Subject, chosen: int, say: Phrases, lang: str) -> Section:
-    svg = svg_text(plot(result, "diagram", pose=subject.pose, lang=lang))
-    return Section(say("diagram"), (Image(svg, say("diagram of", chosen), 0.9),))
+    svg = svg_text(plot(result, "diagram", pose=subject.pose, lang=lang, title=False))
+    return Section(say("diagram"), (Image(svg, say("diagram of", chosen), 0.62),))
 
 
 def _pictures(result: Result, subject: Subject, chosen: int, say: Phrases) -> Section:
-    """Return plans of the position and curves; what a result has no picture of is left out.
+    """Return plans of forces and curves; what a result has no picture of is left out.
 
     A plan has its own figure, as wide as the text on paper: the scale written on it holds there.
     """
-    wanted: list[tuple[str, str, dict[str, Any]]] = [
-        ("plans", say(f"plan {which}", chosen), {"which": which})
-        for which in ("velocity", "acceleration")
-    ]
+    wanted: list[tuple[str, str, dict[str, Any]]] = []
     if getattr(result, "efforts", None):
         for group, _ in reversed(subject.groups):
             caption = say("plan force", group, chosen)

@@ -26,7 +26,7 @@ from mechdae.draw.formulas import (
     rounded,
 )
 from mechdae.draw.words import Words
-from mechdae.parts.paper.explanations.explain import explain
+from mechdae.parts.paper.explanations.explain import explain, pictures
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
@@ -35,8 +35,8 @@ from mechdae.tasks.show import structure
 from mechdae.types import Floats, Points
 
 DOTS = ("\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")
-WIDEST = 8
-"""Columns of numbers side by side; more go into further """
+WIDEST = 11
+"""Columns of numbers side by side, as many as a page holds; more go into further tables."""
 
 
 @dataclass(frozen=True)
@@ -310,28 +310,41 @@ def structure_of(problem: Problem, subject: Subject, say: Phrases) -> Section:
 
 
 def in_full(result: Result, subject: Subject, chosen: int, say: Phrases, lang: str) -> Section:
+    """Return the explanation of a position, its plans beside it."""
     explained = explain(result, pose=subject.pose, lang=lang).document
-    return Section(say("one position", chosen), (), explained.sections)
+    plans = pictures(subject, subject.say, diagram=False)
+    return Section(say("one position", chosen), (), explained.sections, plans)
 
 
 def position_tables(subject: Subject, rows: list[int], say: Phrases) -> Section:
+    """Return tables of positions and their rates; those that fit beside each other are one."""
     first, head = [str(k) for k in range(len(rows))], say("position")
     lead = driver_columns(subject, rows)
-    columns = [*lead, *position_columns(subject, rows)]
-    parts = [Section(say("positions"), tuple(grids(first, head, columns)))]
+    wanted = [("positions", [*lead, *position_columns(subject, rows)])]
     for order, word in ((1, "velocities"), (2, "accelerations")):
-        columns = rate_columns(subject, rows, order)
-        points = point_columns(subject, rows, order)
-        if columns or points:
-            listed = (*grids(first, head, columns), *grids(first, head, points))
-            parts.append(Section(say(word), listed))
+        columns = [*rate_columns(subject, rows, order), *point_columns(subject, rows, order)]
+        wanted.append((word, columns))
+    analogues = ("analogues", "second analogues")
+    for order, word in enumerate(analogues, 1):
+        wanted.append((word, analogue_columns(subject, rows, order)))
+    joined: list[tuple[list[str], list[TableColumn]]] = []
+    for word, columns in wanted:
+        if joined and columns and len(joined[-1][1]) + len(columns) <= WIDEST:
+            joined[-1] = ([*joined[-1][0], word], [*joined[-1][1], *columns])
+        elif columns:
+            joined.append(([word], columns))
     note = Note((say("about analogues", ", ".join(subject.result.drivers)),))
-    for order, word in ((1, "analogues"), (2, "second analogues")):
-        columns = analogue_columns(subject, rows, order)
-        if columns:
-            blocks = (note, *grids(first, head, columns))
-            parts.append(Section(say(word), blocks if order == 1 else blocks[1:]))
+    parts = []
+    for words, columns in joined:
+        title = ", ".join(say(word) if k == 0 else low(say(word)) for k, word in enumerate(words))
+        notes = [note] * (analogues[0] in words)
+        parts.append(Section(title, (*notes, *grids(first, head, columns))))
     return Section(say("positions"), (), tuple(parts))
+
+
+def low(text: str) -> str:
+    """Return a title within a line."""
+    return text[:1].lower() + text[1:]
 
 
 def force_tables(subject: Subject, rows: list[int], say: Phrases) -> Iterator[Section]:
