@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 3_830,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_190,
-    "draw": 19_510,  # graphs of motions; texts are measured without matplotlib
+    "draw": 19_580,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 22_520,  # poses of several drivers at the speed of one
     "forces": 4_350,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_070,
     "cli": 1_480,
-    "parts": 24_510,  # what a page teaches by
+    "parts": 24_620,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 755
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 131_880
+TOTAL = 132_100
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,
