@@ -158,7 +158,7 @@ def as_html(document: Document, alone: bool = True) -> str:
     if document.subtitle:
         head.append(f'<p class="subtitle">{escape(document.subtitle)}</p>')
     head += _contents(document)
-    body = []
+    body: list[str] = []
     for k, section in enumerate(document.sections, 1):
         body += _section_html(section, 2, f"s{k}")
     body = _with_pictures(body, document.beside)
