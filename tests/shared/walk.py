@@ -15,6 +15,8 @@ from types import FrameType
 from typing import Any
 
 PACKAGE = Path(__file__).resolve().parents[2] / "mechdae"
+ALONE = "errors, records, types, additions"
+"""The modules that stand alone, above all rooms: one storey of the map."""
 POSE = ["solve", "four-bar-crank-rocker", "--task", "turn", "--poses", "2"]
 
 
@@ -73,7 +75,7 @@ def walked(run: Callable[[], object]) -> dict[str, Any]:
     ran, all_ = (sum(len(part[file]) for file in entered) for part in (done, known))
     return {
         "files": names,
-        "rooms": sorted({name.split("/")[0].removesuffix(".py") for name in names}),
+        "rooms": sorted({name.split("/")[0] if "/" in name else ALONE for name in names}),
         "changes": changes,
         "run": ran,
         "share": ran / all_,
