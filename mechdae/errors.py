@@ -23,7 +23,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import Any
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """Letters that terminals obey, line ends and tabs aside."""
@@ -41,7 +40,7 @@ class MechdaeError(Exception):
         advice = f"\n  try: {self.hint}" if self.hint else ""
         return CONTROL.sub("\ufffd", f"{place}{self.what}{advice}")
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Return what another process makes the same error from, whatever its class takes."""
         return _again, (type(self), dict(vars(self)), self.args)
 
@@ -61,7 +60,7 @@ class within:  # noqa: N801  (used like a function)
     def __enter__(self) -> None:
         pass
 
-    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         if isinstance(error, MechdaeError):
             error.inside(self.place).__suppress_context__ = True
 
@@ -130,7 +129,7 @@ class SingularMassError(SolveError):
 
 
 def _again(
-    kind: type[MechdaeError], attributes: dict[str, Any], args: tuple[Any, ...]
+    kind: type[MechdaeError], attributes: Mapping[str, object], args: tuple[object, ...]
 ) -> MechdaeError:
     error = kind.__new__(kind)
     error.args = args

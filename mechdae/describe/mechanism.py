@@ -144,7 +144,7 @@ class Mechanism:
     def __post_init__(self) -> None:
         from mechdae.describe import values
 
-        def put(name: str, value: Any) -> None:
+        def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
         put("bodies", by_name(self.bodies))

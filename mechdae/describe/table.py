@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn, TypeVar
+from typing import NoReturn, TypeVar
 
 V = TypeVar("V")
 
@@ -25,7 +25,7 @@ class Table(dict[str, V]):
         """Return a copy in which `key` has `value`."""
         return Table({**self, key: value})
 
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+    def _refuse(self, *_: object, **__: object) -> NoReturn:
         raise TypeError("a Table does not change; `with_` returns a changed copy")
 
     __setitem__ = __delitem__ = __ior__ = _refuse

@@ -29,13 +29,9 @@ NAME_RULE = "letters, digits and underscores, not starting with a digit"
 
 
 def key(
-    kind: str,
-    default: Any = MISSING,
-    *,
-    doc: str = "",
-    choices: Sequence[str] = (),
+    kind: str, default: object = MISSING, *, doc: str = "", choices: Sequence[str] = (),
     unit: str | None = None,
-) -> Any:
+) -> Any:  # fmt: skip
     """Return a dataclass field that holds a value of `kind` (a name in `COERCE`).
 
     ``unit`` is that of its numbers ("1": a plain number), None where it depends on other keys.
@@ -158,11 +154,11 @@ def flag(value: bool) -> bool:
     return value
 
 
-def numbers(value: Any) -> tuple[Number, ...]:
+def numbers(value: Sequence[float | str]) -> tuple[Number, ...]:
     return tuple(each(sequence(value), number))
 
 
-def pair(value: Any) -> tuple[Number, ...]:
+def pair(value: object) -> tuple[Number, ...]:
     items = sequence(value)
     if len(items) != 2:
         raise InputError(f"two numbers are needed, not {len(items)}")
@@ -175,20 +171,20 @@ def components(value: Sequence[float | str]) -> tuple[Number, ...]:
     return numbers(items) if len(items) == 3 else pair(items)
 
 
-def names(value: Any) -> tuple[str, ...]:
+def names(value: Sequence[str]) -> tuple[str, ...]:
     return tuple(each(sequence(value), text))
 
 
-def points(value: Any) -> Table[tuple[Number, ...]]:
+def points(value: object) -> Table[tuple[Number, ...]]:
     """Return a table of points: name -> coordinates in the body's frame."""
     return Table(entries(value, lambda item: numbers(sequence(item))))
 
 
-def numbers_by_name(value: Any) -> Table[Number]:
+def numbers_by_name(value: object) -> Table[Number]:
     return Table(entries(value, number))
 
 
-def numbers_by_coordinate(value: Any) -> Table[Number]:
+def numbers_by_coordinate(value: object) -> Table[Number]:
     """Return a table whose keys may be dotted (``slider.C.x``)."""
     return Table(entries(value, number, check=text))
 
@@ -201,7 +197,7 @@ def reference(value: str) -> str:
     return str(value)
 
 
-def free(value: Any) -> Any:
+def free(value: object) -> Any:
     """Return nested plain data as immutable values (tables and tuples)."""
     if isinstance(value, Mapping):
         return Table({text(k): free(v) for k, v in value.items()})
@@ -222,7 +218,7 @@ def sequence(value: Any) -> Sequence[Any]:
     return value
 
 
-def each(items: Sequence[Any], coerce: Callable[[Any], Any]) -> list[Any]:
+def each(items: Sequence[object], coerce: Callable[[Any], Any]) -> list[Any]:
     """Return what `coerce` makes of each item; errors name its place."""
     result = []
     for position, item in enumerate(items):

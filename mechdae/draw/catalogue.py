@@ -150,7 +150,7 @@ def usual_kind(task: str) -> str:
 
 
 def check_dimension(
-    kind: str, result: Any, options: Mapping[str, Any] = MappingProxyType({})
+    kind: str, result: Any, options: Mapping[str, object] = MappingProxyType({})
 ) -> None:
     """Refuse pictures, and options of them, that mechanisms of a dimension do not have.
 
@@ -232,7 +232,7 @@ def kinds_with(option: str) -> list[str]:
     return [kind for kind, picture in PICTURES.items() if option in picture.options]
 
 
-def checked(kind: str, given: Mapping[str, Any], dashes: str = "") -> Json:
+def checked(kind: str, given: Mapping[str, object], dashes: str = "") -> Json:
     """Return the options of a kind of picture under their names of today.
 
     ``dashes`` stand before the names in messages.

@@ -85,7 +85,7 @@ def _kinds(kind: str, options: Mapping[str, Any]) -> tuple[str, ...]:
     return ()
 
 
-def kind_for(task: str, asked: Mapping[str, Any]) -> str:
+def kind_for(task: str, asked: Mapping[str, object]) -> str:
     """Return the kind of picture of a kind of task: its usual one, or the diagram if that is meant.
 
     The diagram is meant if it has the options that were asked for and the usual kind has not.

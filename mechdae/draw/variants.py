@@ -27,6 +27,7 @@ from mechdae.records import dataclass
 from mechdae.types import Json
 
 if TYPE_CHECKING:
+    from mechdae.draw.sheet import Sheet
     from mechdae.results import SweepResult
     from mechdae.results.result import Result
 
@@ -183,7 +184,7 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
     first = entries[0][1]
     words = Words(first.get("lang", "en"))
     base = style.DARK if first.get("dark") else style.LIGHT
-    drawn: list[Any] = []
+    drawn: list[Sheet] = []
     for k in reversed(range(len(rows))):
         result, scene, pose, traces, ghosts, options = rows[k]
         color = style.SERIES[k % len(style.SERIES)]

@@ -13,7 +13,7 @@ from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.errors import InfeasibleMotionError
 from mechdae.numerics.null_space import rank
 from mechdae.results import Event, motion_event
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Booleans, Floats, Matrix, Unknowns
 
 DEAD = 1e-6
 """Singular value, over the largest, from which a start is one at a dead point."""
@@ -73,7 +73,7 @@ def dead_point(
     return size, f"{names[worst]}{units}", {name: gap for name, gap in found.items() if gap}
 
 
-def feasible(setup: MotionProblem, t: Any, x: Unknowns, v: Floats, signs: Any) -> Any:
+def feasible(setup: MotionProblem, t: Floats, x: Unknowns, v: Floats, signs: Matrix) -> Booleans:
     """Return which states (n, .) have speeds that meet the constraints and the laws of time."""
     k = setup.kernel
     gaps = np.empty(len(t))
@@ -185,7 +185,7 @@ class Growth:
 
 
 def stalled(
-    setup: MotionProblem, integrator: Integrator, sticking: Sticking, state: Any, signs: Any
+    setup: MotionProblem, integrator: Integrator, sticking: Sticking, state: Floats, signs: Floats
 ) -> tuple[str, Event]:
     """Return the fault and the event of a step size that went to nothing."""
     lay = integrator.layout
@@ -197,7 +197,7 @@ def stalled(
         fault = f"{error.what}; the states up to there are kept. Try: {error.hint}"
         left = {"residual": dead[0], "residuals": dead[2]}
         return fault, motion_event("infeasible", t, code="S4", **left)
-    facts: dict[str, Any] = {"step": float(h)}
+    facts: dict[str, dict[str, float] | float] = {"step": float(h)}
     more = []
     if setup.kernel.m:
         _, sigma, _ = singular_values(setup, t, x, v)

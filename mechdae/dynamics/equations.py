@@ -395,7 +395,7 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
 
 
 def _tabulated(
-    model: Model, loads: Loads, driver: Driver, known: dict[str, Any], where: str
+    model: Model, loads: Loads, driver: Driver, known: Mapping[str, object], where: str
 ) -> Any:
     """Return the law that a table over the time gives."""
     table = driver.table

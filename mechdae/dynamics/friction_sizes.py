@@ -26,6 +26,7 @@ from mechdae.types import Floats, Graph, Integers, Matrices, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.forces.one_sided.motion import HoldingContacts
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 RESTS = 10.0
 """Speed, over the slope speed, below which a pair is one that would stick."""
@@ -127,10 +128,10 @@ class Creep:
         ]
 
 
-def pressing(k: Any) -> Any:
+def pressing(k: Kernel) -> Any:
     """Return the batch (t, x, v, signs) -> sizes of friction of a kernel, and forms they are of."""
 
-    def build() -> Any:
+    def build() -> Graph:
         _, starts, slopes = k.coupling(*k.inputs)
         _, inner, _ = k.coupled(*k.inputs)
         sizes = inner[k.m + k.slips :]
@@ -272,7 +273,7 @@ class Sizes:
         rubbing = self.setup.released.rubbing
         places = [j for j, k in enumerate(rubbing.owners) if k in self.started]
 
-        def follows(m: Any) -> bool:
+        def follows(m: Floats) -> bool:
             return apart(m[places], sizes[places]) <= SAME
 
         rules = {

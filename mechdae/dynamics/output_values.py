@@ -164,7 +164,7 @@ class Reported:
     def with_reactions(self, joints: Named, reactions: Mapping[str, Floats | LazyPart]) -> Named:
         found = {}
         for joint in self.chosen.joints:
-            series: dict[str, Any] = dict(joints.get(joint, {}))
+            series: dict[str, object] = dict(joints.get(joint, {}))
             if joint in reactions:
                 series["reaction"] = reactions[joint]
             found[joint] = Series(series)

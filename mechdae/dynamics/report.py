@@ -243,7 +243,7 @@ def _energies(
 
 def _summary(run: MotionRun, drift: Any, rates: Any) -> dict[str, Any]:
     setup, work, r = run.setup, run.integrator, run.setup.released
-    summary: dict[str, Any] = {
+    summary: dict[str, object] = {
         "poses": len(run.states.t),
         "end": float(run.last[0]) if run.last is not None else 0.0,
         "tolerance": setup.tolerance,
@@ -279,7 +279,7 @@ def _events(run: MotionRun) -> tuple[Event, ...]:
     loads = run.setup.problem.mechanism.loads
     for t, signs, kind in run.sticking.found:
         (name, sign), *more = signs.items()
-        who: dict[str, Any] = {"load" if name in loads else "joint": name, "sign": sign}
+        who: dict[str, object] = {"load" if name in loads else "joint": name, "sign": sign}
         who |= {"group": list(signs), "signs": list(signs.values())} if more else {}
         found.append(motion_event(kind, t, **who))
     found += run.stiffness.events()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.dynamics.equations import as_motion, setup
@@ -14,9 +12,9 @@ from mechdae.errors import MechdaeError
 
 def motion_structure(
     problem: Problem, task: Motion | Equilibrium, _model: Model | None = None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return coordinates, constraints, loads and laws of the released model."""
-    entry: dict[str, Any] = {"kind": task.kind, "available": True}
+    entry: dict[str, bool | str] = {"kind": task.kind, "available": True}
     timed = isinstance(task, Motion)
     try:
         motion = task if isinstance(task, Motion) else as_motion(task)

@@ -190,7 +190,7 @@ class Determined:
         self._later = LazyPart(lambda: self._found(observer, states, q))
 
     @staticmethod
-    def _found(observer: Observer, states: States, q: Floats) -> dict[str, Any]:
+    def _found(observer: Observer, states: States, q: Floats) -> dict[str, object]:
         multipliers = observer.multipliers(states)
         reactions = observer.reactions(states, multipliers)
         sole = unique(observer, states, q, reactions)
@@ -251,7 +251,7 @@ class Determined:
             for row, multiplier, alone in self._rows():
                 if row.name not in known and self.setup.released.tells(row):
                     multipliers[row.name] = float(multiplier[-1]) if alone else None
-            summary: dict[str, Any] = {"multipliers": multipliers, **sole.summary}
+            summary: dict[str, object] = {"multipliers": multipliers, **sole.summary}
             if superfluous and sole.dependent:
                 lost = sole.summary.get("not_unique", [])
                 joints = [name for name in self.joints if name not in lost]

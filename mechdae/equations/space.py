@@ -111,12 +111,9 @@ class Space:
         return list(self.on_body(model, wrench, joint.second_body, place))
 
     def imbalance(
-        self,
-        model: Any,
-        bodies: Sequence[str],
-        parts: Sequence[dict[tuple[int | str, ...] | int, Sym]],
-        reactions: Mapping[str, Sym],
-    ) -> Sym:
+        self, model: Any, bodies: Sequence[str],
+        parts: Sequence[dict[tuple[int | str, ...] | int, Sym]], reactions: Mapping[str, Sym],
+    ) -> Sym:  # fmt: skip
         """Return what is left of the balance of bodies under all `parts` and reactions.
 
         Of the plane the balance has it itself: its wrenches are those of the bodies.

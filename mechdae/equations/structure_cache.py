@@ -68,7 +68,7 @@ class structure_property:  # noqa: N801  (used like `property`)
         return self.make(instance)
 
 
-def forget(instance: Any) -> None:
+def forget(instance: object) -> None:
     """Take away the structure properties that an object keeps, whose cache is another one now."""
     for owner in type(instance).__mro__:
         for name, member in vars(owner).items():

@@ -59,7 +59,7 @@ def cycle(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> tuple
         return {}, [f"{text}{word} = {shown(unit, unbounded)}"]
     coupled = answer.coupled
     kinks, arcs, known = kinks_of(state, answer)
-    figures: dict[str, Any] = {
+    figures: dict[str, object] = {
         "jammed_arcs": arcs["jammed"], "self_locking_arcs": arcs["locking"], "kinks": kinks
     }  # fmt: skip
     if arcs["ambiguous"]:

@@ -31,7 +31,7 @@ def series_of(
     found: dict[str, dict[str, Floats]] = {}
     axes = reaction_axes(statics, answer, task.axes or ())
     for k, name in enumerate(balance.joints):
-        joint: dict[str, Any] = {"reaction": answer.whole.reactions[:, k]}
+        joint: dict[str, Floats] = {"reaction": answer.whole.reactions[:, k]}
         if name in balance.guides:
             joint["normal"] = answer.whole.normals[:, balance.guides.index(name)]
         if name in balance.lossy:

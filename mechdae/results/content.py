@@ -15,9 +15,9 @@ from mechdae.results.series import LazyPart, Series, Summary
 from mechdae.results.units import KINDS
 
 
-def content_of(result: Result) -> dict[str, Any]:
+def content_of(result: Result) -> dict[str, object]:
     """Return what the JSON of a task has, in its order, as arrays, mappings and sequences."""
-    content: dict[str, Any] = {"kind": result.kind}
+    content: dict[str, object] = {"kind": result.kind}
     if result.time is not None:
         content["time"] = result.time
     for name in KINDS:
@@ -66,11 +66,11 @@ def _joints(result: Result) -> Summary:
     return joints
 
 
-def _unique_of(result: Result, joint: str) -> dict[str, Any]:
+def _unique_of(result: Result, joint: str) -> dict[str, object]:
     return {"unique": result.unique[joint]} if joint in result.unique else {}
 
 
-def _unlisted(result: Result, joint: str) -> dict[str, Any]:
+def _unlisted(result: Result, joint: str) -> dict[str, object]:
     unique = _unique_of(result, joint)
     return {joint: unique} if unique else {}
 
@@ -79,7 +79,7 @@ def _parts(result: Result) -> list[tuple[str, Series]]:
     return [(f"efforts_{word}", series) for word, series in result.parts.items()]
 
 
-def value_at(content: dict[str, Any], whole: str, path: str) -> Any:
+def value_at(content: Mapping[str, object], whole: str, path: str) -> Any:
     """Return the plain data at a `whole` path, which was asked for as `path`."""
     here: Any = content
     steps = whole.split("/")
@@ -101,5 +101,5 @@ def value_at(content: dict[str, Any], whole: str, path: str) -> Any:
     return plain(here)
 
 
-def _is_list(value: Any) -> bool:
+def _is_list(value: object) -> bool:
     return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)

@@ -60,12 +60,12 @@ def events_of(entries: Iterable[Mapping[str, Any]]) -> tuple[Event, ...]:
     return tuple(event if isinstance(event, Event) else _event(event) for event in entries)
 
 
-def motion_event(kind: str, t: float, **parts: Any) -> Event:
+def motion_event(kind: str, t: float, **parts: object) -> Event:
     """Return an event of a motion, of the class that its parts tell."""
     return _event({"kind": kind, "at": t, "time": t, "in_range": True, **parts})
 
 
-def _event(entry: Mapping[str, Any]) -> Event:
+def _event(entry: Mapping[str, object]) -> Event:
     """Return an event of the first class all of whose parts are there."""
     for kind in (*import_module(KINDS).CLASSES, Event):
         parts = [entry_field for entry_field in fields(kind) if entry_field.name != "entries"]

@@ -119,7 +119,7 @@ class Result(Shown):
         head = (problem.name, name, task.kind, problem.mechanism, problem.title)
         return cls(*head, definition=task, **parts)
 
-    def as_kind(self, kind: type[R], **changes: Any) -> R:
+    def as_kind(self, kind: type[R], **changes: object) -> R:
         """Return a result of another class with what this one has, some of it changed."""
         kept = [entry.name for entry in fields(self) if entry.name not in changes]
         return kind(**{name: getattr(self, name) for name in kept} | changes)
@@ -167,8 +167,8 @@ class Result(Shown):
             return {name: plain(part) for name, part in self._content.items()}
 
     @cached_property
-    def _content(self) -> dict[str, Any]:
-        content: dict[str, Any] = importlib.import_module(CONTENT).content_of(self)
+    def _content(self) -> dict[str, object]:
+        content: dict[str, object] = importlib.import_module(CONTENT).content_of(self)
         return content
 
     def value(self, path: str) -> Any:

@@ -40,7 +40,7 @@ class LazyPart:
                 self._compute = None
         return self._parts
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return _known, (dict(self.parts()),)
 
 
@@ -82,7 +82,7 @@ class Summary(dict[str, Any]):
             self._settled(value)
         return super().__contains__(name)
 
-    def get(self, name: str, default: Any = None) -> Any:
+    def get(self, name: str, default: object = None) -> Any:
         """Return the entry of that name, or the default."""
         return super().get(name, default) if name in self else default
 
@@ -141,7 +141,7 @@ class Summary(dict[str, Any]):
         self._all()
         return super().__repr__()
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return Summary, (dict(self),)
 
 
@@ -219,7 +219,7 @@ class Named(Table[Series]):
 
     if TYPE_CHECKING:  # in place of the many forms of that of `dict`
 
-        def get(self, name: str, default: Any = None) -> Any: ...
+        def get(self, name: str, default: object = None) -> Any: ...
 
     def __missing__(self, name: str) -> Series:
         raise UnknownName(self._kind, name, self)

@@ -89,7 +89,7 @@ class Shown:
             ) from None
         content: Any = self
         columns = shown_columns(content)
-        table: dict[str, Any] = {"status": np.asarray(content.status, str)}
+        table: dict[str, object] = {"status": np.asarray(content.status, str)}
         if content.labels:
             table["mode"] = [",".join(row) for row in content.labels]
         values = (np.asarray(array, float) for _, _, array in columns)

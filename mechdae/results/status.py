@@ -54,7 +54,7 @@ def statuses(count: int, status: Status = Status.OK) -> Texts:
     return np.full(count, str(status), dtype=TEXTS.dtype)
 
 
-def coded(status: Any) -> Any:
+def coded(status: object) -> Any:
     """Return statuses (n,) as bytes; texts that are no `Status` stay an array of texts."""
     array = np.asarray(status)
     if array.dtype == np.uint8:
@@ -82,7 +82,7 @@ def among(codes: Integers, kinds: Iterable[Status]) -> Booleans:
     return table[codes]
 
 
-def counts(status: Any) -> dict[str, int]:
+def counts(status: object) -> dict[str, int]:
     """Return the number of poses of each status, given as texts or bytes."""
     found = np.bincount(coded(status), minlength=len(CODES)).tolist()
     return {word: found[code] for word, code in CODES.items() if found[code]}
@@ -100,7 +100,7 @@ class StatusOfPoses:
             known["_status"] = texts(known["_codes"])
         return known["_status"]
 
-    def __set__(self, result: Shown, status: Any) -> None:
+    def __set__(self, result: Shown, status: object) -> None:
         """Keep statuses given as texts or bytes."""
         result.__dict__.pop("_status", None)
         result.__dict__["_codes"] = coded(status)
@@ -114,7 +114,7 @@ class Cause(StrEnum):
     CERTIFICATE = "certificate"
 
 
-def why_lost(entry: Mapping[str, Any]) -> str:
+def why_lost(entry: Mapping[str, object]) -> str:
     """Return what an entry of `failed` says of its group: how it is there."""
     cause, least = entry.get("cause", Cause.OPEN), entry.get("least_singular_value")
     if cause == Cause.RANK:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -170,7 +168,7 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> Json:
 
 def design_structure(
     problem: Problem, task: Synthesis, _model: Model | None = None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return what a task of synthesis searches for."""
     entry = {"kind": task.kind, "available": True}
     try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
@@ -92,7 +91,7 @@ def _check_workers(workers: int, task: Task) -> None:
 
 
 def _changed(task: Task, mode: str | None, poses: int | None) -> Task:
-    changes: dict[str, Any] = {}
+    changes: dict[str, object] = {}
     if mode is not None:
         if not task.on_mode:
             raise InputError(f"a task of kind '{task.kind}' does not start on a mode")

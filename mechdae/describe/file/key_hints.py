@@ -69,7 +69,7 @@ def _say(error: MechdaeError, key: str, places: list[list[str]]) -> None:
         )
 
 
-def _is_table(data: Any, place: list[str]) -> bool:
+def _is_table(data: object, place: list[str]) -> bool:
     for key in place:
         if not isinstance(data, Mapping) or key not in data:
             return False
@@ -77,7 +77,7 @@ def _is_table(data: Any, place: list[str]) -> bool:
     return isinstance(data, Mapping)
 
 
-def _tables_with(data: Mapping[str, Any], key: str, depth: int = 0) -> list[list[str]]:
+def _tables_with(data: Mapping[str, object], key: str, depth: int = 0) -> list[list[str]]:
     """Return the paths of tables that hold a key."""
     result = []
     for name, value in data.items():

@@ -118,7 +118,7 @@ def _given_twice(text: str, problem: str) -> str:
     return f"{name[1].strip()} is given twice"
 
 
-def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
+def from_dict(data: Mapping[str, object], name: str = "mechanism") -> Problem:
     """Return the problem described by the tables of a problem file."""
     try:
         return _from_dict(data, name)
@@ -129,7 +129,7 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
         raise
 
 
-def _from_dict(data: Mapping[str, Any], name: str) -> Problem:
+def _from_dict(data: Mapping[str, object], name: str) -> Problem:
     repeated = _repeats(data)
     for entry in data:
         if split_known(entry, (TOLERANCE,))[0] not in TOP:
@@ -158,7 +158,7 @@ def _from_dict(data: Mapping[str, Any], name: str) -> Problem:
         raise
 
 
-def _repeats(data: Mapping[str, Any]) -> bool:
+def _repeats(data: Mapping[str, object]) -> bool:
     """Return whether a file has cells that are repeated, sizes, or braces for them.
 
     Raises

@@ -134,7 +134,7 @@ def _body(mechanism: Mechanism, name: str, place: str) -> None:
         raise UnknownName("body", name, mechanism.bodies, where=place)
 
 
-def _numbers(value: Any, kind: str) -> list[Any]:
+def _numbers(value: Any, kind: str) -> list[float | str]:
     if kind not in ("number", "numbers", *VECTORS) or value is None:
         return []
     return list(value) if isinstance(value, tuple) else [value]

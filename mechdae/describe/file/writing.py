@@ -174,11 +174,11 @@ def _joint(joint: Joint) -> Json:
     return {"kind": joint.kind, "between": [joint.first, joint.second], **rest}
 
 
-def _section(name: str, entries: Mapping[str, Any]) -> list[str]:
+def _section(name: str, entries: Mapping[str, object]) -> list[str]:
     return ["", f"[{name}]", *_entries(entries)] if entries else []
 
 
-def _entries(entries: Mapping[str, Any]) -> list[str]:
+def _entries(entries: Mapping[str, object]) -> list[str]:
     return [f"{_key(name)} = {_value(value)}" for name, value in entries.items()]
 
 

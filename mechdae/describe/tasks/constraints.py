@@ -114,7 +114,7 @@ def _freedom(value: Any) -> Any:
     return result
 
 
-def _freedoms(value: Any) -> Table[Any]:
+def _freedoms(value: object) -> Table[Any]:
     """Return name -> bounds, `Choices`, or a `Region` of a pivot whatever its name."""
     if not isinstance(value, Mapping) or not value:
         raise InputError("free = { name = [low, high], ... } is needed")
@@ -188,7 +188,7 @@ class Box(Constraint):
 
     kind: ClassVar[str] = "box"
 
-    def bounds(self, axes: str) -> list[tuple[Any, ...]]:
+    def bounds(self, axes: str) -> list[tuple[float, float]]:
         """Return low and high by axis [m], infinite where none are given."""
         return [getattr(self, axis) or EVERYWHERE for axis in axes]
 

@@ -92,7 +92,7 @@ class Shaken:
             terms |= {f"shaking_{x}": [f"({body.mass})*{at.rate(x)}"] for x in "xyz"}
         return terms
 
-    def _second_moments(self, name: str, inertia: Any) -> dict[tuple[int, int], str]:
+    def _second_moments(self, name: str, inertia: object) -> dict[tuple[int, int], str]:
         """Return the second moments of a body's mass about its centre that are no literal zero."""
         J = _matrix(inertia)
         found: dict[tuple[int, int], str] = {}

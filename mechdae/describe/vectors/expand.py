@@ -33,17 +33,11 @@ FRICTION = ("friction", "friction_static")
 
 
 def from_loops(
-    vectors: Any,
-    loops: Mapping[str, Iterable[str]],
-    nodes: Any = (),
-    *,
-    ground: Ground | None = None,
-    bodies: Any = (),
-    joints: Any = (),
-    parameters: Mapping[str, Any] | None = None,
-    sketch: Mapping[str, float] | None = None,
+    vectors: Any, loops: Mapping[str, Iterable[str]], nodes: Any = (), *,
+    ground: Ground | None = None, bodies: Any = (), joints: object = (),
+    parameters: Mapping[str, object] | None = None, sketch: Mapping[str, float] | None = None,
     **rest: Any,
-) -> Mechanism:
+) -> Mechanism:  # fmt: skip
     """Return the mechanism that closed vector loops describe.
 
     Parameters
@@ -113,7 +107,7 @@ def from_loops(
     )
 
 
-def _entries(name: str, entries: Any) -> tuple[str, ...]:
+def _entries(name: str, entries: object) -> tuple[str, ...]:
     if isinstance(entries, str) or not isinstance(entries, list | tuple):
         raise InputError("a list of vectors is needed", where=f"loops.{name}")
     for position, entry in enumerate(entries):

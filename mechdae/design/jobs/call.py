@@ -73,7 +73,7 @@ class JobCall:
                 raise InputError(f"a whole number, {least} or more, is needed", where=key)
         with blamed(whole, name):
             starts, seed = draws(whole, chosen)
-        given: dict[str, Any] = {
+        given: dict[str, object] = {
             "starts": starts if self.starts is None else self.starts,
             "seed": seed if self.seed is None else self.seed,
         }
@@ -121,7 +121,7 @@ class Workers:
     def __enter__(self) -> Workers:
         return self
 
-    def __exit__(self, kind: Any, *_: Any) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
         if self._supply is not None:
             self._supply.drop(at_once=kind is not None)
 

@@ -52,7 +52,7 @@ class Processes:
             workers, mp_context=context, initializer=attend, initargs=(reading,)
         )
 
-    def submit(self, function: Any, *arguments: Any) -> Future[Any]:
+    def submit(self, function: Any, *arguments: object) -> Future[Any]:
         """Hand over a call; a worker that is started for it computes on one thread."""
         with one_thread():
             return self._pool.submit(function, *arguments)
@@ -76,7 +76,7 @@ class Borrowed:
     def __init__(self, executor: Executor) -> None:
         self._executor = executor
 
-    def submit(self, function: Any, *arguments: Any) -> Future[Any]:
+    def submit(self, function: Any, *arguments: object) -> Future[Any]:
         """Hand over a call."""
         return self._executor.submit(function, *arguments)
 
@@ -111,7 +111,7 @@ class Supply:
     def __enter__(self) -> Supply:
         return self
 
-    def __exit__(self, kind: Any, *_: Any) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
         self.drop(at_once=kind is not None)
 
 
@@ -204,7 +204,7 @@ class Failure:
     """What is raised in the place of a `SolveError`."""
 
 
-def elsewhere(version: str, piece: Callable[[], Any]) -> Any:
+def elsewhere(version: str, piece: Callable[[], object]) -> Any:
     """Return what a piece gives in a process that may run another version, or a `Failure`."""
     if version != __version__:
         return Failure(f"mechdae {__version__} runs there, {version} here")

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 class JobLog:
     """A log in a folder, held by one process at a time."""
 
-    def __init__(self, path: str | Path, head: Mapping[str, Any]) -> None:
+    def __init__(self, path: str | Path, head: Mapping[str, object]) -> None:
         self._head = dict(head)
         self.path = Path(path)
         self.folder = self.path.parent
-        self.entries: list[dict[str, Any]] = []
+        self.entries: list[dict[str, object]] = []
         self._begun = False
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError("is a file, not a folder", where=f"out {self.folder}")
@@ -51,7 +51,7 @@ class JobLog:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: Any) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def begin(self) -> None:
@@ -60,12 +60,12 @@ class JobLog:
             self._append(self._head)
             self._begun = True
 
-    def add(self, entry: Mapping[str, Any]) -> None:
+    def add(self, entry: Mapping[str, object]) -> None:
         """Write a finished piece."""
         self.begin()
         self._append(entry)
 
-    def _append(self, entry: Mapping[str, Any]) -> None:
+    def _append(self, entry: Mapping[str, object]) -> None:
         line = json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
         os.lseek(self._file, 0, os.SEEK_END)
         with kept(self.path):
@@ -135,7 +135,7 @@ def _difference(there: str, here: str) -> str:
     return "the problem is another one"
 
 
-def _differences(one: Any, other: Any, place: str = "") -> Iterator[tuple[str, Any, Any]]:
+def _differences(one: object, other: object, place: str = "") -> Iterator[tuple[str, Any, Any]]:
     if isinstance(one, dict) and isinstance(other, dict):
         for key in dict.fromkeys([*one, *other]):
             inner = f"{place}.{key}" if place else key

@@ -252,7 +252,7 @@ def row_of(
     return SetRow(row, worst, fault, errors=errors)
 
 
-def _numbers(value: Any, path: str) -> Floats | None:
+def _numbers(value: object, path: str) -> Floats | None:
     try:
         array = None if value is None else np.array(value, float)
     except (TypeError, ValueError):

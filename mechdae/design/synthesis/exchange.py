@@ -19,7 +19,7 @@ from mechdae.design.synthesis.nlp import NewValues, Nlp
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import fallen
-from mechdae.types import Floats
+from mechdae.types import Floats, Matrix
 
 ROUNDS = 8
 KEPT = 1e-7
@@ -57,7 +57,7 @@ def _change(
     """Return what moves, None where the nodes see all extremes."""
     changes = [goal.refined(spread, values, given) for goal in [*search.goals, *search.limits]]
     changes.append(fallen(spread, values, given))
-    unknowns: dict[str, Any] = {}
+    unknowns: dict[str, Matrix | list[float]] = {}
     more: dict[str, Floats] = {}
     for change in changes:
         if change is not None:

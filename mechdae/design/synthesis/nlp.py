@@ -127,7 +127,7 @@ class Nlp:
         self._variables[name] = (symbol, low, high, scale)
         return symbol * scale if size else symbol
 
-    def parameter(self, name: str, value: Any) -> Sym:
+    def parameter(self, name: str, value: object) -> Sym:
         """Return a new parameter; `value` is its default."""
         value = np.atleast_1d(np.asarray(value, float)).ravel()
         symbol = SX.sym(name, len(value))

@@ -200,7 +200,7 @@ class Design:
                     found[joint.name] = scene.expression(model.coordinate(c))
         return found
 
-    def _places(self) -> dict[str, Any]:
+    def _places(self) -> dict[str, object]:
         """Return the places of all points in space; of links that spin, of those on their line."""
         scene, model = self.space.poses.scene, self.space.poses.model
         bodies = dict.fromkeys(body for group in scene.groups for body in group.bodies)

@@ -73,7 +73,7 @@ def _frame(
     count = len(designs)
     key = []
     for k, own in enumerate(designs):
-        line: dict[str, Any] = {**line_of(k), "linewidth": 1.5}
+        line: dict[str, object] = {**line_of(k), "linewidth": 1.5}
         if points:
             line = {
                 "color": color_of(k), "linestyle": "", "marker": mark_of(k), "markersize": 4.5,

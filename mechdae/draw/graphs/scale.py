@@ -29,7 +29,7 @@ class Scale:
         return np.asarray(values, float) * self.factor
 
 
-def scale_of(unit: str, values: Iterable[Any] = (), units: Units = SI) -> Scale:
+def scale_of(unit: str, values: Iterable[object] = (), units: Units = SI) -> Scale:
     """Return what values of an SI unit are shown in: as asked for, or by their largest."""
     if unit in units.by_si:
         own = units.of(unit)

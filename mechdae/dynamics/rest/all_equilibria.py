@@ -238,7 +238,7 @@ class Rests:
         """Return the rate of the coordinate that tells the mode along a tangent."""
         return float(self.chart.slope(x)[-1] @ (self.sizes * tangent))
 
-    def _between(self, trail: list[tuple[Any, Any, float, float]], ahead: float) -> list[Any]:
+    def _between(self, trail: list[tuple[Any, Any, float, float]], ahead: float) -> list[Floats]:
         """Return two places within the last two steps where a force that is least there vanishes.
 
         A pair of equilibria nearer to each other than a step changes no sign from node to node.

@@ -174,7 +174,7 @@ class Chart:
         q, u, _ = self._at(x)
         return [self._lifted(q, mode.x, u) for mode in self.setting.assembler.modes(u)]
 
-    def on_mode(self, x: Unknowns, label: str) -> Any:
+    def on_mode(self, x: Unknowns, label: str) -> Floats:
         """Return the free coordinates of the mode with that label at the coordinates of a pose."""
         if not self.counted:
             raise InputError("the modes of this mechanism are not counted", where="mode")

@@ -190,7 +190,7 @@ class WaysFromRest(Slips):
         self.sizes.started &= set(np.flatnonzero(before == chosen).tolist())
         free = self.values(t, x, v, self.setup.loose)[1][0]
 
-        def agrees(m: Any) -> bool:
+        def agrees(m: Floats) -> bool:
             found = self._values_of(*(np.atleast_2d(part) for part in (t, x, v, signs, m)))
             margins = self._margins(chosen, started, [part[0] for part in found[1:]], free)
             return bool((margins >= -SLACK).all())

@@ -73,7 +73,7 @@ class Glides:
         """Return the slips at rest, those of a pair that glides together."""
         return [self.group(k) for k in rest if self.first.get(k, k) == k]
 
-    def holding(self, held: Floats, high: Floats, k: int) -> tuple[Any, Any]:
+    def holding(self, held: Floats, high: Floats, k: int) -> tuple[Floats | float, Floats]:
         """Return the size of the force that holds a pair, and its limit, (n,) each."""
         group = self.group(k)
         squares = self.weights[group] * held[..., group] ** 2

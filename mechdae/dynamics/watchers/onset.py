@@ -108,7 +108,7 @@ class Onset:
                 high, found = middle, verdict
         return None if found is None else (before, found)
 
-    def _verdict(self, state: Any, signs: Floats) -> NoWay | None:
+    def _verdict(self, state: Floats, signs: Floats) -> NoWay | None:
         t, x, v = (self.layout.of(state, name) for name in ("t", "x", "v"))
         if not np.isfinite(x).all() or not np.isfinite(v).all():
             return None
@@ -118,7 +118,7 @@ class Onset:
             return verdict
         return None
 
-    def ahead(self, state: Any, signs: Floats) -> NoWay | None:
+    def ahead(self, state: Floats, signs: Floats) -> NoWay | None:
         """Return the verdict right behind a state at which the step size went to nothing, if any.
 
         Where the coupling of friction is 1 no step gets beyond it.

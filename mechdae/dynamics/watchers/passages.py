@@ -73,7 +73,7 @@ class Passages:
         """(t, x, v, signs) -> pivots of J J^T over natural sizes: one vanishes with the rank."""
         k = self.kernel
 
-        def build() -> Any:
+        def build() -> Graph:
             J = ca.diag(1 / k.given["gaps"]) @ k.released.J @ ca.diag(k.given["sizes"])
             return k.function("pivots", [ca.vertcat(*Factor(J @ J.T).pivots.values())])
 

@@ -20,7 +20,7 @@ from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.dynamics.watchers.sliding import IDLE, RANK, SLACK, Turn
 from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
 from mechdae.equations.forces.feedback import ACROSS
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats, Matrix, Unknowns
 
 SHARPEST = 1e-6
 """Square of the sine between a ball's spin and its load at which its friction is left open."""
@@ -53,7 +53,7 @@ class BallLoads:
             if k is not None and j + 1 < len(laws) and laws[j + 1] in ACROSS
         }
 
-    def left(self, k: int, held: Any, at: tuple[Any, Any, Any, Any]) -> Any:
+    def left(self, k: int, held: Any, at: tuple[Matrix, Matrix, Matrix, Floats]) -> Any:
         """Return what is left (n,) at states `at` until the law of a ball leaves its moment open.
 
         `held`: moments (n, 3) that hold it while it sticks; None while it turns.

@@ -107,7 +107,7 @@ def fitted(
     count = len(nodes.states) - 1
     rows = np.arange(count)
     lows, highs = np.zeros(count), np.ones(count)
-    found: list[tuple[Any, Any, Any, Any]] = []
+    found: list[tuple[Integers, Floats, Floats, Floats]] = []
     for depth in range(DEPTH + 1):
         samples = _sampled(lay, nodes, values, rows, lows, highs)
         terms = np.abs(np.einsum("ij,njk->nik", _FIT, samples))
@@ -260,7 +260,7 @@ class Looker:
             begin, one, two, self.nodes.signs, lambda state: self.value(state, sign.which)
         )
 
-    def _ahead(self, sign: Sign) -> list[tuple[Any, float]]:
+    def _ahead(self, sign: Sign) -> list[tuple[Floats, float]]:
         """Return where what begins at zero comes back to it; at once if it is never above."""
         share = sign.high
         for _ in range(AHEAD):

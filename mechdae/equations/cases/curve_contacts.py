@@ -55,13 +55,9 @@ class Contact:
     """
 
     def __init__(
-        self,
-        joint: Curve,
-        parameters: Mapping[str, Sym],
-        numbers: Mapping[str, Sym],
-        values: Mapping[str, float],
-        functions: Mapping[str, Any],
-    ) -> None:
+        self, joint: Curve, parameters: Mapping[str, Sym], numbers: Mapping[str, Sym],
+        values: Mapping[str, float], functions: Mapping[str, object],
+    ) -> None:  # fmt: skip
         name = joint.name
         self.joint, self.closed, self.rolls = joint, joint.closed, joint.roller_radius is not None
         self.s = SX.sym(f"{name}.s")
@@ -128,11 +124,8 @@ def place(joint: Curve, known: Mapping[str, Sym], functions: Mapping[str, Any]) 
 
 
 def contacts(
-    joints: Sequence[Curve],
-    values: Mapping[str, float],
-    parameters: Mapping[str, Sym],
-    numbers: Mapping[str, Sym],
-    functions: Mapping[str, Any],
-) -> dict[str, Contact]:
+    joints: Sequence[Curve], values: Mapping[str, float], parameters: Mapping[str, Sym],
+    numbers: Mapping[str, Sym], functions: Mapping[str, object],
+) -> dict[str, Contact]:  # fmt: skip
     """Return the contacts of curve joints by name."""
     return {joint.name: Contact(joint, parameters, numbers, values, functions) for joint in joints}

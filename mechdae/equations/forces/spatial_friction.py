@@ -23,6 +23,7 @@ from mechdae.equations.forces.generalised import times
 from mechdae.types import Sym
 
 if TYPE_CHECKING:
+    from mechdae.equations.tree.released_tree import ReleasedTree
     from mechdae.equations.tree.solid import Solid
 
 
@@ -56,7 +57,7 @@ class _Pair:
 
     def __init__(self, laws: Any, name: str) -> None:
         self.laws, self.name, self.model = laws, name, laws.model
-        model: Any = laws.model
+        model: ReleasedTree = laws.model
         A1 = model.axes_of(name)[0]
         self.n, self.m, self.a = (A1[:, k] for k in range(3))
 
@@ -76,7 +77,7 @@ class _Pair:
         return other
 
     def speed(self, word: str) -> Sym:
-        model: Any = self.model
+        model: ReleasedTree = self.model
         return ca.jtimes(model.relative(self.name, word), model.q, model.velocity)
 
     def planes(self) -> list[Sym]:
@@ -220,7 +221,7 @@ def _spherical(pair: _Pair) -> list[Feedback]:
     return found
 
 
-def _spin(model: Any, body: str) -> Sym:
+def _spin(model: ReleasedTree, body: str) -> Sym:
     return model.space.spin(model, body)
 
 

@@ -225,7 +225,7 @@ def turned(cut: CutJoint, word: str, sine: Sym, cosine: Sym) -> tuple[Closed, Sy
     return Closed(word, cosine * s - sine * c, "rad", reach), cosine * c + sine * s
 
 
-def senses(parts: tuple[Any, ...], cut: CutJoint) -> list[Sym]:
+def senses(parts: tuple[object, ...], cut: CutJoint) -> list[Sym]:
     """Return what must be positive where a cut joint is closed."""
     found = []
     if parallel in parts:

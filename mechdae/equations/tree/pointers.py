@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 
@@ -20,7 +19,7 @@ def span(joint: Joint, numbers: Mapping[str, Sym], symbols: Mapping[str, Sym]) -
     return ca.vertcat(level * ca.cos(a), length * ca.sin(e), level * ca.sin(a))
 
 
-def told(joint: Joint, numbers: Mapping[str, Sym], way: Sym) -> dict[str, Any]:
+def told(joint: Joint, numbers: Mapping[str, Sym], way: Sym) -> dict[str, object]:
     """Return the coordinates of a vector that is `way` (3,), the usual one of equal triples."""
     length, e, a = (numbers.get(f"{joint.name}.{w}") for w in WORDS)
     x, y, z = ca.vertsplit(way)
@@ -33,7 +32,7 @@ def told(joint: Joint, numbers: Mapping[str, Sym], way: Sym) -> dict[str, Any]:
             length = ca.if_else(y * ca.sin(e) < 0, -size, size)
     length = size if length is None else length
     sense = ca.if_else(length < 0, -1, 1)
-    found: dict[str, Any] = {"length": length}
+    found: dict[str, object] = {"length": length}
     if e is None:
         level = ca.sqrt(x**2 + z**2) if a is None else sense * (x * ca.cos(a) + z * ca.sin(a))
         found["elevation"] = ca.atan2(sense * y, level)

@@ -221,7 +221,7 @@ class TreeModel(Spinning, TreeForces):
             place = place + (way if edge.forward else -way)
         return TreeFrame(place, SX.eye(3), SX.eye(3))
 
-    def slopes_of(self, name: str) -> dict[str, Any]:
+    def slopes_of(self, name: str) -> dict[str, object]:
         """Return by coordinate of a vector what its end moves by (3,) from its start."""
         joint = self.mechanism.joints[name]
         symbols = {word: self._of[name, word].symbol for word in joint.coordinates}

@@ -56,7 +56,7 @@ class Floors:
         self.symbols = symbols
         self._free = symbols.elements()
         self.divisors: list[Any] = []
-        self._known: dict[str, Any] = {}
+        self._known: dict[str, object] = {}
         self.pieces = False
 
     def of(self, divisor: Sym) -> Sym:

@@ -149,7 +149,7 @@ class Equations:
         self.steps.append((code, *map(self._place, inputs)))
         return len(self.steps) - 1
 
-    def _place(self, value: Any) -> Any:
+    def _place(self, value: object) -> Any:
         """Return what stands for a value in a step: a symbol, a step, a q, a number."""
         if not isinstance(value, tuple):
             return value
@@ -172,7 +172,7 @@ class Equations:
             for i, symbol in enumerate(part.elements())
         }
 
-        def at(place: Any) -> Sym:
+        def at(place: tuple[float] | int | str) -> Sym:
             return SX(place[0]) if isinstance(place, tuple) else values[place]
 
         for k, (code, *inputs) in enumerate(self.steps):
@@ -279,12 +279,8 @@ class BlockGraph:
         return np.linalg.lstsq(J, F)[0] if self.redundant else np.linalg.solve(J, F)
 
     def first_rate(
-        self,
-        at: Sequence[Sym],
-        known: Any,
-        used: Sequence[Sym],
-        driven: Any,
-    ) -> Sym:
+        self, at: Sequence[Sym], known: Any, used: Sequence[Sym], driven: Any,
+    ) -> Sym:  # fmt: skip
         """Return the right-hand side of J x'; `at` as of `at`.
 
         `known` are the lower rates of the block, `used` the rates of the earlier unknowns, `driven`

@@ -124,7 +124,7 @@ class Kernel:
 
     # -- evaluation ----------------------------------------------------------------------------
 
-    def call(self, name: str, function: Callable[[], Any]) -> Callable[..., list[Any]]:
+    def call(self, name: str, function: Callable[[], object]) -> Callable[..., list[Any]]:
         """Return what evaluates a function at one state, its numbers put in; kept by its name."""
         found: Call = self.cache(("call", name), lambda: Call(function()))
         return lambda *at: found(*at, self.numbers)

@@ -86,7 +86,7 @@ class PoseColumns:
             return self.table.columns(self._own[columns])[rows]
         return self.table.columns([self._own[i] for i in columns])[rows]
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Floats:
+    def __array__(self, dtype: object = None, copy: object = None) -> Floats:
         return self.table.columns(self._own)
 
 

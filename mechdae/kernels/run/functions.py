@@ -22,7 +22,7 @@ import numpy as np
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.machine.library import library
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
-from mechdae.types import Floats, Graph, Sym, Unknowns
+from mechdae.types import Floats, Graph, Matrix, Sym, Unknowns
 
 
 def without_repeats(name: str, inputs: Sequence[Sym], results: Sequence[Sym]) -> Graph:
@@ -96,7 +96,7 @@ class Call:
             results[i] = results[i].reshape(shape, order="F")
         return results
 
-    def _interpreted(self, inputs: tuple[Any, ...]) -> list[Floats]:
+    def _interpreted(self, inputs: tuple[object, ...]) -> list[Floats]:
         """Return the same by casadi's virtual machine; each thread has buffers of its own."""
         try:
             buffers = self._threads.buffers
@@ -111,7 +111,7 @@ class Call:
 class _Buffers:
     """Arrays of one thread; `Function.buffer` holds bare pointers to them."""
 
-    def __init__(self, function: Graph, inputs: list[Any], outputs: list[Any]) -> None:
+    def __init__(self, function: Graph, inputs: list[Any], outputs: Sequence[Matrix]) -> None:
         self.name, (self.buffer, self._trigger) = function.name(), function.buffer()
         self.inputs, self.outputs = inputs, outputs
         for arrays, put in ((inputs, self.buffer.set_arg), (outputs, self.buffer.set_res)):

@@ -50,7 +50,7 @@ def versions() -> str:
     return repr((__version__, ca.CasadiMeta.version(), sorted(states)))
 
 
-def fingerprint(*parts: Any) -> str:
+def fingerprint(*parts: object) -> str:
     """Return the name of what is built from functions and from values with a text of their own."""
     whole = hashlib.sha256(versions().encode())
     for part in parts:

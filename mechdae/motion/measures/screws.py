@@ -64,7 +64,7 @@ class Twists:
         self.scale, self.unit = scale, unit
         model = outputs.scene.model
         numbers = model.mechanism.values()
-        self.anchors: dict[str, Any] = {GROUND: np.zeros(3)}
+        self.anchors: dict[str, object] = {GROUND: np.zeros(3)}
         still, nothing = np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3))
         self.turn, self.place = {GROUND: still}, {GROUND: nothing}
         self.spin, self.speed = {GROUND: nothing}, {GROUND: nothing}

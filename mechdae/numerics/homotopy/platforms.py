@@ -54,10 +54,10 @@ class ChartedSolutions:
 
     y: Complexes
     X: Complexes
-    simple: Any
-    other: Any
-    radius: Any
-    alone: Any
+    simple: Booleans
+    other: Booleans
+    radius: Floats
+    alone: Floats
 
 
 def _form(pairs: list[tuple[int, int]]) -> Floats:

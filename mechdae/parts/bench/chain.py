@@ -28,7 +28,7 @@ def chain(loops: int) -> SweepWork:
 
 def scaling(
     loops: tuple[int, ...] = LOOPS, poses: int = POSES, repeats: int = 7
-) -> list[dict[str, Any]]:
+) -> list[dict[str, object]]:
     """Return the records of `measure` for each number of loops, and what one loop costs.
 
     ``loops``; ``build_per_loop`` [s]: scene, kernels and assembly, from the description to the

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ WORKERS = 2
 
 def measure(
     problem: Problem, name: str, starts: int = STARTS, workers: int = WORKERS
-) -> list[dict[str, Any]]:
+) -> list[dict[str, object]]:
     """Return a record for one process and one for `workers`.
 
     ``seconds`` is from the moment the starts are drawn to the last optimum: starting the
@@ -49,7 +50,7 @@ def measure(
     return records
 
 
-def table(records: list[dict[str, Any]]) -> str:
+def table(records: Sequence[Mapping[str, object]]) -> str:
     lines = [
         f"{'starts':>6} {'workers':>8} {'s':>8} {'x one process':>14} {'whole s':>8} {'error':>9}"
     ]

@@ -252,7 +252,7 @@ def measure(
     return records, notes
 
 
-def _timed(function: Callable[[], Any]) -> float:
+def _timed(function: Callable[[], object]) -> float:
     begin = time.process_time()
     function()
     return time.process_time() - begin

@@ -396,5 +396,5 @@ def _places(run: list[dict[str, Any]], unit: str, units: Units) -> str:
     return f"{first} .. {driver_value(run[-1]['at'], unit, 6, units)} ({len(run)} poses)"
 
 
-def _more(key: str, runs: list[Any], width: int) -> list[str]:
+def _more(key: str, runs: Sequence[object], width: int) -> list[str]:
     return fact(key, f"{len(runs) - MOST} more", width) if len(runs) > MOST else []

@@ -171,7 +171,7 @@ def _sketches(mechanism: Mechanism, setting: Setting, columns: Columns) -> tuple
     """Return the sketches, and the driver's value in them."""
     base, count = sketched(mechanism), columns.count
     angles: dict[str, Any] = dict(base.angles)
-    places: dict[NamedCoordinate, Any] = dict(base.places)
+    places: dict[NamedCoordinate, Floats | float] = dict(base.places)
     start = setting.plan.sketch[0]
     for name, number in mechanism.sketch.items():
         value = columns.value(number)

@@ -228,13 +228,9 @@ def _polar(d: Floats) -> tuple[Floats, Floats]:
 
 
 def exact_path(
-    targets: Any,
-    given: Mapping[str, float] | None = None,
-    *,
-    starts: int = STARTS,
-    seed: int = 0,
-    enough: int | None = None,
-) -> Exact:
+    targets: Any, given: Mapping[str, float] | None = None, *, starts: int = STARTS,
+    seed: int = 0, enough: int | None = None,
+) -> Exact:  # fmt: skip
     """Return the four-bars whose coupler point goes exactly through all points.
 
     `targets` (k, 2): three to nine points. `given`: 9 - k dimensions by name: ``pivot_x``,

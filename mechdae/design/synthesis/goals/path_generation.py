@@ -220,7 +220,7 @@ class VisitsGoal(Goal):
         return Drawn(d, unknowns, given, u, x, sigma, start.residual / self.size**2)
 
     def _own(self, u: Floats, sense: float) -> NewValues:
-        unknowns: dict[str, Any] = {}
+        unknowns: dict[str, Floats] = {}
         if self.asked.timing in ("free", "any"):
             unknowns[self.key("u")] = u
         elif self.asked.timing == "steps":

@@ -181,7 +181,7 @@ class RockerGoal(Goal):
         return miss
 
     def _own(self, begin: float, rise: float, sense: float) -> NewValues:
-        unknowns: dict[str, Any] = {self.key("begin"): [begin]}
+        unknowns: dict[str, list[float]] = {self.key("begin"): [begin]}
         if self.stroke is None:
             unknowns[self.key("stroke")] = [rise if sense > 0 else TURN - rise]
         return unknowns, {self.key("sense"): sense, self.key("upward"): 1.0}

@@ -59,7 +59,7 @@ class Log(JobLog):
         }  # fmt: skip
         self.total = total
         self.finished: dict[str, Optimum] = {}
-        self.paths: dict[str, Any] = {}
+        self.paths: dict[str, object] = {}
         self._drawn: dict[tuple[int, int], str] = {}
         super().__init__(Path(folder) / NAME, head)
         for entry in self.entries:

@@ -220,7 +220,7 @@ class BlockTurns:
         once = all(one or not period for period, one in zip(turning, single, strict=True))
         if len(poses) < 2 or (once and max(turning, default=0.0) < 3 * np.pi):
             return poses  # a solver gives no solution twice within one turn
-        kept: list[Any] = []
+        kept: list[Floats] = []
         for x in poses:
             if not any(self.same(b, x, other) for other in kept):
                 kept.append(x)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
 
 from mechdae.motion.cases.hard_steps.crossings.across_change_point import Builder
 from mechdae.motion.cases.hard_steps.crossings.change_points import CrossingFinder
@@ -17,7 +16,7 @@ from mechdae.motion.continuation.series_steps import Expansion
 class Finders:
     """The finders of one path; `step` leads it from one node to the next."""
 
-    def __init__(self, path: AnyPath, step: Callable[..., Any]) -> None:
+    def __init__(self, path: AnyPath, step: Callable[..., object]) -> None:
         self.path, self.step = path, step
 
     @cached_property

@@ -189,7 +189,7 @@ class GroupParts(ShapedGroup):
             self._numbers[name] = complex(*self._value(name, lambda: self.model.local(name)))
         return self._numbers[name]
 
-    def _value(self, name: str, make: Callable[[], Any]) -> Any:
+    def _value(self, name: str, make: Callable[[], Any]) -> Floats:
         """Return the value (n,) of an expression over p."""
 
         def function() -> Call:

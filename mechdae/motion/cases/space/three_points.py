@@ -123,7 +123,7 @@ class ThreePoints(ShapedGroup):
         self.parts = RodsAndJoints(model, group)
         self._read_drivers(scene)
         self.places: dict[str, str] = {}
-        self.numbers: dict[str, Any] = {}
+        self.numbers: dict[str, object] = {}
         self.hub, self.inward, self.legs = self._legs()
         self.tree = TreeCoordinates(scene, group)
         chained = [j.name for leg in self.legs if isinstance(leg, LegChain) for j, _ in leg.joints]

@@ -77,7 +77,7 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
     return 0
 
 
-def _tasks(options: argparse.Namespace) -> list[dict[str, Any]]:
+def _tasks(options: argparse.Namespace) -> list[dict[str, object]]:
     """Measure whole tasks, print and return the records."""
     from mechdae.parts.bench import tasks
 
@@ -104,7 +104,7 @@ def _draw(options: argparse.Namespace, moving: list[Json], released: list[dict[s
             message(f"written: {picture}", options.quiet)
 
 
-def _chains(options: argparse.Namespace) -> list[dict[str, Any]]:
+def _chains(options: argparse.Namespace) -> list[dict[str, object]]:
     """Measure chains of four-bars, print and return the records."""
     from mechdae.parts.bench import chain
 
@@ -115,7 +115,7 @@ def _chains(options: argparse.Namespace) -> list[dict[str, Any]]:
     return grown
 
 
-def _starts(problem: Problem, design: str, options: argparse.Namespace) -> list[dict[str, Any]]:
+def _starts(problem: Problem, design: str, options: argparse.Namespace) -> list[dict[str, object]]:
     """Measure the starts of a synthesis, print and return the records."""
     from mechdae.parts.bench import jobs
 
@@ -127,7 +127,7 @@ def _starts(problem: Problem, design: str, options: argparse.Namespace) -> list[
 
 def _motion(
     problem: Problem, options: argparse.Namespace, beside: Beside | None
-) -> list[dict[str, Any]]:
+) -> list[dict[str, object]]:
     """Measure the first task of motion, print and return the records."""
     from mechdae.parts.bench import motions
 

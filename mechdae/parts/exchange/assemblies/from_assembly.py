@@ -97,7 +97,7 @@ def _joint(
         )
     name = made.names[joint.name]
     ends = made.reference(joint.first), made.reference(joint.second)
-    given: dict[str, Any] = {}
+    given: dict[str, object] = {}
     one, other = made.markers[joint.first], made.markers[joint.second]
     if joint.form not in WITHOUT_AXIS:
         given["axis"] = _rounded(one.R[:, 2])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from mechdae.cli import message
 from mechdae.errors import InputError, UnknownName
@@ -60,7 +59,7 @@ def _read(options: argparse.Namespace) -> str:
     from mechdae.describe import dumps
     from mechdae.parts.exchange.sources import with_remarks
 
-    given: dict[str, Any] = {"unit": options.unit} if options.unit else {}
+    given: dict[str, object] = {"unit": options.unit} if options.unit else {}
     if options.ground:
         given["ground"] = tuple(_place(text) for text in options.ground)
     problem, remarks = with_remarks(options.source, **given)

@@ -224,7 +224,7 @@ def _table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> Grid:
     return Grid(tuple(heads[k] for k in full), kept)
 
 
-def _points(points: Mapping[str, Any]) -> str:
+def _points(points: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {text(place)}" for name, place in points.items())
 
 

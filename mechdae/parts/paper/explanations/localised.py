@@ -79,7 +79,7 @@ def localised(document: Document) -> Document:
     return made
 
 
-def _with_units(node: Any) -> Any:
+def _with_units(node: object) -> Any:
     if isinstance(node, tuple):
         return tuple(_with_units(inner) for inner in node)
     if isinstance(node, Number):

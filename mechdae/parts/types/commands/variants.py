@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         if options.json:
             entries.append(variant.to_dict())
     if options.json:
-        head: dict[str, Any] = {"count": count, "up_to_reversal": different}
+        head: dict[str, object] = {"count": count, "up_to_reversal": different}
         print(json.dumps(head | {"variants": entries}, ensure_ascii=False))
     if folder is not None:
         message(f"mechdae: {written} problem files in {options.out}", options.quiet)

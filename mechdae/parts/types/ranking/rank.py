@@ -150,7 +150,7 @@ class Ranking:
         """Return it as in the JSON."""
         rows = []
         for ranked in self.rows:
-            row: dict[str, Any] = {
+            row: dict[str, object] = {
                 "name": ranked.name, "values": dict(ranked.values), "pareto": ranked.pareto
             }  # fmt: skip
             row |= {"score": self.score[ranked.name]} if ranked.name in self.score else {}

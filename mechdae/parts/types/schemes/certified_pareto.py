@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ def front_of(
     ).reshape(len(entries), len(signs)) * signs  # fmt: skip
     left = np.ones(len(entries), bool)
     judged: dict[int, dict[str, Any]] = {}
-    rejected: list[dict[str, Any]] = []
+    rejected: list[dict[str, object]] = []
     reference = _reference(demand, values, signs)
     while True:
         chosen = _chosen(values, left, reference, demand.keep)
@@ -137,7 +137,7 @@ def _chosen(values: Matrix, left: Booleans, reference: Floats, keep: int) -> lis
 
 def design_of(
     entry: SizedScheme, aim: Aim, name: str, title: str, demand: CompositionDemand
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return a certified design as it is reported, or why it is none."""
     scheme, names = entry.scheme, point_names(entry.scheme)
     place = placed_design(entry, aim, demand)
@@ -209,7 +209,7 @@ def _error(
     return float(errors_of(gaps[None], aim)[0]), at_places | {"output": coordinate}
 
 
-def _guides(scheme: Scheme, place: PlacedDesign) -> dict[str, Any]:
+def _guides(scheme: Scheme, place: PlacedDesign) -> dict[str, object]:
     """Return where the ends of guides are, and which link each is on."""
     if not scheme.slides:
         return {}
@@ -225,8 +225,8 @@ def _guides(scheme: Scheme, place: PlacedDesign) -> dict[str, Any]:
 
 
 def _described(
-    demand: CompositionDemand, kept: Sequence[dict[str, Any]], signs: Floats
-) -> dict[str, Any]:
+    demand: CompositionDemand, kept: Sequence[Mapping[str, object]], signs: Floats
+) -> dict[str, object]:
     """Return the front as it is reported: points, reference, hypervolume."""
     values = np.array([design["objectives"] for design in kept])
     worst = (values * signs).max(axis=0) * signs

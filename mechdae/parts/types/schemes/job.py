@@ -57,7 +57,7 @@ def composed(
     search = SchemeSearch(asked, run or PieceJob())
     archive = search.search()
     front = front_of(asked, archive, search.aim, problem.name, problem.title)
-    summary: dict[str, Any] = {
+    summary: dict[str, object] = {
         "schemes": len(search.tried), "sets": archive.seen,
         "distinct": len(archive.every), "seed": asked.seed,
         "status": "found" if front.designs else "none found",

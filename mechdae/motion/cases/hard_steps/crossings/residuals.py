@@ -133,15 +133,9 @@ class Residuals:
         return found if abs(found) > EXACT else 0.0
 
     def decides(
-        self,
-        residual: float,
-        b: int,
-        s: float,
-        x: Unknowns,
-        earlier: list[int],
-        w: Floats,
+        self, residual: float, b: int, s: float, x: Unknowns, earlier: list[int], w: Floats,
         scaling: Any,
-    ) -> bool:
+    ) -> bool:  # fmt: skip
         """Return whether the numbers given, as far as they are known, decide the sign of w . F.
 
         `x` (nx,) are all unknowns there. Whole numbers and short binary fractions are taken to be

@@ -97,7 +97,7 @@ class Constructions:
     def template(self) -> Variant:
         """The mechanism with the numbers of constructions as parameters."""
         base = self.problem.mechanism
-        sizes: dict[str, Any] = {"layer": self.thickness, "layers": 0.0}
+        sizes: dict[str, float | str] = {"layer": self.thickness, "layers": 0.0}
         joints = dict(base.joints)
         for pin in self.pins:
             sizes |= {

@@ -121,7 +121,7 @@ class Orders:
         for stretch, following in zip(order, [*order[1:], order[0]], strict=True):
             joint = base.joints[stretch.pin]
             other = "second" if joint.first == stretch.exit else "first"
-            changes: dict[str, Any] = {other: following.entry}
+            changes: dict[str, str] = {other: following.entry}
             joints[stretch.pin] = replace(joint, **changes)
         sketch = {**self.pose.angles, **self.pose.slides}
         names = [stretch.name for stretch in order]
@@ -239,7 +239,7 @@ def _absolute(mechanism: Mechanism, joints: dict[str, Joint], text: str) -> tupl
     )
 
 
-def _swapped(load: Load, name: str) -> dict[str, Any]:
+def _swapped(load: Load, name: str) -> dict[str, object]:
     """Return the numbers of a load whose coordinate has the other sign now."""
     if load.kind == "resistance":
         resistance: Any = load

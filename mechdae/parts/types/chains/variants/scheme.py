@@ -56,9 +56,9 @@ class Variant:
         """The text of its problem file."""
         return dumps(self.problem) if self.problem is not None else self.unmade
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return it as in the JSON."""
-        entry: dict[str, Any] = {"name": self.name, "problem": self.text}
+        entry: dict[str, object] = {"name": self.name, "problem": self.text}
         entry |= {"about": dict(self.about)} if self.about else {}
         entry |= {"left_out": list(self.left_out)} if self.left_out else {}
         return entry | ({"fault": self.fault} if self.fault else {})
