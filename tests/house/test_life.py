@@ -12,7 +12,8 @@ from tests.shared.walk import PACKAGE, four_bar
 FILES, ROOMS, CHANGES, SHARE = 70, 8, 1194, 0.61
 """At most so many files, rooms and changes of file, at least that share of what stands there.
 
-The modules that stand alone, above all rooms, are one. They may only get better: a change that raises one of them lowers it elsewhere.
+The modules that stand alone, above all rooms, are one. They may only get better: a change that
+raises one of them lowers it elsewhere.
 """
 RARE = ("cases/", "crossings", "tree/", "multistart", "vector", "parts/", "fold_approach")
 """Parts of names of files that a four-bar has nothing to do with."""
