@@ -132,7 +132,8 @@ export class Explain {
 
   /** The vectors of the step at the points they belong to. */
   arrows(equations, group, order) {
-    const { diagram } = this.app, size = equations.size[order - 1], seen = new Set();
+    const { diagram } = this.app, seen = new Set();
+    const size = Math.max(0, ...group.all.flatMap((own) => equations.right(own, order)).map(({ vector }) => Math.hypot(...vector)));
     if (!(size > 0)) return;
     for (const equation of group.all) {
       for (const { id, kind, vector } of [...equations.right(equation, order), equations.whole(equation.end, order)]) {
