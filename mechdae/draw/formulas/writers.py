@@ -46,7 +46,8 @@ mfrac > * { padding: .12em .1em; }
   background-size: 3rem 100%, 3rem 100%, .7rem 100%, .7rem 100%;
   background-attachment: local, local, scroll, scroll; }
 nav ol { columns: 2; margin: 1rem 0; padding-left: 1.5rem; } a { color: #1a5fb4; }
-aside { display: flex; flex-wrap: wrap; gap: 0 1rem; } aside figure { flex: 1 1 17rem; }
+aside { display: flex; flex-wrap: wrap; gap: 0 1rem; } aside figure { flex: 0 0 auto; }
+aside img { width: 87mm !important; }
 table { border-collapse: collapse; margin: .6rem 0; font-size: .92rem;
   font-variant-numeric: tabular-nums; }
 th, td { border-bottom: 1px solid var(--line); padding: .15rem .6rem; text-align: right;
@@ -60,10 +61,10 @@ figure { margin: 1rem 0; text-align: center; break-inside: avoid; }
 figure img { height: auto; max-width: 100%; }
 @media (max-width: 30rem) { dl { grid-template-columns: 1fr; } dd { margin-left: 1rem; } }
 @media screen and (min-width: 76rem) { body.wide { max-width: 76rem; }
-  .pictured { display: grid; grid-template-columns: minmax(0, 1fr) 26rem; column-gap: 2rem; }
+  .pictured { display: grid; grid-template-columns: minmax(0, 1fr) 92mm; column-gap: 2rem; }
   .pictured > * { grid-column: 1; } .pictured > aside { grid-column: 2; display: block; }
-  aside > div { position: sticky; top: .5rem; } aside figure { margin: 0 0 .6rem; }
-  aside img { max-height: 27vh; } }
+  aside > div { position: sticky; top: .5rem; max-height: 98vh; overflow-y: auto; }
+  aside figure { margin: 0 0 .6rem; } }
 @page { size: A4; margin: 20mm 16mm; }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; }
   nav { display: none; }

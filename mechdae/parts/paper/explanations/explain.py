@@ -31,8 +31,8 @@ from mechdae.parts.paper.phrases import Phrases
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 
-BESIDE = "110mm"
-"""Width of a picture beside the text."""
+BESIDE = "87mm"
+"""Width of a picture beside the text: half of a page's, where the scales of plans hold."""
 
 
 class Explanation(Paper):
