@@ -12,6 +12,7 @@ from mechdae.describe.file.load import from_dict
 from tests.attack.held_forces import CLOSE, worst
 from tests.shared import begun_cases
 from tests.shared.block import X0, C, K, M, block, course
+from tests.shared.five_bars import random_rows
 from tests.shared.planting import Slip
 
 TILT, G = 0.3, 9.81
@@ -241,7 +242,22 @@ def turned() -> float:
 
 HOLDS = "forces/test_quasi_static.py::test_what_holds_a_mechanism_is_virtual_work"
 SUITE = "dynamics/"
+
+
+def rows_of_several_drivers() -> float:
+    """Poses by the values of two motors are those of circles, without a limit on their way."""
+    rows = random_rows(400)
+    return max(rows.off / 1e-13, float(rows.through), float(rows.refused))
+
+
 SLIPS = [
+    Slip(
+        "motion.continuation.fan",
+        "good = self.proved(after, test, det, miss, self.sign).all(axis=1)",
+        "good = np.isfinite(after).all(axis=1)",
+        rows_of_several_drivers,
+        "kinematics/test_tracked_poses.py::test_random_rows_against_circles",
+    ),
     Slip(
         "dynamics.integrate",
         "share = (times - starts[place]) / h[place]",

@@ -6,50 +6,17 @@ import numpy as np
 import pytest
 
 import mechdae as md
-
-A, B, D = 0.2, 0.25, 0.2
-"""Driven links, forearms and distance of the motors of the five-bar robot."""
-SHORT = {"b": B}
-"""Forearms with which the robot has limit positions."""
-
-
-def elbows(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ends of the driven links at the motors' angles (n, 2)."""
-    left = A * np.stack([np.cos(u[:, 0]), np.sin(u[:, 0])], axis=1)
-    right = A * np.stack([np.cos(u[:, 1]), np.sin(u[:, 1])], axis=1) + [D, 0.0]
-    return left, right
-
-
-def tip(u: np.ndarray) -> np.ndarray:
-    """Return where two circles about the elbows meet above, (n, 2); nan where they do not."""
-    left, right = elbows(u)
-    way = right - left
-    far = np.hypot(*way.T)
-    with np.errstate(invalid="ignore"):
-        height = np.sqrt(B**2 - (far / 2) ** 2)
-    across = np.stack([-way[:, 1], way[:, 0]], axis=1) / far[:, None]
-    return (left + right) / 2 + height[:, None] * across
+from tests.shared.five_bars import SHORT, random_rows, tip
 
 
 def test_random_rows_against_circles() -> None:
     """Each row that is ok is on the mode of the sketch; each other one is beyond a limit."""
-    random = np.random.default_rng(7)
-    solver = md.Solver("five-bar-robot", "forward")
-    begin = np.radians([115.0, 65.0])
-    u = begin + random.uniform(-2.5, 2.5, (3000, 2))
-    poses = solver.poses(SHORT, u)
-    truth = tip(u)
-    found = poses["points/tip.P/position"]
-    assert 1000 < poses.ok.sum() < 2900
-    assert np.abs(found - truth)[poses.ok].max() <= 1e-13
-    assert set(poses.status[~poses.ok]) == {"unassembled"}
-    ways = begin + np.linspace(0, 1, 401)[:, None, None] * (u[~poses.ok] - begin)
-    left, right = elbows(ways.reshape(-1, 2))
-    far = np.hypot(*(right - left).T).reshape(401, -1)
-    # the forearms are stretched on the way, or one lies on the other
-    assert np.all((far.max(axis=0) > 2 * B * (1 - 1e-3)) | (far.min(axis=0) < 2e-3))
-    assert np.isnan(found[~poses.ok]).all()
-    assert np.all(poses.error[poses.ok] < 1e-12)
+    rows = random_rows(3000)
+    assert 1000 < rows.ok.sum() < 2900
+    assert rows.off <= 1e-13
+    assert rows.through == 0
+    assert rows.refused == 0
+    assert rows.bound < 1e-12
 
 
 def test_a_loop_goes_on_from_pose_to_pose() -> None:
