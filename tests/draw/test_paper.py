@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -143,3 +144,11 @@ def test_mechanisms_fill_their_pictures() -> None:
     shares = [filled(name) for name in names]
     assert np.median(shares) >= 0.65
     assert min(shares) >= 0.42
+
+
+def test_letters_as_text_on_the_command_line(tmp_path: Path) -> None:
+    file = tmp_path / "x.svg"
+    assert main(["plot", "four-bar-crank-rocker", "--text", "--out", str(file), "--quiet"]) == 0
+    assert "<text" in file.read_text(encoding="utf-8")
+    for more in (["--format", "png"], ["--kind", "animation"]):
+        assert main(["plot", "four-bar-crank-rocker", "--text", *more, "--out", str(tmp_path)]) == 2

@@ -19,13 +19,13 @@ BUDGETS = {
     "dynamics": 8_050,
     "design": 15_770,
     "tasks": 2_070,
-    "cli": 1_480,
+    "cli": 1_490,
     "parts": 24_620,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 755
+ALONE = 754
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_100
+TOTAL = 132_050
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

@@ -55,6 +55,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     formats = f"{', '.join(FORMATS)}; animations {', '.join(MOVING)}"
     parser.add_argument("--format", metavar="F", help=formats)
+    parser.add_argument(
+        "--text", action="store_true", help="letters of a still SVG as text, not as outlines"
+    )
     for name, option in OPTIONS.items():
         _argument(parser, name, option, f"{option.about} [{', '.join(kinds_with(name))}]")
     for name, option in ON_PAPER.items():
@@ -163,6 +166,8 @@ def _form(options: argparse.Namespace, kind: str | None) -> str:
         )  # fmt: skip
     if form not in formats:
         raise UnknownName("format", form, formats)
+    if options.text and (moving or form != "svg"):
+        raise InputError("letters as text are those of a still SVG", where="--text")
     return str(form)
 
 
@@ -181,7 +186,7 @@ def _written(
     if kind == "animation":
         picture.save(path, progress("frame", options.quiet))
     else:
-        save(picture, path)
+        save(picture, path, options.text)
     print(path)
     if result.fault:
         message(f"mechdae: task {result.task}: {result.fault}", False)
