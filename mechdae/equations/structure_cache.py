@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable
-from typing import Any, TypeVar
+from typing import Any, Generic, Self, TypeVar, overload
 
 T = TypeVar("T")
 
@@ -30,12 +30,12 @@ class StructureCache:
     def __len__(self) -> int:
         return len(self._made)
 
-    def values(self) -> list[Any]:
+    def values(self) -> list[object]:
         """Return all that has been made."""
         with self._lock:
             return list(self._made.values())
 
-    def contents(self) -> list[Any]:
+    def contents(self) -> list[object]:
         """Return all that has been made, also what is in the caches of it."""
         found = self.values()
         for made in [*found]:
@@ -44,26 +44,30 @@ class StructureCache:
         return found
 
 
-class structure_property:  # noqa: N801  (used like `property`)
+class structure_property(Generic[T]):  # noqa: N801  (used like `property`)
     """A property that is made once for an object and all copies of it with other numbers.
 
     Each of them keeps it as an attribute of its own once it has asked for it.
     """
 
-    def __init__(self, make: Callable[[Any], Any]) -> None:
+    def __init__(self, make: Callable[[Any], T]) -> None:
         self.make, self.__doc__ = make, make.__doc__
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.key, self.name = (owner.__qualname__, name), name
 
-    def __get__(self, instance: Any, owner: type | None = None) -> Any:
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: object, owner: type | None = None) -> T: ...
+    def __get__(self, instance: Any, owner: type | None = None) -> Self | T:
         if instance is None:
             return self
-        made = instance.cache(self.key, lambda: self.built(instance))
+        made: T = instance.cache(self.key, lambda: self.built(instance))
         instance.__dict__[self.name] = made
         return made
 
-    def built(self, instance: Any) -> Any:
+    def built(self, instance: Any) -> T:
         """Return what is made where nothing is kept."""
         return self.make(instance)
 

@@ -59,7 +59,7 @@ def fingerprint(*parts: object) -> str:
     return whole.hexdigest()
 
 
-def stored(name: str, make: Callable[[], Any]) -> Graph:
+def stored(name: str, make: Callable[[], Graph]) -> Graph:
     """Return the function that is kept under a name; `make` builds it where there is none."""
     store = folder()
     text = store.read(name) if store is not None else None
@@ -74,7 +74,7 @@ def stored(name: str, make: Callable[[], Any]) -> Graph:
     return made
 
 
-class stored_property(structure_property):  # noqa: N801  (used like `property`)
+class stored_property(structure_property[Graph]):  # noqa: N801  (used like `property`)
     """A `structure_property` that is a casadi function, kept on disk too.
 
     Its owner's `fingerprint` names the equations that it is built from; None: it is not kept.
