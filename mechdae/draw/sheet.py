@@ -292,10 +292,9 @@ def margins_of(sheet: Sheet, low: ArrayLike, high: ArrayLike) -> style.Margins:
 def arc(center: ArrayLike, radius: float, start: float, end: float, count: int = 24) -> Array:
     """Return points on an arc, (count + 1, 2)."""
     angles = np.linspace(start, end, count + 1)
-    result: Array = np.asarray(center, dtype=float) + radius * np.stack(
+    return np.asarray(center, dtype=float) + radius * np.stack(
         [np.cos(angles), np.sin(angles)], axis=-1
     )
-    return result
 
 
 def unit(vector: ArrayLike) -> Array:

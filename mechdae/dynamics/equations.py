@@ -110,17 +110,13 @@ class MotionProblem:
     @cached_property
     def released(self) -> Released:
         if not self.held and not self.rubbing.feedbacks:
-            plain: Released = self.plain
-            return plain
+            return self.plain
         return self._with(self.rubbing)
 
     def _with(self, rubbing: Rubbing) -> Released:
         """Return the equations with what is held and with dry friction."""
         key, held = ("released", *self.held, rubbing), list(self.held)
-        released: Released = self.cache(
-            key, lambda: Released(self.model, self.loads, self.laws, held, rubbing)
-        )
-        return released
+        return self.cache(key, lambda: Released(self.model, self.loads, self.laws, held, rubbing))
 
     @cached_property
     def rubbing(self) -> Rubbing:
@@ -135,11 +131,10 @@ class MotionProblem:
     def _rubbing(self, friction: bool) -> Rubbing:
         """Return dry friction with the forces of teeth."""
         real = tuple((name, mesh.kept_by) for name, mesh in self.meshes.items())
-        found: Rubbing = self.cache(
+        return self.cache(
             ("rubbing", friction, real),
             lambda: Rubbing(self.model, self.loads, friction, self.meshes),
         )
-        return found
 
     @cached_property
     def loaded(self) -> Released:

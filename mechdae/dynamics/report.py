@@ -243,7 +243,7 @@ def _energies(
 
 def _summary(run: MotionRun, drift: Any, rates: Any) -> dict[str, Any]:
     setup, work, r = run.setup, run.integrator, run.setup.released
-    summary: dict[str, object] = {
+    return {
         "poses": len(run.states.t),
         "end": float(run.last[0]) if run.last is not None else 0.0,
         "tolerance": setup.tolerance,
@@ -263,7 +263,6 @@ def _summary(run: MotionRun, drift: Any, rates: Any) -> dict[str, Any]:
         **({} if run.rests is None else {"rests_from": run.rests}),
         "not_in_scene": [],
     }
-    return summary
 
 
 def _events(run: MotionRun) -> tuple[Event, ...]:

@@ -184,16 +184,14 @@ class DrawnScene:
         if entry.on_curve or not {joint.first_body, joint.second_body} <= set(self.origins):
             return unknown
         if entry.kind == "joint angle":
-            difference: Array = self.angles[joint.second_body] - self.angles[joint.first_body]
-            return difference
+            return self.angles[joint.second_body] - self.angles[joint.first_body]
         return self.slide(joint)
 
     def slide(self, joint: Joint) -> Array:
         """Return how far the second point is along the joint's axis in each pose, (n,)."""
         axis = self.angles[joint.first_body] + self.numbers[f"{joint.name}.axis"]
         offset = self.track(joint.second) - self.track(joint.first)
-        along: Array = offset[:, 0] * np.cos(axis) + offset[:, 1] * np.sin(axis)
-        return along
+        return offset[:, 0] * np.cos(axis) + offset[:, 1] * np.sin(axis)
 
 
 def turned(angle: Array, vector: Array) -> Array:

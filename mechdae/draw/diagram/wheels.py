@@ -158,8 +158,7 @@ def rack_travel(scene: DrawnScene, joint: Joint) -> Array:
     """Return how far the wheel is along a rack from its point in each pose, (n,) [m]."""
     turn = scene.angles[joint.second_body] + scene.numbers[f"{joint.name}.axis"]
     offset = scene.track(joint.first) - scene.track(joint.second)
-    along: Array = offset[:, 0] * np.cos(turn) + offset[:, 1] * np.sin(turn)
-    return along
+    return offset[:, 0] * np.cos(turn) + offset[:, 1] * np.sin(turn)
 
 
 def _draw_rack(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None:

@@ -147,8 +147,7 @@ def _halo(own: Array, places: Array, half: Array) -> Array:
     middle, way = (own[:, 0:2] + own[:, 2:4]) / 2, (own[:, 2:4] - own[:, 0:2]) / 2
     sides = np.broadcast_to(half + HALO, places.shape)
     box = np.hstack([places, sides]).T[:, :, None]
-    close: Array = crosses(np.hstack([middle, way]).T, box) @ own[:, 4]
-    return close
+    return crosses(np.hstack([middle, way]).T, box) @ own[:, 4]
 
 
 def feet_of(places: Array, anchors: Array) -> Array:

@@ -218,11 +218,10 @@ def cuts(starts: Array, ends: Array, segments: Array) -> Array:
     """Return how many of the segments each line from start to end crosses, (lines,)."""
 
     def side(a: Array, b: Array, c: Array) -> Array:
-        result: Array = np.sign(
+        return np.sign(
             (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
             - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
         )
-        return result
 
     a, b = starts[:, None], ends[:, None]
     c, d = segments[None, :, 0:2], segments[None, :, 2:4]

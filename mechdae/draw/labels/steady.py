@@ -82,8 +82,7 @@ class AnchorFrame:
             between: Array = self.bases[0] + shares[:, None] * (self.bases[1] - self.bases[0])
             return between
         each = len(self.bases) == len(corners) and self.anchor.spot is None
-        held: Array = self.bases if each else self.bases.mean(axis=0)
-        return held
+        return self.bases if each else self.bases.mean(axis=0)
 
 
 @dataclass(frozen=True)

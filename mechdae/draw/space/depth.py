@@ -210,8 +210,7 @@ def crossings(a: Array, b: Array) -> Array:
     i, j = np.nonzero(met & (np.abs(cross) > 1e-9))
     first = a[i] + t[i, j][:, None] * (a[i + 1] - a[i])
     second = b[j] + u[i, j][:, None] * (b[j + 1] - b[j])
-    found: Array = np.column_stack([first[:, :2], first[:, 2] - second[:, 2]])
-    return found
+    return np.column_stack([first[:, :2], first[:, 2] - second[:, 2]])
 
 
 def _shared(a: Item, b: Item) -> Array:
@@ -228,8 +227,7 @@ def _shared(a: Item, b: Item) -> Array:
 
 def _along(line: Item, face: Item) -> Array:
     places: Array = dense(line.points)[:, :2]
-    inside: Array = places[within(places, face.points[:, :2])]
-    return inside
+    return places[within(places, face.points[:, :2])]
 
 
 def dense(points: Array, step: float = STEP) -> Array:

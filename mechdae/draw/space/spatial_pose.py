@@ -93,8 +93,7 @@ class SpatialPose:
         if "/" not in name:
             return self.scene.place(name, self.pose)
         point, body, axis, way = self.along[name]
-        place: Array = self.scene.place(point, self.pose) + way * self.turned(body) @ axis
-        return place
+        return self.scene.place(point, self.pose) + way * self.turned(body) @ axis
 
     def turned(self, turn: str) -> Array:
         """Return the directions (3, 3) of what something turns with, as columns."""
@@ -190,8 +189,7 @@ class SpatialPose:
         flat = [way - axis * (way @ axis) for way in [*ways, solids.across(axis)[0]]]
         sizes = [float(np.linalg.norm(way)) for way in flat]
         long = next(k for k, size in enumerate(sizes) if size > 1e-6 * max(sizes))
-        mark: Array = flat[long] / sizes[long]
-        return mark
+        return flat[long] / sizes[long]
 
     def _vector_ends(self) -> list[str]:
         """Return the points of bodies that turn at which vectors end."""

@@ -167,8 +167,7 @@ def leaves(center: Array, axis: Array, target: Array, half: float, radius: float
     beside = float(np.sqrt(max(1.0 - along**2, 0.0)))
     ends = [half / along] if along > 1e-9 else []
     walls = [radius / beside] if beside > 1e-9 else []
-    place: Array = center + min([*ends, *walls, size]) * away
-    return place
+    return center + min([*ends, *walls, size]) * away
 
 
 def _sleeve_and_rod(

@@ -113,8 +113,7 @@ class _Member:
 
     def foot(self, place: Array) -> Array:
         """Return the point of the axis nearest to a place."""
-        foot: Array = self.place + self.axis * float(self.axis @ (place - self.place))
-        return foot
+        return self.place + self.axis * float(self.axis @ (place - self.place))
 
 
 def surfaces(

@@ -172,8 +172,7 @@ def _crossings(a: Array, b: Array, ends: Indices) -> Array:
 
     def side(p: Array, q: Array, r: Array) -> Array:
         u, v = q - p, r - p
-        result: Array = np.sign(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
-        return result
+        return np.sign(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
     p, q, r, s = a[:, i], b[:, i], a[:, j], b[:, j]
     both = (side(p, q, r) * side(p, q, s) < 0) & (side(r, s, p) * side(r, s, q) < 0)

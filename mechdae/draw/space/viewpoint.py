@@ -52,13 +52,11 @@ class Viewpoint:
 
     def seen(self, vectors: ArrayLike) -> Array:
         """Return vectors or places (..., 3) as right, up, towards the eye."""
-        result: Array = np.asarray(vectors, dtype=float) @ self.basis.T
-        return result
+        return np.asarray(vectors, dtype=float) @ self.basis.T
 
     def flat(self, places: ArrayLike) -> Array:
         """Return places (..., 3) in the picture, (..., 2), in the same unit."""
-        result: Array = self.seen(places)[..., :2]
-        return result
+        return self.seen(places)[..., :2]
 
 
 def upward_of(mechanism: Mechanism) -> tuple[float, float, float]:

@@ -189,10 +189,7 @@ class BeyondEnds:
     @property
     def recovered(self) -> tuple[Batch, list[list[int]], list[int]]:
         """Values of the coordinates, the unknowns each depends on, places of groups."""
-        found: tuple[Batch, list[list[int]], list[int]] = self.graphs.cache(
-            "recovered", self._recovered
-        )
-        return found
+        return self.graphs.cache("recovered", self._recovered)
 
     def _recovered(self) -> tuple[Batch, list[list[int]], list[int]]:
         scene = self.graphs.scene

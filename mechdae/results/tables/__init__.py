@@ -16,8 +16,7 @@ Lines = Callable[[Result, int], list[str]]
 
 def _text(kind: TaskKind) -> tuple[Lines, Lines]:
     """Return table and facts of a kind of task: those of poses where it has none of its own."""
-    own: tuple[Lines, Lines] = at_home(kind.text) if kind.text else OF_POSES
-    return own
+    return at_home(kind.text) if kind.text else OF_POSES
 
 
 OF_POSES: tuple[Lines, Lines] = (pose_lines, facts_text)

@@ -170,10 +170,9 @@ def lattices(scene: Scene, blocks: Sequence[list[int]]) -> list[Lattice]:
     inside = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
     if not any(joints[name].meshes for name in inside):
         key = ("single turns", *map(tuple, blocks))
-        known: list[Lattice] = scene.cache(
+        return scene.cache(
             key, lambda: [Lattice(_units(scene, unknowns), len(unknowns)) for unknowns in blocks]
         )
-        return known
     turned = [i for unknowns in blocks for i in unknowns if scene.unknowns[i].kind is ANGLE]
     place = {i: k for k, i in enumerate(turned)}
     rows = _echelon(_projected(scene, inside, turned))
