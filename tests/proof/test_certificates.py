@@ -380,6 +380,7 @@ def test_theorems_ask_for_what_they_say() -> None:
     for joints, driver, group, count in (
         (links, "b.P.y", ["a", "b", "c"], 6),  # a coupler curve and a line (Roberts 1875)
         (slide, "B.slide", ["a", "b", "c"], 2),  # a dyad with one link of a given length
+        (slide, "b.P.y", ["a", "b", "c"], 0),  # no coupler curve of four pins
         (dyad, "b.P.x b.P.y", ["a", "b"], 2),  # two circles
         (rod, "", ["a"], 2),  # two circles
         (cross, "", ["a", "b"], 1),  # two lines

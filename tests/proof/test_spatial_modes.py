@@ -93,6 +93,11 @@ def test_theorems_ask_for_what_they_say() -> None:
         mechanism["bodies"]["output"]["Q"] = ["1/100", "0", "0"]
         mechanism["joints"]["V"]["second"] = "output.Q"
 
+    def held(mechanism: Any) -> None:  # a bar holds the link that its hinge lets turn
+        mechanism["joints"]["steer_ball"]["first"] = "upper.B"
+
+    assert counted("double-wishbone", lambda mechanism: None) == 4
+    assert counted("double-wishbone", held) == 0
     assert counted("six-axis-arm", lambda mechanism: None) == 8
     assert counted("six-axis-arm", apart) == 16
     assert counted("double-cardan", lambda mechanism: None) == 8

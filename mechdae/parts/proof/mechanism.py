@@ -13,22 +13,11 @@ from mechdae.describe.joints.curve import Curve, follows_curve
 from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.bounds.walk import replay
+from mechdae.parts.proof.checker.plane import PLANAR_NUMBERS
 from mechdae.types import Graph, Json, Unknowns
 
 NAMES = {"pin-in-slot": "slot", "belt": "gear", "friction-wheel": "gear"}
 """Kinds of joints whose equation is that of another one."""
-NUMBERS = {
-    "revolute": (),
-    "weld": ("turn",),
-    "prismatic": ("axis", "turn"),
-    "distance": ("length",),
-    "slot": ("axis",),
-    "gear": ("ratio", "phase"),
-    "rack": ("radius", "axis", "phase"),
-    "curve": (),
-}
-
-
 Formula = str | list[Any]
 """The path's parameter "s", an exact number, or an operation and its formulas."""
 OPERATIONS = {
@@ -38,8 +27,6 @@ OPERATIONS = {
     ca.OP_SIN: "sin",
     ca.OP_COS: "cos",
 }
-
-
 CURVES = OPERATIONS | {ca.OP_SQRT: "sqrt"}
 
 
@@ -103,13 +90,13 @@ def _add(points: dict[str, dict[str, list[str]]], reference: str, values: dict[s
 
 def _joint(joint: Joint, values: Any) -> dict[str, str]:
     kind = NAMES.get(joint.kind, joint.kind)
-    if kind not in NUMBERS:
+    if kind not in PLANAR_NUMBERS:
         raise UnavailableError(
             f"no certificate is written of joints of kind '{joint.kind}'",
             where=f"joints.{joint.name}",
         )
     claim: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
-    numbers = {key: values.get(f"{joint.name}.{key}", 0.0) for key in NUMBERS[kind]}
+    numbers = {key: values.get(f"{joint.name}.{key}", 0.0) for key in PLANAR_NUMBERS[kind]}
     if joint.wheels == 2 and f"{joint.name}.ratio" not in values:  # two radii
         radii = [Fraction(values[f"{joint.name}.{key}"]) for key in ("second_radius", "radius")]
         numbers["ratio"] = radii[0] / radii[1]

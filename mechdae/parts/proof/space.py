@@ -16,14 +16,12 @@ from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.pointers import WORDS
 from mechdae.errors import UnavailableError
 from mechdae.motion.setup.angular_rates import quaternions
+from mechdae.parts.proof.checker.space import SIDES
 from mechdae.parts.proof.mechanism import as_text
 from mechdae.types import Floats, Json, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.equations.tree.tree_model import TreeModel
-
-
-SIDES = (("axis", "zero"), ("axis2", "zero2"))
 
 
 def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ All equations count, superfluous ones included: what meets them is near a mode, 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import Any
 
@@ -38,7 +39,7 @@ def identity(n: int) -> arb_mat:
     return arb_mat(n, n) + 1
 
 
-class Boxes:
+class Boxes(ABC):
     """All places of `n` unknowns x of a group, looked at box by box.
 
     A kind of group has its unknowns in charts: `first` are boxes of all, `at` the equations F and
@@ -57,25 +58,25 @@ class Boxes:
     ) -> None:
         self.m, self.group = m, group
 
+    @abstractmethod
     def first(self) -> list[Box]:
         """Return boxes that hold all places."""
-        raise NotImplementedError
 
+    @abstractmethod
     def at(self, chart: int, middle: list[Any]) -> tuple[list[arb], list[list[arb]]]:
         """Return F and its derivatives by each unknown."""
-        raise NotImplementedError
 
+    @abstractmethod
     def rests(self, W: arb_mat, middle: list[float], h: list[arb]) -> list[arb]:
         """Return how much combinations W F differ from their tangents at most."""
-        raise NotImplementedError
 
+    @abstractmethod
     def mode(self, z: list[arb]) -> list[Any]:
         """Return the place of a mode in balls."""
-        raise NotImplementedError
 
+    @abstractmethod
     def inside(self, mode: list[Any], box: Box) -> bool:
         """Whether a mode is in a box that is `WIDER`."""
-        raise NotImplementedError
 
     def look(self, boxes: list[Box], modes: list[Any]) -> int:
         """Return in how many boxes there is nothing but the modes."""
@@ -118,8 +119,6 @@ class Boxes:
                 reach = arb(0, (loss + rest + off).upper()) - value
                 low, high = float(reach.lower()) - 1e-12, float(reach.upper()) + 1e-12
                 ends.append((max(-half[i], low), min(half[i], high)))
-        if any(low > high for low, high in ends):
-            return None
         if alone and any(self.inside(mode, box) for mode in modes):
             return None
         return (

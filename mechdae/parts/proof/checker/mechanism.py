@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -13,7 +14,7 @@ ROUNDING = arb(2) ** -90
 """Added to bounds that are reported: balls prove no equality."""
 
 
-class ClaimedMechanism:
+class ClaimedMechanism(ABC):
     """A mechanism in coordinates of all its bodies; the dimensions have the equations.
 
     A pose z is a list of the coordinates in `names` (owner and word each), last the parameter s
@@ -71,40 +72,41 @@ class ClaimedMechanism:
         need(kind in kinds and known, at, why)
         return {"kind": kind, "ends": ends, "bodies": [body for body, _ in ends]}
 
+    @abstractmethod
     def _joint(self, joint: Any, at: str) -> dict[str, Any]:
-        raise NotImplementedError
+        """Return a joint with its numbers read: kind, ends, bodies."""
 
+    @abstractmethod
     def rows(self, z: Any) -> list[Any]:
         """Return what vanishes at a pose: as many equations as coordinates."""
-        raise NotImplementedError
 
+    @abstractmethod
     def placed(self, z: Any) -> Any:
         """Return the frames of all bodies."""
-        raise NotImplementedError
 
+    @abstractmethod
     def place(self, end: Any, frames: Any) -> list[Any]:
         """Return the place of a point (body, point)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def coordinate(self, name: str, z: Any, frames: Any) -> Any:
         """Return the coordinate that a driver moves."""
-        raise NotImplementedError
 
+    @abstractmethod
     def law(self, formula: Any, s: Any, place: str) -> Any:
         """Return the value of a driver's law."""
-        raise NotImplementedError
 
+    @abstractmethod
     def straight(self, start: arb, end: arb) -> Any:
         """Return the law that leads from one value at s = 0 to another at s = 1."""
-        raise NotImplementedError
 
+    @abstractmethod
     def oriented(self, z: Any) -> bool:
         """Whether axes and tangents have the senses that joints need."""
-        raise NotImplementedError
 
+    @abstractmethod
     def turned(self, body: str, reported: Any, angle: arb, z: Any, at: str) -> bool:
         """Whether the turn of a body is as reported, but for an angle."""
-        raise NotImplementedError
 
     def driven(self, z: Any, frames: Any) -> list[Any]:
         """Return how far each driver's coordinate is off its law."""
@@ -137,8 +139,9 @@ class ClaimedMechanism:
         owner, word = self.names[k]
         return {owner} if self.is_of_body(word) else {*self.joints[owner]["bodies"]}
 
+    @abstractmethod
     def is_of_body(self, word: str) -> bool:
-        raise NotImplementedError
+        """Whether a coordinate is one of a body's, and not a joint's."""
 
     def claimed(self, data: Any, s: arb, at: str) -> list[arb]:
         """Return a pose as it is written in the certificate, with its parameter."""
