@@ -357,7 +357,10 @@ def test_boxes_are_given_up_where_no_leg_reaches(monkeypatch: pytest.MonkeyPatch
 
     assert max(map(abs, misses([1, 0, 0, 0], [0, 0, 9 / m.size]))) < 1e-12
     at_pose = [0.0] * 5 + [9 / m.size]
-    assert boxes.shrunk((0, at_pose, [1e-9] * 6), []) is not None
+    for _ in range(60):  # boxes around the pose
+        half = [10 ** rng.uniform(-6, 0) for _ in "qT" for r in [1] * 3]
+        middle = [c + r * rng.uniform(-1, 1) for c, r in zip(at_pose, half, strict=True)]
+        assert boxes.shrunk((0, middle, half), []) is not None
     given_up = 0
     for _ in range(60):
         middle = [rng.uniform(-1, 1) for _ in range(3)] + [rng.uniform(-4, 4) for _ in range(3)]

@@ -17,6 +17,7 @@ from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses
 from mechdae.parts.proof.checker import mechanism_of
 from mechdae.parts.proof.checker.arithmetic import ONE, ZERO, Dual, FalseClaim, exact
 from mechdae.parts.proof.checker.counts import Count
+from mechdae.parts.proof.checker.space import rotation
 from mechdae.parts.proof.checker.theorems_in_plane import IN_PLANE
 from mechdae.parts.proof.checker.theorems_in_space import IN_SPACE
 from mechdae.parts.proof.checker.tubes import follow, solution, turning
@@ -24,7 +25,6 @@ from mechdae.parts.proof.mechanism import as_text
 from mechdae.types import Floats, Json
 
 if TYPE_CHECKING:
-    from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses
     from mechdae.parts.proof.checker.mechanism import ClaimedMechanism
     from mechdae.parts.proof.checker.space import SpatialMechanism
 
@@ -42,14 +42,8 @@ def poses_of_group(m: SpatialMechanism, z: list[Any], group: GroupPoses) -> list
     body, _, point = reference.partition(".")
     found, at = [], m.at[body, "x"]
     for place, e in zip(places, turns, strict=True):
-        pose, (w, x, y, v) = list(z), e
-        R = np.array(
-            [
-                [1 - 2 * (y * y + v * v), 2 * (x * y - w * v), 2 * (x * v + w * y)],
-                [2 * (x * y + w * v), 1 - 2 * (x * x + v * v), 2 * (y * v - w * x)],
-                [2 * (x * v - w * y), 2 * (y * v + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        pose, rows = list(z), rotation(*(acb(complex(v)) for v in e))
+        R = np.array([[complex(v) for v in row] for row in rows])
         r = place - R @ _numbers(m.points[body][point])
         pose[at : at + 7] = [acb(complex(value)) for value in (*r, *e)]
         found.append(pose)

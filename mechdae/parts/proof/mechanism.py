@@ -65,27 +65,29 @@ def planar_mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any
     values = mechanism.values()
     bodies = [body for group in scene.groups for body in group.bodies]
     names = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
-    points: dict[str, dict[str, list[str]]] = {body: {} for body in (GROUND, *bodies)}
     joints = {}
     for name in names:
         joint = mechanism.joints[name]
         joints[name] = _joint(joint, values)
         if follows_curve(joint):
             joints[name] |= _curve(scene, joint, values)
-        for end in (joint.first, joint.second):
-            _add(points, end, values)
-    for reference in scene.selection.points:
-        _add(points, reference, values)
-    for driver in scene.drivers:
-        if driver.text.count(".") == 2:
-            _add(points, driver.text.rpartition(".")[0], values)
-    return {"bodies": points, "joints": joints, "drivers": laws}
+    return {"bodies": points_of(scene, bodies, joints), "joints": joints, "drivers": laws}
 
 
-def _add(points: dict[str, dict[str, list[str]]], reference: str, values: dict[str, float]) -> None:
-    body, _, point = reference.partition(".")
-    if body in points:
-        points[body][point] = [as_text(values[f"{reference}.{axis}"]) for axis in "xy"]
+def points_of(
+    scene: Scene, bodies: list[str], joints: dict[str, Json]
+) -> dict[str, dict[str, list[str]]]:
+    """Return the points of bodies that joints hold, that are reported, or driven."""
+    mechanism = scene.model.mechanism
+    values, axes = mechanism.values(), "xyz"[: mechanism.dimension]
+    points: dict[str, dict[str, list[str]]] = {body: {} for body in (GROUND, *bodies)}
+    ends = [joint[key] for joint in joints.values() for key in ("first", "second")]
+    driven = [d.text.rpartition(".")[0] for d in scene.drivers if d.text.count(".") == 2]
+    for reference in (*ends, *scene.selection.points, *driven):
+        body, _, point = reference.partition(".")
+        if body in points:
+            points[body][point] = [as_text(values[f"{reference}.{axis}"]) for axis in axes]
+    return points
 
 
 def _joint(joint: Joint, values: Any) -> dict[str, str]:

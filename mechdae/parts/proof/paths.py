@@ -26,7 +26,6 @@ from mechdae.types import Floats, Json
 
 if TYPE_CHECKING:
     from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
-    from mechdae.types import Json
 
 NEAR = 1e-6
 """How far an angle may be off right angles to be taken for them, as near as rounding lets it be."""

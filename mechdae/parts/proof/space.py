@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe import GROUND, Joint, Mechanism
+from mechdae.describe import Joint, Mechanism
 from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.spinning_links import Spin
@@ -17,7 +17,7 @@ from mechdae.equations.tree.pointers import WORDS
 from mechdae.errors import UnavailableError
 from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.parts.proof.checker.space import SIDES
-from mechdae.parts.proof.mechanism import as_text
+from mechdae.parts.proof.mechanism import as_text, points_of
 from mechdae.types import Floats, Json, Unknowns
 
 if TYPE_CHECKING:
@@ -37,13 +37,6 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
     bodies = [body for body in scene.bodies if body not in idle]
     spins = [_spin(model, spin) for spin in model.spins if {*spin.bodies} & {*bodies}]
     names = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
-    points: dict[str, dict[str, list[str]]] = {body: {} for body in (GROUND, *bodies)}
-
-    def add(reference: str) -> None:
-        body, _, point = reference.partition(".")
-        if body in points:
-            points[body][point] = [as_text(numbers[f"{reference}.{axis}"]) for axis in AXES]
-
     counted = [driver.text for driver in scene.drivers]
     spun = {name for link in idle.values() for name in (link.joint, *link.others)}
     joints, sums = dict[str, Any](), dict[str, Any]()
@@ -62,14 +55,7 @@ def spatial_mechanism_of(scene: Scene, laws: dict[str, Any]) -> dict[str, Any]:
     for name in names:
         if name not in sums and name not in spun:
             joints[name] = _joint(mechanism.joints[name], numbers, counted)
-    for joint in joints.values():
-        add(joint["first"])
-        add(joint["second"])
-    for reference in scene.selection.points:
-        add(reference)
-    for driver in scene.drivers:
-        if driver.text.count(".") == 2:
-            add(driver.text.rpartition(".")[0])
+    points = points_of(scene, bodies, joints)
     content = {"bodies": points, "joints": joints, "drivers": laws}
     more = {"sums": sums, "spins": spins}
     return {"dimension": 3} | content | {key: value for key, value in more.items() if value}

@@ -10,7 +10,7 @@ from .arithmetic import LAST, ONE, ZERO, Dual, FalseClaim, ball, exact, field, i
 from .counts import families_of
 from .formulas import evaluate, repeats
 from .plane import PlanarFrame, PlanarMechanism
-from .theorems_in_plane import most_in_plane, wheels
+from .theorems_in_plane import may_be_one, most_in_plane, wheels
 from .tubes import solution
 
 START = ONE / 7
@@ -86,19 +86,10 @@ class CurveContacts:
         return count
 
 
-def _alike(m: PlanarMechanism, one: list[Any], other: list[Any], group: list[str]) -> bool:
-    """Whether the poses of a group in balls may be one, whole turns aside."""
-    for k, (owner, word) in enumerate(m.names):
-        off = one[k] - other[k]
-        if owner in group and not (off if word in ("x", "y") else (off / 2).sin()).contains(0):
-            return False
-    return True
-
-
 def _divided(m: PlanarMechanism, poses: list[list[arb]], group: list[str]) -> list[list[list[arb]]]:
     """Return poses by those that are one in a group."""
     turns = [m.at[body, "angle"] for body in {*group} & set[str]().union(*wheels(m))]
-    families = families_of(poses, lambda one, other: _alike(m, one, other, group))
+    families = families_of(poses, lambda one, other: may_be_one(m, group, one, other))
     for first, *others in families:
         alike = all((first[k] - z[k]).contains(0) for z in others for k in turns)
         need(alike, "modes", "one stands there twice, with whole turns that wheels tell")

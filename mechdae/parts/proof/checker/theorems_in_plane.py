@@ -130,17 +130,19 @@ def alike_in_plane(m: PlanarMechanism, groups: list[Any], one: list[Any], other:
     """
     wheeled = set[str]().union(*wheels(m))
     for group in groups:
-        off = {
-            (body, word): (one[m.at[body, word]] - other[m.at[body, word]]) / 2
-            for body in group
-            for word in m.words
-        }
-        for (_, word), v in off.items():
-            if not (v.sin() if word == "angle" else v).contains(0):
-                return False
-        if any(body in wheeled and not off[body, "angle"].contains(0) for body in group):
+        if not may_be_one(m, group, one, other):
+            return False
+        turns = [m.at[body, "angle"] for body in group if body in wheeled]
+        if not all((one[k] - other[k]).contains(0) for k in turns):
             return True
     return True
+
+
+def may_be_one(m: PlanarMechanism, group: list[str], one: list[Any], other: list[Any]) -> bool:
+    """Whether poses of a group in balls may be one, whole turns aside."""
+    places = [(word, m.at[body, word]) for body in group for word in m.words]
+    halves = [(word, (one[k] - other[k]) / 2) for word, k in places]
+    return all((v.sin() if word == "angle" else v).contains(0) for word, v in halves)
 
 
 def aside_in_plane(m: PlanarMechanism, groups: list[Any], theorems: list[str]) -> str:
