@@ -84,7 +84,7 @@ def __getattr__(name: str) -> Any:
     return getattr(importlib.import_module(_HOME[name]), name)
 
 
-def _shown(how: str, result: Any) -> str:
+def _shown(how: str, result: object) -> str:
     """Return a result as "text" or "html": what rooms make of it that results do not know."""
     if how == "text":
         text: str = importlib.import_module("mechdae.results.tables").table(result)
@@ -94,17 +94,17 @@ def _shown(how: str, result: Any) -> str:
     return html
 
 
-def _finer(result: Any, parts: int) -> Any:
+def _finer(result: object, parts: int) -> Any:
     """Return the task of a result at more poses: what solves knows results, not the reverse."""
     return importlib.import_module("mechdae.tasks.dispatch.finer").finer(result, parts)
 
 
-def _for_picture(*asked: Any) -> Any:
+def _for_picture(*asked: object) -> Any:
     """Return the result of a task as a picture needs it, for pictures of problems."""
     return importlib.import_module("mechdae.tasks.pictures").for_picture(*asked)
 
 
-def _with_sketch(problem: Any) -> Any:
+def _with_sketch(problem: object) -> Any:
     """Return a problem without tasks with that of its sketch, for pictures."""
     return importlib.import_module("mechdae.tasks.pictures").with_sketch(problem)
 

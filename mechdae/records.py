@@ -77,7 +77,7 @@ def _write(cls: Any, frozen: bool, eq: bool, shown: bool) -> None:
 def _first_init(cls: Any, frozen: bool) -> Any:
     """Return a method that puts the one compiled for the class in its own place."""
 
-    def first_init(self: Any, *values: Any, **named: Any) -> None:
+    def first_init(self: object, *values: object, **named: object) -> None:
         compiled = _compiled_init(cls, frozen)
         cls.__init__ = compiled
         compiled(self, *values, **named)
@@ -131,7 +131,7 @@ _MADE = _Made()
 class _Signature:
     """What ``inspect.signature`` says of a class, also before its first instance."""
 
-    def __get__(self, item: Any, owner: type[Any]) -> inspect.Signature:
+    def __get__(self, item: object, owner: type[Any]) -> inspect.Signature:
         init = owner.__init__
         init = vars(init).get("compiled", lambda: init)()
         signature = inspect.signature(init)
@@ -148,7 +148,7 @@ def _getter(names: list[str]) -> Callable[[Any], Any]:
 def _equality(names: list[str]) -> Any:
     values = _getter(names)
 
-    def equal(self: Any, other: Any) -> Any:
+    def equal(self: object, other: object) -> Any:
         if other.__class__ is not self.__class__:
             return NotImplemented
         return values(self) == values(other)
@@ -159,7 +159,7 @@ def _equality(names: list[str]) -> Any:
 def _hash(names: list[str]) -> Any:
     values = _getter(names)
 
-    def hashed(self: Any) -> int:
+    def hashed(self: object) -> int:
         return hash(values(self))
 
     return hashed

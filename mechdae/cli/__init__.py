@@ -10,7 +10,6 @@ import gc
 import sys
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
-from typing import Any
 
 from mechdae import __version__
 from mechdae.additions import Added, Registry
@@ -41,7 +40,7 @@ COMMANDS: Registry[Added] = Registry(
 class _Version(argparse.Action):
     """Prints the version, and what evaluates kernels."""
 
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         try:
             print(f"mechdae {__version__} (back end: {backend()})")
         except MechdaeError as error:

@@ -175,7 +175,7 @@ class Reader:
         return powers_of(unit if not order else f"{unit}/s{order if order > 1 else ''}")
 
 
-def _bare(value: Any) -> bool:
+def _bare(value: object) -> bool:
     """Return whether a number in an expression can hardly have a unit: 2, 0.5, 1000."""
     if not isinstance(value, int | float) or not value:
         return True

@@ -11,7 +11,7 @@ from mechdae.describe.values import Number, each, entries, number, numbers, pair
 from mechdae.errors import InputError, MechdaeError
 
 
-def direction(value: Any) -> tuple[Number, ...]:
+def direction(value: object) -> tuple[Number, ...]:
     """Return the three numbers of a direction in space."""
     items = sequence(value)
     if len(items) != 3:
@@ -38,7 +38,7 @@ def inertia(value: Any) -> Number | tuple[Number, ...]:
     return numbers(items)
 
 
-def numbers_in_rows(value: Any, sizes: tuple[int, ...]) -> tuple[tuple[Number, ...], ...]:
+def numbers_in_rows(value: object, sizes: tuple[int, ...]) -> tuple[tuple[Number, ...], ...]:
     """Return rows of as many numbers or expressions, all of one of the sizes, two at least."""
     words = " or ".join(map(str, sizes))
     counts = sizes
@@ -57,10 +57,10 @@ def numbers_in_rows(value: Any, sizes: tuple[int, ...]) -> tuple[tuple[Number, .
     return result
 
 
-def rows(value: Any) -> tuple[tuple[float, float], ...]:
+def rows(value: object) -> tuple[tuple[float, float], ...]:
     """Return pairs of finite numbers, two at least."""
 
-    def row(item: Any) -> tuple[float, float]:
+    def row(item: object) -> tuple[float, float]:
         first, second = pair(item)
         if isinstance(first, str) or isinstance(second, str):
             raise InputError("plain numbers are needed, not expressions")
@@ -72,7 +72,7 @@ def rows(value: Any) -> tuple[tuple[float, float], ...]:
     return result
 
 
-def numbers_by_place(value: Any) -> Table[Number]:
+def numbers_by_place(value: object) -> Table[Number]:
     """Return a sketch in space: rough places ``"rocker.C" = [x, y, z]`` by their components."""
     result: dict[str, Number] = {}
     for entry, item in entries(value, _place, check=text).items():
@@ -88,7 +88,7 @@ def _place(value: Any) -> Number | tuple[Number, ...]:
     return direction(value) if isinstance(value, list | tuple) else number(value)
 
 
-def start(value: Any) -> Table[Number]:
+def start(value: object) -> Table[Number]:
     """Return coordinate -> number; dotted keys may be nested tables."""
     result: dict[str, Number] = {}
     for entry, item in _flat(value, ""):
@@ -101,7 +101,7 @@ def start(value: Any) -> Table[Number]:
     return Table(result)
 
 
-def _flat(table: Any, before: str) -> Iterator[tuple[str, Any]]:
+def _flat(table: object, before: str) -> Iterator[tuple[str, Any]]:
     if not isinstance(table, Mapping):
         raise InputError("a table coordinate = value is needed")
     for entry, item in table.items():
@@ -111,7 +111,7 @@ def _flat(table: Any, before: str) -> Iterator[tuple[str, Any]]:
             yield before + text(entry), item
 
 
-def lists_by_name(value: Any) -> Table[tuple[Number, ...]]:
+def lists_by_name(value: object) -> Table[tuple[Number, ...]]:
     """Return name -> numbers, one at least."""
     result = entries(value, numbers, check=text)
     empty = next((entry for entry, items in result.items() if not items), None)

@@ -35,13 +35,13 @@ MODES = 8
 
 
 def plot(
-    result: Any,
+    result: object,
     kind: str | None = None,
     ax: Axes | None = None,
     width: str | float | None = None,
     dpi: int | None = None,
     title: bool = True,
-    **options: Any,
+    **options: object,
 ) -> Any:
     """Draw a result.
 

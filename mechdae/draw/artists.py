@@ -27,7 +27,7 @@ from mechdae.types import Json
 class _Shared:
     """An artist with the clip box of its axes: to make one for each takes longer than to draw."""
 
-    def set_clip_path(self: Any, path: Any, transform: Any = None) -> None:
+    def set_clip_path(self: Any, path: Any, transform: object = None) -> None:
         """Clip by a path, or by the box of the axes if it is theirs."""
         if self.axes is not None and path is self.axes.patch:
             self.set_clip_box(self.axes.bbox)

@@ -150,7 +150,7 @@ def usual_kind(task: str) -> str:
 
 
 def check_dimension(
-    kind: str, result: Any, options: Mapping[str, object] = MappingProxyType({})
+    kind: str, result: object, options: Mapping[str, object] = MappingProxyType({})
 ) -> None:
     """Refuse pictures, and options of them, that mechanisms of a dimension do not have.
 

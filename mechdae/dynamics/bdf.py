@@ -186,9 +186,7 @@ class Cvodes(ImplicitMethod):
         M = k.value("parts", 0.0, none + 0.1 * k.sizes, none, self.setup.loose)[0]
         return float(np.mean(np.diag(M) * k.sizes**2)) if k.n else 1.0
 
-    def _step_impl(
-        self, state: Floats, signs: Floats, end: float, longest: float
-    ) -> Iterator[Nodes]:
+    def _step_impl(self, state: Floats, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
         lay, limit, longest = self.layout, longest, np.inf
         while state[lay["t"]][0] < end:
             t = float(state[lay["t"]][0])
@@ -240,7 +238,7 @@ class Automatic(Cvodes, DormandPrince):
         self.name, self.implicit = f"{DormandPrince.name}; then {Cvodes.name}", True
         return True
 
-    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+    def _step_impl(self, state: Floats, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
         if not self.implicit:
             for nodes in DormandPrince._step_impl(self, state, signs, end, longest):
                 yield nodes
@@ -251,11 +249,11 @@ class Automatic(Cvodes, DormandPrince):
                 return
         yield from super()._step_impl(state, signs, end, longest)
 
-    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+    def _dense_output_impl(self, nodes: Nodes, times: Floats) -> tuple[Matrix, Matrix, Matrix]:
         method = Cvodes if self.implicit else DormandPrince
         return method._dense_output_impl(self, nodes, times)
 
-    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+    def stepped(self, state: Floats, h: float, signs: Floats) -> Floats:
         method = Cvodes if self.implicit else DormandPrince
         return method.stepped(self, state, h, signs)
 
@@ -270,7 +268,7 @@ class Radau(ImplicitMethod):
         """(t, x, v, signs) -> derivatives of x'' by x and v, (n, 2 n), by columns."""
         k = self.kernel
 
-        def build() -> Any:
+        def build() -> Graph:
             a = k.rhs(*k.inputs)[0]
             found = ca.jacobian(a, ca.vertcat(k.x, k.v))
             return k.function("slopes", [ca.vec(ca.densify(found))])
@@ -282,7 +280,7 @@ class Radau(ImplicitMethod):
         """(t, x, v, signs) -> powers (works,) for many states."""
         k, stepper = self.kernel, self.stepper
 
-        def build() -> Any:
+        def build() -> Graph:
             a, inner = k.rhs(*k.inputs)
             power = stepper.power(*k.inputs[:4], a, stepper._sizes(inner), k.c)
             return ca.Function("powers", k.inputs, [ca.densify(power)])
@@ -295,23 +293,23 @@ class Radau(ImplicitMethod):
         t, x, v, w = (np.array(lay.of(state, name)) for name in ("t", "x", "v", "w"))
         omega = max(self._frequency(v, lay.of(state, "a")), SLOW * float(lay.of(state, "omega")))
 
-        def placed(y: Any) -> tuple[Any, Any]:
+        def placed(y: Floats) -> tuple[Floats, Floats]:
             return y[..., :n] * sizes, y[..., n:] * sizes * omega
 
-        def natural(x: Unknowns, v: Floats) -> Any:
+        def natural(x: Unknowns, v: Floats) -> Floats:
             return np.concatenate([x / sizes, v / (sizes * omega)], axis=-1)
 
-        def rates(times: Floats, y: Any) -> Any:
+        def rates(times: Floats, y: Floats) -> Floats:
             x, v = placed(y)
             a = self.rates(times[:, None], x, v, signs)[0]
             return np.concatenate([v / sizes, a / sizes / omega], axis=1)
 
-        def slopes(t: float, y: Any) -> Any:
+        def slopes(t: float, y: Floats) -> Floats:
             found = np.reshape(self._slopes(t, *placed(y), signs)[0], (n, 2 * n), order="F")
             found = found * np.concatenate([sizes, sizes * omega]) / (sizes * omega)[:, None]
             return np.vstack([np.hstack([np.zeros((n, n)), omega * np.eye(n)]), found])
 
-        def settled(t: float, y: Any) -> Any:
+        def settled(t: float, y: Floats) -> Any:
             x, v, closed = self._closed(np.array([[t]]), *placed(y[None]), signs)
             if not closed:
                 raise ArithmeticError("the state leaves the constraints")
@@ -333,7 +331,7 @@ class Radau(ImplicitMethod):
             state[lay["h"]] = step.next_length
             yield state
 
-    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+    def _step_impl(self, state: Floats, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
         lay, found = self.layout, [state]
         try:
             for behind in self._along(state, end, signs, float(lay.of(state, "h")), longest):

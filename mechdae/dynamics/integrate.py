@@ -92,11 +92,11 @@ class Integrator(ABC):
         return False
 
     @abstractmethod
-    def _step_impl(self, state: Any, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
+    def _step_impl(self, state: Floats, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
         """Yield accepted steps, several at a time, until a time or one of no length."""
 
     @abstractmethod
-    def _dense_output_impl(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+    def _dense_output_impl(self, nodes: Nodes, times: Floats) -> tuple[Matrix, Matrix, Matrix]:
         """Return x, v and works (n, .) at times inside accepted steps."""
 
     @abstractmethod
@@ -184,7 +184,7 @@ class Integrator(ABC):
         low: tuple[float, Floats],
         high: tuple[float, Floats],
         signs: Floats,
-        value: Callable[[Any], float],
+        value: Callable[[Floats], float],
     ) -> Floats:
         """Return the state between two others where a value over states vanishes."""
         h, first = high[0], value(low[1])
@@ -220,9 +220,7 @@ class DormandPrince(Integrator):
     def _dense(self) -> Any:
         return self.kernel.batch("dense", lambda: self.stepper.dense, (6,))
 
-    def _step_impl(
-        self, state: Floats, signs: Floats, end: float, longest: float
-    ) -> Iterator[Nodes]:
+    def _step_impl(self, state: Floats, signs: Any, end: float, longest: float) -> Iterator[Nodes]:
         lay = self.layout
         given = [end, self.setup.tolerance, longest]
         numbers = np.concatenate([given, signs, self.kernel.numbers])

@@ -235,7 +235,7 @@ class Released:
         """Return natural sizes of the rows that are left: a `length`, or 1."""
         return [row_size(unit, length) for unit in self.units]
 
-    def moved(self, absolute: Sym, acceleration: Any = None) -> Sym:
+    def moved(self, absolute: Sym, acceleration: object = None) -> Sym:
         """Return an expression over (q, v, a, t) as one over (x, v, t), at x'' = 0 or another."""
         model = self.model
         result = SX(absolute)
@@ -378,7 +378,7 @@ class Released:
         return -ca.dot(whole, self.qd)
 
 
-def _damped(load: Any) -> bool:
+def _damped(load: object) -> bool:
     return isinstance(load, Spring) and load.damping != 0
 
 

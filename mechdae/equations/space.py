@@ -111,7 +111,7 @@ class Space:
         return list(self.on_body(model, wrench, joint.second_body, place))
 
     def imbalance(
-        self, model: Any, bodies: Sequence[str],
+        self, model: object, bodies: Sequence[str],
         parts: Sequence[dict[tuple[int | str, ...] | int, Sym]], reactions: Mapping[str, Sym],
     ) -> Sym:  # fmt: skip
         """Return what is left of the balance of bodies under all `parts` and reactions.
@@ -120,7 +120,7 @@ class Space:
         """
         raise NotImplementedError
 
-    def moves(self, model: Any, joint: str) -> Sym:
+    def moves(self, model: object, joint: str) -> Sym:
         """Return how a joint lets the second body move; in the plane its rows tell."""
         raise NotImplementedError
 

@@ -67,7 +67,7 @@ class structure_property(Generic[T]):  # noqa: N801  (used like `property`)
         instance.__dict__[self.name] = made
         return made
 
-    def built(self, instance: Any) -> T:
+    def built(self, instance: object) -> T:
         """Return what is made where nothing is kept."""
         return self.make(instance)
 

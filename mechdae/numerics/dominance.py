@@ -45,7 +45,7 @@ def best_of(
     return [designs[k] for k in found]
 
 
-def thinned(values: Any, most: int) -> list[int]:
+def thinned(values: object, most: int) -> list[int]:
     """Return the places of `most` points of a front of two objectives, in their order.
 
     Of more that one goes whose loss takes least from the hypervolume, one after the other; the ends

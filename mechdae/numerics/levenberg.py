@@ -20,7 +20,7 @@ import numpy as np
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Jacobians, Matrices, Matrix, Points, Unknowns
 
-Rows = tuple[Any, Any, Any]
+Rows = tuple[Matrices, Floats, Any]
 """Residuals (n, k, e), their derivatives by x (n, k, e, q) and by the own t (n, k, e) or None."""
 
 BATCH = 2000
@@ -68,12 +68,12 @@ class DistinctSolutions:
 
 
 def solve_all(
-    rows: Callable[[Any, Any], Rows],
-    draw: Callable[[Any, int], tuple[Any, Any]],
+    rows: Callable[[Floats, Floats], Rows],
+    draw: Callable[[np.random.Generator, int], tuple[Floats, Floats]],
     starts: int,
     *,
-    key: Callable[[Any], Any] | None = None,
-    usable: Callable[[Any], Any] | None = None,
+    key: Callable[[Floats], Floats] | None = None,
+    usable: Callable[[Floats], Booleans] | None = None,
     seed: int = 0,
     iterations: int = 300,
     enough: int | None = None,
@@ -112,13 +112,13 @@ def solve_all(
 class _Known:
     """Solutions found so far, with their hits."""
 
-    def __init__(self, rows: Callable[[Any, Any], Rows], key: Callable[[Any], Any]) -> None:
+    def __init__(self, rows: Callable[[Any, Any], Rows], key: Callable[[Floats], Floats]) -> None:
         self.rows, self.key = rows, key
-        self.x: list[Any] = []
-        self.t: list[Any] = []
+        self.x: list[Floats] = []
+        self.t: list[Floats] = []
         self.residual: list[float] = []
         self.hits: list[int] = []
-        self.keys: list[Any] = []
+        self.keys: list[Floats] = []
 
     def add(self, x: Unknowns, t: Floats) -> None:
         """Count the hits of a batch and keep the solutions that are new."""
@@ -156,7 +156,7 @@ class _Known:
 
 
 def descend(
-    rows: Callable[[Any, Any], Rows], x: Unknowns, t: Floats, iterations: int
+    rows: Callable[[Floats, Floats], Rows], x: Unknowns, t: Floats, iterations: int
 ) -> tuple[Floats, Floats, Booleans, int]:
     """Return points (n, q), (n, k) after Levenberg-Marquardt, which are solved, and the work.
 
@@ -215,7 +215,7 @@ def _larger(one: Floats, one_by_t: Floats | None, other: Floats, other_own: Any)
     return np.maximum(one, other), None if one_by_t is None else np.maximum(one_by_t, other_own)
 
 
-def _scales(J: Floats, by_t: Matrices | None) -> tuple[Any, Any]:
+def _scales(J: Floats, by_t: Matrices | None) -> tuple[Floats, Floats | None]:
     """Return squares of the columns of x (n, q) and of t (n, k)."""
     squares = np.einsum("nkeq,nkeq->nq", J, J)
     return np.maximum(squares, 1e-12), None if by_t is None else np.einsum(
@@ -225,7 +225,7 @@ def _scales(J: Floats, by_t: Matrices | None) -> tuple[Any, Any]:
 
 def _step(
     F: Matrices, J: Floats, by_t: Matrices | None, scale: Floats, scale_own: Any, damping: Floats
-) -> tuple[Any, Any, Any]:
+) -> tuple[Any, Floats, Floats]:
     """Return the damped steps of x and t and the decrease that the linear model expects."""
     n, k, e, q = J.shape
     flat = J.reshape(n, k * e, q)
@@ -253,7 +253,7 @@ def _step(
 
 
 def polished(
-    rows: Callable[[Any, Any], Rows], x: Unknowns, t: Floats
+    rows: Callable[[Floats, Floats], Rows], x: Unknowns, t: Floats
 ) -> tuple[Floats, Floats, float, bool]:
     """Return one solution after Newton's method on the whole system, its residual, isolated.
 

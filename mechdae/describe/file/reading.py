@@ -44,7 +44,7 @@ class Nested:
     tables: bool = True
     one: str = ""
 
-    def coerce(self, value: Any) -> Any:
+    def coerce(self, value: object) -> Any:
         """Return the description, or all of them, that Python gave."""
         if not self.several:
             return self._one(value, self.tables)
@@ -52,7 +52,7 @@ class Nested:
             raise InputError(f"a list of {self.what}s is needed, not one", hint=self.hint)
         return tuple(each(sequence(value), lambda item: self._one(item, self.tables)))
 
-    def typed(self, value: Any) -> Any:
+    def typed(self, value: object) -> Any:
         """Return the description, or all of them, that a file holds."""
         if not self.several:
             return self._one(value, True)
@@ -80,7 +80,7 @@ def nest(word: str, nested: Nested) -> None:
     NESTED[word], COERCE[word] = nested, nested.coerce
 
 
-def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[Any, Json]:
+def chosen(table: object, kinds: Mapping[str, Any], word: str) -> tuple[Any, Json]:
     """Return the class of the kind that a table names, and the table's other entries."""
     if not isinstance(table, Mapping):
         raise InputError("a table is needed")
@@ -148,7 +148,7 @@ def check_suffixes(table: Iterable[str], units: Mapping[str, str | None]) -> Non
             check_suffix(key, unit, base)
 
 
-def to_si(value: Any, suffix: str) -> Any:
+def to_si(value: object, suffix: str) -> Any:
     """Return a number, expression, list or table of them converted to SI."""
     if not suffix:
         return value
@@ -187,7 +187,7 @@ def _number_in_si(value: float, unit: Unit) -> float:
 
 
 def plain(
-    table: Any, known: Mapping[str, Any] | None = None, unit: str | None = None
+    table: object, known: Mapping[str, Any] | None = None, unit: str | None = None
 ) -> dict[str, Any]:
     """Return the table with unit suffixes resolved, nested tables included.
 
@@ -227,7 +227,7 @@ def plain(
     return result
 
 
-def nested(value: Any) -> Any:
+def nested(value: object) -> Any:
     """Return the value with the unit suffixes of nested tables resolved."""
     if isinstance(value, Mapping):
         return plain(value)
@@ -241,7 +241,7 @@ def keys_of(kind: type[Value]) -> dict[str, Any]:
     return {entry.name.rstrip("_"): entry for entry in fields(kind) if "kind" in entry.metadata}
 
 
-def read(kind: type[T], table: Any, place: str, **given: str) -> T:
+def read(kind: type[T], table: object, place: str, **given: str) -> T:
     """Return the description that a table of the file holds.
 
     Parameters

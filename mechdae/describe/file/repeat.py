@@ -74,7 +74,7 @@ class Pattern:
         """Let an error about a copy name the cell it was typed in, and k."""
         expand(self.data()).blame(error)
 
-    def with_size(self, name: str, value: Any) -> Pattern:
+    def with_size(self, name: str, value: object) -> Pattern:
         """Return the pattern with a size set to a whole number, or an expression over sizes."""
         sizes = self.sizes.with_(name, _whole(value, self.sizes))
         return replace(self, tables=self.tables.with_("sizes", sizes))
@@ -94,7 +94,7 @@ def pattern_of(data: Mapping[str, Any], read: Read) -> Pattern | None:
     return Pattern(free(data), read) if data.get("repeat") or data.get("sizes") else None
 
 
-def _thawed(value: Any) -> Any:
+def _thawed(value: object) -> Any:
     if isinstance(value, Mapping):
         return {key: _thawed(item) for key, item in value.items()}
     return [_thawed(item) for item in value] if isinstance(value, tuple) else value
@@ -257,7 +257,7 @@ def _points(ground: dict[str, dict[str, list[int | str]]], place: str) -> dict[s
         raise problem.inside(place) from None
 
 
-def _table(value: Any, place: str) -> Mapping[str, Any]:
+def _table(value: object, place: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
         raise InputError("a table is needed", where=place)
     return value
@@ -274,7 +274,7 @@ class Filling:
     text: str | None = None
     turn: str = ""
 
-    def value(self, value: Any, place: str) -> Any:
+    def value(self, value: object, place: str) -> Any:
         """Return the value with its braces filled, keys of tables included."""
         if isinstance(value, str):
             alone = BRACES.fullmatch(value)

@@ -168,7 +168,7 @@ def _chosen(table: Json, place: str, kinds: Mapping[str, Any], word: str) -> Any
         raise problem.inside(place) from None
 
 
-def _read_joint(name: str, table: Any, dimension: int) -> Joint:
+def _read_joint(name: str, table: object, dimension: int) -> Joint:
     place = f"joints.{name}"
     try:
         kind, rest = chosen(table, KINDS_OF_JOINTS[dimension], "joint")
@@ -202,7 +202,7 @@ def _read_joint(name: str, table: Any, dimension: int) -> Joint:
     return joint
 
 
-def _check_dimension(table: Any, dimension: int, place: str) -> None:
+def _check_dimension(table: object, dimension: int, place: str) -> None:
     """Raise for a kind of joint that mechanisms of the other dimension have."""
     word = str(table.get("kind")) if isinstance(table, Mapping) else ""
     if dimension == 2 and word in SPATIAL_JOINTS:

@@ -33,8 +33,8 @@ FRICTION = ("friction", "friction_static")
 
 
 def from_loops(
-    vectors: Any, loops: Mapping[str, Iterable[str]], nodes: Any = (), *,
-    ground: Ground | None = None, bodies: Any = (), joints: object = (),
+    vectors: object, loops: Mapping[str, Iterable[str]], nodes: object = (), *,
+    ground: Ground | None = None, bodies: object = (), joints: object = (),
     parameters: Mapping[str, object] | None = None, sketch: Mapping[str, float] | None = None,
     **rest: Any,
 ) -> Mechanism:  # fmt: skip

@@ -311,7 +311,7 @@ class _Built:
         return pieces, signs, sizes, good
 
     @staticmethod
-    def _pieces(statics: InverseDynamics, w: Any, dw: Any, p: Any) -> Any:
+    def _pieces(statics: InverseDynamics, w: object, dw: object, p: object) -> Any:
         loads = statics.loads
         timed = [MX(ca.DM(table.piece(0.0))) for table in loads.timed]
         if not loads.signals:

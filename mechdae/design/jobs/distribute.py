@@ -214,7 +214,7 @@ def elsewhere(version: str, piece: Callable[[], object]) -> Any:
         return Failure(f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
-def failed(outcome: Any, piece: str) -> Any:
+def failed(outcome: object, piece: str) -> Any:
     """Return the outcome of a piece; raise what a `Failure` tells."""
     if not isinstance(outcome, Failure):
         return outcome

@@ -118,7 +118,7 @@ def grid_of(nodes: Floats) -> Floats:
     return np.append(parts.ravel(), nodes[-1])
 
 
-def moved(nodes: Floats, places: Any, values: Any, held: Any) -> Any:
+def moved(nodes: Floats, places: Any, values: object, held: object) -> Any:
     """Return nodes of which the nearest stand on given places, the largest values first."""
     nodes = np.array(nodes, float)
     free = ~np.asarray(held, bool)

@@ -147,7 +147,7 @@ class DrawnDesign:
         """Return the driver's values."""
         return np.asarray(poses.drivers[self.demand.driver].position, float)
 
-    def wrapped(self, values: Any) -> Array:
+    def wrapped(self, values: object) -> Array:
         """Return driver values within the sweep: of a full turn, whole turns are taken away."""
         given: Array = np.asarray(values, float)
         if self.demand.full_turn:

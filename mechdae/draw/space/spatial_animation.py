@@ -91,7 +91,7 @@ class SpatialAnimation(Animation):
 
 def draw(
     result: Any,
-    ax: Any = None,
+    ax: object = None,
     *,
     frames: int | None = None,
     seconds: float = SECONDS,

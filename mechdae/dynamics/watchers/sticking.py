@@ -53,7 +53,7 @@ class BallLoads:
             if k is not None and j + 1 < len(laws) and laws[j + 1] in ACROSS
         }
 
-    def left(self, k: int, held: Any, at: tuple[Matrix, Matrix, Matrix, Floats]) -> Any:
+    def left(self, k: int, held: object, at: tuple[Matrix, Matrix, Matrix, Floats]) -> Any:
         """Return what is left (n,) at states `at` until the law of a ball leaves its moment open.
 
         `held`: moments (n, 3) that hold it while it sticks; None while it turns.

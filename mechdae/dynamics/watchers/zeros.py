@@ -92,12 +92,12 @@ def inside(
     return t + s * h, place, speed / np.where(h > 0, h, 1.0)
 
 
-def fitted(
-    lay: Layout, nodes: Nodes, values: Callable[[Any, Any, Any], Any]
-) -> tuple[Integers, Floats, Floats, Floats]:
-    """Return the parts of accepted steps over which fits of functions converge.
+Values = Callable[[Floats, Floats, Floats], Floats]
+"""(t (n, 1), x, v) -> (n, k)."""
 
-    `values`: (t (n, 1), x, v) -> (n, k).
+
+def fitted(lay: Layout, nodes: Nodes, values: Values) -> tuple[Integers, Floats, Floats, Floats]:
+    """Return the parts of accepted steps over which fits of functions converge.
 
     Returns
     -------
@@ -131,8 +131,8 @@ def fitted(
 
 
 def _sampled(
-    lay: Layout, nodes: Nodes, values: Any, rows: Integers, lows: Floats, highs: Floats
-) -> Any:
+    lay: Layout, nodes: Nodes, values: Values, rows: Integers, lows: Floats, highs: Floats
+) -> Floats:
     """Return values at Chebyshev's places of parts of steps."""
     shares = lows[:, None] + (highs - lows)[:, None] * _NODES
     at = np.repeat(rows, DEGREE + 1)
@@ -140,9 +140,7 @@ def _sampled(
     return samples.reshape(len(rows), DEGREE + 1, -1)
 
 
-def changes(
-    lay: Layout, nodes: Nodes, values: Callable[[Any, Any, Any], Any], falls: bool = False
-) -> list[Sign]:
+def changes(lay: Layout, nodes: Nodes, values: Values, falls: bool = False) -> list[Sign]:
     """Return where functions may change their signs in accepted steps, in the order of time.
 
     With ``falls`` only changes from above zero and dips of what is above; what begins at zero
@@ -193,12 +191,12 @@ class Looker:
         self,
         integrator: Integrator,
         nodes: Nodes,
-        values: Callable[[Any, Any, Any], Any],
-        some: Callable[[int], Callable[[Any, Any, Any], Any]] | None = None,
+        values: Values,
+        some: Callable[[int], Values] | None = None,
     ) -> None:
         self.integrator, self.nodes, self.values, self.some = integrator, nodes, values, some
         self.lay = integrator.layout
-        self._known: dict[tuple[int, float], Any] = {}
+        self._known: dict[tuple[int, float], Floats] = {}
 
     def value(self, state: Floats, which: int) -> float:
         t, x, v = (self.lay.of(state, name) for name in ("t", "x", "v"))

@@ -144,7 +144,7 @@ class Timed:
         turn = (knot - self.shift - self.X[0]) / self.period
         return bool(abs(turn - round(turn)) * self.period < 1e-6 * np.diff(self.X).min())
 
-    def piece(self, t: Any) -> Floats:
+    def piece(self, t: object) -> Floats:
         """Return what stands for `symbols` right behind times, (..., 6)."""
         t = np.asarray(t, float)
         size = np.maximum(np.abs(t), abs(self.shift) + np.abs(self.X).max())

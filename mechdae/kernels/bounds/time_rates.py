@@ -149,7 +149,7 @@ class Tempo:
         return Bound(middle, low, high, terms, torn)
 
     @cached_property
-    def _operations(self) -> dict[int, Callable[..., Any]]:
+    def _operations(self) -> dict[int, Callable[..., tuple[Floats, Floats, Floats]]]:
         return {
             ca.OP_ASSIGN: lambda a: (a.low, a.high, a.terms),
             ca.OP_ADD: lambda a, b: (a.low + b.low, a.high + b.high, a.terms + b.terms),
@@ -181,7 +181,7 @@ class Tempo:
             ca.OP_FMAX: lambda a, b: _chosen(a, b, a.low > b.high, b.low > a.high, np.maximum),
         }
 
-    def _power(self, a: Bound, b: Bound) -> tuple[Any, Any, Any]:
+    def _power(self, a: Bound, b: Bound) -> tuple[Floats, Floats, Floats]:
         """Return a**b."""
         if not b.fixed:
             moved = Bound(np.log(a.middle), *_logarithm(a), a.torn)
@@ -245,13 +245,13 @@ def _waved(a: Bound, own: Any, other: Any) -> tuple[Floats, Floats, Floats]:
     return low, high, mine
 
 
-def _tangent(a: Bound) -> tuple[Any, Any, Any]:
+def _tangent(a: Bound) -> tuple[Floats, Floats, Floats]:
     sine = Bound(np.sin(a.middle), *_waved(a, np.sin, np.cos), a.torn)
     cosine = Bound(np.cos(a.middle), *_waved(a, np.cos, np.sin), a.torn)
     return _divided(sine, cosine)
 
 
-def _catenary(a: Bound, function: Sym, other: Any) -> tuple[Any, Any, Any]:
+def _catenary(a: Bound, function: Any, other: Any) -> tuple[Floats, Floats, Floats]:
     """Return sinh or cosh."""
     mine, its = np.zeros_like(a.terms), np.zeros_like(a.terms)
     mine[0], its[0] = np.abs(function(a.terms[0])), np.abs(other(a.terms[0]))
@@ -263,7 +263,7 @@ def _catenary(a: Bound, function: Sym, other: Any) -> tuple[Any, Any, Any]:
     return function(a.least), function(a.terms[0]), mine
 
 
-def _saturated(a: Bound) -> tuple[Any, Any, Any]:
+def _saturated(a: Bound) -> tuple[Floats, Floats, Floats]:
     """Return tanh: f' = (1 - f^2) a'."""
     low, high = np.tanh(a.low), np.tanh(a.high)
     found, slope = np.zeros_like(a.terms), np.zeros_like(a.terms)
@@ -283,7 +283,7 @@ def _exponential(a: Bound) -> tuple[Floats, Floats, Floats]:
     return np.exp(a.low), found[0], found
 
 
-def _logarithm(a: Bound) -> tuple[Any, Any, Any]:
+def _logarithm(a: Bound) -> tuple[Floats, Floats, Floats]:
     bad = a.low <= 0
     low, high = np.where(bad, -np.inf, np.log(a.low)), np.where(bad, np.inf, np.log(a.high))
     first = np.maximum(np.abs(low), np.abs(high))
@@ -291,7 +291,7 @@ def _logarithm(a: Bound) -> tuple[Any, Any, Any]:
     return low, high, np.where(bad, np.inf, _integrated(rates, first))
 
 
-def _arctangent(a: Bound) -> tuple[Any, Any, Any]:
+def _arctangent(a: Bound) -> tuple[Floats, Floats, Floats]:
     below = _times(a.terms, a.terms)
     below[0] += 1
     rates = _over(_rate(a.terms), below, a.terms[1] / (1 + a.least**2), 1 + a.least**2)
@@ -299,7 +299,7 @@ def _arctangent(a: Bound) -> tuple[Any, Any, Any]:
     return low, high, _integrated(rates, np.maximum(np.abs(low), np.abs(high)))
 
 
-def _arc(a: Bound, function: Any) -> tuple[Floats, Floats, Floats]:
+def _arc(a: Bound, function: Callable[[Floats], Floats]) -> tuple[Floats, Floats, Floats]:
     """Return asin or acos: the size of f' is that of a' over the root of 1 - a^2."""
     one, other = function(a.low), function(a.high)
     low, high = np.fmin(one, other), np.fmax(one, other)
@@ -312,7 +312,7 @@ def _arc(a: Bound, function: Any) -> tuple[Floats, Floats, Floats]:
     return low, high, np.where(bad, np.inf, _integrated(rates, np.full_like(low, np.pi)))
 
 
-def _angle(y: Bound, x: Bound) -> tuple[Any, Any, Any]:
+def _angle(y: Bound, x: Bound) -> tuple[Floats, Floats, Floats]:
     """Return atan2: f' = (y' x - y x') / (x^2 + y^2)."""
     below = _times(x.terms, x.terms) + _times(y.terms, y.terms)
     least = x.least**2 + y.least**2
@@ -328,7 +328,7 @@ def _signed(a: Bound) -> tuple[Floats, Floats, Floats]:
 
 
 def _chosen(
-    a: Bound, b: Bound, first: Booleans, second: Booleans, least: Any
+    a: Bound, b: Bound, first: Booleans, second: Booleans, least: Callable[[Floats, Floats], Floats]
 ) -> tuple[Floats, Floats, Floats]:
     terms = np.where(first, a.terms, np.where(second, b.terms, np.maximum(a.terms, b.terms)))
     return least(a.low, b.low), least(a.high, b.high), terms

@@ -279,7 +279,7 @@ class BlockGraph:
         return np.linalg.lstsq(J, F)[0] if self.redundant else np.linalg.solve(J, F)
 
     def first_rate(
-        self, at: Sequence[Sym], known: Any, used: Sequence[Sym], driven: Any,
+        self, at: Sequence[Sym], known: object, used: Sequence[Sym], driven: Any,
     ) -> Sym:  # fmt: skip
         """Return the right-hand side of J x'; `at` as of `at`.
 

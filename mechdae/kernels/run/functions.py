@@ -84,7 +84,7 @@ class Call:
         shapes = [self.function.size_out(i) for i in range(self.function.n_out())]
         return [(i, shape) for i, shape in enumerate(shapes) if shape[1] != 1]
 
-    def __call__(self, *inputs: Any) -> list[Floats]:
+    def __call__(self, *inputs: object) -> list[Floats]:
         """Return the outputs, columns as (n,) arrays, for inputs given as vectors."""
         if self._program is None:
             return self._interpreted(inputs)
@@ -196,7 +196,7 @@ class StepChain:
         return results
 
     def _interpreted(
-        self, state: Floats, s: Floats, ds: Any, consts: Floats, count: int
+        self, state: Floats, s: Floats, ds: object, consts: Floats, count: int
     ) -> list[Floats]:
         """Return the same by casadi's virtual machine; each thread has buffers of its own."""
         try:

@@ -21,7 +21,7 @@ CACHE_BYTES = 4_000_000
 SMALLEST_CHUNK = 512
 
 
-def _write(function: Callable[..., Any], *arguments: Any, out: Floats) -> None:
+def _write(function: Callable[..., Any], *arguments: object, out: Floats) -> None:
     """Do an operation as one of NumPy with the argument ``out``."""
     out[...] = function(*arguments)
 

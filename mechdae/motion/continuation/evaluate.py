@@ -106,7 +106,7 @@ class Evaluator(BeyondEnds):
         found: ZonePoses = make(self.graphs)
         return found
 
-    def at(self, path: AnyPath, s: Any, rates: Rates = ()) -> Poses:
+    def at(self, path: AnyPath, s: object, rates: Rates = ()) -> Poses:
         """Return the poses at path parameters `s` (n,).
 
         `rates` are speeds, accelerations and jerks (n, nd) of several drivers or of a course,

@@ -110,7 +110,7 @@ class LimitFinder:
     """
 
     def __init__(
-        self, graphs: Graphs, whole: Floats, constants: Constants, drivers: Any, unit: float
+        self, graphs: Graphs, whole: Floats, constants: Constants, drivers: object, unit: float
     ) -> None:
         self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale

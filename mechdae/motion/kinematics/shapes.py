@@ -45,7 +45,7 @@ class CacheOwner:
         self._latest: Any = None
         self._last: OrderedDict[Hashable, Any] = OrderedDict()
 
-    def use(self, key: Hashable, shape: Any) -> None:
+    def use(self, key: Hashable, shape: object) -> None:
         """Keep a structure, in the place of the one used longest ago."""
         if self._latest is shape:
             return

@@ -28,7 +28,7 @@ def product(p: Complexes | Floats, q: Complexes | Floats) -> Complexes:
     return np.concatenate([real, a * v + b * u + np.cross(u, v)], axis=-1)
 
 
-def conjugate(q: Any) -> Any:
+def conjugate(q: object) -> Any:
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -71,7 +71,7 @@ def _forms() -> tuple[Floats, ...]:
     )
 
 
-def quadrics(base: Complexes, platform: Any, squares: Complexes) -> Complexes:
+def quadrics(base: Complexes, platform: object, squares: Complexes) -> Complexes:
     """Return the matrices (7, 8, 8) of the quadrics; real or complex numbers."""
     eg, ee, gg, left, right, turned = _forms()
     a, b = np.asarray(base), np.asarray(platform)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -50,7 +49,7 @@ def _finer_driver(result: Result, driver: Driver, parts: int) -> Driver:
     return replace(driver, at=_between(result.drivers[driver.coordinate].position, parts))
 
 
-def _between(values: Any, parts: int) -> tuple[float, ...]:
+def _between(values: object, parts: int) -> tuple[float, ...]:
     known = np.asarray(values, dtype=float)
     places = np.linspace(0.0, len(known) - 1.0, (len(known) - 1) * parts + 1)
     return tuple(np.interp(places, np.arange(len(known)), known).tolist())

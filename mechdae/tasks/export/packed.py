@@ -112,7 +112,7 @@ def _fields(result: Result, arrays: dict[str, Any]) -> Json:
     return {name: _packed(getattr(result, name), arrays) for name in names}
 
 
-def _of_motion(text: str, motion: Any, arrays: dict[str, Texts]) -> Json:
+def _of_motion(text: str, motion: object, arrays: dict[str, Texts]) -> Json:
     """Return the motions of a design; one that cannot be computed as what is wrong with it."""
     parts: Json = {}
     for name in PARTS:
@@ -140,7 +140,7 @@ def _motion(meta: Mapping[str, Any], file: Mapping[str, Any], problem: Problem) 
     return StoredMotion(problem, parts)
 
 
-def _packed(value: Any, arrays: dict[str, Any]) -> Any:
+def _packed(value: object, arrays: dict[str, Any]) -> Any:
     if value is None or isinstance(value, bool | int | float):
         return value
     if isinstance(value, str):

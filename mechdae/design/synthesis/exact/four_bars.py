@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -87,7 +86,7 @@ class CountedFourBars:
 
 
 def four_bars_through(
-    targets: Any, given: Mapping[str, float] | None = None, *, follow: Follow = here
+    targets: object, given: Mapping[str, float] | None = None, *, follow: Follow = here
 ) -> CountedFourBars | None:
     """Return all four-bars whose coupler point goes exactly through all points.
 

@@ -228,7 +228,7 @@ def _polar(d: Floats) -> tuple[Floats, Floats]:
 
 
 def exact_path(
-    targets: Any, given: Mapping[str, float] | None = None, *, starts: int = STARTS,
+    targets: object, given: Mapping[str, float] | None = None, *, starts: int = STARTS,
     seed: int = 0, enough: int | None = None,
 ) -> Exact:  # fmt: skip
     """Return the four-bars whose coupler point goes exactly through all points.

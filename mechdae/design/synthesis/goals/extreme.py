@@ -126,7 +126,7 @@ class ExtremeGoal(Goal):
         assert self.deviations is not None
         return row_of(self.quantity, self.deviations)
 
-    def _deviated(self, row: Sym, A: Any) -> Any:
+    def _deviated(self, row: Sym, A: object) -> Any:
         """Return the size of the quantity at a pose with its standard deviations added."""
         assert self.deviations is not None
         value = SX.sym("value", row.numel())

@@ -111,7 +111,7 @@ class Function(Goal):
 
     # -- deviations by tolerances ------------------------------------------------------------
 
-    def _deviation(self, x: Any, u: Any, d: Any) -> Any:
+    def _deviation(self, x: object, u: object, d: object) -> Any:
         """Return the (dimensionless) deviations (1, nt) of the output at a pose."""
         assert self.deviations is not None
         return self.deviations.of(self.asked.output, x, u, d) / self.size

@@ -23,7 +23,7 @@ from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.design.synthesis.verification.claims import Claim
 from mechdae.equations.model import Model
-from mechdae.types import Floats, Sym
+from mechdae.types import Floats, Matrices, Sym
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -100,7 +100,7 @@ class StraightGoal(Goal):
 
     # -- deviations by tolerances ------------------------------------------------------------
 
-    def _deviation(self, x: Any, u: Any, d: Sym, way: Any) -> Any:
+    def _deviation(self, x: object, u: object, d: Sym, way: Any) -> Any:
         """Return the (dimensionless) standard deviation of the point across the line."""
         assert self.deviations is not None
         normal = ca.horzcat(-ca.sin(way), ca.cos(way)) / self.space.size
@@ -172,7 +172,7 @@ class StraightGoal(Goal):
             sigma = space.poses.branch(poses[0], own_u[0], d[i])
             yield Drawn(d[i], unknowns, {}, own_u, poses, sigma, float(rank[i]))
 
-    def _offset(self, similar: Similar, d: Sym, u: Any, x: Any) -> tuple[Any, Any]:
+    def _offset(self, similar: Similar, d: Sym, u: Floats, x: Matrices) -> tuple[Floats, Matrices]:
         """Return designs with the point of the body that moves most nearly on a line.
 
         With the foot p and the direction e of the body at the poses, Re(n (p + c e)) - k is least
@@ -209,7 +209,7 @@ class StraightGoal(Goal):
 
     # -- the true extremes ---------------------------------------------------------------------
 
-    def _extremes(self, values: Values, given: Values) -> tuple[Trace, Any, Any]:
+    def _extremes(self, values: Values, given: Values) -> tuple[Trace, Floats, Floats]:
         """Return the design, shares of the arc where deviations are largest, and those."""
         begin = float(values[self.key("begin")][0])
         u, x = self.programme(values, given)
@@ -217,7 +217,7 @@ class StraightGoal(Goal):
         trace = Trace(self.spread, d, u, x)
         way, offset = (float(values[self.key(word)][0]) for word in ("way", "offset"))
 
-        def across(shares: Any) -> Any:
+        def across(shares: Floats) -> Floats:
             at = begin + self.asked.arc * shares
             x, _, found, held = trace.poses(at)
             place = self.space.poses.part(found, self.asked.point)
@@ -251,7 +251,7 @@ class StraightGoal(Goal):
         return Claim((begin,), direction=way, offset=offset, between=between)
 
 
-def lines_of(places: Any) -> tuple[Any, Any, Any, Any, Any]:
+def lines_of(places: Matrices) -> tuple[Floats, Floats, Floats, Floats, Any]:
     """Return direction, offset, largest deviation, stroke of points (n, k, 2), and if straight on.
 
     The line joins the first point to the last one; it is shifted so that the deviations to both

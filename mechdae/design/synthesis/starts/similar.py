@@ -85,7 +85,7 @@ class Linear:
         return curved
 
     def fitted(
-        self, d: Floats, u: Any, x: Matrices, places: Any, targets: Any, weights: Any
+        self, d: Floats, u: Any, x: Matrices, places: Any, targets: Any, weights: object
     ) -> tuple[Floats, ...]:
         """Return designs (n, nd) fitted to targets (k, w), and the places (n, k, w) they give."""
         if not len(self.places) or not len(d):

@@ -27,6 +27,7 @@ from mechdae.kernels.run.functions import Batch, Call
 from mechdae.motion.continuation.interpolate import upper_coefficients
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
+from mechdae.types import Booleans, Floats, Matrix
 
 PARTS = (1, 4, 16)
 """Parts of a step that are tried one after the other."""
@@ -59,10 +60,10 @@ class QuinticSteps:
     def __init__(self, graphs: Graphs, constants: Constants) -> None:
         self.graphs, self.constants = graphs, constants
         self.kinds: tuple[Kind, ...] | None = graphs.cache("quintic kinds", lambda: _kinds(graphs))
-        self._numbers: Any = None
+        self._numbers: tuple[list[Floats], list[Floats], Floats] | None = None
 
     @property
-    def numbers(self) -> Any:
+    def numbers(self) -> tuple[list[Floats], list[Floats], Floats]:
         """Numbers q of each block, noise of its equations, half widths of its box."""
         if self._numbers is None:
             graphs, constants = self.graphs, self.constants
@@ -75,7 +76,7 @@ class QuinticSteps:
             self._numbers = q, noise, width
         return self._numbers
 
-    def proved(self, s: Any, states: Any, u: Any) -> Any:
+    def proved(self, s: Floats, states: Floats, u: Floats) -> Booleans:
         """Return which blocks (m, nb) each step between nodes is proved for, with all before them.
 
         Parameters
@@ -96,7 +97,7 @@ class QuinticSteps:
                 break
         return good
 
-    def with_all_before(self, proved: Any) -> Any:
+    def with_all_before(self, proved: Booleans) -> Booleans:
         """Return which blocks (m, nb) are `proved` with all that they depend on."""
         whole = proved.copy()
         for b, before in enumerate(self.before):
@@ -115,7 +116,7 @@ class QuinticSteps:
         return graphs.cache("blocks before", find)
 
     @np.errstate(all="ignore")
-    def boxes(self, c: Any, line: Any) -> tuple[Any, Any]:
+    def boxes(self, c: Floats, line: Floats) -> tuple[Booleans, Floats]:
         """Return which blocks (k, nb) are proved around polynomials, and how far they are off.
 
         The distances (k, nx) of the unknowns hold for the whole of each part; nan: not proved.
@@ -142,10 +143,10 @@ class QuinticSteps:
             away[:, unknowns] = np.where(good[:, b, None], distance, np.nan)
         return good, away
 
-    def _along(self, c: Any, line: Any) -> list[tuple[Batch, list[Any]]]:
+    def _along(self, c: Floats, line: Floats) -> list[tuple[Batch, list[Floats]]]:
         """Return of each block its `box` and what `along` gives, all of a shape at once."""
         blocks, count, q = self.graphs.blocks, len(line), self.numbers[0]
-        found: dict[int, tuple[Batch, list[Any]]] = {}
+        found: dict[int, tuple[Batch, list[Floats]]] = {}
         assert self.kinds is not None
         for kind in self.kinds:
             inputs = [
@@ -161,11 +162,11 @@ class QuinticSteps:
         return [found[b] for b in range(len(blocks))]
 
 
-def _rows(values: Any, count: int) -> Any:
+def _rows(values: Floats, count: int) -> Floats:
     return np.broadcast_to(values, (count, len(values)))
 
 
-def pieces(s: Any, states: Any, u: Any, nx: int, parts: int) -> tuple[Any, Any]:
+def pieces(s: Floats, states: Floats, u: Floats, nx: int, parts: int) -> tuple[Floats, Floats]:
     """Return polynomials over parts of steps, and the drivers' line, of -1 <= t <= 1.
 
     Coefficients (m parts, nx, 6), and values in the middle and rates (m parts, 2 nu).
@@ -185,7 +186,7 @@ def pieces(s: Any, states: Any, u: Any, nx: int, parts: int) -> tuple[Any, Any]:
     return shifted.reshape(-1, nx, COUNT), line.reshape(len(s) * parts, -1)
 
 
-def _shift(t: float, h: float) -> Any:
+def _shift(t: float, h: float) -> Matrix:
     """Return what makes coefficients of polynomials in t those in (t - middle) / h."""
     matrix = np.zeros((COUNT, COUNT))
     for j in range(COUNT):

@@ -7,11 +7,9 @@ written here once more. Nothing in a file is trusted: its numbers are claims, or
 
 from __future__ import annotations
 
-from typing import Any
-
 from flint import ctx
 
-from .arithmetic import PRECISION, VERSION, FalseClaim, field, need, read
+from .arithmetic import PRECISION, VERSION, FalseClaim, Json, field, need, read
 from .counts import check_modes
 from .counts_by_boxes import PROOFS, check_modes_by_boxes
 from .counts_on_curves import check_modes_on_curves
@@ -26,7 +24,7 @@ UNREADABLE = (TypeError, AttributeError, LookupError, ValueError, ArithmeticErro
 """What a file can lead to that is none."""
 
 
-def mechanism_of(data: Any, square: bool = True) -> PlanarMechanism | SpatialMechanism:
+def mechanism_of(data: Json, square: bool = True) -> PlanarMechanism | SpatialMechanism:
     """Return the mechanism of a certificate with its equations."""
     ctx.prec = PRECISION
     if field(data, "bodies", dict, "mechanism") and data.get("dimension") == 3:
@@ -36,13 +34,13 @@ def mechanism_of(data: Any, square: bool = True) -> PlanarMechanism | SpatialMec
     return PlanarMechanism(data, square=square)
 
 
-def has_curves(data: Any) -> bool:
+def has_curves(data: Json) -> bool:
     """Whether the mechanism of a certificate has joints on curves."""
     joints = field(data, "joints", dict, "mechanism").values()
     return any(isinstance(joint, dict) and joint.get("kind") == "curve" for joint in joints)
 
 
-def verdict(data: Any) -> str:
+def verdict(data: Json) -> str:
     """Return what a certificate proves."""
     kind = field(data, "kind", str, "certificate")
     known = kind in ("sweep", "modes") and data.get("certificate") == VERSION

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias, TypeVar
 
 from flint import acb, arb, arb_series, ctx, fmpq
 
@@ -20,6 +20,10 @@ MOST_BYTES = 256_000_000
 LAST = -1
 """Index in a pose of the parameter, which the drivers are formulas of."""
 ZERO, ONE = arb(0), arb(1)
+Value: TypeAlias = "arb | acb | arb_series | Dual"
+"""Number, ball, power series, or value with its derivatives."""
+Json: TypeAlias = dict[str, Any]
+K = TypeVar("K")
 
 
 class FalseClaim(Exception):
@@ -29,7 +33,7 @@ class FalseClaim(Exception):
         super().__init__(f"{place}: {why}")
 
 
-def need(holds: Any, place: str, why: str) -> None:
+def need(holds: object, place: str, why: str) -> None:
     """Refuse a claim that does not hold."""
     if not holds:
         raise FalseClaim(place, why)
@@ -38,7 +42,7 @@ def need(holds: Any, place: str, why: str) -> None:
 def read(path: str) -> Any:
     """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
 
-    def without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    def without_repeats(pairs: list[tuple[str, object]]) -> dict[str, object]:
         if len(dict(pairs)) < len(pairs):
             raise RecursionError(f"a key stands twice among {[key for key, _ in pairs][:5]}")
         return dict(pairs)
@@ -52,24 +56,25 @@ def read(path: str) -> Any:
         raise FalseClaim(path, f"cut off, or no JSON: {str(error)[:150]}") from None
 
 
-def field(data: Any, key: str, kind: type, place: str) -> Any:
+def field(data: object, key: str, kind: type[K], place: str) -> K:
     """Return the value of a key, of the kind that is expected."""
-    fits = isinstance(data, dict) and type(data.get(key)) is kind
-    need(fits, f"{place}/{key}", f"missing, or not a {kind.__name__}")
-    return data[key]
+    if not isinstance(data, dict) or type(data.get(key)) is not kind:
+        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    value: K = data[key]
+    return value
 
 
-def exact(text: Any, place: str) -> arb:
+def exact(text: object, place: str) -> arb:
     """Return an exact number, the text 'p' or 'p/q'."""
     fits = isinstance(text, str) and re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.ASCII)
     need(fits, place, f"not an exact number 'p/q': {str(text)[:40]}")
-    return arb(fmpq(*map(int, text.split("/"))))
+    return arb(fmpq(*map(int, str(text).split("/"))))
 
 
-def exacts(data: Any, count: int, place: str) -> list[arb]:
+def exacts(data: object, count: int, place: str) -> list[arb]:
     """Return a list of `count` exact numbers."""
-    fits = isinstance(data, list) and len(data) == count
-    need(fits, place, f"not a list of {count} numbers")
+    if not isinstance(data, list) or len(data) != count:
+        raise FalseClaim(place, f"not a list of {count} numbers")
     return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
 
 
@@ -83,18 +88,18 @@ def exact_precision() -> Iterator[None]:
         ctx.prec = PRECISION
 
 
-def ball(radius: Any, like: Any = ZERO) -> Any:
+def ball(radius: arb, like: Value = ZERO) -> arb | acb:
     """Return a ball around 0, of real or complex numbers as `like`."""
     disc = arb(0, arb(radius).upper())
     return acb(disc, disc) if isinstance(like, acb) else disc
 
 
-def coefficient(x: Any, k: int) -> Any:
+def coefficient(x: Value, k: int) -> arb:
     """Return the coefficient of t^k of a power series, or of a number."""
     return x[k] if isinstance(x, arb_series) else ZERO if k else x
 
 
-def polynomials(coefficients: Any, t: Any) -> Iterator[Any]:
+def polynomials(coefficients: Sequence[Sequence[arb]], t: arb) -> Iterator[arb]:
     """Yield the values at t, a number, a ball or a series, of polynomials (Horner's rule)."""
     for value, *lower in map(reversed, coefficients):
         for c in lower:
@@ -108,10 +113,10 @@ class RingElement:
     __add__: Callable[..., Any]
     __mul__: Callable[..., Any]
 
-    def __radd__(self, other: Any) -> Any:
+    def __radd__(self, other: object) -> Any:
         return self + other
 
-    def __rmul__(self, other: Any) -> Any:
+    def __rmul__(self, other: object) -> Any:
         return self * other
 
     def __neg__(self) -> Any:
@@ -120,22 +125,22 @@ class RingElement:
     def __sub__(self, other: Any) -> Any:
         return self + -other
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: object) -> Any:
         return -self + other
 
 
 class Dual(RingElement):
     """A value v with its derivatives d by the unknowns it depends on, by their indices."""
 
-    def __init__(self, v: Any, d: dict[int, Any]) -> None:
+    def __init__(self, v: arb, d: dict[int, arb]) -> None:
         self.v, self.d = v, d
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Value) -> Dual:
         if not isinstance(other, Dual):
             return Dual(self.v + other, self.d)
         return Dual(self.v + other.v, _sum(self.d, other.d))
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Value) -> Dual:
         if not isinstance(other, Dual):
             return self._scaled(self.v * other, other)
         one, two = self._scaled(0, other.v), other._scaled(0, self.v)
@@ -144,7 +149,7 @@ class Dual(RingElement):
     def __neg__(self) -> Dual:
         return Dual(-self.v, {k: -slope for k, slope in self.d.items()})
 
-    def _scaled(self, v: Any, factor: Any) -> Dual:
+    def _scaled(self, v: arb, factor: arb) -> Dual:
         return Dual(v, {k: slope * factor for k, slope in self.d.items()})
 
     def cos(self) -> Dual:
@@ -162,19 +167,19 @@ class Dual(RingElement):
         return self._scaled(v, inverse(v) / 2)
 
 
-def _sum(one: dict[int, Any], other: dict[int, Any]) -> dict[int, Any]:
+def _sum(one: dict[int, arb], other: dict[int, arb]) -> dict[int, arb]:
     """Return the sum of two gradients."""
     return one | {k: one[k] + slope if k in one else slope for k, slope in other.items()}
 
 
-def inverse(x: Any) -> Any:
+def inverse(x: Value) -> Any:
     """Return 1 / x."""
     if isinstance(x, arb_series) and x[0].contains(0):
         raise ZeroDivisionError("a divisor may vanish")
     return x.inverse() if isinstance(x, Dual) else ONE / x
 
 
-def root(x: Any) -> Any:
+def root(x: Value) -> Any:
     """Return the square root of x."""
     if isinstance(x, arb_series) and not x[0] > 0:
         raise ZeroDivisionError("what a root is taken of may vanish")

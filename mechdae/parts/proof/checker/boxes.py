@@ -11,7 +11,7 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from .arithmetic import ZERO, need
+from .arithmetic import ZERO, Json, need
 from .space import SpatialMechanism, dot
 
 MOST_BOXES = 200_000
@@ -30,7 +30,7 @@ Box = tuple[int, list[float], list[float]]
 """Chart, middle and half widths."""
 
 
-def length(values: Iterable[Any]) -> arb:
+def length(values: Iterable[arb]) -> arb:
     """Return an upper bound of the length of a vector."""
     return sum((v * v for v in values), ZERO).sqrt().abs_upper()
 
@@ -54,7 +54,7 @@ class Boxes(ABC):
     met = MET
 
     def __init__(
-        self, m: SpatialMechanism, group: list[str], joints: list[Any], known: set[str], z: Any
+        self, m: SpatialMechanism, group: list[str], joints: list[Json], known: set[str], z: Any
     ) -> None:
         self.m, self.group = m, group
 
@@ -63,7 +63,7 @@ class Boxes(ABC):
         """Return boxes that hold all places."""
 
     @abstractmethod
-    def at(self, chart: int, middle: list[Any]) -> tuple[list[arb], list[list[arb]]]:
+    def at(self, chart: int, middle: list[arb]) -> tuple[list[arb], list[list[arb]]]:
         """Return F and its derivatives by each unknown."""
 
     @abstractmethod
@@ -71,14 +71,14 @@ class Boxes(ABC):
         """Return how much combinations W F differ from their tangents at most."""
 
     @abstractmethod
-    def mode(self, z: list[arb]) -> list[Any]:
+    def mode(self, z: list[arb]) -> list[arb]:
         """Return the place of a mode in balls."""
 
     @abstractmethod
-    def inside(self, mode: list[Any], box: Box) -> bool:
+    def inside(self, mode: list[arb], box: Box) -> bool:
         """Whether a mode is in a box that is `WIDER`."""
 
-    def look(self, boxes: list[Box], modes: list[Any]) -> int:
+    def look(self, boxes: list[Box], modes: list[list[arb]]) -> int:
         """Return in how many boxes there is nothing but the modes."""
         count = 0
         while boxes:
@@ -99,7 +99,7 @@ class Boxes(ABC):
                 boxes.append((chart, moved, halved))
         return count
 
-    def shrunk(self, box: Box, modes: list[Any]) -> Box | None:
+    def shrunk(self, box: Box, modes: list[list[arb]]) -> Box | None:
         """Return a box of all that is left in a box, None where that is nothing or a mode."""
         chart, middle, half = box
         n, h, (F, J) = self.n, [arb(v) for v in half], self.at(chart, middle)

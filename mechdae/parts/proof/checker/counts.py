@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from flint import acb, arb, arb_mat
 
-from .arithmetic import LAST, ZERO, FalseClaim, exact, exacts, field, need
+from .arithmetic import LAST, ZERO, FalseClaim, Json, K, exact, exacts, field, need
 from .mechanism import ClaimedMechanism
 from .tubes import solution
 
@@ -20,16 +20,16 @@ class Theorems(NamedTuple):
 
     most: Callable[[Any, list[str], set[str]], tuple[int, str]]
     """How many complex poses a group has at most, and by which theorem; 0 and why not."""
-    alike: Callable[[Any, list[Any], list[Any], list[Any]], bool]
+    alike: Callable[[Any, list[list[str]], list[arb], list[arb]], bool]
     """Whether two poses in balls may be one."""
-    aside: Callable[[Any, list[Any], list[str]], str]
+    aside: Callable[[Any, list[list[str]], list[str]], str]
     """What poses are counted without."""
 
 
 class Count:
     """How many complex poses groups have together, and why."""
 
-    def __init__(self, m: ClaimedMechanism, groups: list[Any], theorems: Theorems) -> None:
+    def __init__(self, m: ClaimedMechanism, groups: list[list[str]], theorems: Theorems) -> None:
         self.most, self.known = 1, {"ground"}
         self.of_groups = list[tuple[int, str]]()
         for group in groups:
@@ -45,9 +45,9 @@ class Count:
         return " times ".join(f"{count} by {why}" for count, why in self.of_groups if why)
 
 
-def families_of(poses: list[Any], alike: Callable[[Any, Any], bool]) -> list[list[Any]]:
+def families_of(poses: list[K], alike: Callable[[K, K], bool]) -> list[list[K]]:
     """Return poses by those that are alike to the first of a family."""
-    families = list[list[Any]]()
+    families = list[list[K]]()
     for z in poses:
         same = next((family for family in families if alike(family[0], z)), None)
         if same is None:
@@ -57,7 +57,7 @@ def families_of(poses: list[Any], alike: Callable[[Any, Any], bool]) -> list[lis
     return families
 
 
-def group_columns(m: ClaimedMechanism, groups: list[Any]) -> Iterator[list[int]]:
+def group_columns(m: ClaimedMechanism, groups: list[list[str]]) -> Iterator[list[int]]:
     """Yield the coordinates that are those of each group: of its bodies, and of its joints."""
     known, seen = {"ground"}, set[int]()
     for group in groups:
@@ -67,7 +67,7 @@ def group_columns(m: ClaimedMechanism, groups: list[Any]) -> Iterator[list[int]]
         yield columns
 
 
-def determinant_signs(m: ClaimedMechanism, groups: list[Any], z: list[arb]) -> Iterator[int]:
+def determinant_signs(m: ClaimedMechanism, groups: list[list[str]], z: list[arb]) -> Iterator[int]:
     """Yield the sign of each group's determinant at a pose in balls."""
     rows, seen = m.slopes(z)[1], {m.n}
     for columns in group_columns(m, groups):
@@ -79,10 +79,10 @@ def determinant_signs(m: ClaimedMechanism, groups: list[Any], z: list[arb]) -> I
 
 
 def complex_poses_of(
-    m: ClaimedMechanism, data: Any, s: arb, groups: list[Any], theorems: Theorems
+    m: ClaimedMechanism, data: Json, s: arb, groups: list[list[str]], theorems: Theorems
 ) -> Iterator[tuple[str, Any]]:
     """Yield the place in the file and the tube of each complex pose; no two may be alike."""
-    found = list[Any]()
+    found = list[list[arb]]()
     for k, numbers in enumerate(field(data, "complex", list, "certificate")):
         at = f"complex/{k}"
         z = [acb(*exacts(pair, 2, at)) for pair in numbers] + [acb(s)]
@@ -98,10 +98,10 @@ def complex_poses_of(
 
 
 def real_poses(
-    m: ClaimedMechanism, data: Any, s: arb, groups: list[Any], theorems: Theorems
-) -> tuple[list[Any], int]:
+    m: ClaimedMechanism, data: Json, s: arb, groups: list[list[str]], theorems: Theorems
+) -> tuple[list[list[arb]], int]:
     """Return those of the complex poses that are real, in balls, and how many all are."""
-    real, count = list[Any](), 0
+    real, count = list[list[arb]](), 0
     for at, pose in complex_poses_of(m, data, s, groups, theorems):
         count, box = count + 1, pose.box()
         need(m.oriented(box), at, m.wrong_sense)
@@ -112,11 +112,11 @@ def real_poses(
     return real, count
 
 
-def check_modes(m: ClaimedMechanism, data: Any, theorems: Theorems) -> str:
+def check_modes(m: ClaimedMechanism, data: Json, theorems: Theorems) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
     need(not m.spins, "mechanism/spins", "modes are those of one spin each")
     s, groups = exact(field(data, "at", str, "modes"), "at"), field(data, "groups", list, "modes")
-    counted, signs, seen = Count(m, groups, theorems), dict[int, arb](), list[Any]()
+    counted, signs, seen = Count(m, groups, theorems), dict[int, arb](), list[list[arb]]()
     real, found = real_poses(m, data, s, groups, theorems)
     need(counted.complete, "groups", "not the bodies of the mechanism")
     every = found == counted.most or not counted.most

@@ -6,7 +6,7 @@ from typing import Any
 
 from flint import arb
 
-from .arithmetic import LAST, exact, exacts, field, need
+from .arithmetic import LAST, Json, exact, exacts, field, need
 from .boxes import MET, Boxes
 from .counts import families_of
 from .hinges import HingeBoxes
@@ -20,7 +20,7 @@ PLACED = 1e-25
 """Radius of the balls in which poses are compared, of each coordinate's size."""
 
 
-def mode_in_balls(m: SpatialMechanism, mode: Any, s: arb, at: str) -> list[arb]:
+def mode_in_balls(m: SpatialMechanism, mode: Json, s: arb, at: str) -> list[arb]:
     """Return balls of some width that hold one solution of the equations that are kept."""
     solution_box = m.agrees(solution(m, m.claimed(mode, s, at)).box(), mode, at)
     pairs = zip(solution_box[:LAST], m.scale[:LAST], strict=True)
@@ -59,7 +59,7 @@ def _near(one: list[arb], other: list[arb]) -> bool:
     return all(abs(v - w) < MET for v, w in zip(one, other, strict=True))
 
 
-def check_modes_by_boxes(m: SpatialMechanism, data: Any) -> str:
+def check_modes_by_boxes(m: SpatialMechanism, data: Json) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
     s, groups = exact(field(data, "at", str, "modes"), "at"), field(data, "groups", list, "modes")
     proof, modes = PROOFS[field(data, "proof", str, "certificate")], list[list[arb]]()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from flint import arb
 
 from .arithmetic import LAST, ONE, ZERO, Dual, FalseClaim, ball, exact, field, inverse, need, root
@@ -46,7 +44,7 @@ class CurveContacts:
         base, sense = (first, 1) if second == body else (second, -1)
         self.angle = self.frames[base].angle + self.guide["turn"] * sense
 
-    def height(self, share: arb) -> Any:
+    def height(self, share: arb) -> Dual:
         """Return how far the body is off its guide, with its derivative by s.
 
         `share`: the place of the contact, as part of the whole curve, in balls.
@@ -96,7 +94,7 @@ def _divided(m: PlanarMechanism, poses: list[list[arb]], group: list[str]) -> li
     return families
 
 
-def check_modes_on_curves(m: PlanarMechanism, data: Any) -> str:
+def check_modes_on_curves(m: PlanarMechanism, data: dict[str, object]) -> str:
     """Check all poses at one value of the driver, and that there are no others."""
     s, groups = exact(field(data, "at", str, "modes"), "at"), field(data, "groups", list, "modes")
     poses, known, reasons = list[list[arb]](), {"ground"}, dict[str, int]()

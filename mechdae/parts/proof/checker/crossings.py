@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from flint import arb, arb_mat, arb_series, ctx, fmpq, fmpq_mat
 
@@ -13,6 +12,7 @@ from .arithmetic import (
     ZERO,
     Dual,
     FalseClaim,
+    Json,
     ball,
     coefficient,
     exact,
@@ -118,7 +118,7 @@ class Cone:
         independent = [coefficient(rows[i], k + 1) for i in self.point.picked]
         return arb_mat(self.m.n, 1, [*independent, self._last(rows, k + 2)])
 
-    def _last(self, rows: Any, k: int) -> Any:
+    def _last(self, rows: list[arb_series], k: int) -> arb:
         """Return the coefficient of t^k in l times rows."""
         pairs = zip(rows, self.point.left, strict=True)
         return sum((coefficient(x, k) * v for x, v in pairs), ZERO)
@@ -165,7 +165,7 @@ class Cone:
 
 
 def across(
-    m: PlanarMechanism, z: list[arb], to: arb, data: Any, at: str
+    m: PlanarMechanism, z: list[arb], to: arb, data: Json, at: str
 ) -> Iterator[tuple[Tube | Cone, list[arb]]]:
     """Yield tubes and a cone that lead from the pose z across a change point, each with its end."""
     bodies = field(data, "bodies", dict, at)

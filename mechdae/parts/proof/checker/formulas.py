@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import arb
 
-from .arithmetic import ONE, ZERO, exact, inverse, need, root
+from .arithmetic import ONE, ZERO, Value, exact, inverse, need, root
 
 OPERATIONS: dict[str, tuple[int, Callable[..., Any]]] = {
     "+": (2, lambda a, b: a + b),
@@ -19,7 +19,7 @@ OPERATIONS: dict[str, tuple[int, Callable[..., Any]]] = {
 }
 
 
-def evaluate(formula: Any, s: Any, place: str) -> Any:
+def evaluate(formula: object, s: Value, place: str) -> Any:
     """Return the value of a formula at s; numbers in it may be read already."""
     if not isinstance(formula, list):
         return s if isinstance(formula, str) and formula == "s" else number_of(formula, place)
@@ -28,19 +28,19 @@ def evaluate(formula: Any, s: Any, place: str) -> Any:
     return operation(*(evaluate(part, s, place) for part in formula[1:]))
 
 
-def number_of(data: Any, place: str) -> arb:
+def number_of(data: object, place: str) -> arb:
     """Return an exact number, which may be read already."""
     return data if isinstance(data, arb) else exact(data, place)
 
 
-def parsed(data: Any, place: str) -> Any:
+def parsed(data: object, place: str) -> object:
     """Return a formula with its numbers read."""
     if isinstance(data, list) and data[:1] and data[0] in OPERATIONS:
         return [data[0], *(parsed(part, place) for part in data[1:])]
     return data if data == "s" else exact(data, place)
 
 
-def slope(f: Any) -> Any:
+def slope(f: object) -> object:
     """Return the derivative by s of a formula that is parsed."""
     if not isinstance(f, list):
         return ONE if isinstance(f, str) else ZERO
@@ -56,7 +56,7 @@ def slope(f: Any) -> Any:
     return _joined("*", factor, d[0])
 
 
-def _joined(sign: str, a: Any, b: Any) -> Any:
+def _joined(sign: str, a: object, b: object) -> object:
     """Return the formula of a sum or product; those with 0 and 1 need none."""
     for one, other in ((a, b), (b, a)):
         if isinstance(one, arb) and one == 0:
@@ -67,7 +67,7 @@ def _joined(sign: str, a: Any, b: Any) -> Any:
     return [sign, a, b]
 
 
-def repeats(f: Any) -> bool:
+def repeats(f: object) -> bool:
     """Whether a formula has the period 2 pi: s stands in whole multiples in sines and cosines."""
     if not isinstance(f, list):
         return bool(f != "s")
@@ -77,11 +77,11 @@ def repeats(f: Any) -> bool:
     return not _has_parameter(rate) and bool(evaluate(rate, ZERO, "a curve").is_integer())
 
 
-def _has_parameter(f: Any) -> bool:
+def _has_parameter(f: object) -> bool:
     return any(map(_has_parameter, f[1:])) if isinstance(f, list) else isinstance(f, str)
 
 
-def at_corners(values: list[Any], s: Any, at: arb, place: str) -> Any:
+def at_corners(values: list[object], s: Value, at: arb, place: str) -> Value:
     """Return a driver's value at s near `at`, of values at s = 0, 1, ..., straight on between."""
     k = min(max(int(float(at.lower()) + 1e-9), 0), len(values) - 2)
     if not at < k + 1 + 1e-9:

@@ -6,7 +6,7 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from .arithmetic import ONE, ZERO, need
+from .arithmetic import ONE, ZERO, Json, need
 from .boxes import MET, WIDER, Box, Boxes, length
 from .space import SpatialMechanism, cross, difference, dot
 
@@ -19,7 +19,7 @@ class HingeBoxes(Boxes):
     """
 
     def __init__(
-        self, m: SpatialMechanism, group: list[str], joints: list[Any], known: set[str], z: Any
+        self, m: SpatialMechanism, group: list[str], joints: list[Json], known: set[str], z: Any
     ) -> None:
         super().__init__(m, group, joints, known, z)
         frames = m.placed(z)
@@ -48,7 +48,7 @@ class HingeBoxes(Boxes):
         need(hung, "groups", f"{group} do not hang on hinges from known bodies")
         self.bends = [bend for cut in self.cuts for bend in self.second_derivatives(cut)]
 
-    def _side(self, joint: Any, k: int) -> tuple[str, arb_mat, arb_mat]:
+    def _side(self, joint: Json, k: int) -> tuple[str, arb_mat, arb_mat]:
         """Return a body, and of its side of a hinge the point, by the size, normal .. axis."""
         need(joint["kind"] == "revolute", "groups", f"more than hinges in {self.group}")
         body, point = joint["ends"][k]
@@ -76,14 +76,14 @@ class HingeBoxes(Boxes):
     def first(self) -> list[Box]:
         return [(0, [0.0] * self.n, [3.15] * self.n)]
 
-    def inside(self, mode: list[Any], box: Box) -> bool:
+    def inside(self, mode: list[arb], box: Box) -> bool:
         for (c, s), u, r in zip(mode, map(arb, box[1]), box[2], strict=True):
             off = arb.atan2(s * u.cos() - c * u.sin(), c * u.cos() + s * u.sin())
             if not abs(off) < r * WIDER:
                 return False
         return True
 
-    def at(self, chart: int, middle: list[Any]) -> tuple[list[arb], list[list[arb]]]:
+    def at(self, chart: int, middle: list[arb]) -> tuple[list[arb], list[list[arb]]]:
         """Return F and its derivatives by each turn, at turns or their cosines and sines."""
         frames, axes = dict(self.base), list[Any]()
         for ((near, p, E), (far, q, D)), t in zip(self.tree, middle, strict=True):

@@ -6,7 +6,7 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from .arithmetic import ONE, ZERO, Dual, need
+from .arithmetic import ONE, ZERO, Dual, Json, need
 from .boxes import MET, WIDER, Box, Boxes, length
 from .space import SpatialMechanism, dot, rotation
 
@@ -21,7 +21,7 @@ class LegBoxes(Boxes):
     n, order, met = 6, 4, 4 * MET
 
     def __init__(
-        self, m: SpatialMechanism, group: list[str], joints: list[Any], known: set[str], z: Any
+        self, m: SpatialMechanism, group: list[str], joints: list[Json], known: set[str], z: Any
     ) -> None:
         super().__init__(m, group, joints, known, z)
         self.weights = [2.0] * 3 + [1.0] * 3
@@ -45,7 +45,7 @@ class LegBoxes(Boxes):
         far = min(float(reach.upper()) for reach in reaches) * (1 + 1e-9)
         return [(chart, [0.0] * 6, [1.0] * 3 + [far] * 3) for chart in range(4)]
 
-    def shrunk(self, box: Box, modes: list[Any]) -> Box | None:
+    def shrunk(self, box: Box, modes: list[list[arb]]) -> Box | None:
         """Return what is left of a box, None also where a leg is too long or short all over it."""
         chart, middle, half = box
         q, T = [*map(arb, middle[:chart]), ONE, *map(arb, middle[chart:3])], middle[3:]
@@ -59,7 +59,7 @@ class LegBoxes(Boxes):
                 return None
         return super().shrunk(box, modes)
 
-    def at(self, chart: int, middle: list[Any]) -> tuple[list[arb], list[list[arb]]]:
+    def at(self, chart: int, middle: list[arb]) -> tuple[list[arb], list[list[arb]]]:
         x = [Dual(arb(v), {k: ONE}) for k, v in enumerate(middle)]
         q, T = [*x[:chart], ONE, *x[chart:3]], x[3:]
         N = dot(q, q)
@@ -91,7 +91,7 @@ class LegBoxes(Boxes):
         k = self.m.at[self.group[0], "x"]
         return [*z[k + 3 : k + 7], *(v / self.m.size for v in z[k : k + 3])]
 
-    def inside(self, mode: list[Any], box: Box) -> bool:
+    def inside(self, mode: list[arb], box: Box) -> bool:
         chart, middle, half = box
         x = [v / mode[chart] for k, v in enumerate(mode[:4]) if k != chart] + mode[4:]
         return all(abs(v - c) < r * WIDER for v, c, r in zip(x, middle, half, strict=True))

@@ -8,7 +8,7 @@ from typing import Any
 
 from flint import arb
 
-from .arithmetic import LAST, ONE, ZERO, Dual, FalseClaim, exact, exacts, field, need
+from .arithmetic import LAST, ONE, ZERO, Dual, FalseClaim, Json, Value, exact, exacts, field, need
 
 ROUNDING = arb(2) ** -90
 """Added to bounds that are reported: balls prove no equality."""
@@ -38,7 +38,7 @@ class ClaimedMechanism(ABC):
     """Of bodies that spin freely the one that hangs on another by a quaternion without a part
     along a direction."""
 
-    def __init__(self, data: Any, at: str) -> None:
+    def __init__(self, data: Json, at: str) -> None:
         self.points: dict[str, dict[str, list[arb]]] = {}
         for body in field(data, "bodies", dict, at):
             place = f"{at}/bodies"
@@ -63,7 +63,7 @@ class ClaimedMechanism(ABC):
         places = [v for points in self.points.values() for place in points.values() for v in place]
         return max([abs(float(v.mid())) for v in (*places, *more)] or [0]) or 1.0
 
-    def _ends(self, joint: Any, kinds: Any, at: str) -> dict[str, Any]:
+    def _ends(self, joint: Json, kinds: Iterable[str], at: str) -> Json:
         """Return the kind of a joint, its ends (body, point) and their bodies."""
         kind = field(joint, "kind", str, at)
         ends = [tuple(field(joint, key, str, at).split(".")) for key in ("first", "second")]
@@ -73,59 +73,59 @@ class ClaimedMechanism(ABC):
         return {"kind": kind, "ends": ends, "bodies": [body for body, _ in ends]}
 
     @abstractmethod
-    def _joint(self, joint: Any, at: str) -> dict[str, Any]:
+    def _joint(self, joint: Json, at: str) -> Json:
         """Return a joint with its numbers read: kind, ends, bodies."""
 
     @abstractmethod
-    def rows(self, z: Any) -> list[Any]:
+    def rows(self, z: Sequence[Value]) -> list[Value]:
         """Return what vanishes at a pose: as many equations as coordinates."""
 
     @abstractmethod
-    def placed(self, z: Any) -> Any:
+    def placed(self, z: Sequence[Value]) -> Any:
         """Return the frames of all bodies."""
 
     @abstractmethod
-    def place(self, end: Any, frames: Any) -> list[Any]:
+    def place(self, end: Sequence[str], frames: Any) -> list[Any]:
         """Return the place of a point (body, point)."""
 
     @abstractmethod
-    def coordinate(self, name: str, z: Any, frames: Any) -> Any:
+    def coordinate(self, name: str, z: Sequence[Value], frames: Any) -> Value:
         """Return the coordinate that a driver moves."""
 
     @abstractmethod
-    def law(self, formula: Any, s: Any, place: str) -> Any:
+    def law(self, formula: object, s: Value, place: str) -> Value:
         """Return the value of a driver's law."""
 
     @abstractmethod
-    def straight(self, start: arb, end: arb) -> Any:
+    def straight(self, start: arb, end: arb) -> Sequence[object]:
         """Return the law that leads from one value at s = 0 to another at s = 1."""
 
     @abstractmethod
-    def oriented(self, z: Any) -> bool:
+    def oriented(self, z: Sequence[Value]) -> bool:
         """Whether axes and tangents have the senses that joints need."""
 
     @abstractmethod
-    def turned(self, body: str, reported: Any, angle: arb, z: Any, at: str) -> bool:
+    def turned(self, body: str, reported: object, angle: arb, z: list[arb], at: str) -> bool:
         """Whether the turn of a body is as reported, but for an angle."""
 
-    def driven(self, z: Any, frames: Any) -> list[Any]:
+    def driven(self, z: Sequence[Value], frames: object) -> list[Value]:
         """Return how far each driver's coordinate is off its law."""
         return [
             self.coordinate(name, z, frames) - self.law(formula, z[LAST], name[:90])
             for name, formula in self.drivers.items()
         ]
 
-    def slopes(self, z: list[Any]) -> tuple[list[Any], list[dict[int, Any]]]:
+    def slopes(self, z: list[arb]) -> tuple[list[arb], list[dict[int, arb]]]:
         """Return the rows at z and their derivatives."""
         rows = self.rows([Dual(x, {k: ONE}) for k, x in enumerate(z)])
         return [row.v for row in rows], [row.d for row in rows]
 
-    def dense(self, z: list[Any], index: int | None = None) -> list[list[Any]]:
+    def dense(self, z: list[arb], index: int | None = None) -> list[list[arb]]:
         """Return the derivatives of the rows at z by all coordinates, or all but one."""
         columns = [k for k in range(self.n + 1) if k != index]
         return [[row.get(k, ZERO) for k in columns] for row in self.slopes(z)[1]]
 
-    def joints_of(self, group: Iterable[str], known: Iterable[str]) -> dict[str, Any]:
+    def joints_of(self, group: Iterable[str], known: Iterable[str]) -> Json:
         """Return the joints of the bodies of a group with each other and with known ones."""
         new, reached = {*group}, {*group, *known}
         return {
@@ -143,7 +143,7 @@ class ClaimedMechanism(ABC):
     def is_of_body(self, word: str) -> bool:
         """Whether a coordinate is one of a body's, and not a joint's."""
 
-    def claimed(self, data: Any, s: arb, at: str) -> list[arb]:
+    def claimed(self, data: Json, s: arb, at: str) -> list[arb]:
         """Return a pose as it is written in the certificate, with its parameter."""
         bodies, owners = field(data, "bodies", dict, at), [owner for owner, _ in self.names]
         places = [
@@ -152,7 +152,7 @@ class ClaimedMechanism(ABC):
         ]
         return [*(v for numbers in places for v in numbers), s]
 
-    def agrees(self, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:
+    def agrees(self, z: list[arb], claim: Json, at: str, within: float = 1e-12) -> list[arb]:
         """Compare a pose in balls with the place to look at that is written down for it."""
         for k, (x, written) in enumerate(zip(z, self.claimed(claim, z[LAST], at), strict=True)):
             if not abs(x - written) <= within * self.scale[k]:
@@ -160,7 +160,7 @@ class ClaimedMechanism(ABC):
                 raise FalseClaim(place, f"more than {within} off the pose")
         return z
 
-    def compare(self, z: list[arb], claim: Any, at: str) -> None:
+    def compare(self, z: list[arb], claim: Json, at: str) -> None:
         """Compare points and turns that are reported with a pose in balls, by their bounds."""
         need(self.oriented(z), at, self.wrong_sense)
         bounds, frames = field(claim, "bound", dict, at), self.placed(z)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from flint import arb
 
-from .arithmetic import LAST, ONE, ZERO, FalseClaim, exact, field, need
+from .arithmetic import LAST, ONE, ZERO, FalseClaim, Json, exact, field, need
 from .crossings import Cone, across
 from .mechanism import ClaimedMechanism
 from .plane import PlanarMechanism
 from .tubes import Tube, follow, solution, turning
 
 
-def numbered(poses: Any, start: arb, end: arb) -> str:
+def numbered(poses: list[object], start: arb, end: arb) -> str:
     """Return what is claimed of a path: its poses' numbers grow, so that none stands twice."""
     numbers = [field(pose, "pose", int, f"poses/{k}") for k, pose in enumerate(poses)]
     need(numbers == sorted({*numbers}), "poses", "one stands there twice, or they are out of order")
@@ -22,7 +21,7 @@ def numbered(poses: Any, start: arb, end: arb) -> str:
     return f"from {' to '.join(ends)}, {len(numbers)} poses, of others nothing is claimed"
 
 
-def intervals(steps: Any, start: arb) -> Iterator[tuple[str, Any, arb, arb]]:
+def intervals(steps: list[Json], start: arb) -> Iterator[tuple[str, Json, arb, arb]]:
     """Yield place, step, start and end of steps, of which each begins where another ended."""
     for k, step in enumerate(steps):
         at = f"path/steps/{k}"
@@ -32,7 +31,7 @@ def intervals(steps: Any, start: arb) -> Iterator[tuple[str, Any, arb, arb]]:
         start = to
 
 
-def compare_on_path(m: ClaimedMechanism, z: list[arb], claim: Any, at: str) -> None:
+def compare_on_path(m: ClaimedMechanism, z: list[arb], claim: Json, at: str) -> None:
     """Compare what is reported with a pose of the path, at the drivers' values reported.
 
     Values of laws are rounded: the way goes straight on to those that are reported.
@@ -56,7 +55,7 @@ def compare_on_path(m: ClaimedMechanism, z: list[arb], claim: Any, at: str) -> N
 class PathCheck:
     """A path that is followed step by step: its tubes, its ends, and what is between."""
 
-    def __init__(self, m: ClaimedMechanism, data: Any) -> None:
+    def __init__(self, m: ClaimedMechanism, data: Json) -> None:
         self.m, self.path = m, field(data, "path", dict, "certificate")
         start = solution(m, m.claimed(self.path, exact(self.path.get("at"), "path/at"), "path"))
         self.first = self.last = m.agrees(start.box(), self.path, "path")
@@ -75,7 +74,7 @@ class PathCheck:
             if self.path.get(word) is not None:
                 self._limit(word, sense, z)
 
-    def _follow(self, step: Any, to: arb, at: str) -> None:
+    def _follow(self, step: Json, to: arb, at: str) -> None:
         """Follow a step, across a change point if it leads through one."""
         through = step.get("through")
         ways: Iterator[tuple[Tube | Cone, list[arb]]]
@@ -100,7 +99,7 @@ class PathCheck:
         need(abs(z[LAST] - u) <= 1e-12 * m.unit, f"{at}/at", f"it is at {z[LAST].str(20)}")
         m.agrees(z, claim, at)
 
-    def compare(self, pose: Any, at: str) -> None:
+    def compare(self, pose: Json, at: str) -> None:
         """Compare one pose: on the path, at a limit position, or behind one."""
         status, place = field(pose, "status", str, at), exact(field(pose, "at", str, at), at)
         near = [tube for tube in self.tubes if abs(place - tube.z[LAST]) <= tube.half][LAST:]
@@ -117,7 +116,7 @@ class PathCheck:
             need(behind, at, f"{status[:40]!r} is not what the path says of it")
 
 
-def check_sweep(m: ClaimedMechanism, data: Any) -> str:
+def check_sweep(m: ClaimedMechanism, data: Json) -> str:
     """Check the steps of a path, its limit positions, and the poses on it."""
     path = PathCheck(m, data)
     for k, pose in enumerate(field(data, "poses", list, "certificate")):

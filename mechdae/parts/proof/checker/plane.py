@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from flint import arb
 
-from .arithmetic import ZERO, FalseClaim, exact, need
+from .arithmetic import ZERO, FalseClaim, Json, Value, exact, need
 from .formulas import evaluate, parsed, slope
 from .mechanism import ClaimedMechanism
 
@@ -27,13 +28,13 @@ MOST_BODIES = 150
 class PlanarFrame:
     """Origin and unwrapped angle of a body, cosine and sine of the angle."""
 
-    def __init__(self, x: Any, y: Any, angle: Any) -> None:
+    def __init__(self, x: Value, y: Value, angle: Value) -> None:
         self.x, self.y, self.angle, self.cos, self.sin = x, y, angle, angle.cos(), angle.sin()
 
-    def rotated(self, a: Any, b: Any) -> tuple[Any, Any]:
+    def rotated(self, a: Value, b: Value) -> tuple[Value, Value]:
         return self.cos * a - self.sin * b, self.sin * a + self.cos * b
 
-    def along(self, axis: arb, x: Any, y: Any) -> Any:
+    def along(self, axis: arb, x: Value, y: Value) -> Value:
         """Return the component of (x, y) along an axis of the body."""
         a, b = self.rotated(axis.cos(), axis.sin())
         return a * x + b * y
@@ -51,7 +52,7 @@ class PlanarMechanism(ClaimedMechanism):
     wrong_sense = "a roller's tangent points against its curve"
     words: ClassVar = ("x", "y", "angle")
 
-    def __init__(self, data: Any, at: str = "mechanism", square: bool = True) -> None:
+    def __init__(self, data: Json, at: str = "mechanism", square: bool = True) -> None:
         super().__init__(data, at)
         self.bodies = [body for body in self.points if body != "ground"]
         self.size = self._largest()
@@ -75,7 +76,7 @@ class PlanarMechanism(ClaimedMechanism):
         count = len(self.rows([ZERO] * (self.n + 1)))
         need(count == self.n, at, f"{count} equations do not fit {self.n} coordinates")
 
-    def _joint(self, joint: Any, at: str) -> dict[str, Any]:
+    def _joint(self, joint: Json, at: str) -> Json:
         made = self._ends(joint, PLANAR_NUMBERS, at) | {"carrier": joint.get("carrier", "ground")}
         need(made["carrier"] in self.points, at, "no such carrier")
         keys = [*PLANAR_NUMBERS[made["kind"]], *({"roller"} & {*joint})]
@@ -86,17 +87,19 @@ class PlanarMechanism(ClaimedMechanism):
             made["slopes"] = [*map(slope, place)] if "roller" in joint else [ZERO, ZERO]
         return made
 
-    def rows(self, z: Any) -> list[Any]:
-        frames, rows = self.placed(z), list[Any]()
+    def rows(self, z: Sequence[Value]) -> list[Value]:
+        frames, rows = self.placed(z), list[Value]()
         for name, joint in self.joints.items():
             rows += self._joint_rows(name, joint, frames, z)
         return rows + self.driven(z, frames)
 
-    def _joint_rows(self, name: str, joint: dict[str, Any], frames: Any, z: Any) -> list[Any]:
+    def _joint_rows(
+        self, name: str, joint: Json, frames: dict[str, PlanarFrame], z: Sequence[Value]
+    ) -> list[Value]:
         one, two, dx, dy = self.gap(joint, frames)
         kind, carrier = joint["kind"], frames[joint["carrier"]].angle
         first, second = one.angle - carrier, two.angle - carrier
-        rows: list[Any]
+        rows: list[Value]
         if kind in ("revolute", "weld"):
             rows = [dx, dy]
         elif kind in ("prismatic", "slot"):
@@ -115,7 +118,7 @@ class PlanarMechanism(ClaimedMechanism):
             rows = [two.along(joint["axis"], dx, dy) - rolled]
         return [*rows, second - first - joint["turn"]] if "turn" in joint else rows
 
-    def contact(self, name: str, z: Any) -> tuple[Any, Any, Any]:
+    def contact(self, name: str, z: Sequence[Value]) -> tuple[Any, Any, Any]:
         """Return the place of a contact (x, y), derivatives of the curve, angle of its tangent."""
         s, joint = z[self.at[name, "s"]], self.joints[name]
         x, y = (evaluate(f, s, name[:90]) for f in joint["curve"])
@@ -125,28 +128,29 @@ class PlanarMechanism(ClaimedMechanism):
         tangent, r = z[self.at[name, "turn"]], joint["roller"]
         return (x + tangent.sin() * r, y - tangent.cos() * r), slopes, tangent
 
-    def oriented(self, z: Any) -> bool:
+    def oriented(self, z: Sequence[Value]) -> bool:
         """Whether the tangents of all rollers point along their curves, not against them."""
         contacts = [self.contact(name, z) for name, word in self.names if word == "turn"]
         return all(vx * a.cos() + vy * a.sin() > 0 for _, (vx, vy), a in contacts)
 
-    def placed(self, z: Any) -> dict[str, PlanarFrame]:
+    def placed(self, z: Sequence[Value]) -> dict[str, PlanarFrame]:
         return {"ground": PlanarFrame(ZERO, ZERO, ZERO)} | {
             body: PlanarFrame(*z[3 * k : 3 * k + 3]) for k, body in enumerate(self.bodies)
         }
 
-    def place(self, end: Any, frames: Any) -> list[Any]:
+    def place(self, end: Sequence[str], frames: dict[str, PlanarFrame]) -> list[Any]:
         body, point = end
-        placed: list[Any] = frames[body].point(self.points[body][point])
-        return placed
+        return frames[body].point(self.points[body][point])
 
-    def gap(self, joint: Any, frames: Any) -> tuple[Any, Any, Any, Any]:
+    def gap(
+        self, joint: Json, frames: dict[str, PlanarFrame]
+    ) -> tuple[PlanarFrame, PlanarFrame, Value, Value]:
         """Return the frames of a joint's bodies, and second point less first point."""
         (x1, y1), (x2, y2) = (self.place(end, frames) for end in joint["ends"])
         one, two = (frames[body] for body in joint["bodies"])
         return one, two, x2 - x1, y2 - y1
 
-    def coordinate(self, name: str, z: Any, frames: Any) -> Any:
+    def coordinate(self, name: str, z: Sequence[Value], frames: dict[str, PlanarFrame]) -> Value:
         """Return BODY.angle, BODY.POINT.x or .y, JOINT.angle or JOINT.slide."""
         owner, *words = name.split(".")
         if owner in self.bodies and words == ["angle"]:
@@ -161,13 +165,13 @@ class PlanarMechanism(ClaimedMechanism):
                 return one.along(joint["axis"], dx, dy)
         raise FalseClaim("mechanism/drivers", f"no such coordinate: {name[:60]}")
 
-    def law(self, formula: Any, s: Any, place: str) -> Any:
+    def law(self, formula: object, s: Value, place: str) -> Value:
         return evaluate(formula, s, place)
 
-    def straight(self, start: arb, end: arb) -> Any:
+    def straight(self, start: arb, end: arb) -> list[object]:
         return ["+", start, ["*", end - start, "s"]]
 
-    def turned(self, body: str, reported: Any, angle: arb, z: Any, at: str) -> bool:
+    def turned(self, body: str, reported: object, angle: arb, z: list[arb], at: str) -> bool:
         return bool(abs(exact(reported, at) - z[self.at[body, "angle"]]) <= angle)
 
     def is_of_body(self, word: str) -> bool:

@@ -5,11 +5,12 @@ Every joint has its equations between two bodies: no tree of joints, no eliminat
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeAlias
 
 from flint import arb, arb_series
 
-from .arithmetic import ONE, ZERO, Dual, FalseClaim, exact, exacts, field, need
+from .arithmetic import ONE, ZERO, Dual, FalseClaim, Json, Value, exact, exacts, field, need
 from .formulas import at_corners, number_of
 from .mechanism import ClaimedMechanism
 
@@ -39,28 +40,30 @@ FREE = ("spherical", "distance")
 """Joints that hold a point of a body alone."""
 PLACE, QUATERNION = "xyz", "0123"
 MOST_UNKNOWNS = 450
+Frames: TypeAlias = dict[str, tuple[Sequence[Value], list[list[Value]]]]
+"""Place and rotation of each body."""
 UNTURNED = [[ONE if i == k else ZERO for k in range(3)] for i in range(3)]
 
 
-def dot(one: Any, other: Any) -> Any:
+def dot(one: Iterable[Value], other: Iterable[Value]) -> Any:
     """Return the product of two directions; what is exactly zero takes no time."""
     pairs = zip(one, other, strict=False)
     return sum((a * b for a, b in pairs if not (_vanishes(a) or _vanishes(b))), ZERO)
 
 
-def _vanishes(v: Any) -> bool:
+def _vanishes(v: Value) -> bool:
     return type(v) is arb and bool(v == 0)
 
 
-def cross(a: Any, b: Any) -> list[Any]:
+def cross(a: Sequence[Value], b: Sequence[Value]) -> list[Value]:
     return [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
 
 
-def difference(one: Any, other: Any) -> list[Any]:
+def difference(one: Sequence[Value], other: Sequence[Value]) -> list[Value]:
     return [a - b for a, b in zip(one, other, strict=True)]
 
 
-def rotation(w: Any, x: Any, y: Any, z: Any) -> list[list[Any]]:
+def rotation(w: Value, x: Value, y: Value, z: Value) -> list[list[Value]]:
     """Return the rotation by a unit quaternion, its real part first."""
     xx, yy, zz, xy, xz, yz, wx, wy, wz = (
         x * x,
@@ -98,7 +101,7 @@ class SpatialMechanism(ClaimedMechanism):
     turns = "orientations"
     wrong_sense = "an axis has the other sense, or an angle half a turn"
 
-    def __init__(self, data: Any, at: str = "mechanism", square: bool = True) -> None:
+    def __init__(self, data: Json, at: str = "mechanism", square: bool = True) -> None:
         super().__init__(data, at)
         numbers = [j[key] for j in self.joints.values() for key in ("length", "pitch") if key in j]
         self.size = self._largest(*numbers)
@@ -135,7 +138,7 @@ class SpatialMechanism(ClaimedMechanism):
         point = len(self.points[body]) == 1 and kinds <= {"vector", "spherical", "distance"}
         return PLACE if point and "vector" in kinds else PLACE + QUATERNION
 
-    def _joint(self, joint: Any, at: str) -> dict[str, Any]:
+    def _joint(self, joint: Json, at: str) -> Json:
         made = self._ends(joint, PRODUCTS, at)
         kind = made["kind"]
         keys = {"screw": ["pitch"], "distance": ["square"]}.get(kind)
@@ -164,7 +167,7 @@ class SpatialMechanism(ClaimedMechanism):
                 found += [other for other in joint["bodies"] if rigid and other not in found]
         return found
 
-    def _spin(self, claim: Any, at: str) -> tuple[str, str, list[arb]]:
+    def _spin(self, claim: Json, at: str) -> tuple[str, str, list[arb]]:
         """Return what chooses a spin: bodies that two points alone hold turn about their line."""
         body, on = (field(claim, key, str, at) for key in ("body", "on"))
         need(
@@ -181,13 +184,13 @@ class SpatialMechanism(ClaimedMechanism):
         need(free and not fixed, at, f"{body[:40]} does not spin: more than two points hold it")
         return body, on, exacts(claim.get("across"), 3, at)
 
-    def rows(self, z: Any) -> list[Any]:
+    def rows(self, z: Sequence[Value]) -> list[Value]:
         return [row for k, row in enumerate(self.equations(z)[0]) if k not in self.left_out]
 
-    def oriented(self, z: Any) -> bool:
+    def oriented(self, z: Sequence[Value]) -> bool:
         return all(v.real > 0 for v in self.equations(z)[1])
 
-    def equations(self, z: Any) -> tuple[list[Any], list[Any]]:
+    def equations(self, z: Sequence[Value]) -> tuple[list[Any], list[Any]]:
         """Return all rows, also those left out, and what is positive at a pose."""
         frames, positive = self.placed(z), list[Any]()
         quaternions = [z[k : k + 4] for k, (_, word) in enumerate(self.names) if word == "0"]
@@ -209,13 +212,13 @@ class SpatialMechanism(ClaimedMechanism):
         return rows + self.driven(z, frames), positive
 
     def _joint_rows(
-        self, name: str, joint: Any, frames: Any, z: Any
-    ) -> tuple[list[Any], list[Any]]:
+        self, name: str, joint: Json, frames: Frames, z: Any
+    ) -> tuple[list[Value], list[Value]]:
         """Return the rows of a joint, and what is positive."""
         unknown = {word: z[self.at[name, word]] for word in joint["unknown"]}
-        d, rows, positive = self.directions(joint, frames), list[Any](), list[Any]()
+        d, rows, positive = self.directions(joint, frames), list[Value](), list[Value]()
         if joint["kind"] == "vector":
-            length, elevation, azimuth = (unknown.get(w, joint.get(w)) for w in VECTOR)
+            length, elevation, azimuth = (unknown[w] if w in unknown else joint[w] for w in VECTOR)
             level, up = length * elevation.cos(), length * elevation.sin()
             d["g"] = difference(d["g"], (level * azimuth.cos(), up, level * azimuth.sin()))
             # of vectors told in two ways one
@@ -235,20 +238,20 @@ class SpatialMechanism(ClaimedMechanism):
             positive.append(c * x + s * y)
         return rows, positive
 
-    def placed(self, z: Any) -> dict[str, Any]:
+    def placed(self, z: Sequence[Value]) -> Frames:
         """Return places and rotations of all bodies."""
-        frames: dict[str, Any] = {"ground": ([ZERO] * 3, UNTURNED)}
+        frames: Frames = {"ground": ([ZERO] * 3, UNTURNED)}
         for k, (body, word) in enumerate(self.names):
             if word == "x":
                 turned = (body, "0") in self.at
                 frames[body] = z[k : k + 3], rotation(*z[k + 3 : k + 7]) if turned else UNTURNED
         return frames
 
-    def place(self, end: Any, frames: Any) -> list[Any]:
+    def place(self, end: Sequence[str], frames: Frames) -> list[Any]:
         (body, point), (r, R) = end, frames[end[0]]
         return [x + dot(row, self.points[body][point]) for x, row in zip(r, R, strict=True)]
 
-    def directions(self, joint: Any, frames: Any) -> dict[str, Any]:
+    def directions(self, joint: Json, frames: Frames) -> dict[str, list[Value]]:
         """Return those that rows are made of, by their letters."""
         one, other = (self.place(end, frames) for end in joint["ends"])
         found = {"g": difference(other, one)} | dict(zip(PLACE, UNTURNED, strict=True))
@@ -259,7 +262,7 @@ class SpatialMechanism(ClaimedMechanism):
                 found[letter] = [dot(row, v) for row in frames[body][1]]
         return found
 
-    def coordinate(self, name: str, z: Any, frames: Any) -> Any:
+    def coordinate(self, name: str, z: Sequence[Value], frames: Frames) -> Value:
         """Return BODY.POINT.x, .y, .z or a coordinate of a joint."""
         owner, *words = name.split(".")
         if len(words) == 2 and words[0] in self.points.get(owner, {}) and words[1] in [*PLACE]:
@@ -272,17 +275,17 @@ class SpatialMechanism(ClaimedMechanism):
                 return dot(*(d[letter] for letter in SLIDES[words[0]]))
         raise FalseClaim("mechanism/drivers", f"no such coordinate: {name[:60]}")
 
-    def law(self, formula: Any, s: Any, place: str) -> Any:
+    def law(self, formula: object, s: Value, place: str) -> Value:
         """Return a driver's value: "s", a number, or those at s = 0, 1, ..., straight between."""
         if not isinstance(formula, list):
             return s if isinstance(formula, str) and formula == "s" else number_of(formula, place)
         at = s.v if isinstance(s, Dual) else s
         return at_corners(formula, s, at[0] if isinstance(at, arb_series) else at, place)
 
-    def straight(self, start: arb, end: arb) -> Any:
+    def straight(self, start: arb, end: arb) -> list[arb]:
         return [start, end]
 
-    def compare(self, z: list[arb], claim: Any, at: str) -> None:
+    def compare(self, z: list[arb], claim: Json, at: str) -> None:
         """Compare what is reported; superfluous equations are nearly met."""
         super().compare(z, claim, at)
         rows = self.equations(z)[0] if self.left_out else []
@@ -291,7 +294,7 @@ class SpatialMechanism(ClaimedMechanism):
             need(near, at, f"the superfluous equation {k} is off")
             self.off = max(self.off, 1.05 * float(rows[k].abs_upper()))
 
-    def turned(self, body: str, reported: Any, angle: arb, z: Any, at: str) -> bool:
+    def turned(self, body: str, reported: object, angle: arb, z: list[arb], at: str) -> bool:
         q, k = exacts(reported, 4, at), self.at[body, "0"]
         w, *axis = z[k : k + 4]
         turn = zip(q[1:], axis, cross(q[1:], axis), strict=True)

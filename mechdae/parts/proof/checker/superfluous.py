@@ -6,6 +6,7 @@ motion is written down as sums of harmonics and put into all equations in exact 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from flint import acb, arb, arb_mat
@@ -15,7 +16,9 @@ from .arithmetic import (
     ZERO,
     Dual,
     FalseClaim,
+    Json,
     RingElement,
+    Value,
     ball,
     exact,
     exact_precision,
@@ -41,15 +44,15 @@ SHORTEST = arb(2) ** -12
 class Harmonics(RingElement):
     """An exact sum of c exp(i k s) over integers k, by k; angles are sums of s and right angles."""
 
-    def __init__(self, factors: dict[Any, Any]) -> None:
+    def __init__(self, factors: dict[Any, acb]) -> None:
         self.factors = {k: v for k, v in factors.items() if not acb(v).is_zero()}
 
-    def __add__(self, other: Any) -> Harmonics:
+    def __add__(self, other: Harmonics | acb) -> Harmonics:
         more = other.factors if isinstance(other, Harmonics) else {0: acb(other)}
         keys = {*self.factors, *more}
         return Harmonics({k: self.factors.get(k, 0) + more.get(k, 0) for k in keys})
 
-    def __mul__(self, other: Any) -> Harmonics:
+    def __mul__(self, other: Harmonics | acb) -> Harmonics:
         if not isinstance(other, Harmonics):
             return Harmonics({k: v * other for k, v in self.factors.items()})
         pairs = ((i, v, j, w) for i, v in self.factors.items() for j, w in other.factors.items())
@@ -65,7 +68,7 @@ class Harmonics(RingElement):
     def sin(self) -> Harmonics:
         return (self + Harmonics({"right": -1})).cos()
 
-    def at(self, s: Any) -> arb:
+    def at(self, s: arb) -> arb:
         """Return its real value, in a ball."""
         angles, total = {"s": s, "right": arb.pi() / 2}, ZERO
         for k, factor in self.factors.items():
@@ -82,7 +85,7 @@ def _cosine(k: int, factor: acb) -> Harmonics:
 class ClosedMotion(PlanarMechanism):
     """A mechanism with more equations than coordinates, and its motion in closed form."""
 
-    def __init__(self, data: Any, at: str = "mechanism") -> None:
+    def __init__(self, data: Json, at: str = "mechanism") -> None:
         place = f"{at}/superfluous"
         numbers = [exact(k, place) for k in field(data, "superfluous", list, at)]
         left_out = {int(float(k)) for k in numbers if k.is_integer()}
@@ -110,7 +113,7 @@ class ClosedMotion(PlanarMechanism):
             row += count
         self.joint_equations = row
 
-    def _motion(self, data: Any, at: str) -> list[Harmonics]:
+    def _motion(self, data: Json, at: str) -> list[Harmonics]:
         """Return the motion s -> pose that is written down; it has to meet all equations."""
         z = list[Harmonics]()
         for body in self.bodies:
@@ -124,11 +127,11 @@ class ClosedMotion(PlanarMechanism):
                 need(not row.factors, at, f"equation {k} does not hold along the motion")
         return z
 
-    def every(self, z: Any) -> list[Any]:
+    def every(self, z: Sequence[Any]) -> list[Any]:
         """Return all equations."""
         return super().rows(z)
 
-    def rows(self, z: Any) -> list[Any]:
+    def rows(self, z: Sequence[Value]) -> list[Value]:
         """Return the equations that are kept, as many as there are coordinates."""
         return [row for k, row in enumerate(self.every(z)) if k not in self.left_out]
 
@@ -149,7 +152,7 @@ class ClosedMotion(PlanarMechanism):
         return all(sum((abs(v).upper() for v in row), ZERO) < 1 for row in loss.tolist())
 
 
-def _harmonics(data: Any, place: str) -> Harmonics:
+def _harmonics(data: list[object], place: str) -> Harmonics:
     """Return a sum of a cos ks + b sin ks of rows k, a, b."""
     rows = [exacts(row, 3, place) for row in data]
     orders = {float(k) for k, *_ in rows if k.is_integer()}
@@ -176,7 +179,7 @@ def parts_of_full_rank(m: ClosedMotion, s: arb, to: arb, at: str) -> int:
     return count
 
 
-def check_closed_sweep(m: ClosedMotion, data: Any) -> str:
+def check_closed_sweep(m: ClosedMotion, data: Json) -> str:
     """Check the ranks along a motion and the poses on it."""
     path = field(data, "path", dict, "certificate")
     first = last = exact(path.get("at"), "path/at")
@@ -202,7 +205,7 @@ def check_closed_sweep(m: ClosedMotion, data: Any) -> str:
     return f"{parts} parts of full rank, {crossed} change points, {equations}, {claims}"
 
 
-def check_closed_modes(m: ClosedMotion, data: Any) -> str:
+def check_closed_modes(m: ClosedMotion, data: Json) -> str:
     """Check the mode of the motion: no other pose that theorems count meets all equations."""
     s, groups = exact(field(data, "at", str, "modes"), "at"), field(data, "groups", list, "modes")
     counted = Count(m, groups, IN_PLANE)

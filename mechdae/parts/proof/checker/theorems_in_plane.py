@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 from flint import arb
 
@@ -23,7 +22,7 @@ class PlanarGroup:
     inner: list[set[str]] = dataclasses.field(default_factory=list)
     """Pairs of its bodies that joints link."""
     drivers: list[str] = dataclasses.field(default_factory=list)
-    hubs: list[Any] = dataclasses.field(default_factory=list)
+    hubs: list[list[arb] | None] = dataclasses.field(default_factory=list)
     """Points of its bodies in joints; None of a rack of its own."""
     turn: arb = ZERO
     arm: set[str] = dataclasses.field(default_factory=set)
@@ -122,7 +121,9 @@ def wheels(m: PlanarMechanism) -> list[set[str]]:
     ]
 
 
-def alike_in_plane(m: PlanarMechanism, groups: list[Any], one: list[Any], other: list[Any]) -> bool:
+def alike_in_plane(
+    m: PlanarMechanism, groups: list[list[str]], one: list[arb], other: list[arb]
+) -> bool:
     """Whether two poses in balls may be one, whole turns aside.
 
     Theorems count the poses of a group for one pose of those before it. Where wheels or racks tell
@@ -138,14 +139,14 @@ def alike_in_plane(m: PlanarMechanism, groups: list[Any], one: list[Any], other:
     return True
 
 
-def may_be_one(m: PlanarMechanism, group: list[str], one: list[Any], other: list[Any]) -> bool:
+def may_be_one(m: PlanarMechanism, group: list[str], one: list[arb], other: list[arb]) -> bool:
     """Whether poses of a group in balls may be one, whole turns aside."""
     places = [(word, m.at[body, word]) for body in group for word in m.words]
     halves = [(word, (one[k] - other[k]) / 2) for word, k in places]
     return all((v.sin() if word == "angle" else v).contains(0) for word, v in halves)
 
 
-def aside_in_plane(m: PlanarMechanism, groups: list[Any], theorems: list[str]) -> str:
+def aside_in_plane(m: PlanarMechanism, groups: list[list[str]], theorems: list[str]) -> str:
     """Return what poses of groups are counted without: whole turns that wheels would tell."""
     known, turning, several = {"ground"}, set[str](), False
     for group, theorem in zip(groups, theorems, strict=True):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from flint import arb
 
-from .arithmetic import need
+from .arithmetic import Json, need
 from .counts import Theorems, group_columns
 from .space import TURNS, VECTOR, SpatialMechanism, dot
 
@@ -30,7 +30,7 @@ def most_in_space(m: SpatialMechanism, group: list[str], known: set[str]) -> tup
     return _most_of_several(m, joints, new, known)
 
 
-def _most_of_vectors(joints: Any, drivers: list[str], count: int) -> tuple[int, str]:
+def _most_of_vectors(joints: Json, drivers: list[str], count: int) -> tuple[int, str]:
     """Return how many ways a loop of vectors closes in, 0 where it has not three unknowns."""
     free = [
         "".join(word[0] for word in joint["unknown"] if f"{name}.{word}" not in drivers)
@@ -47,7 +47,7 @@ def _most_of_vectors(joints: Any, drivers: list[str], count: int) -> tuple[int, 
 
 
 def _most_of_one(
-    m: SpatialMechanism, joints: Any, kinds: list[str], drivers: list[str], known: set[str]
+    m: SpatialMechanism, joints: Json, kinds: list[str], drivers: list[str], known: set[str]
 ) -> tuple[int, str]:
     """Return how many poses one body has, 0 where no theorem tells."""
     left_out = {m.kinds[k] for k in m.left_out}
@@ -68,7 +68,7 @@ def _most_of_one(
     return 0, ""
 
 
-def _is_geared(m: SpatialMechanism, joints: Any, known: set[str]) -> bool:
+def _is_geared(m: SpatialMechanism, joints: Json, known: set[str]) -> bool:
     """Whether a sum links coordinates of the joints to those of known bodies alone."""
     for terms in m.sums.values():
         owners = {name.split(".")[0] for name in terms if name}
@@ -79,7 +79,7 @@ def _is_geared(m: SpatialMechanism, joints: Any, known: set[str]) -> bool:
 
 
 def _most_of_several(
-    m: SpatialMechanism, joints: dict[str, Any], new: set[str], known: set[str]
+    m: SpatialMechanism, joints: Json, new: set[str], known: set[str]
 ) -> tuple[int, str]:
     """Return how many complex poses two or five bodies have at most, 0 where no theorem tells."""
     spots = {
@@ -107,7 +107,7 @@ def _most_of_several(
 
 
 def alike_in_space(
-    m: SpatialMechanism, groups: list[Any], one: list[Any], other: list[Any]
+    m: SpatialMechanism, groups: list[list[str]], one: list[arb], other: list[arb]
 ) -> bool:
     """Whether two poses in balls may be one, whole turns and signs of quaternions aside.
 
@@ -129,7 +129,7 @@ def _is_of_screw(m: SpatialMechanism, owner: str, word: str) -> bool:
     return not m.is_of_body(word) and m.joints[owner]["kind"] == "screw"
 
 
-def _may_be_equal(m: SpatialMechanism, k: int, one: list[Any], other: list[Any]) -> bool:
+def _may_be_equal(m: SpatialMechanism, k: int, one: list[arb], other: list[arb]) -> bool:
     """Whether a coordinate may be the same in two poses, whole turns and signs aside."""
     word = m.names[k][1]
     if word in "123":
@@ -140,7 +140,7 @@ def _may_be_equal(m: SpatialMechanism, k: int, one: list[Any], other: list[Any])
     return bool((off.sin() if word in (*TURNS, *VECTOR[1:]) else off).contains(0))
 
 
-def aside_in_space(m: SpatialMechanism, groups: list[Any], theorems: list[str]) -> str:
+def aside_in_space(m: SpatialMechanism, groups: list[list[str]], theorems: list[str]) -> str:
     """Return what poses of groups are counted without."""
     screws = [name for name, joint in m.joints.items() if joint["kind"] == "screw"]
     free = any(f"{name}.angle" not in m.drivers for name in screws)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 from flint import acb, acb_mat, arb, arb_mat, arb_series, ctx
 
@@ -30,7 +29,9 @@ class Tube:
     A tube without length is a pose, which may be complex.
     """
 
-    def __init__(self, m: ClaimedMechanism, z: list[Any], half: arb, index: int, Y: Any) -> None:
+    def __init__(
+        self, m: ClaimedMechanism, z: list[arb], half: arb, index: int, Y: arb_mat
+    ) -> None:
         self.m, self.z, self.half, self.index = m, z, half, index
         self.T, self.matrix = arb(0, half), type(Y)
         self.free, self.Y, self.r = [k for k in range(m.n + 1) if k != index], [Y], [ZERO] * m.n
@@ -67,11 +68,11 @@ class Tube:
             self.r = [(a * 2 + least).upper() for a in reach]
         raise ArithmeticError("Krawczyk's test fails")
 
-    def _terms(self, count: int, rows: Callable[[list[Any]], list[list[Any]]]) -> list[Any]:
+    def _terms(self, count: int, rows: Callable[[list[arb]], list[list[arb]]]) -> list[arb_mat]:
         """Return rows within r of c(t) by powers of t; the last one is for all t."""
         if self.half == 0:
             return [self.matrix(rows(self.box()))]
-        found = list[Any]()
+        found = list[arb_mat]()
         for t, terms in ((ZERO, count), (self.T, count + 1)):
             ctx.cap = terms
             series = rows(self.box(arb_series([t, ONE])))
@@ -79,7 +80,7 @@ class Tube:
                 found.append(arb_mat([[coefficient(x, k) for x in row] for row in series]))
         return found
 
-    def _product(self, terms: list[Any]) -> Any:
+    def _product(self, terms: list[arb_mat]) -> arb_mat:
         """Return what holds Y(t) times a polynomial, for all t."""
         total = terms[0] * 0
         for k in reversed(range(len(self.Y) + len(terms) - 1)):
@@ -98,7 +99,7 @@ class Tube:
         push = self._product([arb_mat([[coefficient(x, 2) * -2] for x in self.m.rows(lines)])])
         return v, J.solve(push).entries()[LAST]
 
-    def box(self, t: Any = None) -> list[Any]:
+    def box(self, t: arb | arb_series | None = None) -> list[arb]:
         """Return balls that hold all of it, at t if it is given."""
         z = [*polynomials(self.c, self.T if t is None else t)]
         for k, r in zip(self.free, self.r, strict=True):
@@ -123,7 +124,7 @@ class Tube:
         return z if self.holds(z) else []
 
 
-def solution(m: ClaimedMechanism, z: list[Any], index: int = LAST) -> Tube:
+def solution(m: ClaimedMechanism, z: list[arb], index: int = LAST) -> Tube:
     """Return the one pose near z, real or complex, whose coordinate `index` is that of z."""
     z, index, off = [x.mid() for x in z], index % (m.n + 1), 1.0
     matrix = acb_mat if isinstance(z[0], acb) else arb_mat
@@ -148,10 +149,10 @@ def follow(
     index: int,
     to: arb,
     good: Callable[[Tube], bool] | None = None,
-    step: Any = None,
+    step: arb | None = None,
 ) -> Iterator[tuple[Tube, list[arb]]]:
     """Yield tubes that lead from the pose z until coordinate `index` is `to`, each with its end."""
-    c: Any = [*zip(z, solution(m, z, index).rates()[0], strict=True)]
+    c: Sequence[Sequence[arb]] = [*zip(z, solution(m, z, index).rates()[0], strict=True)]
     least, longest = abs(to - z[index]) / 2**HALVINGS, 4.0
     step = step or (to - z[index]).mid()
     while z[index] != to:

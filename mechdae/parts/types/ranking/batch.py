@@ -128,7 +128,7 @@ def _of_group(
     return found
 
 
-def _there(value: Any) -> bool:
+def _there(value: object) -> bool:
     return value is not None and (not isinstance(value, dict) or bool(value))
 
 

@@ -40,7 +40,7 @@ class Criterion:
         return {"name": self.name, "unit": self.unit, "sense": self.sense}
 
 
-def measured(mechanism: Mechanism, task: Any) -> Any:
+def measured(mechanism: Mechanism, task: object) -> Any:
     """Return a task of the plane with the measures that criteria need, also where it has none."""
     if not isinstance(task, Sweep) or mechanism.dimension != 2 or not moves(task):
         return task

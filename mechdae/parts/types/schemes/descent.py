@@ -59,7 +59,7 @@ class Descent(ABC):
         self.scheme = scheme
         self.limits, self.least = np.asarray(limits, float), np.asarray(least, float)
         self.places = np.array(places, complex)
-        self._rubbing: tuple[Aim, LossAsked, Any] | None = None
+        self._rubbing: tuple[Aim, LossAsked, Floats] | None = None
         self.middles = [k for k, (kind, *_) in enumerate(scheme.points) if kind in MIDDLES]
 
     def lose(self, aim: Aim, rubbing: LossAsked, limits: Floats) -> None:
@@ -94,7 +94,7 @@ class Descent(ABC):
         return self.places
 
     @abstractmethod
-    def _begun(self, state: Any) -> Any:
+    def _begun(self, state: object) -> Any:
         """Return the state of `places`, all that is not a dimension found anew."""
 
     @abstractmethod
@@ -186,13 +186,13 @@ class ErrorsAt:
 class _Fit:
     """Where each set of a batch is."""
 
-    places: Any
-    extra: Any
+    places: Complexes
+    extra: Floats
     merit: Floats
     errors: Complexes
     rates: Any
     excess: Points
-    slopes: Any
+    slopes: Matrices
 
 
 class Fitting(Descent):
@@ -257,7 +257,7 @@ class Fitting(Descent):
         slopes = np.concatenate([slopes, more], axis=2)
         return _Fit(places, extra, merit, errors, rates, excess, slopes)
 
-    def _raised(self, errors: Complexes, rates: Any) -> tuple[Any, Any]:
+    def _raised(self, errors: Complexes, rates: Matrices) -> tuple[Complexes, Matrices]:
         """Return errors to half the power, in units of the largest one, of which squares count."""
         half = self._power / 2
         size = self._size[:, None]
@@ -314,7 +314,7 @@ class Refinement(Descent):
         self.angles = TURN * np.arange(ANGLES) / ANGLES
         self._targets: Any = None
 
-    def _begun(self, state: Any) -> _State:
+    def _begun(self, state: object) -> _State:
         self.places, self._targets = self._aligned(self.places)
         return self._at(self.places, self._targets)
 

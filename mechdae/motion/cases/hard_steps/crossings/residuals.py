@@ -134,7 +134,7 @@ class Residuals:
 
     def decides(
         self, residual: float, b: int, s: float, x: Unknowns, earlier: list[int], w: Floats,
-        scaling: Any,
+        scaling: object,
     ) -> bool:  # fmt: skip
         """Return whether the numbers given, as far as they are known, decide the sign of w . F.
 
