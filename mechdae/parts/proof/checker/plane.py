@@ -93,9 +93,7 @@ class PlanarMechanism(ClaimedMechanism):
             rows += self._joint_rows(name, joint, frames, z)
         return rows + self.driven(z, frames)
 
-    def _joint_rows(
-        self, name: str, joint: Json, frames: dict[str, PlanarFrame], z: Sequence[Value]
-    ) -> list[Value]:
+    def _joint_rows(self, name: str, joint: Json, frames: Any, z: Sequence[Value]) -> list[Value]:
         one, two, dx, dy = self.gap(joint, frames)
         kind, carrier = joint["kind"], frames[joint["carrier"]].angle
         first, second = one.angle - carrier, two.angle - carrier
@@ -142,9 +140,7 @@ class PlanarMechanism(ClaimedMechanism):
         body, point = end
         return frames[body].point(self.points[body][point])
 
-    def gap(
-        self, joint: Json, frames: dict[str, PlanarFrame]
-    ) -> tuple[PlanarFrame, PlanarFrame, Value, Value]:
+    def gap(self, joint: Json, frames: Any) -> tuple[PlanarFrame, PlanarFrame, Value, Value]:
         """Return the frames of a joint's bodies, and second point less first point."""
         (x1, y1), (x2, y2) = (self.place(end, frames) for end in joint["ends"])
         one, two = (frames[body] for body in joint["bodies"])

@@ -63,7 +63,7 @@ def difference(one: Sequence[Value], other: Sequence[Value]) -> list[Value]:
     return [a - b for a, b in zip(one, other, strict=True)]
 
 
-def rotation(w: Value, x: Value, y: Value, z: Value) -> list[list[Value]]:
+def rotation(w: Value, x: Value, y: Value, z: Value) -> list[list[Any]]:
     """Return the rotation by a unit quaternion, its real part first."""
     xx, yy, zz, xy, xz, yz, wx, wy, wz = (
         x * x,

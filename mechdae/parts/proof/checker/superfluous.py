@@ -6,7 +6,6 @@ motion is written down as sums of harmonics and put into all equations in exact 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from flint import acb, arb, arb_mat
@@ -18,7 +17,6 @@ from .arithmetic import (
     FalseClaim,
     Json,
     RingElement,
-    Value,
     ball,
     exact,
     exact_precision,
@@ -127,11 +125,11 @@ class ClosedMotion(PlanarMechanism):
                 need(not row.factors, at, f"equation {k} does not hold along the motion")
         return z
 
-    def every(self, z: Sequence[Any]) -> list[Any]:
+    def every(self, z: Any) -> list[Any]:
         """Return all equations."""
         return super().rows(z)
 
-    def rows(self, z: Sequence[Value]) -> list[Value]:
+    def rows(self, z: Any) -> list[Any]:
         """Return the equations that are kept, as many as there are coordinates."""
         return [row for k, row in enumerate(self.every(z)) if k not in self.left_out]
 
