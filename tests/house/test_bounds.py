@@ -80,6 +80,7 @@ LOOPS = {
     ("describe/expression.py", "dotted"): "a node's parent in a syntax tree",
     ("design/derivatives/function.py", "_plain"): "two signs become one",
     ("draw/diagram/diagram.py", "fitted"): "the text gets shorter",
+    ("draw/smooth.py", "thinned"): "there are fewer rows each time",
     ("draw/diagram/scene.py", "read_scene"): "a body is placed each time",
     ("draw/space/spatial_scene.py", "pose_chains"): "a body with two joints each time, none twice",
     ("draw/space/spatial_scene.py", "read_spatial"): "a body is placed each time",

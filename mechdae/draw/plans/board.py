@@ -37,7 +37,7 @@ SCALE = 11.0
 NAMED = 30.0
 """Shorter arrows have no name of their own; the letters at their ends remain."""
 LOOKED_FOR = ("coriolis", "normal")
-"""Kinds that are named however short they are."""
+"""Kinds that are named down to half of an arrow's head."""
 POLE = 2.6
 ROOM = 24.0
 """Room around a plan for its letters."""

@@ -387,7 +387,7 @@ def _packed(values: Floats) -> str:
 
 
 def data_of(path: str | FilePath) -> Json:
-    """Return the data of a page that was written before.
+    """Return the data of a page that was written before, without the values at its poses.
 
     Raises
     ------

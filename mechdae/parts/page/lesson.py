@@ -223,7 +223,8 @@ def series_of(result: Result, rows: Sequence[int]) -> Json:
 
     def put(kind: str, part: str, names: Sequence[str], unit: str, series: Any) -> None:
         values: list[Floats] = [np.asarray(series[name], dtype=float)[rows] for name in names]
-        if values and np.isfinite(values[0]).any() and float(np.nanmax(np.ptp(values[0]))) > 0:
+        moving = values[0][np.isfinite(values[0])] if values else np.zeros(0)
+        if moving.size and np.ptp(moving) > 0:
             found.append([kind, part, names, unit, [_packed(own) for own in values]])
 
     for kind, words in (("bodies", ("angle", "angular_")), ("joints", ("slide", "slide_"))):

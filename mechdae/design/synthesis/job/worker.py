@@ -19,12 +19,12 @@ from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.jobs.distribute import elsewhere
 from mechdae.records import dataclass
-from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.design.synthesis.exact.complete import PathWork
     from mechdae.design.synthesis.ipopt import Optimum
     from mechdae.design.synthesis.nlp import Nlp
+    from mechdae.types import Floats
 
 KEPT = 4
 """Problems whose NLPs a process keeps."""
