@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_070,
     "cli": 1_490,
-    "parts": 24_580,  # what a page teaches by
+    "parts": 24_590,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 754
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_010
+TOTAL = 132_000
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

@@ -48,7 +48,8 @@ class Report(Paper):
                 "a PDF needs the package typst",
                 hint='pip install "mechdae[report]", or print the .html from a browser',
             ) from None
-        return typst.compile(self.typ().encode("utf-8"))
+        made: bytes = typst.compile(self.typ().encode("utf-8"))
+        return made
 
     def save(self, path: str | Path) -> Path:
         """Write ``.html``, ``.typ`` or ``.pdf``, whole or not at all; the same bytes each time.
