@@ -130,7 +130,7 @@ class Solver:
             The mechanism cannot be assembled at its sketch.
         """
         task, numbers = self._sweep(), _merged(values, {})
-        last, places = self._posed, np.atleast_1d(np.asarray(u, float))
+        last, places = self._posed, np.atleast_1d(_floats(u, "u"))
         if last is None or last[0] != numbers:
             found = self._near_pose(task, numbers, places) if last is not None else None
             if found is not None:
@@ -182,10 +182,13 @@ class Solver:
             with keep_for(self._held):
                 tracker = self._tracker = tracker_of(self.problem, self._sweep())
         node = tracker.first if pose is None or pose.node is None else pose.node
-        rates = [] if speed is None else [tracker.rates(speed)]
+        rates = [] if speed is None else [tracker.rates(_floats(speed, "speed"), "speed")]
         if acceleration is not None:
-            rates = [*(rates or tracker.usual[:1]), tracker.rates(acceleration)]
-        place = np.asarray(u, float)
+            rates = [
+                *(rates or tracker.usual[:1]),
+                tracker.rates(_floats(acceleration, "acceleration"), "acceleration"),
+            ]
+        place = _floats(u, "u")
         rows = tracker.rows(place[None, :] if place.shape == (tracker.graphs.nu,) else place)
         if len(rows) > 1:
             raise InputError("one value of each driver is needed", where="u")
@@ -264,6 +267,14 @@ class Solver:
             raise InputError(f"a task of kind '{task.kind}' has no function", where="task")
         drivers = [driver.coordinate for driver in task.all_drivers]
         return function(self.problem, inputs or [*drivers, *self.vary], outputs, self.name)
+
+
+def _floats(values: object, where: str) -> Floats:
+    """Return what is given for numbers as an array."""
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"numbers are needed, not {values!r}", where=where) from None
 
 
 def _merged(values: Mapping[str, Number] | None, more: Mapping[str, Number]) -> dict[str, Number]:

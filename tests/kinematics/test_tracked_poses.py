@@ -133,8 +133,12 @@ def test_bad_input() -> None:
             solver.poses({}, u)
     with pytest.raises(md.InputError, match="one value of each"):
         solver.track(None, [[2.0, 1.1], [2.0, 1.1]])
-    with pytest.raises(md.InputError, match="one for each driver"):
+    with pytest.raises(md.InputError, match="speed: 2 values are needed, one for each driver"):
         solver.track(None, [2.0, 1.1], speed=[1.0])
+    for call in (lambda u: solver.poses({}, u), lambda u: solver.track(None, u)):
+        for u in ("x", [[1.0, 2.0], [3.0]], {}):
+            with pytest.raises(md.InputError, match="u: numbers are needed"):
+                call(u)
     with pytest.raises(md.InputError, match="no derivatives"):
         poses.jacobian("points/tip.P/velocity")
     with pytest.raises(md.InputError, match="no poses of a driver"):

@@ -76,12 +76,12 @@ class Tracker:
             raise InputError(f"values of {names} are needed, not of shape {u.shape}", where="u")
         return rows
 
-    def rates(self, values: Floats | Sequence[float]) -> Floats:
+    def rates(self, values: Floats, where: str) -> Floats:
         """Return one rate of each driver (nd,)."""
-        found = np.asarray(values, float)
-        if found.shape != (self.graphs.nu,):
-            raise InputError(f"{self.graphs.nu} values are needed, one for each driver", where="u")
-        return found
+        if values.shape != (self.graphs.nu,):
+            count = self.graphs.nu
+            raise InputError(f"{count} values are needed, one for each driver", where=where)
+        return values
 
     def to(self, node: PoseState, values: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
         """Return the pose at drivers' values (nd,), reached straight from another one.
