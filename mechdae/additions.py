@@ -21,8 +21,6 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from typing import Any, Generic, TypeVar
 
-from mechdae.records import dataclass
-
 T = TypeVar("T")
 GROUP = "mechdae.parts"
 """Of entry points of other packages."""
@@ -53,7 +51,6 @@ def at_home(home: str) -> Any:
     return getattr(loaded, attribute) if attribute else loaded
 
 
-@dataclass(frozen=True)
 class Added:
     """Something a part adds under a name.
 
@@ -67,16 +64,16 @@ class Added:
         What it is for, in lists.
     """
 
-    home: str
-    after: str = ""
-    about: str = ""
+    __slots__ = ("about", "after", "home")
+
+    def __init__(self, home: str, after: str = "", about: str = "") -> None:
+        self.home, self.after, self.about = home, after, about
 
     def load(self) -> Any:
         """Return what is added."""
         return at_home(self.home)
 
 
-@dataclass(frozen=True)
 class TaskKind(Added):
     """A kind of task; `home` is its class, functions are named ``module:function``.
 
@@ -95,13 +92,25 @@ class TaskKind(Added):
         Looks for designs as a job: of problem, task and a `JobCall`; the name of its log.
     """
 
-    run: str = ""
-    show: str = ""
-    trial: str = ""
-    text: str = ""
-    spread: bool = False
-    design: str = ""
-    log: str = ""
+    __slots__ = ("design", "log", "run", "show", "spread", "text", "trial")
+
+    def __init__(
+        self,
+        home: str,
+        after: str = "",
+        about: str = "",
+        *,
+        run: str = "",
+        show: str = "",
+        trial: str = "",
+        text: str = "",
+        spread: bool = False,
+        design: str = "",
+        log: str = "",
+    ) -> None:
+        super().__init__(home, after, about)
+        self.run, self.show, self.trial, self.text = run, show, trial, text
+        self.spread, self.design, self.log = spread, design, log
 
 
 def added_of(home: str, places: Mapping[str, str]) -> dict[str, Added]:

@@ -23,7 +23,7 @@ BUDGETS = {
     "parts": 24_590,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 754
+ALONE = 763
 """Lines of the modules that stand alone: errors, records, types, additions."""
 TOTAL = 132_000
 LONGEST = 500

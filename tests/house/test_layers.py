@@ -232,7 +232,7 @@ def loaded(code: str) -> set[str]:
     ids=["import", "list"],
 )
 def test_light_commands_load_no_numerics(code: str) -> None:
-    assert not loaded(code) & {"casadi", "matplotlib", "numpy"}
+    assert not loaded(code) & {"casadi", "matplotlib", "numpy", "dataclasses", "inspect"}
 
 
 def test_solving_loads_no_drawing() -> None:
