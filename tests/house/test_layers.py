@@ -144,13 +144,13 @@ def test_the_table_of_questions_is_what_is_asked() -> None:
     listed = {question: file for names, file in rows for question in names.split(", ")}
     for question, file in listed.items():
         assert f'"{question}"' in (PACKAGE / file).read_text(encoding="utf-8"), (question, file)
-    asked = {
+    questions = {
         question
         for path in FILES
         for question in re.findall(r'cases\(\s*"([^"]+)"', path.read_text(encoding="utf-8"))
     }
     answered = {q for case in mechdae.CASES for q in import_module(f"{case}.adds").ADDS}
-    assert asked <= set(listed), f"CONTRIBUTING.md lacks rows of {asked - set(listed)}"
+    assert questions <= set(listed), f"CONTRIBUTING.md lacks rows of {questions - set(listed)}"
     assert answered == set(listed), f"asked or answered alone: {answered ^ set(listed)}"
 
 

@@ -15,7 +15,7 @@ from mechdae import __version__
 from mechdae.kernels.machine import program as compiling
 from mechdae.kernels.machine.library import library
 from mechdae.kernels.machine.line import CompiledLine
-from mechdae.kernels.machine.program import asked, stored
+from mechdae.kernels.machine.program import one_by_one, stored
 from mechdae.kernels.run import functions
 from mechdae.kernels.run.functions import Batch, Call, StepChain, program
 from mechdae.kernels.run.numpy_backend import NumpyFunction
@@ -200,7 +200,7 @@ def test_single_calls_are_casadis_bit_by_bit(monkeypatch) -> None:
 def test_instructions_are_read_as_they_are_asked_for() -> None:
     for seed in range(12):
         function = random_function(seed, 8 * seed, functions=True)
-        assert stored(function) == asked(function)
+        assert stored(function) == one_by_one(function)
     assert stored(ca.Function("f", [A], [])) == b""
 
 
@@ -256,7 +256,7 @@ def test_functions_without_a_program_are_left_to_casadi() -> None:
 def test_damaged_instructions_are_refused() -> None:
     machine, random = library(), np.random.default_rng(8)
     function = random_function(2, 30)
-    code, table = bytearray(asked(function)), compiling._table()
+    code, table = bytearray(one_by_one(function)), compiling._table()
     rows = ((5, 4, 2), (6, 3), (0, 1, 0))
     made = machine.Program(bytes(code), function.sz_w(), *rows, table)
     inputs = numbers(1, 20)

@@ -73,10 +73,10 @@ def said(page):
 
 def same(page, result, k):
     """Compare everything that the page tells of a pose with a result of Python."""
-    told = page.evaluate("mechdae.pose()")
-    assert told["bound"]["length"] < 1e-10
+    pose = page.evaluate("mechdae.pose()")
+    assert pose["bound"]["length"] < 1e-10
     count = 0
-    for path, values in told["outputs"].items():
+    for path, values in pose["outputs"].items():
         kind, part, name = path.split("/")
         table = getattr(result, kind)
         if part not in table or name not in table[part]:
@@ -87,7 +87,7 @@ def same(page, result, k):
             own = own - 2 * np.pi * np.round((own - series[k]) / (2 * np.pi))
         assert np.abs(own - series[k]).max() <= 1e-8 * max(largest, 1e-3), path
         count += 1
-    return count, told
+    return count, pose
 
 
 @in_browser
@@ -118,14 +118,14 @@ def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, clicks):
     acting = md.solve(problem.mechanism, md.Reactions(driver=driver)) if loaded else None
     for k, value in enumerate(chosen):
         assert page.evaluate(f"mechdae.set({value!r})") is True
-        count, told = same(page, result, k)
+        count, pose = same(page, result, k)
         assert count > 15
         if acting is None:
             continue
         largest = np.abs(acting.efforts[driver.coordinate]).max()
-        effort = told["forces"]["efforts"][driver.coordinate]
+        effort = pose["forces"]["efforts"][driver.coordinate]
         assert effort == pytest.approx(acting.efforts[driver.coordinate][k], abs=1e-8 * largest)
-        for name, reaction in told["forces"]["reactions"].items():
+        for name, reaction in pose["forces"]["reactions"].items():
             assert reaction == pytest.approx(acting.joints[name].reaction[k], abs=1e-6)
     page.locator("input[accept='.toml']").set_input_files(file)
     until(page, "mechdae.opened() === 1")
@@ -461,7 +461,7 @@ def test_files_are_opened_by_the_page_and_those_that_are_none_refused(capsys, tm
     large.write_text(WELDED_FILE + "#" * 200_000, encoding="utf-8")
     broken = tmp_path / "broken.toml"
     broken.write_text("schema = 1\n[bodies", encoding="utf-8")
-    for words, told in (
+    for words, message in (
         (["bennett"], "planar"),
         ([str(large)], "200 kB"),
         ([str(broken)], "broken.toml"),
@@ -471,7 +471,7 @@ def test_files_are_opened_by_the_page_and_those_that_are_none_refused(capsys, tm
     ):
         code, _, err = run(capsys, "edit", *words, *([] if "--out" in words else ["--out", out]))
         assert code == 2, words
-        assert told in err
+        assert message in err
 
 
 def test_the_page_is_small():

@@ -130,8 +130,8 @@ def test_a_click_shows_position_velocity_and_acceleration(opened):
     titles = page.locator(".chart .title").all_text_contents()
     assert titles == ["φ, °", "s, mm", "ω, rad/s", "v, m/s", "ε, rad/s²", "a, m/s²"]
     result = md.solve("four-bar-crank-rocker", "turn")
-    told = page.locator("circle.extreme").count()
-    assert told == 2 * (2 + 2 + 2 + 1 + 2 + 1)  # of each line the largest and the least
+    marks = page.locator("circle.extreme").count()
+    assert marks == 2 * (2 + 2 + 2 + 1 + 2 + 1)  # of each line the largest and the least
     speed = np.linalg.norm(np.asarray(result.points["coupler.P"].velocity), axis=1)
     chart = page.locator(".chart").nth(3).locator("text.extreme").all_text_contents()
     found = sorted(number(text) for text in chart)
@@ -271,9 +271,9 @@ def test_the_sentence_follows_the_numbers(opened):
         if ends:
             said = page.locator("#sentence").inner_text()
             assert "opens at joint" in said
-            told = re.search(r"from (\S+)° to (\S+)°", said)
-            assert told is not None
-            assert np.radians([float(text) for text in told.groups()]) == pytest.approx(
+            ends = re.search(r"from (\S+)° to (\S+)°", said)
+            assert ends is not None
+            assert np.radians([float(text) for text in ends.groups()]) == pytest.approx(
                 limits, abs=1e-4
             )
     widths = page.locator(".strip-bar").evaluate_all(
@@ -395,11 +395,11 @@ def test_forces_have_curves(opened):
     page.click("#tab-forces")
     result = md.solve("slider-crank-inertia", "cycle")
     effort = np.asarray(result.efforts["crank.angle"])
-    told = [
+    extremes = [
         number(text)
         for text in page.locator("#forces .chart").first.locator("text.extreme").all_text_contents()
     ]
-    assert max(told) == pytest.approx(np.nanmax(effort), rel=2e-3)
+    assert max(extremes) == pytest.approx(np.nanmax(effort), rel=2e-3)
     page.mouse.click(*middle(page, "[data-id='joint-C-pin']"))
     assert "reaction C" in " ".join(page.locator("#forces .chip").all_inner_texts())
     page.click("#tab-plans")

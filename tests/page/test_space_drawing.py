@@ -30,11 +30,11 @@ NAMES = (
 
 def placed(drawing, poses, basis, metre, folder):
     """Return the shapes of each pose as the page places them: id, kind, places."""
-    told = json.dumps({"drawing": drawing, "basis": basis, "scale": metre})
+    given = json.dumps({"drawing": drawing, "basis": basis, "scale": metre})
     return run_script(
         f'import {{ SpaceDiagram }} from "{(WEB / "space.js").as_posix()}";\n'
         "const diagram = Object.create(SpaceDiagram.prototype);\n"
-        f"Object.assign(diagram, {told});\n"
+        f"Object.assign(diagram, {given});\n"
         f"const shown = {json.dumps(poses)}.map((pose) =>\n"
         "  diagram.drawing.solids.flatMap((part) =>\n"
         "  diagram.shapes(part, pose).map(({ kind, places }) => [part.id, kind, places])));\n"

@@ -124,8 +124,8 @@ def compare_primitives(opened, pages, name):
         )
         of = matched(off <= UNIT)
         for k, shape in enumerate(drawn):
-            told = (pose, shape.kind, shape.gid, shape.points.tolist(), off[k].min())
-            assert k in of.values(), told
+            place = (pose, shape.kind, shape.gid, shape.points.tolist(), off[k].min())
+            assert k in of.values(), place
         worst = max(worst, *(float(off[k, j]) for j, k in of.items()))
     return worst
 

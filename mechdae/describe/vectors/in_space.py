@@ -382,10 +382,10 @@ class PointLoops:
                 raise InputError(f"a vector is called '{name}' too", where=f"nodes.{name}")
             if self.merged.first(node.at) in self.on_bodies and name in self.closure.bodies:
                 raise InputError(f"a body is called '{name}' too", where=f"nodes.{name}")
-            own = self.merged.first(node.at)
-            if own in names:
-                raise InputError(f"'{names[own]}' is the same place", where=f"nodes.{name}.at")
-            names[own] = name
+            place = self.merged.first(node.at)
+            if place in names:
+                raise InputError(f"'{names[place]}' is the same place", where=f"nodes.{name}.at")
+            names[place] = name
         for pair in self.ends.values():
             for place in pair:
                 names.setdefault(place, place.replace(".", "_"))

@@ -98,9 +98,9 @@ def draw(
 def _smooth(result: SweepResult, of: Sequence[str] | None) -> Any:
     """Return a result at poses between which its losses are drawn as straight lines."""
 
-    def seen(own: ReactionsResult) -> list[Array]:
-        x = abscissa_of(own).values
-        return [track for loss in _losses(own, of).values() for track in in_panel(x, loss)]
+    def seen(finer: ReactionsResult) -> list[Array]:
+        x = abscissa_of(finer).values
+        return [track for loss in _losses(finer, of).values() for track in in_panel(x, loss)]
 
     return smooth(result, seen)
 

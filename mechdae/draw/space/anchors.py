@@ -61,12 +61,12 @@ def _clusters(scene: SpatialScene, pose: int, near: float) -> list[list[Joint]]:
         if not joint.hinge:
             continue
         place = scene.place(joint.first, pose)
-        known = next((own for at, own in groups if np.linalg.norm(at - place) <= near), None)
+        known = next((hinges for at, hinges in groups if np.linalg.norm(at - place) <= near), None)
         if known is None:
             groups.append((place, [joint]))
         else:
             known.append(joint)
-    return [own for _, own in groups if len(own) > 1]
+    return [hinges for _, hinges in groups if len(hinges) > 1]
 
 
 def _apart(

@@ -92,7 +92,7 @@ def extent(
             places += anchor_of(scene, joint, pose, moved)
             axis = scene.axis(joint, pose) if joint.straight else None
             if axis is not None:
-                ways = [scene.along(joint, own) for own in scene.assembled()] or [0.0]
+                ways = [scene.along(joint, index) for index in scene.assembled()] or [0.0]
                 places += [places[-2] + way * axis for way in (min(ways), max(ways), 0.0)]
             if joint.wheels:
                 for part in surfaces(scene, joint, pose, moved):
@@ -128,7 +128,7 @@ def draw_spatial_pose(
     )
     check_closes(sheet, scene, result, index, words)
     if shown.traces:
-        draw_traces(sheet, result, {ref: view.flat(own) for ref, own in scene.paths.items()})
+        draw_traces(sheet, result, {ref: view.flat(path) for ref, path in scene.paths.items()})
     for other in others_of(scene, index, shown.ghosts):
         for line in ghost_lines(shown.pose(sheet, scene, other)):
             sheet.line(line, color=style.GHOST, width=style.LINE, z=style.Z_GHOST, gid="ghost",
@@ -240,13 +240,13 @@ def steady_in_space(
         joint = scene.mechanism.joints.get(name)
         if kind == "number":
             points = scene.points(name)
-            own = {
+            shown_at = {
                 base_of(joint, shown.moved, second=name == joint.second_body): None
                 for joint in scene.joints(poses[0])
                 if name in joint.bodies[:2] and (SYMBOLS.get(joint.kind) or joint.pointer)
             }
-            own |= dict.fromkeys(ref for ref in free_points(scene, poses[0]) if ref in points)
-            return [Anchor(tuple(own or points))]
+            shown_at |= dict.fromkeys(ref for ref in free_points(scene, poses[0]) if ref in points)
+            return [Anchor(tuple(shown_at or points))]
         if name.startswith("load-"):
             return [Anchor(tuple(load_ends(scene, name.removeprefix("load-"))))]
         if joint is None:

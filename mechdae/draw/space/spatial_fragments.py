@@ -46,7 +46,7 @@ def fragments_in_space(result: SweepResult, lang: str = "en") -> tuple[Json, Jso
     pose, items, _ = items_of(Sheet(None, *bounds[:2]), scene, result, index, shown)
     sheet.drawn.clear()
     labels.write(sheet, index)
-    writer = FragmentWriter(sheet, lambda own: SpatialFrame(sheet, pose, own))
+    writer = FragmentWriter(sheet, lambda body: SpatialFrame(sheet, pose, body))
     drawing = {
         "solids": list(_solids(items, pose)),
         "along": {name: [*row[:2], row[2].tolist(), row[3]] for name, row in pose.along.items()},
@@ -77,7 +77,7 @@ def _solids(items: list[Item], pose: SpatialPose) -> Iterator[Json]:
             each = len(bases) == len(facet.points)
             ways = (facet.points - (bases if each else bases[:1])) @ turn
             kind = f"{facet.kind} round" if facet.round else facet.kind
-            row = [round(own, 2) + 0.0 for own in ways.ravel().tolist()]
+            row = [round(coordinate, 2) + 0.0 for coordinate in ways.ravel().tolist()]
             part["shapes"].append([kind, look_of(facet), round(facet.size, 2), row])
         yield part
 

@@ -262,7 +262,7 @@ def pose_chains(mechanism: Mechanism) -> set[str]:
             if body == GROUND or not empty(body):
                 break
             chain.append(body)
-            before, joint = body, next(own for own in at[body] if own is not joint)
+            before, joint = body, next(further for further in at[body] if further is not joint)
         if ways == [False] * 3 + [True] * 3 and body != GROUND and len(at[body]) > 2:
             found.update(chain)
     return found
@@ -271,12 +271,14 @@ def pose_chains(mechanism: Mechanism) -> set[str]:
 def _coordinates(result: SweepResult) -> dict[str, Array]:
     """Return the joint coordinates that a result holds, (n,) each, by name."""
     found = {
-        f"{name}.{word}": np.asarray(own[word], dtype=float)
-        for name, own in result.joints.items()
+        f"{name}.{word}": np.asarray(series[word], dtype=float)
+        for name, series in result.joints.items()
         for word in result.mechanism.joints[name].coordinates
-        if word in own
+        if word in series
     }
-    driven = {name: np.asarray(own.position, dtype=float) for name, own in result.drivers.items()}
+    driven = {
+        name: np.asarray(series.position, dtype=float) for name, series in result.drivers.items()
+    }
     return found | driven
 
 

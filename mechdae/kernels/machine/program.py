@@ -29,10 +29,10 @@ _NIBBLES = bytes.maketrans(b"abcdefghijklmnop", b"0123456789abcdef")
 def instructions(function: Graph) -> bytes:
     """Return the instructions of an SX function."""
     many = function.n_instructions() >= MANY
-    return (stored(function) if many else None) or asked(function)
+    return (stored(function) if many else None) or one_by_one(function)
 
 
-def asked(function: Graph) -> bytes:
+def one_by_one(function: Graph) -> bytes:
     """Return the instructions, asked for one by one."""
     return b"".join(_packed(function, k) for k in range(function.n_instructions()))
 

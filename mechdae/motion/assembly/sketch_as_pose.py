@@ -103,10 +103,10 @@ def _start(block: SketchedBlock, x: Unknowns) -> Floats | None:
             pose[i] = assembler.turns.whole.start(i, pose, block.u)
         else:
             lengths.append(k)
-    own = block.unknowns
-    if not np.all(np.isfinite(pose[own])):
+    unknowns = block.unknowns
+    if not np.all(np.isfinite(pose[unknowns])):
         return None
-    pose[own] = assembler.solvers[block.b].with_tangents(pose[None, own])[0]
+    pose[unknowns] = assembler.solvers[block.b].with_tangents(pose[None, unknowns])[0]
     return _fitted(block, lengths, pose)
 
 

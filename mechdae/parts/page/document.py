@@ -266,7 +266,9 @@ def _make_live(
     more = {**acting, **ways.functions(setting), "transmit": transmit}
     kernels = live.kernels(ways.followed_by(setting), model, sliders, more)
     values = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
-    dimensions, shape = lesson.dimensions_of(setting, sliders, [values[own] for own in sliders])
+    dimensions, shape = lesson.dimensions_of(
+        setting, sliders, [values[number] for number in sliders]
+    )
     automatic = {name for name, _ in problem.mechanism.numbers()}
     limits = run.summary.get("limits") or (None, None)
     plan = setting.plan
@@ -374,11 +376,11 @@ def _recorded(result: Result, most: int, angles: Mapping[str, Floats]) -> Json:
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
 
     def of(kind: str, name: str) -> dict[str, str]:
-        known = {own: parts for own, parts in getattr(result, kind).items() if name in parts}
-        return {own: _packed(np.asarray(parts[name])[rows]) for own, parts in known.items()}
+        known = {part: parts for part, parts in getattr(result, kind).items() if name in parts}
+        return {part: _packed(np.asarray(parts[name])[rows]) for part, parts in known.items()}
 
     found = {"points": of("points", "position"), "turns": of("bodies", "orientation")}
-    return {"rows": rows, **found, "angles": {own: _packed(a[rows]) for own, a in angles.items()}}
+    return {"rows": rows, **found, "angles": {part: _packed(a[rows]) for part, a in angles.items()}}
 
 
 def _packed(values: Floats) -> str:

@@ -75,7 +75,7 @@ def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Pag
         "text": text,
         "name": name,
         "templates": [
-            _template(own) for own in (*map(library.find, TEMPLATES), link.WEB / "excavator.toml")
+            _template(file) for file in (*map(library.find, TEMPLATES), link.WEB / "excavator.toml")
         ],
         "units": {u.suffix: [u.size.numerator, u.size.denominator, u.pi] for u in UNITS.values()},
     }

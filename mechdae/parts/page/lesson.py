@@ -84,8 +84,8 @@ def dimensions_of(
         for body in [part for part in parts if part == GROUND or part in mechanism.bodies]:
             names = [f"{body}.{point}" for point in mechanism.body(body).points]
             rows = np.array([[at[f"{point}.{axis}"] for axis in mechanism.axes] for point in names])
-            own = _lines(body, names, values[rows], slopes[rows, k], given[k], mechanism)
-            lines += [line for line in [next(own, None)] if line]
+            possible = _lines(body, names, values[rows], slopes[rows, k], given[k], mechanism)
+            lines += [line for line in [next(possible, None)] if line]
         parts |= dict.fromkeys(load for load in mechanism.loads if _names(mechanism, load, name))
         found.append({"lines": lines[:LINES], "parts": [part for part in parts if part != GROUND]})
     return found, shape
@@ -142,7 +142,7 @@ def groups_of(result: Result) -> Json:
     if result.mechanism.dimension == 3:
         return {"groups": []}
     scene = read_scene(result)
-    told = Relations(
+    relations = Relations(
         cast("SweepResult", result), scene, choose_pose(scene, result.kind), "velocity"
     )
 
@@ -150,30 +150,30 @@ def groups_of(result: Result) -> Json:
         return [spot.body, spot.reference, spot.letter]
 
     groups = []
-    for name, bodies in told.groups:
+    for name, bodies in relations.groups:
         equations = [
             {
-                "joint": "" if own.body in bodies else own.body,
-                "start": listed(own.start),
-                "end": listed(own.end),
+                "joint": "" if equation.body in bodies else equation.body,
+                "start": listed(equation.start),
+                "end": listed(equation.end),
             }
             for body in bodies
-            for own in told.of(body, bodies)
+            for equation in relations.of(body, bodies)
         ]
         joints = [
             joint.name
             for joint in scene.mechanism.joints.values()
             if {joint.first_body, joint.second_body} & set(bodies)
-            and max(told.order.get(body, len(told.order)) for body in joint.bodies)
-            <= told.order[bodies[0]]
+            and max(relations.order.get(body, len(relations.order)) for body in joint.bodies)
+            <= relations.order[bodies[0]]
         ]
         groups.append({"name": name, "bodies": list(bodies), "joints": joints, "all": equations})
     lead = coordinate(scene.mechanism, next(iter(result.drivers))).part if result.drivers else ""
     return {
         "groups": groups,
-        "spots": [listed(spot) for spot in told.spots],
-        "letters": told.letters,
-        "numbers": told.numbers,
+        "spots": [listed(spot) for spot in relations.spots],
+        "letters": relations.letters,
+        "numbers": relations.numbers,
         "bars": bars_of(scene.mechanism, lead),
     }
 
@@ -225,14 +225,14 @@ def series_of(result: Result, rows: Sequence[int]) -> Json:
         values: list[Floats] = [np.asarray(series[name], dtype=float)[rows] for name in names]
         moving = values[0][np.isfinite(values[0])] if values else np.zeros(0)
         if moving.size and np.ptp(moving) > 0:
-            found.append([kind, part, names, unit, [_packed(own) for own in values]])
+            found.append([kind, part, names, unit, [_packed(track) for track in values]])
 
     for kind, words in (("bodies", ("angle", "angular_")), ("joints", ("slide", "slide_"))):
-        for part, own in getattr(result, kind).items():
+        for part, series in getattr(result, kind).items():
             names = [words[0], *(f"{words[1]}{rate}" for rate in ("velocity", "acceleration"))]
-            names = [name for name in names if np.ndim(own.get(name, [[]])) == 1]
+            names = [name for name in names if np.ndim(series.get(name, [[]])) == 1]
             if names[:1] == [words[0]]:
-                put(kind, part, names, result.unit(kind, part, words[0]), own)
+                put(kind, part, names, result.unit(kind, part, words[0]), series)
     scalars = getattr(result, "scalars", {})
     for part in ("energy", "kinetic", "potential"):
         put("scalars", part, [part] if part in scalars else [], "J", scalars)

@@ -101,7 +101,7 @@ def _spread(stored: Json, key: str = "", rows: int = 1) -> Json:
     """Return data with packed numbers as lists; what is drawn as second differences of rows."""
     if isinstance(stored, dict):
         inner, rows = key if key in NUMBERS else "", len(stored.get("rows", ())) or rows
-        return {own: _spread(value, inner or own, rows) for own, value in stored.items()}
+        return {name: _spread(value, inner or name, rows) for name, value in stored.items()}
     if isinstance(stored, list):
         return [_spread(value, key) for value in stored]
     if key not in NUMBERS:
