@@ -17,8 +17,8 @@ from mechdae.describe.values import Number, names
 from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName
 from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
-from mechdae.motion.kinematics.pose_arrays import PoseArrays
-from mechdae.motion.kinematics.poses import Posed, PosedOnLines, posed
+from mechdae.motion.kinematics.pose_arrays import PoseArrays, PoseState
+from mechdae.motion.kinematics.poses import Posed, posed
 from mechdae.motion.kinematics.poses import tracker as tracker_of
 from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from mechdae.motion.kinematics.tracker import Tracker
@@ -76,7 +76,7 @@ class Solver:
             if own not in known:
                 raise UnknownName("parameter", own, known, where="vary")
         self._held = CacheOwner(frozenset(self.vary))
-        self._posed: tuple[dict[str, Number], Posed | PosedOnLines] | None = None
+        self._posed: tuple[dict[str, Number], Posed | Tracker] | None = None
         self._tracker: Tracker | None = None
         self._near: tuple[tuple[str, ...], NearPoses | None] | None = None
 
@@ -154,8 +154,8 @@ class Solver:
         Parameters
         ----------
         pose
-            What a call before returned; None begins at the sketch. From a pose that is not
-            ``ok`` it goes on from the last one that was.
+            What a call before returned, or one row of `poses`, whose numbers it keeps; None
+            begins at the sketch. From a pose that is not ``ok`` it goes on from the last that was.
         u : (nd,) array
             Values of the drivers; of the moving one alone where others are held.
         speed, acceleration : (nd,) arrays
@@ -177,11 +177,13 @@ class Solver:
         >>> pose.status[0], pose["points/tip.P/position"].round(4).tolist()
         (np.str_('ok'), [[0.1032, 0.3608]])
         """
-        tracker = self._tracker
-        if tracker is None:
-            with keep_for(self._held):
-                tracker = self._tracker = tracker_of(self.problem, self._sweep())
-        node = tracker.first if pose is None or pose.node is None else pose.node
+        if pose is None:
+            node = self._first()
+        elif pose.node is None:
+            raise InputError("one pose of several drivers is needed", where="pose")
+        else:
+            node = pose.node
+        tracker = node.tracker
         rates = [] if speed is None else [tracker.rates(_floats(speed, "speed"), "speed")]
         if acceleration is not None:
             rates = [
@@ -193,6 +195,13 @@ class Solver:
         if len(rows) > 1:
             raise InputError("one value of each driver is needed", where="u")
         return tracker.to(node, rows[0], rates)
+
+    def _first(self) -> PoseState:
+        """Return the pose of the sketch, with the problem's numbers."""
+        if self._tracker is None:
+            with keep_for(self._held):
+                self._tracker = tracker_of(self.problem, self._sweep())
+        return self._tracker.first
 
     def _sweep(self) -> Sweep:
         """The task, which has to move drivers."""

@@ -124,6 +124,18 @@ def test_a_driver_beside_held_ones() -> None:
     assert np.array_equal(solver.track(None, 2.1)[path], solver.track(None, [2.1, 1.0])[path])
 
 
+def test_a_loop_keeps_the_numbers_of_its_pose() -> None:
+    """Of a pose with other forearms the next one has them too; rows of many are no beginning."""
+    solver = md.Solver("five-bar-robot", "forward")
+    pose = solver.track(solver.poses(SHORT, [2.0, 1.2]), [2.05, 1.1])
+    assert pose.ok.all()
+    assert np.abs(pose["points/tip.P/position"] - tip(pose.u)).max() <= 1e-13
+    longer = solver.track(solver.track(None, [2.0, 1.2]), [2.05, 1.1])
+    assert np.abs(longer["points/tip.P/position"] - tip(pose.u)).max() > 1e-3
+    with pytest.raises(md.InputError, match="pose: one pose of several drivers"):
+        solver.track(solver.poses({}, [[2.0, 1.1], [2.1, 1.0]]), [2.0, 1.1])
+
+
 def test_bad_input() -> None:
     solver = md.Solver("five-bar-robot", "forward")
     poses = solver.poses({}, [[2.0, 1.1], [np.nan, 1.1], [2.0, np.inf], [2.1, 1.0]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,17 +14,24 @@ from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Points, Texts
 
+if TYPE_CHECKING:
+    from mechdae.motion.kinematics.tracker import Tracker
+
 STATUSES = np.array(["unassembled", "limit", "ok"])
 """What poses are that are not found, limit positions, proved."""
 
 
 @dataclass(frozen=True)
 class PoseState:
-    """A solved pose: values of the drivers (nd,), unknowns with rates, signs of the blocks."""
+    """A solved pose: values of the drivers (nd,), unknowns with rates, signs of the blocks.
+
+    ``tracker`` moves the mechanism, with its numbers, on from there.
+    """
 
     values: Floats
     state: Floats
     sign: Floats
+    tracker: Tracker
 
 
 @dataclass(frozen=True)

@@ -78,29 +78,6 @@ class Posed:
         return path
 
 
-class PosedOnLines:
-    """Poses of several drivers, each reached on the straight line from the sketch's values."""
-
-    def __init__(self, problem: Problem, task: Sweep) -> None:
-        self.tracker = tracker(problem, task)
-
-    def at(self, u: Floats) -> PoseArrays:
-        """Return the poses at drivers' values `u` (n, nd), or (nd,) of one pose.
-
-        Rows that are not finite have none. Where one driver alone moves, `u` (n,) are its values.
-
-        Raises
-        ------
-        InputError
-            Values of another number of drivers.
-        """
-        tracker = self.tracker
-        rows = tracker.rows(u)
-        if len(rows) == 1:
-            return tracker.to(tracker.first, rows[0])
-        return tracker.fan(tracker.first, rows)
-
-
 def tracker(problem: Problem, task: Sweep) -> Tracker:
     """Return what moves the mechanism of a task by its drivers' values; laws do not count."""
     numbers = plan(problem.mechanism, task)
@@ -110,9 +87,9 @@ def tracker(problem: Problem, task: Sweep) -> Tracker:
     return Tracker(setting, *first_pose(setting, task), alone)
 
 
-def posed(problem: Problem, task: Sweep) -> Posed | PosedOnLines:
+def posed(problem: Problem, task: Sweep) -> Posed | Tracker:
     """Return what gives poses of a task by the values of its drivers."""
     numbers = plan(problem.mechanism, task)
     if len(numbers.coordinates) == 1 and numbers.timing is None:
         return Posed(prepare(problem, task), task)
-    return PosedOnLines(problem, task)
+    return tracker(problem, task)

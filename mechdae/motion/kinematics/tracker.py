@@ -58,7 +58,21 @@ class Tracker:
         """Return a solved pose from which steps are taken."""
         path = Path(self.graphs, numbers, values, 0 * values, 1.0)
         path.begin(x, 0.0)
-        return PoseState(values, path.state[0], path.sign)
+        return PoseState(values, path.state[0], path.sign, self)
+
+    def at(self, u: Floats) -> PoseArrays:
+        """Return the poses at drivers' values `u` (n, nd), each straight from the first pose.
+
+        One pose (nd,) has one row; rows that are not finite have no pose. Where one driver alone
+        moves, `u` (n,) are its values.
+
+        Raises
+        ------
+        InputError
+            Values of another number of drivers.
+        """
+        rows = self.rows(u)
+        return self.to(self.first, rows[0]) if len(rows) == 1 else self.fan(self.first, rows)
 
     def rows(self, u: Floats) -> Floats:
         """Return values of all drivers (n, nd), of those of the one that moves alone (n,) too.
@@ -124,7 +138,7 @@ class Tracker:
         if numbers is None or (far > numbers.reach).any():
             numbers = self._numbers = _Numbers(self.setting, far)
         state = self._stepped(node, values, numbers) if self.graphs.nx else node.state
-        return None if state is None else (PoseState(values, state, node.sign), numbers)
+        return None if state is None else (PoseState(values, state, node.sign, self), numbers)
 
     def _stepped(self, node: PoseState, values: Floats, numbers: _Numbers) -> Floats | None:
         """Return the state at drivers' values (nd,) after proved steps, None without.
@@ -181,4 +195,4 @@ class Tracker:
         poses = evaluated(rates)
         if len(rows) == 1 and poses.alive.all() and not poses.at_limit.any():
             node = self._begun(rows[0], fan.nodes[1], fan.constants)
-        return of_poses(rows, poses, setting, poses.y, slopes, node)
+        return of_poses(rows, poses, setting, poses.y, slopes, node if len(rows) == 1 else None)
