@@ -183,18 +183,9 @@ class Solver:
             raise InputError("one pose of several drivers is needed", where="pose")
         else:
             node = pose.node
-        tracker = node.tracker
-        rates = [] if speed is None else [tracker.rates(_floats(speed, "speed"), "speed")]
-        if acceleration is not None:
-            rates = [
-                *(rates or tracker.usual[:1]),
-                tracker.rates(_floats(acceleration, "acceleration"), "acceleration"),
-            ]
-        place = _floats(u, "u")
-        rows = tracker.rows(place[None, :] if place.shape == (tracker.graphs.nu,) else place)
-        if len(rows) > 1:
-            raise InputError("one value of each driver is needed", where="u")
-        return tracker.to(node, rows[0], rates)
+        rates = {"speed": speed, "acceleration": acceleration}
+        given = [None if rate is None else _floats(rate, name) for name, rate in rates.items()]
+        return node.tracker.moved(node, _floats(u, "u"), *given)
 
     def _first(self) -> PoseState:
         """Return the pose of the sketch, with the problem's numbers."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -14,11 +14,17 @@ from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Points, Texts
 
-if TYPE_CHECKING:
-    from mechdae.motion.kinematics.tracker import Tracker
-
 STATUSES = np.array(["unassembled", "limit", "ok"])
 """What poses are that are not found, limit positions, proved."""
+
+
+class Moves(Protocol):
+    """What moves a mechanism on from a pose."""
+
+    def moved(
+        self, state: PoseState, u: Floats, speed: Floats | None, acceleration: Floats | None
+    ) -> PoseArrays:
+        """Return the pose at drivers' values `u` (nd,)."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,7 @@ class PoseState:
     values: Floats
     state: Floats
     sign: Floats
-    tracker: Tracker
+    tracker: Moves
 
 
 @dataclass(frozen=True)

@@ -90,12 +90,29 @@ class Tracker:
             raise InputError(f"values of {names} are needed, not of shape {u.shape}", where="u")
         return rows
 
-    def rates(self, values: Floats, where: str) -> Floats:
-        """Return one rate of each driver (nd,)."""
-        if values.shape != (self.graphs.nu,):
-            count = self.graphs.nu
-            raise InputError(f"{count} values are needed, one for each driver", where=where)
-        return values
+    def moved(
+        self, state: PoseState, u: Floats, speed: Floats | None, acceleration: Floats | None
+    ) -> PoseArrays:
+        """Return the pose that a motion straight in the drivers leads to, one row.
+
+        `u` (nd,) may be the value of the one that moves alone. Rates are those of the task
+        where they are None.
+
+        Raises
+        ------
+        InputError
+            Values or rates of another number of drivers.
+        """
+        count, rates = self.graphs.nu, []
+        for name, given in (("speed", speed), ("acceleration", acceleration)):
+            if given is not None and given.shape != (count,):
+                raise InputError(f"{count} values are needed, one for each driver", where=name)
+            rates.append(given)
+        known = [w if g is None else g for g, w in zip(rates, self.usual, strict=False)]
+        rows = self.rows(u[None, :] if u.shape == (count,) else u)
+        if len(rows) > 1:
+            raise InputError("one value of each driver is needed", where="u")
+        return self.to(state, rows[0], known)
 
     def to(self, node: PoseState, values: Floats, rates: Sequence[Floats] = ()) -> PoseArrays:
         """Return the pose at drivers' values (nd,), reached straight from another one.
