@@ -125,12 +125,12 @@ class Tracker:
         usual = self.usual
         rates = [*rates, *usual[len(rates) :]][: len(usual)]
         reached = self.reached(node, values)
-        pose = None
-        if reached is not None:
-            node, numbers = reached
-            x = node.state[: self.graphs.nx]
-            pose = self._one.solved(numbers, node.sign, x, values, *rates)
-        if reached is None or pose is None:
+        if reached is None:
+            return self.fan(node, values[None, :], rates)
+        after, numbers = reached
+        x = after.state[: self.graphs.nx]
+        pose = self._one.solved(numbers, node.sign, x, values, *rates)
+        if pose is None:
             return self.fan(node, values[None, :], rates)
 
         def slopes() -> list[Floats]:
@@ -141,7 +141,7 @@ class Tracker:
                 found += [each.y[1] for each in (self._one.solved(*given),) if each is not None]
             return found
 
-        return of_certified(values[None, :], pose, self.setting, pose.y, slopes, node)
+        return of_certified(values[None, :], pose, self.setting, pose.y, slopes, after)
 
     def reached(self, node: PoseState, values: Floats) -> tuple[PoseState, PoseNumbers] | None:
         """Return the node at drivers' values (nd,) after a few proved steps, None without.
@@ -176,8 +176,10 @@ class Tracker:
                 if place >= 1.0:
                     return state
                 step = 2 * step if length == step else step
-            else:
+            elif length:
                 step = length / 2
+            else:
+                return None
             length = (place + min(step, 1.0 - place)) - place
         return None
 
