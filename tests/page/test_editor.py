@@ -355,6 +355,30 @@ def png_part(kind, data):
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
+LATE = """window.ResizeObserver = class {
+  constructor(act) { window.resized = act; }
+  observe() {}
+};"""
+
+
+@in_browser
+@pytest.mark.parametrize("wide", [1000, 1280])
+def test_the_sheet_lies_where_its_final_layout_has_it_and_tools_leave_it_there(
+    browser, files, wide
+):
+    page = browser.new_page(viewport={"width": wide, "height": 900})
+    page.add_init_script(LATE)  # as long as a slow browser has drawn no frame
+    page.goto(f"file://{files()}")
+    place = at(page, 50, 50)
+    page.evaluate("resized()")
+    assert at(page, 50, 50) == pytest.approx(place, abs=1e-6)
+    for tool in page.locator("#tools [data-tool]:not([data-tool=find])").all():
+        tool.click()
+        page.evaluate("resized()")
+        assert at(page, 50, 50) == pytest.approx(place, abs=1e-6), said(page)
+    page.close()
+
+
 @in_browser
 def test_wheel_and_drag_move_the_sheet_and_a_photo_lies_to_scale(drawing, tmp_path):
     page = drawing()

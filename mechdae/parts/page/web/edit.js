@@ -42,7 +42,9 @@ class Editor {
     this.fit();
     this.listen();
     this.changed();
-    if (refused) { this.message = refused; this.draw(); }
+    this.message = refused;
+    this.fit(); // with the room that texts and panels leave, and with the paths
+    this.draw();
   }
 
   // -- controls
@@ -228,7 +230,7 @@ class Editor {
   // -- where the pointer is
 
   fit() {
-    this.diagram.zoomed = [1, 0, 0];
+    Object.assign(this.diagram, { zoomed: [1, 0, 0], rect: null });
     const { places, angles } = placesOf(this.sketch, this.sketch.pose.q), known = [...Object.values(places), ...this.diagram.extent(places, angles)], tracks = this.session ? this.session.poses.filter(({ y }) => y).flatMap((pose) => Object.values(this.session.places_of(pose))) : [];
     this.diagram.fit(known.length > 1 ? [...known, ...tracks] : [[-0.05, -0.05], [0.25, 0.15]]);
   }
