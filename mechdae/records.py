@@ -2,36 +2,81 @@
 
 `dataclass` does what that of the standard library does, with ``frozen``, ``eq``, ``repr`` and
 ``kw_only``, but compiles nothing on import: of the classes that a command imports most are never
-made an instance of. ``fields``, ``replace`` and ``asdict`` work as they do there.
+made an instance of. ``fields``, ``replace`` and ``asdict`` work as they do there. Fields that are
+checked when they are given are a `key`, or `optional`.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from operator import attrgetter
 from reprlib import recursive_repr
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, dataclass_transform, overload
+
+T = TypeVar("T")
+
+
+def key(kind: str, *, doc: str = "", choices: Sequence[str] = (), unit: str | None = None) -> Any:
+    """Return a field that has to be given: a value of `kind` (a name in `describe.values.COERCE`).
+
+    ``unit`` is that of its numbers ("1": a plain number), None where it depends on other keys.
+    """
+    return _field(kind, dataclasses.MISSING, doc, choices, unit)
+
+
+def optional(
+    kind: str, default: object = None, *, doc: str = "", choices: Sequence[str] = (),
+    unit: str | None = None,
+) -> Any:  # fmt: skip
+    """Return a field as of `key` that has a value where none is given."""
+    return _field(kind, default, doc, choices, unit)
+
+
+def _field(
+    kind: str, default: object, doc: str, choices: Sequence[str], unit: str | None
+) -> object:
+    metadata = {"kind": kind, "doc": doc, "choices": tuple(choices), "unit": unit,
+                "required": default is dataclasses.MISSING}  # fmt: skip
+    return dataclasses.field(default=default, metadata=metadata)
+
 
 if TYPE_CHECKING:
-    from dataclasses import dataclass as dataclass
-else:
+    Given = TypeVar("Given", contravariant=True)
+    Held = TypeVar("Held", covariant=True)
 
-    def dataclass(cls=None, /, *, frozen=False, eq=True, repr=True, kw_only=False):
-        """Return the class as a dataclass."""
+    class Takes(Protocol, Generic[Given, Held]):
+        """Annotates a field that takes a `Given`, and holds what becomes of it."""
 
-        def made(kind):
-            kind.__doc__ = kind.__doc__ or kind.__name__  # else its signature is written there
-            with _thawed(kind, frozen):
-                dataclasses.dataclass(kind, init=False, repr=False, eq=False, kw_only=kw_only)
-            told = kind.__dataclass_params__
-            told.init, told.repr, told.eq, told.frozen = True, repr, eq, frozen
-            _write(kind, frozen, eq, repr)
-            return kind
+        def __get__(self, item: object, owner: Any = None) -> Held: ...
+        def __set__(self, item: object, value: Given) -> None: ...
 
-        return made if cls is None else made(cls)
+
+@overload
+def dataclass(cls: type[T], /) -> type[T]: ...
+@overload
+def dataclass(
+    *, frozen: bool = False, eq: bool = True, repr: bool = True, kw_only: bool = False
+) -> Callable[[type[T]], type[T]]: ...
+@dataclass_transform(field_specifiers=(key, dataclasses.field))
+def dataclass(
+    cls: Any = None, /, *, frozen: bool = False, eq: bool = True, repr: bool = True,
+    kw_only: bool = False,
+) -> Any:  # fmt: skip
+    """Return the class as a dataclass."""
+
+    def made(kind: Any) -> Any:
+        kind.__doc__ = kind.__doc__ or kind.__name__  # else its signature is written there
+        with _thawed(kind, frozen):
+            dataclasses.dataclass(kind, init=False, repr=False, eq=False, kw_only=kw_only)
+        given = kind.__dataclass_params__
+        given.init, given.repr, given.eq, given.frozen = True, repr, eq, frozen
+        _write(kind, frozen, eq, repr)
+        return kind
+
+    return made if cls is None else made(cls)
 
 
 @contextmanager

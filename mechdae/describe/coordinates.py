@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from importlib import import_module
@@ -158,7 +159,7 @@ class Selection:
 
 
 def selection(
-    mechanism: Mechanism, outputs: tuple[str, ...] | None, forces: bool = False
+    mechanism: Mechanism, outputs: Sequence[str] | None, forces: bool = False
 ) -> Selection:
     """Return the bodies, points, joints and named outputs in `outputs`; None means all.
 

@@ -7,11 +7,18 @@ from collections.abc import Callable, Hashable, Iterator
 from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
+    from mechdae.describe.values import (
+        FloatRowsOrNone,
+        NamesOrNone,
+        NumberOrNumbers,
+        Numbers,
+        NumbersOrNone,
+    )
     from mechdae.types import Json
 
 
@@ -92,8 +99,8 @@ class Force(Load):
     """Force [N] at a point; ``frame`` is "world" or a body."""
 
     point: str = key("reference")
-    value: tuple[Number, ...] = key("components", unit="N")
-    frame: str = key("text", "world")
+    value: Numbers = key("components", unit="N")
+    frame: str = optional("text", "world")
     kind: ClassVar[str] = "force"
 
     def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
@@ -105,8 +112,8 @@ class Torque(Load):
     """Torque [N m] on a body; in space its components in the axes of ``frame``."""
 
     body: str = key("name")
-    value: Number | tuple[Number, ...] = key("moment", unit="N m")
-    frame: str = key("text", "world")
+    value: NumberOrNumbers = key("moment", unit="N m")
+    frame: str = optional("text", "world")
     kind: ClassVar[str] = "torque"
 
     def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
@@ -119,8 +126,8 @@ class Resistance(Load):
     """Magnitudes against the motion while the coordinate falls / grows [N or N m]."""
 
     coordinate: str = key("text")
-    negative: Number = key("number", 0.0, unit="N or N m")
-    positive: Number = key("number", 0.0, unit="N or N m")
+    negative: Number = optional("number", 0.0, unit="N or N m")
+    positive: Number = optional("number", 0.0, unit="N or N m")
     kind: ClassVar[str] = "resistance"
 
     def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
@@ -132,12 +139,12 @@ class Resistance(Load):
 class Spring(Load):
     """Spring and damper between two points, or on a coordinate."""
 
-    between: tuple[str, ...] | None = key("names", None)
-    coordinate: str | None = key("text", None)
-    stiffness: Number = key("number", 0.0, unit="N/m or N m/rad")
-    free_length: Number = key("number", 0.0)
-    preload: Number = key("number", 0.0, unit="N or N m")
-    damping: Number = key("number", 0.0, unit="N s/m or N m s/rad")
+    between: NamesOrNone = optional("names")
+    coordinate: str | None = optional("text")
+    stiffness: Number = optional("number", 0.0, unit="N/m or N m/rad")
+    free_length: Number = optional("number", 0.0)
+    preload: Number = optional("number", 0.0, unit="N or N m")
+    damping: Number = optional("number", 0.0, unit="N s/m or N m s/rad")
     kind: ClassVar[str] = "spring"
 
     def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
@@ -156,22 +163,20 @@ class TableLoad(Load):
     """
 
     coordinate: str = key("text")
-    file: str | None = key("text", None, doc="CSV in the folder of the problem file")
-    rows: tuple[tuple[float, float], ...] | None = key(
-        "rows", None, doc="[[abscissa, value], ...]", unit="m or rad, and N or N m"
+    file: str | None = optional("text", doc="CSV in the folder of the problem file")
+    rows: FloatRowsOrNone = optional(
+        "rows", doc="[[abscissa, value], ...]", unit="m or rad, and N or N m"
     )
-    columns: tuple[str, ...] | None = key("names", None)
-    factor: Number = key("number", 1.0, unit="N or N m over the unit of the table")
-    along: str | None = key("text", None)
-    body: str | None = key("name", None)
-    periodic: bool = key("flag", False)
-    shift: Number = key("number", 0.0, unit="s")
-    period: Number | None = key("number", None, unit="s")
-    interpolation: str = key("text", "linear", choices=("linear", "spline"))
-    axis: tuple[Number, ...] | None = key(
-        "direction", None, doc="of a torque in space, right-handed", unit="1"
-    )
-    frame: str = key("text", "world", doc="in whose axes axis is given: world or a body")
+    columns: NamesOrNone = optional("names")
+    factor: Number = optional("number", 1.0, unit="N or N m over the unit of the table")
+    along: str | None = optional("text")
+    body: str | None = optional("name")
+    periodic: bool = optional("flag", False)
+    shift: Number = optional("number", 0.0, unit="s")
+    period: Number | None = optional("number", unit="s")
+    interpolation: str = optional("text", "linear", choices=("linear", "spline"))
+    axis: NumbersOrNone = optional("direction", doc="of a torque in space, right-handed", unit="1")
+    frame: str = optional("text", "world", doc="in whose axes axis is given: world or a body")
     from_file: tuple[tuple[float, float], ...] | None = field(
         default=None, compare=False, repr=False
     )
@@ -209,16 +214,14 @@ class TimeTable(Value):
     length). Rows are joined by a ``spline``: straight lines would jump in their speed.
     """
 
-    file: str | None = key("text", None, doc="CSV in the folder of the problem file")
-    rows: tuple[tuple[float, float], ...] | None = key(
-        "rows", None, doc="[[time, value], ...]", unit="s, and m or rad"
-    )
-    columns: tuple[str, ...] | None = key("names", None)
-    factor: Number = key("number", 1.0, unit="m or rad over the unit of the table")
-    shift: Number = key("number", 0.0, unit="s")
-    period: Number | None = key("number", None, unit="s")
-    interpolation: str = key("text", "spline", choices=("spline", "linear"))
-    periodic: bool = key("flag", False)
+    file: str | None = optional("text", doc="CSV in the folder of the problem file")
+    rows: FloatRowsOrNone = optional("rows", doc="[[time, value], ...]", unit="s, and m or rad")
+    columns: NamesOrNone = optional("names")
+    factor: Number = optional("number", 1.0, unit="m or rad over the unit of the table")
+    shift: Number = optional("number", 0.0, unit="s")
+    period: Number | None = optional("number", unit="s")
+    interpolation: str = optional("text", "spline", choices=("spline", "linear"))
+    periodic: bool = optional("flag", False)
     from_file: tuple[tuple[float, float], ...] | None = field(
         default=None, compare=False, repr=False
     )

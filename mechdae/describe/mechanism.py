@@ -7,17 +7,17 @@ also has an automatic name (``rod.B.x``, ``slot.turn``), see `Mechanism.numbers`
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, fields
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.kinds import KINDS_OF_JOINTS
 from mechdae.describe.table import Table
-from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
+from mechdae.describe.values import NAME, NAME_RULE, Number, Value, empty_table
 from mechdae.errors import (
     InputError,
     MechanismError,
@@ -25,11 +25,13 @@ from mechdae.errors import (
     UnavailableError,
     UnknownName,
 )
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.loads import Load
+    from mechdae.describe.values import NamesOrNone, NumbersOrNone, NumberTable, PointTable
     from mechdae.describe.vectors.values import Closure
+    from mechdae.records import Takes
 
 GROUND = "ground"
 MAX_BODIES = 3000
@@ -51,7 +53,7 @@ SCREEN = "mechdae.describe.file.screen"
 class Ground(Value):
     """The fixed link: its points [m] in the fixed frame."""
 
-    points: Table[tuple[Number, ...]] = key("points", Table(), unit="m")
+    points: PointTable = optional("points", Table(), unit="m")
 
 
 @dataclass(frozen=True)
@@ -64,19 +66,18 @@ class Body(Value):
     """
 
     name: str = key("name")
-    points: Table[tuple[Number, ...]] = key("points", Table(), unit="m")
-    number: int | None = key("whole", None, doc="number in the circle on the diagram")
-    mass: Number | None = key("number", None, doc="kg; absent: massless", unit="kg")
-    center: tuple[Number, ...] | None = key(
-        "components", None, doc="centre of mass in the body's frame", unit="m"
+    points: PointTable = optional("points", Table(), unit="m")
+    number: int | None = optional("whole", doc="number in the circle on the diagram")
+    mass: Number | None = optional("number", doc="kg; absent: massless", unit="kg")
+    center: NumbersOrNone = optional(
+        "components", doc="centre of mass in the body's frame", unit="m"
     )
-    inertia: Number | tuple[Number, ...] | None = key(
+    inertia: Takes[Number | Sequence[Number] | None, Number | tuple[Number, ...] | None] = optional(
         "inertia",
-        None,
         doc="about the centre of mass, kg m2; in space [Ixx, Iyy, Izz] or with Ixy, Ixz, Iyz",
         unit="kg m2",
     )
-    outline: tuple[str, ...] | None = key("outline", None, doc="points of the polygon drawn")
+    outline: NamesOrNone = optional("outline", doc="points of the polygon drawn")
 
 
 @dataclass(frozen=True)
@@ -112,17 +113,17 @@ class Mechanism:
     """
 
     ground: Ground = field(default_factory=Ground)
-    bodies: Table[Body] = field(default_factory=Table)
-    joints: Table[Joint] = field(default_factory=Table)
-    loads: Table[Load] = field(default_factory=Table)
-    parameters: Table[Number] = field(default_factory=Table)
-    sketch: Table[Number] = field(default_factory=Table)
-    outputs: Table[str] = field(default_factory=Table)
-    gravity: tuple[Number, ...] | None = None
+    bodies: Takes[Sequence[Body] | Mapping[str, Body], Table[Body]] = empty_table()
+    joints: Takes[Sequence[Joint] | Mapping[str, Joint], Table[Joint]] = empty_table()
+    loads: Takes[Sequence[Load] | Mapping[str, Load], Table[Load]] = empty_table()
+    parameters: NumberTable = empty_table()
+    sketch: NumberTable = empty_table()
+    outputs: Takes[Mapping[str, str], Table[str]] = empty_table()
+    gravity: NumbersOrNone = cast("Any", None)
     dimension: int = 2
     closure: Closure | None = None
     frames: str | None = None
-    closure_tolerance: Number | None = key("number", None, unit="m")
+    closure_tolerance: Number | None = optional("number", unit="m")
 
     AXES: ClassVar[str] = "xyz"
 

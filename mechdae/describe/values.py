@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, field, fields, replace
+from dataclasses import field, fields, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Self
 
@@ -19,26 +19,37 @@ from mechdae.describe.table import Table
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 from mechdae.records import dataclass
 
-if TYPE_CHECKING:
-    from mechdae.types import Json
-
-
 Number = float | str
+
+if TYPE_CHECKING:
+    from mechdae.records import Takes
+    from mechdae.types import Floats, Json
+
+    Numbers = Takes[Sequence[Number] | Floats, tuple[Number, ...]]
+    NumbersOrNone = Takes[Sequence[Number] | Floats | None, tuple[Number, ...] | None]
+    EvaluatedOrNone = Takes[Sequence[Number] | Floats | None, tuple[float, ...] | None]
+    NumberOrNumbers = Takes[Number | Sequence[Number] | Floats, Number | tuple[Number, ...]]
+    Names = Takes[Sequence[str], tuple[str, ...]]
+    NamesOrNone = Takes[Sequence[str] | None, tuple[str, ...] | None]
+    NumberTable = Takes[Mapping[str, Number], Table[Number]]
+    NumberTableOrNone = Takes[Mapping[str, Number] | None, Table[Number] | None]
+    PointTable = Takes[Mapping[str, Sequence[Number] | Floats], Table[tuple[Number, ...]]]
+    NumberRows = Takes[Sequence[Sequence[Number]] | Floats, tuple[tuple[Number, ...], ...]]
+    NumberRowsOrNone = Takes[
+        Sequence[Sequence[Number]] | Floats | None, tuple[tuple[Number, ...], ...] | None
+    ]
+    FloatRows = Takes[Sequence[Sequence[float]] | Floats, tuple[tuple[float, float], ...]]
+    FloatRowsOrNone = Takes[
+        Sequence[Sequence[float]] | Floats | None, tuple[tuple[float, float], ...] | None
+    ]
+
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 NAME_RULE = "letters, digits and underscores, not starting with a digit"
 
 
-def key(
-    kind: str, default: object = MISSING, *, doc: str = "", choices: Sequence[str] = (),
-    unit: str | None = None,
-) -> Any:  # fmt: skip
-    """Return a dataclass field that holds a value of `kind` (a name in `COERCE`).
-
-    ``unit`` is that of its numbers ("1": a plain number), None where it depends on other keys.
-    """
-    metadata = {"kind": kind, "doc": doc, "choices": tuple(choices), "unit": unit,
-                "required": default is MISSING}  # fmt: skip
-    return field(default=default, metadata=metadata)
+def empty_table() -> Any:
+    """Return a field that is an empty table where nothing is given."""
+    return field(default_factory=Table)
 
 
 WITH_UNIT = (

@@ -262,7 +262,7 @@ def groups_of(
 def scene(
     model: Model,
     drivers: Sequence[NamedCoordinate],
-    outputs: tuple[str, ...] | None = None,
+    outputs: Sequence[str] | None = None,
     coarse: bool = False,
     loaded: Iterable[str] | None = None,
 ) -> Scene:

@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 10_860,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 10_890,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 3_830,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_190,
@@ -23,9 +23,9 @@ BUDGETS = {
     "parts": 24_590,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 763
+ALONE = 808
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_050
+TOTAL = 132_150
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

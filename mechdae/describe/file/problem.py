@@ -12,12 +12,13 @@ from mechdae.describe import values
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.file.repeat import Pattern
+    from mechdae.records import Takes
 
 SETTINGS = "mechdae.describe.file.settings"
 """It knows problems: what sets their numbers."""
@@ -30,11 +31,11 @@ class Expected(Value):
     task: str = key("text")
     what: str = key("text")
     value: Any = key("free")
-    at: Number | None = key("number", None)
-    time: Number | None = key("number", None)
-    rel: float | None = key("number", None)
-    abs: float | None = key("number", None)
-    source: str = key("text", "")
+    at: Number | None = optional("number")
+    time: Number | None = optional("number")
+    rel: float | None = optional("number")
+    abs: float | None = optional("number")
+    source: str = optional("text", "")
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Problem:
     """
 
     mechanism: Mechanism
-    tasks: Table[Task] = field(default_factory=Table)
+    tasks: Takes[Mapping[str, Task], Table[Task]] = values.empty_table()
     expected: tuple[Expected, ...] = ()
     name: str = "mechanism"
     title: str = ""

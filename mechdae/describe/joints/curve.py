@@ -8,13 +8,16 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import replace
-from typing import ClassVar, TypeGuard
+from typing import TYPE_CHECKING, ClassVar, TypeGuard
 
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.joints.joint import LIES, SIDES, TURN, Joint
-from mechdae.describe.values import Number, key
+from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import NumbersOrNone
 
 PARAMETER = "s"
 SAMPLES = 48
@@ -36,12 +39,12 @@ class Curve(Joint):
 
     x: Number = key("expression", doc="expression of s and parameters, m", unit="m")
     y: Number = key("expression", doc="expression of s and parameters, m", unit="m")
-    range: tuple[Number, ...] | None = key("pair", None, doc="first and last s; closed: [0, 2 pi]")
-    closed: bool = key("flag", False, doc="the curve ends where it begins")
-    roller_radius: Number | None = key("number", None, doc="m; absent: a point follower", unit="m")
-    side: str = key("text", "right", choices=("right", "left"), doc="of the roller")
-    friction: Number | None = key("number", None, unit="1")
-    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
+    range: NumbersOrNone = optional("pair", doc="first and last s; closed: [0, 2 pi]")
+    closed: bool = optional("flag", False, doc="the curve ends where it begins")
+    roller_radius: Number | None = optional("number", doc="m; absent: a point follower", unit="m")
+    side: str = optional("text", "right", choices=("right", "left"), doc="of the roller")
+    friction: Number | None = optional("number", unit="1")
+    one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
 
     kind: ClassVar[str] = "curve"
     lower: ClassVar[bool] = False

@@ -12,9 +12,9 @@ from dataclasses import fields, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Number, Value
 from mechdae.errors import MechanismError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key
 
 if TYPE_CHECKING:
     from mechdae.types import Floats, Json

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from mechdae.describe.joints.joint import LIES, SIDES, Joint
-from mechdae.describe.values import Number, key
+from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 
 @dataclass(frozen=True)
 class Revolute(Joint):
     """Turning pair: the two points coincide. Relative coordinate: angle."""
 
-    friction: Number | None = key("number", None, doc="Coulomb coefficient", unit="1")
-    friction_static: Number | None = key("number", None, unit="1")
-    pin_radius: Number | None = key("number", None, doc="m", unit="m")
+    friction: Number | None = optional("number", doc="Coulomb coefficient", unit="1")
+    friction_static: Number | None = optional("number", unit="1")
+    pin_radius: Number | None = optional("number", doc="m", unit="m")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
@@ -47,16 +47,16 @@ class Prismatic(Joint):
     less the first's. Relative coordinate: slide, along the axis.
     """
 
-    axis: Number = key(
+    axis: Number = optional(
         "number", 0.0, doc="direction of the guide in the first body, rad", unit="rad"
     )
-    turn: Number = key(
+    turn: Number = optional(
         "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
     )
-    friction: Number | None = key("number", None, unit="1")
-    friction_static: Number | None = key("number", None, unit="1")
-    contact_length: Number | None = key("number", None, doc="2b, m; absent: long guide", unit="m")
-    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
+    friction: Number | None = optional("number", unit="1")
+    friction_static: Number | None = optional("number", unit="1")
+    contact_length: Number | None = optional("number", doc="2b, m; absent: long guide", unit="m")
+    one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
@@ -83,12 +83,12 @@ class Prismatic(Joint):
 class PinInSlot(Joint):
     """Pin of the second body in a straight slot of the first. Coordinates: slide, angle."""
 
-    axis: Number = key(
+    axis: Number = optional(
         "number", 0.0, doc="direction of the slot in the first body, rad", unit="rad"
     )
-    friction: Number | None = key("number", None, unit="1")
-    pin_radius: Number | None = key("number", None, doc="m", unit="m")
-    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
+    friction: Number | None = optional("number", unit="1")
+    pin_radius: Number | None = optional("number", doc="m", unit="m")
+    one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
 
     kind: ClassVar[str] = "pin-in-slot"
     lower: ClassVar[bool] = False
@@ -105,7 +105,7 @@ class PinInSlot(Joint):
 class Weld(Joint):
     """Rigid connection: points coincide, angle between the bodies fixed."""
 
-    turn: Number = key(
+    turn: Number = optional(
         "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
     )
 
@@ -120,8 +120,8 @@ class Distance(Joint):
     """Massless bar: the two points keep their distance ``length`` [m]."""
 
     length: Number = key("number", doc="m", unit="m")
-    one_sided: str | None = key(
-        "text", None, choices=("pull", "push"), doc="what it can do: a rope, a prop"
+    one_sided: str | None = optional(
+        "text", choices=("pull", "push"), doc="what it can do: a rope, a prop"
     )
 
     kind: ClassVar[str] = "distance"

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
 from mechdae.describe.joints.wheels import Gear
-from mechdae.describe.values import Number, key
+from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
+    from mechdae.describe.values import Numbers, NumbersOrNone
     from mechdae.types import Json
 
 
@@ -141,24 +142,20 @@ def _along(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return math.hypot(*cross) <= ALONG * math.hypot(*a) * math.hypot(*b)
 
 
-def _axis() -> Any:
-    return key("direction", doc="direction of the axis in the first body", unit="1")
-
-
 def _other(doc: str) -> Any:
-    return key("direction", None, doc=doc, unit="1")
+    return optional("direction", doc=doc, unit="1")
 
 
 def _friction() -> Any:
-    return key("number", None, doc="Coulomb coefficient", unit="1")
+    return optional("number", doc="Coulomb coefficient", unit="1")
 
 
 def _at_rest() -> Any:
-    return key("number", None, doc="coefficient of a pair at rest", unit="1")
+    return optional("number", doc="coefficient of a pair at rest", unit="1")
 
 
 def _length(doc: str) -> Any:
-    return key("number", None, doc=doc, unit="m")
+    return optional("number", doc=doc, unit="m")
 
 
 def _rho(article: bool) -> str:
@@ -176,10 +173,10 @@ ZERO2 = "normal of the axis in the second body, which coincides with the first o
 class AxisPair(SpatialJoint):
     """Base of the pairs whose axes coincide."""
 
-    axis: Direction = _axis()
-    axis2: Direction | None = _other(AXIS2)
-    zero: Direction | None = _other(ZERO)
-    zero2: Direction | None = _other(ZERO2)
+    axis: Numbers = key("direction", doc="direction of the axis in the first body", unit="1")
+    axis2: NumbersOrNone = _other(AXIS2)
+    zero: NumbersOrNone = _other(ZERO)
+    zero2: NumbersOrNone = _other(ZERO2)
 
 
 @dataclass(frozen=True)
@@ -252,11 +249,11 @@ class Cylindrical(AxisPair):
 class Screw(SpatialJoint):
     """Turns and slides along its axis by ``pitch`` a turn. Coordinates: angle, slide."""
 
-    axis: Direction = _axis()
+    axis: Numbers = key("direction", doc="direction of the axis in the first body", unit="1")
     pitch: Number = key("number", doc="m a turn; negative: left-handed", unit="m")
-    axis2: Direction | None = _other(AXIS2)
-    zero: Direction | None = _other(ZERO)
-    zero2: Direction | None = _other(ZERO2)
+    axis2: NumbersOrNone = _other(AXIS2)
+    zero: NumbersOrNone = _other(ZERO)
+    zero2: NumbersOrNone = _other(ZERO2)
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
     thread_radius: Number | None = _length("mean radius of the thread; needed for friction")
@@ -290,10 +287,10 @@ class Universal(SpatialJoint):
     where the first pin lies, in the second body, at angle2 0. Coordinates: angle, angle2.
     """
 
-    axis: Direction = _axis()
-    axis2: Direction = key("direction", doc="the pin of the second body, in it", unit="1")
-    zero: Direction | None = _other(ZERO)
-    zero2: Direction | None = _other("where the first pin lies in the second body at angle2 = 0")
+    axis: Numbers = key("direction", doc="direction of the axis in the first body", unit="1")
+    axis2: Numbers = key("direction", doc="the pin of the second body, in it", unit="1")
+    zero: NumbersOrNone = _other(ZERO)
+    zero2: NumbersOrNone = _other("where the first pin lies in the second body at angle2 = 0")
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
     pin_radius: Number | None = _length("m, of both pins")
@@ -340,8 +337,8 @@ class PlanarPair(AxisPair):
     ``axis`` is the normal of the planes; x is along ``zero``.
     """
 
-    one_sided: str | None = key(
-        "text", None, choices=SENSES, doc="side along the axis on which the second body lies"
+    one_sided: str | None = optional(
+        "text", choices=SENSES, doc="side along the axis on which the second body lies"
     )
 
     kind: ClassVar[str] = "planar"
@@ -358,12 +355,12 @@ class PlanarPair(AxisPair):
 class SpatialWeld(SpatialJoint):
     """Rigid connection: points and the frames of both sides coincide."""
 
-    axis: Direction = key(
+    axis: Numbers = optional(
         "direction", (0.0, 0.0, 1.0), doc="a direction in the first body", unit="1"
     )
-    axis2: Direction | None = _other("the same direction in the second body")
-    zero: Direction | None = _other("a normal of it in the first body")
-    zero2: Direction | None = _other("the same normal in the second body")
+    axis2: NumbersOrNone = _other("the same direction in the second body")
+    zero: NumbersOrNone = _other("a normal of it in the first body")
+    zero2: NumbersOrNone = _other("the same normal in the second body")
 
     kind: ClassVar[str] = "weld"
     letter: ClassVar[str] = "W"
@@ -396,9 +393,9 @@ class SpatialGear(Gear):
     meet, at ``point`` of axes that cross.
     """
 
-    radius: Number | None = key("number", None, doc=MEAN, unit="m")
-    point: str | None = key("reference", None, doc=PITCH)
-    helix: Number | None = key("number", None, doc=HELIX, unit="rad")
+    radius: Number | None = optional("number", doc=MEAN, unit="m")
+    point: str | None = optional("reference", doc=PITCH)
+    helix: Number | None = optional("number", doc=HELIX, unit="rad")
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -413,13 +410,13 @@ class SpatialRack(Joint):
     """
 
     radius: Number = key("number", doc="signed, m", unit="m")
-    carrier: str | None = key("name", None)
-    phase: Number = key("number", 0.0, doc="m", unit="m")
-    pressure_angle: Number = key("number", PRESSURE_ANGLE, doc="rad", unit="rad")
-    mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
-    point: str | None = key("reference", None, doc=PITCH)
-    helix: Number | None = key("number", None, doc=HELIX, unit="rad")
-    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
+    carrier: str | None = optional("name")
+    phase: Number = optional("number", 0.0, doc="m", unit="m")
+    pressure_angle: Number = optional("number", PRESSURE_ANGLE, doc="rad", unit="rad")
+    mesh_loss: Number | None = optional("number", doc="share of power", unit="1")
+    point: str | None = optional("reference", doc=PITCH)
+    helix: Number | None = optional("number", doc=HELIX, unit="rad")
+    one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False
@@ -443,11 +440,11 @@ class Pointer(SpatialJoint):
     What is absent is a coordinate. Its bodies are points: they do not turn.
     """
 
-    length: Number | None = key("number", None, unit="m")
-    elevation: Number | None = key("number", None, unit="rad")
-    azimuth: Number | None = key("number", None, unit="rad")
-    friction: Number | None = key("number", None, doc="where its length alone is unknown", unit="1")
-    friction_static: Number | None = key("number", None, unit="1")
+    length: Number | None = optional("number", unit="m")
+    elevation: Number | None = optional("number", unit="rad")
+    azimuth: Number | None = optional("number", unit="rad")
+    friction: Number | None = optional("number", doc="where its length alone is unknown", unit="1")
+    friction_static: Number | None = optional("number", unit="1")
 
     kind: ClassVar[str] = "vector"
     pointer: ClassVar[bool] = True

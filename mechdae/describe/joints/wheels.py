@@ -8,11 +8,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
-from mechdae.describe.values import Number, key
+from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
+    from mechdae.describe.values import NumbersOrNone
     from mechdae.types import Floats
 
 
@@ -24,16 +25,16 @@ class Gear(Joint):
     unwrapped angles. Either ``ratio`` or ``teeth = [z1, z2]`` with ``mesh``.
     """
 
-    carrier: str | None = key("name", None)
-    ratio: Number | None = key(
-        "number", None, doc="(w1 - wc) / (w2 - wc); external mesh: < 0", unit="1"
+    carrier: str | None = optional("name")
+    ratio: Number | None = optional(
+        "number", doc="(w1 - wc) / (w2 - wc); external mesh: < 0", unit="1"
     )
-    teeth: tuple[Number, ...] | None = key("pair", None, doc="[z1, z2]", unit="1")
-    mesh: str | None = key("text", None, choices=("external", "internal"))
-    phase: Number = key("number", 0.0, doc="rad", unit="rad")
-    pressure_angle: Number = key("number", PRESSURE_ANGLE, doc="rad", unit="rad")
-    mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
-    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
+    teeth: NumbersOrNone = optional("pair", doc="[z1, z2]", unit="1")
+    mesh: str | None = optional("text", choices=("external", "internal"))
+    phase: Number = optional("number", 0.0, doc="rad", unit="rad")
+    pressure_angle: Number = optional("number", PRESSURE_ANGLE, doc="rad", unit="rad")
+    mesh_loss: Number | None = optional("number", doc="share of power", unit="1")
+    one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
 
     kind: ClassVar[str] = "gear"
     lower: ClassVar[bool] = False
@@ -77,12 +78,12 @@ class Rack(Joint):
     """Wheel on a rack: travel along ``axis`` of the second body = radius * angle + phase."""
 
     radius: Number = key("number", doc="signed, m", unit="m")
-    carrier: str | None = key("name", None)
-    axis: Number = key("number", 0.0, doc="in the second body, rad", unit="rad")
-    phase: Number = key("number", 0.0, doc="m", unit="m")
-    pressure_angle: Number = key("number", PRESSURE_ANGLE, unit="rad")
-    mesh_loss: Number | None = key("number", None, unit="1")
-    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
+    carrier: str | None = optional("name")
+    axis: Number = optional("number", 0.0, doc="in the second body, rad", unit="rad")
+    phase: Number = optional("number", 0.0, doc="m", unit="m")
+    pressure_angle: Number = optional("number", PRESSURE_ANGLE, unit="rad")
+    mesh_loss: Number | None = optional("number", unit="1")
+    one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False
@@ -99,14 +100,14 @@ class Belt(Joint):
     """Belt or chain between two wheels; ``crossed`` reverses the sense."""
 
     ratio: Number = key("number", unit="1")
-    carrier: str | None = key("name", None)
-    crossed: bool = key("flag", False)
-    pretension: Number | None = key("number", None, doc="of each strand, N", unit="N")
-    radius: Number | None = key(
-        "number", None, doc="of the first wheel, m; only forces use it", unit="m"
+    carrier: str | None = optional("name")
+    crossed: bool = optional("flag", False)
+    pretension: Number | None = optional("number", doc="of each strand, N", unit="N")
+    radius: Number | None = optional(
+        "number", doc="of the first wheel, m; only forces use it", unit="m"
     )
-    phase: Number = key("number", 0.0, doc="rad", unit="rad")
-    mesh_loss: Number | None = key("number", None, unit="1")
+    phase: Number = optional("number", 0.0, doc="rad", unit="rad")
+    mesh_loss: Number | None = optional("number", unit="1")
 
     kind: ClassVar[str] = "belt"
     lower: ClassVar[bool] = False
@@ -146,11 +147,11 @@ class FrictionWheel(Joint):
 
     radius: Number = key("number", doc="of the first wheel, m", unit="m")
     second_radius: Number = key("number", doc="of the second wheel, m", unit="m")
-    carrier: str | None = key("name", None)
-    contact: str = key("text", "external", choices=("external", "internal"))
-    phase: Number = key("number", 0.0, doc="rad", unit="rad")
-    press: Number | None = key("number", None, doc="force that presses them together, N", unit="N")
-    adhesion: Number | None = key("number", None, doc="coefficient of adhesion", unit="1")
+    carrier: str | None = optional("name")
+    contact: str = optional("text", "external", choices=("external", "internal"))
+    phase: Number = optional("number", 0.0, doc="rad", unit="rad")
+    press: Number | None = optional("number", doc="force that presses them together, N", unit="N")
+    adhesion: Number | None = optional("number", doc="coefficient of adhesion", unit="1")
 
     kind: ClassVar[str] = "friction-wheel"
     lower: ClassVar[bool] = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.reading import Nested, nest, read
@@ -18,9 +18,12 @@ from mechdae.describe.tasks.goals import (
     known_point,
     planar_only,
 )
-from mechdae.describe.values import COERCE, Number, Value, describe, entries, key, numbers, text
+from mechdae.describe.values import COERCE, Value, describe, entries, numbers, text
 from mechdae.errors import InputError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import EvaluatedOrNone, FloatRowsOrNone, Names, Numbers
 
 Bounds = tuple[float, float]
 EVERYWHERE = (-float("inf"), float("inf"))
@@ -40,7 +43,7 @@ class Turned(Value):
 class Choices(Value):
     """Values out of which a parameter is chosen."""
 
-    ratios: tuple[Number, ...] = key("numbers", doc="values, none of them zero")
+    ratios: Numbers = key("numbers", doc="values, none of them zero")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -53,8 +56,8 @@ class Region(Value):
     """A convex polygon (k, 2) or a disc (x, y, r) that a point of the ground stays in [m]."""
 
     point: str = key("text", doc="a point of the ground")
-    polygon: tuple[tuple[Any, ...], ...] | None = key("pairs", None, doc="[[x, y], ...]", unit="m")
-    disc: tuple[Any, ...] | None = key("numbers", None, doc="[x, y, radius]", unit="m")
+    polygon: FloatRowsOrNone = optional("pairs", doc="[[x, y], ...]", unit="m")
+    disc: EvaluatedOrNone = optional("numbers", doc="[x, y, radius]", unit="m")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -141,9 +144,9 @@ class Constraint(Value):
 class FullTurn(Constraint):
     """The driver turns fully."""
 
-    coordinate: str | None = key("text", None, doc="the driver's")
-    margin: float | None = key(
-        "number", None, doc="of the inequalities; absent: 1e-6 of the mechanism's size", unit="m"
+    coordinate: str | None = optional("text", doc="the driver's")
+    margin: float | None = optional(
+        "number", doc="of the inequalities; absent: 1e-6 of the mechanism's size", unit="m"
     )
 
     kind: ClassVar[str] = "full-turn"
@@ -163,9 +166,9 @@ class TransmissionAngle(Constraint):
     Over the whole turn of a driver that makes one, or at the poses of the goals alone.
     """
 
-    between: tuple[str, ...] = key("names", doc="two bodies")
-    min: Any = key("number", unit="rad")
-    over: str = key("text", "turn", choices=("turn", "goal"))
+    between: Names = key("names", doc="two bodies")
+    min: float = key("number", unit="rad")
+    over: str = optional("text", "turn", choices=("turn", "goal"))
     place: str = field(default="constraints", compare=False)
 
     kind: ClassVar[str] = "transmission-angle"
@@ -181,10 +184,10 @@ class TransmissionAngle(Constraint):
 class Box(Constraint):
     """Points stay between bounds while the mechanism moves."""
 
-    points: tuple[str, ...] = key("names", doc="body.point")
-    x: tuple[Any, ...] | None = key("pair", None, doc="[low, high]", unit="m")
-    y: tuple[Any, ...] | None = key("pair", None, doc="[low, high]", unit="m")
-    z: tuple[Any, ...] | None = key("pair", None, doc="[low, high], in space", unit="m")
+    points: Names = key("names", doc="body.point")
+    x: EvaluatedOrNone = optional("pair", doc="[low, high]", unit="m")
+    y: EvaluatedOrNone = optional("pair", doc="[low, high]", unit="m")
+    z: EvaluatedOrNone = optional("pair", doc="[low, high], in space", unit="m")
 
     kind: ClassVar[str] = "box"
 
@@ -211,7 +214,7 @@ class Box(Constraint):
 class RatioConstraint(Constraint):
     """The first of two parameters is at most ``max`` times the second."""
 
-    of: tuple[str, ...] = key("names", doc="two parameters")
+    of: Names = key("names", doc="two parameters")
     max: float | str | None = key("number", unit="1")
 
     kind: ClassVar[str] = "ratio"
@@ -228,9 +231,9 @@ class LimitConstraint(Constraint):
     """A quantity of another task stays between bounds at all of its poses."""
 
     of: str = key("text", doc="TASK/PATH, a path below another task")
-    reduce: str | None = key("text", None, choices=REDUCTIONS, doc="over the poses of that task")
-    min: Any = key("number", None)
-    max: Any = key("number", None)
+    reduce: str | None = optional("text", choices=REDUCTIONS, doc="over the poses of that task")
+    min: float | None = optional("number")
+    max: float | None = optional("number")
 
     kind: ClassVar[str] = "limit"
 

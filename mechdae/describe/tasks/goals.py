@@ -9,15 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import NumberRows, NumbersOrNone
 
 FITS = ("least-squares", "exact", "minimax")
 UNIT_LENGTH = 1e-4
@@ -84,7 +87,7 @@ class Within:
 class GoalDescription(Value):
     """Base of the goals of a task; ``weight`` counts where there are several."""
 
-    weight: Number = key("number", 1.0, unit="1")
+    weight: Number = optional("number", 1.0, unit="1")
 
     kind: ClassVar[str] = ""
 
@@ -101,13 +104,13 @@ class GoalDescription(Value):
 
 @dataclass(frozen=True, kw_only=True)
 class _Visiting(GoalDescription):
-    timing: str | None = key(
-        "text", None, choices=("free", "any"), doc="in order, the default, or in any order"
+    timing: str | None = optional(
+        "text", choices=("free", "any"), doc="in order, the default, or in any order"
     )
-    at: tuple[Number, ...] | None = key("numbers", None, doc="driver value at each target")
-    steps: tuple[Number, ...] | None = key("numbers", None, doc="the same from a free start")
-    closed: bool = key("flag", False)
-    measure: str = key("text", "least-squares", choices=FITS)
+    at: NumbersOrNone = optional("numbers", doc="driver value at each target")
+    steps: NumbersOrNone = optional("numbers", doc="the same from a free start")
+    closed: bool = optional("flag", False)
+    measure: str = optional("text", "least-squares", choices=FITS)
 
     def visits(self, what: str, word: str, size: int) -> Visits:
         """Return what is visited, as a search reads it.
@@ -144,9 +147,7 @@ class PathGoal(_Visiting):
     """A point visits targets."""
 
     point: str = key("text", doc="body.point")
-    targets: tuple[tuple[Number, ...], ...] = key(
-        "places", doc="[[x, y], ...], in space [[x, y, z], ...]", unit="m"
-    )
+    targets: NumberRows = key("places", doc="[[x, y], ...], in space [[x, y, z], ...]", unit="m")
 
     kind: ClassVar[str] = "path"
 
@@ -160,7 +161,7 @@ class MotionGoal(_Visiting):
     """A body visits poses."""
 
     body: str = key("text")
-    poses: tuple[tuple[Number, ...], ...] = key(
+    poses: NumberRows = key(
         "poses",
         doc="[[x, y, angle], ...] [m, rad], in space [[x, y, z, e0, e1, e2, e3], ...]: a unit "
         "quaternion, real part first",
@@ -189,17 +190,17 @@ class FunctionTargets(GoalDescription):
     its values say; with a free ``sense`` the other way round too, from where its scale starts.
     """
 
-    input: str | None = key("text", None, doc="the driver's coordinate")
+    input: str | None = optional("text", doc="the driver's coordinate")
     output: str = key("text", doc="a coordinate")
-    function: str | None = key("text", None, doc="an expression of x")
-    range: Any = key("pair", None, doc="of x")
-    input_range: Any = key("number", None)
-    output_range: Any = key("number", None)
-    input_start: Number | None = key("expression", None)
-    output_start: Number | None = key("expression", None)
-    targets: Any = key("pairs", None, doc="[[input, output], ...]")
-    sense: str = key("text", "given", choices=SENSES, doc="free: the output turns either way")
-    measure: str = key("text", "least-squares", choices=FITS)
+    function: str | None = optional("text", doc="an expression of x")
+    range: Any = optional("pair", doc="of x")
+    input_range: Any = optional("number")
+    output_range: Any = optional("number")
+    input_start: Number | None = optional("expression")
+    output_start: Number | None = optional("expression")
+    targets: Any = optional("pairs", doc="[[input, output], ...]")
+    sense: str = optional("text", "given", choices=SENSES, doc="free: the output turns either way")
+    measure: str = optional("text", "least-squares", choices=FITS)
 
     kind: ClassVar[str] = "function"
 
@@ -280,11 +281,11 @@ class FunctionTargets(GoalDescription):
 class Rocker(GoalDescription):
     """A body swings, or a joint slides, to and fro between two ends; None: free."""
 
-    body: str | None = key("text", None)
-    swing: Number | None = key("number", None, doc="of the body", unit="rad")
-    joint: str | None = key("text", None)
-    stroke: Number | None = key("number", None, doc="of the joint", unit="m")
-    time_ratio: float = key("number", None, doc="of the slow to the fast stroke", unit="1")
+    body: str | None = optional("text")
+    swing: Number | None = optional("number", doc="of the body", unit="rad")
+    joint: str | None = optional("text")
+    stroke: Number | None = optional("number", doc="of the joint", unit="m")
+    time_ratio: float = optional("number", doc="of the slow to the fast stroke", unit="1")
 
     kind: ClassVar[str] = "rocker"
 
@@ -334,8 +335,8 @@ class StraightLine(GoalDescription):
 
     point: str = key("text", doc="body.point")
     arc: float = key("number", doc="of the driver", unit="rad")
-    stroke: float = key("number", None, doc="way along the line; absent: free", unit="m")
-    measure: str = key("text", "minimax", choices=("minimax",))
+    stroke: float = optional("number", doc="way along the line; absent: free", unit="m")
+    measure: str = optional("text", "minimax", choices=("minimax",))
 
     kind: ClassVar[str] = "straight-line"
     nodes: ClassVar[int] = 61
@@ -355,7 +356,7 @@ class Extreme(GoalDescription):
     """A quantity of another task, a number or what becomes of its values over that task."""
 
     of: str = key("text", doc="TASK/PATH, a path below another task")
-    reduce: Any = key("text", None, choices=REDUCTIONS, doc="over the poses of that task")
+    reduce: Any = optional("text", choices=REDUCTIONS, doc="over the poses of that task")
 
     sense: ClassVar[int] = 1
 

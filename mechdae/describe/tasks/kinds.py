@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.additions import Added, Kinds, Registry
@@ -10,12 +10,16 @@ from mechdae.describe.coordinates import coordinate, selection
 from mechdae.describe.expression import unknown_name
 from mechdae.describe.file.reading import Nested, nest, split_unit
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechanismError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.loads import TimeTable
+    from mechdae.describe.values import NamesOrNone, NumbersOrNone
+    from mechdae.records import Takes
+
+    Drivers = Takes[Sequence["Driver"] | None, tuple["Driver", ...] | None]
 
 DEFAULT_POSES = 361
 MANY = 8
@@ -52,18 +56,18 @@ class Driver(Value):
     """
 
     coordinate: str = key("text")
-    at: tuple[Number, ...] | None = key("numbers", None)
-    from_: Number | None = key("number", None)
-    to: Number | None = key("number", None)
-    range: str | None = key("text", None, choices=("assembled",))
-    law: str | None = key("law", None)
-    times: tuple[Number, ...] | None = key("numbers", None)
-    speed: Number | None = key("number", None)
-    acceleration: Number | None = key("number", None)
-    jerk: Number | None = key("number", None)
-    table: TimeTable | None = key("timetable", None, doc="a law by rows, in a motion")
-    direction: str | None = key(
-        "text", None, choices=("positive", "negative"), doc="sense of the motion, without a speed"
+    at: NumbersOrNone = optional("numbers")
+    from_: Number | None = optional("number")
+    to: Number | None = optional("number")
+    range: str | None = optional("text", choices=("assembled",))
+    law: str | None = optional("law")
+    times: NumbersOrNone = optional("numbers")
+    speed: Number | None = optional("number")
+    acceleration: Number | None = optional("number")
+    jerk: Number | None = optional("number")
+    table: TimeTable | None = optional("timetable", doc="a law by rows, in a motion")
+    direction: str | None = optional(
+        "text", choices=("positive", "negative"), doc="sense of the motion, without a speed"
     )
 
     def __post_init__(self) -> None:
@@ -200,10 +204,10 @@ class Task(Value):
 class Driven(Task):
     """A task with one driver or several."""
 
-    driver: Driver | None = key("driver", None)
-    drivers: tuple[Driver, ...] | None = key("drivers", None)
-    outputs: tuple[str, ...] | None = key("names", None)
-    mode: str | None = key("text", None, doc="start on this assembly mode")
+    driver: Driver | None = optional("driver")
+    drivers: Drivers = optional("drivers")
+    outputs: NamesOrNone = optional("names")
+    mode: str | None = optional("text", doc="start on this assembly mode")
 
     on_mode: ClassVar[bool] = True
 
@@ -260,11 +264,11 @@ class Driven(Task):
 class Sweep(Driven):
     """Positions, velocities and accelerations along the driver."""
 
-    poses: int | None = key("whole", None)
-    derivatives: int = key("natural", 2)
-    on_change_point: str = key("text", "continue", choices=("continue", "stop", "switch"))
-    measures: tuple[str, ...] | None = key("names", None, choices=MEASURES)
-    dwell_tolerance: Number = key("number", 0.01, doc="share of the swing or stroke")
+    poses: int | None = optional("whole")
+    derivatives: int = optional("natural", 2)
+    on_change_point: str = optional("text", "continue", choices=("continue", "stop", "switch"))
+    measures: NamesOrNone = optional("names", choices=MEASURES)
+    dwell_tolerance: Number = optional("number", 0.01, doc="share of the swing or stroke")
 
     kind: ClassVar[str] = "sweep"
     holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
@@ -274,7 +278,7 @@ class Sweep(Driven):
 class Modes(Driven):
     """All assembly modes at one pose of the driver."""
 
-    limit: int | None = key("whole", None)
+    limit: int | None = optional("whole")
 
     kind: ClassVar[str] = "modes"
     on_mode: ClassVar[bool] = False

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from mechdae.describe.coordinates import (
     RATES,
@@ -17,11 +17,15 @@ from mechdae.describe.expression import evaluate, names_in, unknown_name
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import check_expression
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Task
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechdaeError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.tasks.kinds import Drivers
+    from mechdae.describe.values import NamesOrNone, NumbersOrNone, NumberTableOrNone
+    from mechdae.records import Takes
 
 
 @dataclass(frozen=True)
@@ -32,10 +36,10 @@ class Watched(Value):
     """
 
     coordinate: str = key("text", doc="a coordinate, a speed, a named output")
-    crosses: Number = key("number", 0.0)
-    name: str | None = key("text", None)
-    direction: str = key("text", "both", choices=("both", "up", "down"))
-    stop: bool = key("flag", False, doc="the motion ends there")
+    crosses: Number = optional("number", 0.0)
+    name: str | None = optional("text")
+    direction: str = optional("text", "both", choices=("both", "up", "down"))
+    stop: bool = optional("flag", False, doc="the motion ends there")
 
 
 nest("events", Nested("event", {"": Watched}, "events = [{...}]", several=True))
@@ -53,22 +57,22 @@ class Motion(Task):
     "bdf" and "radau" are for stiff forces, "auto" turns to "bdf" where they are.
     """
 
-    start: Table[Number] | None = key("start", None, doc="coordinate -> value")
-    start_speed: Table[Number] | None = key("start", None, doc="coordinate -> speed")
-    drivers: tuple[Driver, ...] | None = key("drivers", None)
-    until: Number | None = key("number", None, doc="end [s]")
-    at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
-    poses: int | None = key("whole", None, doc="outputs at equal intervals")
-    tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
-    max_step: Number | None = key("number", None, doc="longest step [s]")
-    method: str | None = key("text", None, choices=("explicit", "bdf", "radau", "auto"))
-    friction: str | None = key("text", None, choices=("event", "smooth", "none"))
-    v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
-    omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
-    events: tuple[Watched, ...] | None = key("events", None)
-    outputs: tuple[str, ...] | None = key("names", None)
-    linearise: Number | None = key("number", None, doc="time of the linear system A, B, C, D [s]")
-    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
+    start: NumberTableOrNone = optional("start", doc="coordinate -> value")
+    start_speed: NumberTableOrNone = optional("start", doc="coordinate -> speed")
+    drivers: Drivers = optional("drivers")
+    until: Number | None = optional("number", doc="end [s]")
+    at: NumbersOrNone = optional("numbers", doc="times of output [s]")
+    poses: int | None = optional("whole", doc="outputs at equal intervals")
+    tolerance: Number | None = optional("number", doc="relative error of a step, 1e-9")
+    max_step: Number | None = optional("number", doc="longest step [s]")
+    method: str | None = optional("text", choices=("explicit", "bdf", "radau", "auto"))
+    friction: str | None = optional("text", choices=("event", "smooth", "none"))
+    v_s: Number | None = optional("number", doc="slope speed of smooth friction [m/s]")
+    omega_s: Number | None = optional("number", doc="the same of pairs that turn [rad/s]")
+    events: Takes[Sequence[Watched] | None, tuple[Watched, ...] | None] = optional("events")
+    outputs: NamesOrNone = optional("names")
+    linearise: Number | None = optional("number", doc="time of the linear system A, B, C, D [s]")
+    inputs: NamesOrNone = optional("names", doc="inputs of the linear system")
 
     kind: ClassVar[str] = "motion"
     holds: ClassVar[tuple[str, ...]] = ("poses", "path")
@@ -109,14 +113,14 @@ class Equilibrium(Task):
     are told.
     """
 
-    free: tuple[str, ...] | None = key("names", None)
-    start: Table[Number] | None = key("start", None, doc="coordinate -> value near the pose")
-    drivers: tuple[Driver, ...] | None = key("drivers", None)
-    friction: str | None = key("text", None, choices=("none",))
-    mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
-    linearise: bool = key("flag", False, doc="frequencies, damping, shapes; A, B, C, D")
-    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
-    outputs: tuple[str, ...] | None = key("names", None)
+    free: NamesOrNone = optional("names")
+    start: NumberTableOrNone = optional("start", doc="coordinate -> value near the pose")
+    drivers: Drivers = optional("drivers")
+    friction: str | None = optional("text", choices=("none",))
+    mode: str | None = optional("text", doc="on this assembly mode of the free coordinates")
+    linearise: bool = optional("flag", False, doc="frequencies, damping, shapes; A, B, C, D")
+    inputs: NamesOrNone = optional("names", doc="inputs of the linear system")
+    outputs: NamesOrNone = optional("names")
 
     kind: ClassVar[str] = "equilibrium"
     holds: ClassVar[tuple[str, ...]] = ("poses", "small motions")

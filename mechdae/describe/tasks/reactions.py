@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.describe.values import key
 from mechdae.errors import InputError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import NamesOrNone
 
 
 @dataclass(frozen=True)
@@ -19,14 +21,14 @@ class Reactions(Sweep):
     round, so that they push along the motion and the driver takes the power out.
     """
 
-    friction: str = key("text", "coupled", choices=("none", "article", "coupled"))
-    friction_radius: str = key(
+    friction: str = optional("text", "coupled", choices=("none", "article", "coupled"))
+    friction_radius: str = optional(
         "text", "exact", choices=("exact", "article"), doc="r sin(atan f), or r f"
     )
-    cycle: bool = key("flag", False, doc="mean powers and efficiency over the sweep")
-    direction: str = key("text", "driver", choices=("driver", "load", "both"))
-    parts: tuple[str, ...] | None = key("names", None, choices=("static", "inertial"))
-    axes: tuple[str, ...] | None = key("names", None, choices=("body", "radial"))
+    cycle: bool = optional("flag", False, doc="mean powers and efficiency over the sweep")
+    direction: str = optional("text", "driver", choices=("driver", "load", "both"))
+    parts: NamesOrNone = optional("names", choices=("static", "inertial"))
+    axes: NamesOrNone = optional("names", choices=("body", "radial"))
 
     kind: ClassVar[str] = "reactions"
     holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")

@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import split_known, split_unit, to_si
 from mechdae.describe.file.units import check_number, check_parameter
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
-from mechdae.describe.values import Number, key
+from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.records import dataclass
+from mechdae.records import dataclass, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import NamesOrNone
 
 
 @dataclass(frozen=True)
 class Study(Task):
     """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
 
-    vary: Mapping[str, Sequence[Number]] | None = key(
-        "grid", None, doc="name -> [from, to, count]; all combinations"
+    vary: Mapping[str, Sequence[Number]] | None = optional(
+        "grid", doc="name -> [from, to, count]; all combinations"
     )
-    samples: Mapping[str, Sequence[Number]] | None = key(
-        "lists", None, doc="name -> [values], as many for each name"
+    samples: Mapping[str, Sequence[Number]] | None = optional(
+        "lists", doc="name -> [values], as many for each name"
     )
-    of: str | None = key("text", None, doc="the sweep, motion or equilibrium repeated")
-    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
-    certify: bool = key("flag", True, doc="false: dyads in closed form, without certificates")
+    of: str | None = optional("text", doc="the sweep, motion or equilibrium repeated")
+    outputs: NamesOrNone = optional("names", doc="paths below that task in the JSON")
+    certify: bool = optional("flag", True, doc="false: dyads in closed form, without certificates")
 
     kind: ClassVar[str] = "study"
     holds: ClassVar[tuple[str, ...]] = ("grid",)
@@ -51,11 +54,11 @@ class Study(Task):
 class Sensitivity(Task):
     """Derivatives of outputs with respect to parameters, and what tolerances do to them."""
 
-    of: str | None = key("text", None, doc="the sweep, reactions, motion or equilibrium task")
-    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
-    wrt: tuple[str, ...] | None = key("names", None, doc="parameters and automatic names")
-    order: int = key("whole", 1, doc="1, or 2 for second derivatives too")
-    tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
+    of: str | None = optional("text", doc="the sweep, reactions, motion or equilibrium task")
+    outputs: NamesOrNone = optional("names", doc="paths below that task in the JSON")
+    wrt: NamesOrNone = optional("names", doc="parameters and automatic names")
+    order: int = optional("whole", 1, doc="1, or 2 for second derivatives too")
+    tolerances: Mapping[str, Number] | None = optional("coordinates", doc="name -> half width")
 
     kind: ClassVar[str] = "sensitivity"
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
@@ -24,9 +24,15 @@ from mechdae.describe.tasks.goals import Asked, Extreme, GoalDescription, Rocker
 from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.describe.tasks.studies import half_widths
-from mechdae.describe.values import Number, evaluated, key
+from mechdae.describe.values import Number, evaluated
 from mechdae.errors import InputError, MechdaeError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import NumbersOrNone
+    from mechdae.records import Takes
+
+    Goals = Takes[Sequence[GoalDescription] | None, tuple[GoalDescription, ...] | None]
 
 STARTS = 40
 KEEP, POINTS = 5, 12
@@ -42,26 +48,28 @@ C = TypeVar("C", bound=Constraint)
 class Synthesis(Task):
     """Dimensions that do what is asked for."""
 
-    driver: Turned | None = key("turned", None)
-    goal: GoalDescription | None = key("goal", None)
-    goals: tuple[GoalDescription, ...] | None = key("goals", None)
-    objectives: tuple[GoalDescription, ...] | None = key(
-        "objectives", None, doc="two or three goals whose best compromises are sought, a front"
+    driver: Turned | None = optional("turned")
+    goal: GoalDescription | None = optional("goal")
+    goals: Goals = optional("goals")
+    objectives: Goals = optional(
+        "objectives", doc="two or three goals whose best compromises are sought, a front"
     )
-    reference: tuple[Number, ...] | None = key(
-        "numbers", None, doc="worst value of each objective that a front is measured from"
+    reference: NumbersOrNone = optional(
+        "numbers", doc="worst value of each objective that a front is measured from"
     )
-    free: Table[Any] | None = key(
-        "freedoms", None, doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
+    free: Takes[Mapping[str, Any] | None, Table[Any] | None] = optional(
+        "freedoms", doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
     )
-    constraints: tuple[Constraint, ...] | None = key("constraints", None)
-    starts: int | None = key("whole", None)
-    seed: int | None = key("natural", None)
-    keep: int | None = key("whole", None, doc="designs that are reported, 5; of a front points, 12")
-    robust: Number | None = key(
-        "number", None, unit="1", doc="standard deviations by tolerances added to what is least"
+    constraints: Takes[Sequence[Constraint] | None, tuple[Constraint, ...] | None] = optional(
+        "constraints"
     )
-    tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
+    starts: int | None = optional("whole")
+    seed: int | None = optional("natural")
+    keep: int | None = optional("whole", doc="designs that are reported, 5; of a front points, 12")
+    robust: Number | None = optional(
+        "number", unit="1", doc="standard deviations by tolerances added to what is least"
+    )
+    tolerances: Mapping[str, Number] | None = optional("coordinates", doc="name -> half width")
 
     kind: ClassVar[str] = "synthesis"
     holds: ClassVar[tuple[str, ...]] = ("designs",)

@@ -35,7 +35,7 @@ FRICTION = ("friction", "friction_static")
 def from_loops(
     vectors: object, loops: Mapping[str, Iterable[str]], nodes: object = (), *,
     ground: Ground | None = None, bodies: object = (), joints: object = (),
-    parameters: Mapping[str, object] | None = None, sketch: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Number] | None = None, sketch: Mapping[str, Number] | None = None,
     **rest: Any,
 ) -> Mechanism:  # fmt: skip
     """Return the mechanism that closed vector loops describe.
@@ -86,8 +86,8 @@ def from_loops(
             ground=points.ground,
             bodies=points.bodies,
             joints=points.joints,
-            parameters=parameters or Table(),  # type: ignore[arg-type]
-            sketch=sketch or Table(),  # type: ignore[arg-type]
+            parameters=parameters or Table(),
+            sketch=sketch or Table(),
             closure=replace(closure, joints=points.typed),
             **rest,
         )
@@ -100,7 +100,7 @@ def from_loops(
         ground=made.ground,
         bodies=made.bodies,
         joints=made.joints,
-        parameters=parameters or Table(),  # type: ignore[arg-type]
+        parameters=parameters or Table(),
         sketch=Table(made.sketch(rough)),
         closure=replace(closure, aliases=made.aliases, directions=made.directed),
         **rest,

@@ -7,9 +7,9 @@ from typing import Any
 
 from mechdae.describe.joints.joint import SIDES, Joint
 from mechdae.describe.table import Table
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, key, optional
 
 PAIRS = ("block", "pin-in-slot")
 
@@ -24,22 +24,22 @@ class Vector(Value):
     """
 
     name: str = key("name")
-    length: Number | None = key("number", None, doc="m; absent: unknown or driven", unit="m")
-    angle: Number | None = key(
-        "number", None, doc="from x, rad; absent: unknown or driven", unit="rad"
+    length: Number | None = optional("number", doc="m; absent: unknown or driven", unit="m")
+    angle: Number | None = optional(
+        "number", doc="from x, rad; absent: unknown or driven", unit="rad"
     )
-    elevation: Number | None = key("number", None, doc="in space, out of x-z, rad", unit="rad")
-    azimuth: Number | None = key("number", None, doc="in space, from x to z, rad", unit="rad")
-    along: str | None = key("name", None, doc="vector of the same direction")
-    offset: Number | None = key("number", None, doc="angle from that vector, rad", unit="rad")
-    from_: str | None = key("reference", None, doc="tail: point of a body")
-    to: str | None = key("reference", None, doc="head: point of the same body")
-    pair: str = key("text", "block", choices=PAIRS, doc="of a vector of unknown length")
-    friction: Number | None = key("number", None, doc="in its sliding pair", unit="1")
-    friction_static: Number | None = key("number", None, unit="1")
-    contact_length: Number | None = key("number", None, doc="of its block, m", unit="m")
-    pin_radius: Number | None = key("number", None, doc="of a pin in the slot, m", unit="m")
-    one_sided: str | None = key("text", None, choices=SIDES, doc="side of the pin or block")
+    elevation: Number | None = optional("number", doc="in space, out of x-z, rad", unit="rad")
+    azimuth: Number | None = optional("number", doc="in space, from x to z, rad", unit="rad")
+    along: str | None = optional("name", doc="vector of the same direction")
+    offset: Number | None = optional("number", doc="angle from that vector, rad", unit="rad")
+    from_: str | None = optional("reference", doc="tail: point of a body")
+    to: str | None = optional("reference", doc="head: point of the same body")
+    pair: str = optional("text", "block", choices=PAIRS, doc="of a vector of unknown length")
+    friction: Number | None = optional("number", doc="in its sliding pair", unit="1")
+    friction_static: Number | None = optional("number", unit="1")
+    contact_length: Number | None = optional("number", doc="of its block, m", unit="m")
+    pin_radius: Number | None = optional("number", doc="of a pin in the slot, m", unit="m")
+    one_sided: str | None = optional("text", choices=SIDES, doc="side of the pin or block")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -95,9 +95,9 @@ class Node(Value):
 
     name: str = key("name")
     at: str = key("reference", doc="VECTOR.head or VECTOR.tail")
-    friction: Number | None = key("number", None, doc="in its pins", unit="1")
-    friction_static: Number | None = key("number", None, unit="1")
-    pin_radius: Number | None = key("number", None, doc="m", unit="m")
+    friction: Number | None = optional("number", doc="in its pins", unit="1")
+    friction_static: Number | None = optional("number", unit="1")
+    pin_radius: Number | None = optional("number", doc="m", unit="m")
 
 
 @dataclass(frozen=True)

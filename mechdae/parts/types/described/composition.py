@@ -12,11 +12,12 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.joints.pairs import Revolute
 from mechdae.describe.tasks.goals import FunctionTargets, PathGoal, Visits
-from mechdae.describe.values import Number, Value, key
+from mechdae.describe.values import Value
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.records import dataclass
+from mechdae.records import dataclass, optional
 
 if TYPE_CHECKING:
+    from mechdae.describe.values import EvaluatedOrNone, FloatRowsOrNone
     from mechdae.parts.types.described.scheme_goals import FunctionNodes
 
 OBJECTIVES: Mapping[str, tuple[str, int]] = {
@@ -44,13 +45,13 @@ LEAST = math.asin(0.06)
 class CurveGoal(Value):
     """A point of the mechanism traces a closed curve: its shape and size, wherever it lies."""
 
-    targets: tuple[tuple[Number, ...], ...] | None = key(
-        "pairs", None, doc="[[x, y], ...], the last one joined to the first", unit="m"
+    targets: FloatRowsOrNone = optional(
+        "pairs", doc="[[x, y], ...], the last one joined to the first", unit="m"
     )
-    x: str | None = key("text", None, doc="an expression of s [m]")
-    y: str | None = key("text", None, doc="an expression of s [m]")
-    range: Any = key("pair", None, doc="of s, [0, 2 pi]")
-    closed: bool = key("flag", True)
+    x: str | None = optional("text", doc="an expression of s [m]")
+    y: str | None = optional("text", doc="an expression of s [m]")
+    range: EvaluatedOrNone = optional("pair", doc="of s, [0, 2 pi]")
+    closed: bool = optional("flag", True)
 
     kind: ClassVar[str] = "curve"
 
@@ -59,14 +60,14 @@ class CurveGoal(Value):
 class SchemePath(PathGoal):
     """The path of a synthesis, whose point the composition chooses."""
 
-    point: Any = key("text", None, doc="left out: the composition chooses it")
+    point: Any = optional("text", doc="left out: the composition chooses it")
 
 
 @dataclass(frozen=True, kw_only=True)
 class SchemeFunction(FunctionTargets):
     """The function of a synthesis, whose output is a link or a block on the frame."""
 
-    output: Any = key("text", None, choices=("angle", "slide"), doc="angle without it")
+    output: Any = optional("text", choices=("angle", "slide"), doc="angle without it")
 
 
 SCHEME_GOALS = {goal.kind: goal for goal in (CurveGoal, SchemePath, SchemeFunction)}

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from mechdae.describe import Mechanism, Task
-from mechdae.describe.values import Number, key
+from mechdae.describe.values import Number
 from mechdae.parts.types.described.composition import (
     CurveGoal,
     SchemeFunction,
     SchemePath,
     bare_crank,
 )
-from mechdae.records import dataclass
+from mechdae.records import dataclass, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import NamesOrNone, NumbersOrNone
 
 __all__ = ["Composition", "CurveGoal"]
 
@@ -26,36 +29,34 @@ class Composition(Task):
     crank (``function``).
     """
 
-    goal: CurveGoal | SchemePath | SchemeFunction | None = key("scheme_goal", None)
-    objectives: tuple[str, ...] | None = key(
+    goal: CurveGoal | SchemePath | SchemeFunction | None = optional("scheme_goal")
+    objectives: NamesOrNone = optional(
         "names",
-        None,
         doc="of the front: error, material, joints, points, transmission_angle, loss",
     )
-    reference: tuple[Number, ...] | None = key(
-        "numbers", None, doc="worst value of each objective that a front is measured from"
+    reference: NumbersOrNone = optional(
+        "numbers", doc="worst value of each objective that a front is measured from"
     )
-    links: tuple[Number, ...] | None = key("numbers", None, doc="of the chains, [4, 6]", unit="1")
-    chains: tuple[str, ...] | None = key(
-        "names", None, doc="in place of links: four-bar, watt, stephenson, 8-1, 8-2, ..."
+    links: NumbersOrNone = optional("numbers", doc="of the chains, [4, 6]", unit="1")
+    chains: NamesOrNone = optional(
+        "names", doc="in place of links: four-bar, watt, stephenson, 8-1, 8-2, ..."
     )
-    pairs: tuple[str, ...] | None = key("names", None, doc='kinds of joints: ["R"], ["R", "P"]')
-    within: Mapping[str, Number] | None = key(
-        "coordinates", None, doc="limits on objectives: name -> most, of transmission_angle least"
+    pairs: NamesOrNone = optional("names", doc='kinds of joints: ["R"], ["R", "P"]')
+    within: Mapping[str, Number] | None = optional(
+        "coordinates", doc="limits on objectives: name -> most, of transmission_angle least"
     )
-    friction: Number | None = key("number", None, doc="of all joints, for the loss", unit="1")
-    pin_radius: Number | None = key("number", None, doc="of all pins, for the loss", unit="m")
-    load: tuple[Number, ...] | None = key(
+    friction: Number | None = optional("number", doc="of all joints, for the loss", unit="1")
+    pin_radius: Number | None = optional("number", doc="of all pins, for the loss", unit="m")
+    load: NumbersOrNone = optional(
         "numbers",
-        None,
         doc="for the loss: [x, y] of the force on the tracing point, or [what resists the output]",
     )
-    points: int | None = key("whole", None, doc="most pins, with the tracing point; 12")
-    samples: int | None = key("whole", None, doc="sets of dimensions drawn of each scheme")
-    starts: int | None = key("whole", None, doc="sets of each scheme that are refined")
-    grow: int | None = key("natural", None, doc="rounds of growth by points and dyads, 2")
-    seed: int | None = key("natural", None)
-    keep: int | None = key("whole", None, doc="designs that are reported, 20")
+    points: int | None = optional("whole", doc="most pins, with the tracing point; 12")
+    samples: int | None = optional("whole", doc="sets of dimensions drawn of each scheme")
+    starts: int | None = optional("whole", doc="sets of each scheme that are refined")
+    grow: int | None = optional("natural", doc="rounds of growth by points and dyads, 2")
+    seed: int | None = optional("natural")
+    keep: int | None = optional("whole", doc="designs that are reported, 20")
 
     kind: ClassVar[str] = "composition"
     in_space: ClassVar[bool] = False
