@@ -33,7 +33,7 @@ from mechdae.errors import (
 )
 from mechdae.kernels.run.functions import Call
 from mechdae.numerics.null_space import dependences, rank, unit_rows
-from mechdae.results import Result
+from mechdae.results import MotionResult
 from mechdae.types import Floats, Graph, Json, Unknowns
 
 SX = ca.SX
@@ -252,7 +252,7 @@ def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Floats, Floats]
     return run, x, v
 
 
-def motion(problem: Problem, name: str, task: Motion) -> Result:
+def motion(problem: Problem, name: str, task: Motion) -> MotionResult:
     run, x, v = prepared(problem, task)
     observer = _integrated(run, x, v)
     data = {} if task.linearise is None else {"linear": _linear(problem, task)}

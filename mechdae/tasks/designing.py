@@ -14,7 +14,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.jobs.call import JobCall, task_named
-from mechdae.results import Result
+from mechdae.results import SynthesisResult
 from mechdae.tasks.dispatch.solve import KINDS
 
 
@@ -39,7 +39,7 @@ def synthesize(
     out: str | Path | None = None,
     progress: Callable[[int, int, float | None], None] | None = None,
     paths: Callable[[int, int], None] | None = None,
-) -> Result:
+) -> SynthesisResult:
     """Return the designs of a task of synthesis, or of composition, best first.
 
     The answer depends on the problem, the number of starts and the seed alone: not on where the
@@ -82,5 +82,5 @@ def synthesize(
         name, chosen = designing_task(whole, task)
         task = name
     design = at_home(KINDS[getattr(chosen, "kind", Synthesis.kind)].design)
-    found: Result = design(problem, task, call)
+    found: SynthesisResult = design(problem, task, call)
     return found

@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.studies import Study
 from mechdae.describe.values import Number
 from mechdae.errors import InputError
-from mechdae.results import Result
+from mechdae.results import StudyResult
 from mechdae.tasks.dispatch.solve import solve
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def study(
     executor: Executor | None = None,
     out: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Result:
+) -> StudyResult:
     """Return a table of outputs over many sets of numbers.
 
     Rows depend on the sets alone: not on where they are computed, nor on whether the study was
@@ -87,7 +87,9 @@ def study(
     if dict(whole.tasks).get(name) != own:
         whole = whole.with_task(name, own)
     options: Json = {"workers": workers, "progress": progress, "given": sets}
-    return solve(whole, name, executor=executor, out=out, **options)
+    found: Any = solve(whole, name, executor=executor, out=out, **options)
+    result: StudyResult = found
+    return result
 
 
 def screen(
@@ -98,7 +100,7 @@ def screen(
     *,
     workers: int = 1,
     executor: Executor | None = None,
-) -> Result:
+) -> StudyResult:
     """Return a table of series in closed form, without certificates: ``certified`` is false.
 
     Poses keep the assembly mode that each set starts on; whether a motion leads from pose to pose

@@ -22,7 +22,7 @@ from mechdae.motion.kinematics.poses import Posed, posed
 from mechdae.motion.kinematics.poses import tracker as tracker_of
 from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from mechdae.motion.kinematics.tracker import Tracker
-from mechdae.results import Result
+from mechdae.results import Result, StudyResult
 from mechdae.tasks.dispatch.solve import as_problem, task_of
 from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve
@@ -229,7 +229,7 @@ class Solver:
         executor: Executor | None = None,
         out: str | FilePath | None = None,
         certify: bool = True,
-    ) -> Result:
+    ) -> StudyResult:
         """Return a table of outputs over many sets of numbers, computed at once where they can be.
 
         Parameters

@@ -22,7 +22,7 @@ from mechdae.motion.kinematics.report import report
 from mechdae.motion.measures.measure import along_path, at_poses
 from mechdae.motion.measures.measured import Measured
 from mechdae.motion.setup.scales import Constants, driver_size
-from mechdae.results import Result, Summary
+from mechdae.results import Summary, SweepResult
 from mechdae.types import Floats
 
 
@@ -35,7 +35,7 @@ class PathRange(NamedTuple):
     margin: Any
 
 
-def sweep(problem: Problem, name: str, task: Sweep) -> Result:
+def sweep(problem: Problem, name: str, task: Sweep) -> SweepResult:
     """Return the result of a sweep.
 
     The mechanism is assembled at the sketch (or on the mode asked for at the first pose),

@@ -1,0 +1,341 @@
+"""Written by ``python -m tests.scripts.stub``: names, and what tasks give."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import overload
+
+from mechdae.describe.file.load import load as load
+from mechdae.describe.file.problem import Expected as Expected
+from mechdae.describe.file.problem import Problem as Problem
+from mechdae.describe.file.writing import dump as dump
+from mechdae.describe.file.writing import dumps as dumps
+from mechdae.describe.joints.curve import Curve as Curve
+from mechdae.describe.joints.pairs import Distance as Distance
+from mechdae.describe.joints.pairs import PinInSlot as PinInSlot
+from mechdae.describe.joints.pairs import Prismatic as Prismatic
+from mechdae.describe.joints.pairs import Revolute as Revolute
+from mechdae.describe.joints.pairs import Weld as Weld
+from mechdae.describe.joints.spatial import Cylindrical as Cylindrical
+from mechdae.describe.joints.spatial import PlanarPair as PlanarPair
+from mechdae.describe.joints.spatial import Screw as Screw
+from mechdae.describe.joints.spatial import SpatialGear as SpatialGear
+from mechdae.describe.joints.spatial import SpatialPrismatic as SpatialPrismatic
+from mechdae.describe.joints.spatial import SpatialRack as SpatialRack
+from mechdae.describe.joints.spatial import SpatialRevolute as SpatialRevolute
+from mechdae.describe.joints.spatial import SpatialWeld as SpatialWeld
+from mechdae.describe.joints.spatial import Spherical as Spherical
+from mechdae.describe.joints.spatial import Universal as Universal
+from mechdae.describe.joints.wheels import Belt as Belt
+from mechdae.describe.joints.wheels import FrictionWheel as FrictionWheel
+from mechdae.describe.joints.wheels import Gear as Gear
+from mechdae.describe.joints.wheels import Rack as Rack
+from mechdae.describe.loads import Force as Force
+from mechdae.describe.loads import Resistance as Resistance
+from mechdae.describe.loads import Spring as Spring
+from mechdae.describe.loads import TableLoad as TableLoad
+from mechdae.describe.loads import TimeTable as TimeTable
+from mechdae.describe.loads import Torque as Torque
+from mechdae.describe.mechanism import Body as Body
+from mechdae.describe.mechanism import Ground as Ground
+from mechdae.describe.mechanism import Mechanism as Mechanism
+from mechdae.describe.tasks.kinds import Driver as Driver
+from mechdae.describe.tasks.kinds import Modes as Modes
+from mechdae.describe.tasks.kinds import Sweep as Sweep
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.tasks.motion import Equilibrium as Equilibrium
+from mechdae.describe.tasks.motion import Motion as Motion
+from mechdae.describe.tasks.reactions import Reactions as Reactions
+from mechdae.describe.tasks.studies import Sensitivity as Sensitivity
+from mechdae.describe.tasks.studies import Study as Study
+from mechdae.describe.tasks.synthesis import Synthesis as Synthesis
+from mechdae.describe.values import Number
+from mechdae.describe.vectors.expand import from_loops as from_loops
+from mechdae.describe.vectors.values import Node as Node
+from mechdae.describe.vectors.values import Vector as Vector
+from mechdae.design.derivatives.function import function as function
+from mechdae.draw import plot as plot
+from mechdae.errors import AssemblyError as AssemblyError
+from mechdae.errors import InconsistentStartError as InconsistentStartError
+from mechdae.errors import IndeterminateFrictionError as IndeterminateFrictionError
+from mechdae.errors import InfeasibleMotionError as InfeasibleMotionError
+from mechdae.errors import InputError as InputError
+from mechdae.errors import MechanismError as MechanismError
+from mechdae.errors import MechdaeError as MechdaeError
+from mechdae.errors import ProblemFileError as ProblemFileError
+from mechdae.errors import SingularMassError as SingularMassError
+from mechdae.errors import SolveError as SolveError
+from mechdae.errors import UnavailableError as UnavailableError
+from mechdae.errors import UnknownName as UnknownName
+from mechdae.motion.cases.open.open_mechanism import opened as opened
+from mechdae.numerics.homotopy.platforms import platform_poses as platform_poses
+from mechdae.numerics.homotopy.six_axes import arm_poses as arm_poses
+from mechdae.parts.exchange import Exported as Exported
+from mechdae.parts.exchange import exported as exported
+from mechdae.parts.exchange import imported as imported
+from mechdae.parts.page import Page as Page
+from mechdae.parts.page import page as page
+from mechdae.parts.paper.assignments import Assignment as Assignment
+from mechdae.parts.paper.assignments import Assignments as Assignments
+from mechdae.parts.paper.assignments import assign as assign
+from mechdae.parts.paper.explanations import Explanation as Explanation
+from mechdae.parts.paper.explanations import explain as explain
+from mechdae.parts.paper.reports import Report as Report
+from mechdae.parts.paper.reports import report as report
+from mechdae.parts.proof import certify as certify
+from mechdae.parts.proof import check_certificate as check_certificate
+from mechdae.parts.types.chains.chains import KinematicChain as KinematicChain
+from mechdae.parts.types.chains.chains import assur_groups as assur_groups
+from mechdae.parts.types.chains.chains import chains as chains
+from mechdae.parts.types.chains.chains import count_chains as count_chains
+from mechdae.parts.types.chains.mechanisms import mechanism_of as mechanism_of
+from mechdae.parts.types.chains.mechanisms import problem_of as problem_of
+from mechdae.parts.types.chains.variants.scheme import Variant as Variant
+from mechdae.parts.types.described.task import Composition as Composition
+from mechdae.parts.types.described.task import CurveGoal as CurveGoal
+from mechdae.parts.types.ranking.rank import Ranking as Ranking
+from mechdae.parts.types.ranking.rank import rank as rank
+from mechdae.parts.types.ranking.variants import count_variants as count_variants
+from mechdae.parts.types.ranking.variants import variants as variants
+from mechdae.results import EquilibriumResult as EquilibriumResult
+from mechdae.results import ModesResult as ModesResult
+from mechdae.results import MotionResult as MotionResult
+from mechdae.results import ReactionsResult as ReactionsResult
+from mechdae.results import Result as Result
+from mechdae.results import SensitivityResult as SensitivityResult
+from mechdae.results import Status as Status
+from mechdae.results import StudyResult as StudyResult
+from mechdae.results import SweepResult as SweepResult
+from mechdae.results import SynthesisResult as SynthesisResult
+from mechdae.tasks.designing import synthesize as synthesize
+from mechdae.tasks.export.folder import StoredResults as StoredResults
+from mechdae.tasks.export.folder import read as read
+from mechdae.tasks.export.folder import save as save
+from mechdae.tasks.parameter_studies import screen as screen
+from mechdae.tasks.parameter_studies import study as study
+from mechdae.tasks.solver import Solver as Solver
+
+__version__: str
+PARTS: tuple[str, ...]
+CASES: dict[str, str]
+__all__ = [
+    "AssemblyError",
+    "Assignment",
+    "Assignments",
+    "Belt",
+    "Body",
+    "Composition",
+    "Curve",
+    "CurveGoal",
+    "Cylindrical",
+    "Distance",
+    "Driver",
+    "Equilibrium",
+    "EquilibriumResult",
+    "Expected",
+    "Explanation",
+    "Exported",
+    "Force",
+    "FrictionWheel",
+    "Gear",
+    "Ground",
+    "InconsistentStartError",
+    "IndeterminateFrictionError",
+    "InfeasibleMotionError",
+    "InputError",
+    "KinematicChain",
+    "Mechanism",
+    "MechanismError",
+    "MechdaeError",
+    "Modes",
+    "ModesResult",
+    "Motion",
+    "MotionResult",
+    "Node",
+    "Page",
+    "PinInSlot",
+    "PlanarPair",
+    "Prismatic",
+    "Problem",
+    "ProblemFileError",
+    "Rack",
+    "Ranking",
+    "Reactions",
+    "ReactionsResult",
+    "Report",
+    "Resistance",
+    "Result",
+    "Revolute",
+    "Screw",
+    "Sensitivity",
+    "SensitivityResult",
+    "SingularMassError",
+    "SolveError",
+    "Solver",
+    "SpatialGear",
+    "SpatialPrismatic",
+    "SpatialRack",
+    "SpatialRevolute",
+    "SpatialWeld",
+    "Spherical",
+    "Spring",
+    "Status",
+    "StoredResults",
+    "Study",
+    "StudyResult",
+    "Sweep",
+    "SweepResult",
+    "Synthesis",
+    "SynthesisResult",
+    "TableLoad",
+    "TimeTable",
+    "Torque",
+    "UnavailableError",
+    "Universal",
+    "UnknownName",
+    "Variant",
+    "Vector",
+    "Weld",
+    "__version__",
+    "arm_poses",
+    "assign",
+    "assur_groups",
+    "certify",
+    "chains",
+    "check_certificate",
+    "count_chains",
+    "count_variants",
+    "dump",
+    "dumps",
+    "explain",
+    "exported",
+    "from_loops",
+    "function",
+    "imported",
+    "load",
+    "mechanism_of",
+    "opened",
+    "page",
+    "platform_poses",
+    "plot",
+    "problem_of",
+    "rank",
+    "read",
+    "report",
+    "save",
+    "screen",
+    "solve",
+    "study",
+    "synthesize",
+    "variants",
+]
+
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Reactions,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> ReactionsResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Modes,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> ModesResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Sweep,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> SweepResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Composition,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> SynthesisResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Equilibrium,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> EquilibriumResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Motion,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> MotionResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Sensitivity,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> SensitivityResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Study,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> StudyResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Synthesis,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> SynthesisResult: ...
+@overload
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Task | str | None = None,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Result: ...
