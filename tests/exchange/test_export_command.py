@@ -23,7 +23,7 @@ def test_the_same_bytes_twice(form: str, tmp_path: Path, capsys) -> None:
     assert out.split()[0] == str(one)
     assert run(capsys, *words, str(two))[0] == 0
     assert one.read_bytes() == two.read_bytes()
-    assert len(list(tmp_path.iterdir())) == (4 if form == "urdf" else 2)
+    assert len(list(tmp_path.iterdir())) == (4 if form in ("urdf", "c") else 2)
 
 
 @pytest.mark.parametrize(
@@ -60,6 +60,8 @@ def test_files_that_are_there_stay(tmp_path: Path, capsys) -> None:
     assert run(capsys, *words, "--overwrite")[0] == 0
     assert side.read_text() != "mine"
     assert run(capsys, "export", "slider-crank", "--format", "c", "--out", str(tmp_path))[0] == 2
+    words = ("export", "slider-crank", "--format", "c", "--out", str(tmp_path / "crank.h"))
+    assert "another file of this export" in run(capsys, *words)[2]
     gone = str(tmp_path / "none" / "x.c")
     code, _, err = run(capsys, "export", "slider-crank", "--format", "c", "--out", gone)
     assert code == 2

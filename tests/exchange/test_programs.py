@@ -1,10 +1,8 @@
-"""Kernels in C and JavaScript against Python at 200 poses, and with other numbers."""
+"""Kernels in C and JavaScript against Python at random poses, with limits and other numbers."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -12,36 +10,25 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from tests.shared.c_kernels import Kernel, Rows, needs_gcc, walked
 from tests.shared.exports import motion
 from tests.shared.node import needs_node, run_script
 
-GCC = shutil.which("gcc")
-needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc")
 SAMPLE = ("four-bar-crank-rocker", "gorshkov-seven-link", "rssr")
 EQUAL = 1e-13
-MAIN = """\
-#include <stdio.h>
-#include "kernel.c"
-int main(void) {
-  static NAME m;
-  double y[3][NAME_N_Y], s, theta[NAME_N_THETA + 1];
-  int i, k, code;
-  if (NAME_start(&m)) return 3;
-  if (scanf("%d", &code) != 1) return 4;
-  if (code) {
-    for (i = 0; i < NAME_N_THETA; i++) if (scanf("%lf", &theta[i]) != 1) return 4;
-    code = NAME_set(&m, theta);
-    printf("%d\\n", code);
-  }
-  while (scanf("%lf", &s) == 1) {
-    code = NAME_pose(&m, s, y[0], y[1], y[2]);
-    printf("%d", code);
-    for (k = 0; k < 3; k++) for (i = 0; i < NAME_N_Y; i++) printf(" %.17g", y[k][i]);
-    printf("\\n");
-  }
-  return 0;
-}
-"""
+TWENTY = (
+    ("gorshkov-seven-link", None, 0.3), ("jansen-leg", None, 0.3), ("watt-six-bar", None, 0.3),
+    ("geared-five-bar", None, 0.3), ("slider-crank", None, 0.3), ("klann-leg", None, 0.3),
+    ("triad-six-modes", None, 0.3), ("toggle-press", None, 0.3), ("belt-drive", None, 0.3),
+    ("spur-gears-idler", None, 0.3), ("differential", None, 0.3), ("rssr", None, 0.3),
+    ("rssp", None, 0.3), ("cardan-joint", None, 0.3), ("bevel-differential", None, 0.3),
+    ("pantograph", "circle", 0.3), ("five-bar-robot", "forward", 0.3), ("delta-robot", None, 0.1),
+    ("hexapod", "inverse", 0.05), ("hexapod", "forward", 0.05),
+)  # fmt: skip
+"""Mechanisms of plane and space, of one driver and several; how far they are moved about."""
+FAST = (("four-bar-crank-rocker", None, 0.3), ("five-bar-robot", "circle", 0.3))
+LONG = ("forward", 0.05)
+"""A kernel of a million characters, which sanitizers take minutes to compile."""
 
 
 def places(name: str) -> Any:
@@ -66,67 +53,65 @@ def agree(found: Any, known: list[Any]) -> None:
         assert np.abs(one - other).max() <= EQUAL * np.abs(other).max(), order
 
 
-@pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """Return a function that compiles the kernel of a problem, once."""
-    made: dict[str, Path] = {}
+@needs_gcc
+@pytest.mark.parametrize(
+    ("name", "task", "length"),
+    [*FAST, *(pytest.param(*case, marks=pytest.mark.slow) for case in TWENTY)],
+)
+def test_c_agrees_at_random_poses(
+    name: str, task: str | None, length: float, tmp_path: Path
+) -> None:
+    """Outputs, rates, derivatives by the drivers, bounds and codes of a walk in Python."""
+    walk = walked(name, task, 50, length)
+    kernel = Kernel(name, task, tmp_path, sanitized=(task, length) != LONG)
+    found, known = kernel.rows(walk.u, walk.du, walk.ddu), walk.rows
+    assert found.codes == known.codes
+    proved = np.array(found.codes) == 0
+    assert proved.sum() > 30
+    ours, theirs = ([*rows.y, rows.jacobian] for rows in (found, known))
+    agree([part[proved] for part in ours], [part[proved] for part in theirs])
+    off = np.abs(found.y[0] - known.y[0])[proved]
+    assert (off <= 2 * found.error[proved]).all()
+    assert found.error[proved].max() <= 1e3 * max(known.error[proved].max(initial=0), 1e-15)
+    # sizes that bounds hold for are those of the whole task, or of one pose
+    assert (np.abs(np.log2(found.condition / known.condition))[proved] < 1.5).all()
+    assert np.isnan([part[~proved] for part in found.y]).all()
+    assert (found.share[~proved] < 1).all()
 
-    def build(name: str) -> Path:
-        if name not in made:
-            folder = tmp_path_factory.mktemp("c")
-            md.exported(name, "c").save(folder / "kernel.c")
-            text = MAIN.replace("NAME", re.sub(r"\W", "_", name))
-            (folder / "main.c").write_text(text)
-            words = ["-std=c99", "-pedantic", "-Wall", "-Werror", "-O1", "main.c", "-o", "main"]
-            done = subprocess.run(
-                [GCC, *words, "-lm"], cwd=folder, capture_output=True, text=True, check=False
-            )
-            assert done.returncode == 0, done.stderr
-            made[name] = folder / "main"
-        return made[name]
 
-    return build
-
-
-def run_c(program: Path, s: Any, theta: Any = None) -> tuple[int, list[int], list[Any]]:
-    """Return the code of the new numbers, those of the poses, and y, y', y''."""
-    numbers = [0] if theta is None else [1, *theta]
-    words = "\n".join(repr(float(v)) if k else str(v) for k, v in enumerate([*numbers, *s]))
-    done = subprocess.run([str(program)], input=words, capture_output=True, text=True, check=True)
-    lines = done.stdout.splitlines()
-    code = 0 if theta is None else int(lines.pop(0))
-    table = np.array([[float(word) for word in line.split()] for line in lines])
-    codes = table[:, 0].astype(int).tolist()
-    return code, codes, np.split(table[:, 1:], 3, axis=1)
+def moved(kernel: Kernel, s: Any, theta: list[float] | None = None) -> Rows:
+    """Return poses of one driver with derivatives by its value."""
+    return kernel.rows(np.array(s), np.ones(len(s)), np.zeros(len(s)), theta)
 
 
 @needs_gcc
-@pytest.mark.parametrize("name", SAMPLE)
-def test_c_agrees_at_200_poses(name: str, program: Any) -> None:
-    s = places(name)
-    _, codes, found = run_c(program(name), s)
-    assert set(codes) == {0}
-    agree(found, ours(name, s))
-
-
-@needs_gcc
-def test_c_stops_at_a_limit_position(program: Any) -> None:
+def test_c_stops_at_a_limit_position(tmp_path: Path) -> None:
     low, high = motion("gorshkov-seven-link").result.summary["limits"]
-    _, codes, _ = run_c(program("gorshkov-seven-link"), [high - 1e-3, high + 1e-3, low + 1e-3])
-    assert codes == [0, 1, 0]
+    kernel = Kernel("gorshkov-seven-link", None, tmp_path)
+    near = [high - 1e-3, high + 1e-3, low + 1e-3, np.nan, low + 2e-3]
+    rows = moved(kernel, near)
+    assert rows.codes == [0, 1, 0, 2, 0]
+    assert 0.4 < rows.share[1] < 0.6  # the limit is in the middle of that way
+    s = places("gorshkov-seven-link")
+    rows = moved(kernel, s)
+    assert set(rows.codes) == {0}
+    agree(rows.y, ours("gorshkov-seven-link", s))
 
 
 @needs_gcc
-def test_c_with_other_numbers(program: Any) -> None:
+def test_c_with_other_numbers(tmp_path: Path) -> None:
     name = "four-bar-crank-rocker"
+    kernel = Kernel(name, None, tmp_path)
     theta, changed = other_numbers(name)
-    code, codes, found = run_c(program(name), [0.3, 1.0, 2.5, 5.0], theta)
-    assert (code, set(codes)) == (0, {0})
-    agree(found[:1], [columns(name, changed, [0.3, 1.0, 2.5, 5.0])])
+    rows = moved(kernel, [0.3, 1.0, 2.5, 5.0], theta)
+    assert (kernel.set, set(rows.codes)) == (0, {0})
+    agree(rows.y[:1], [columns(name, changed, [0.3, 1.0, 2.5, 5.0])])
     theta = [100.0 if own == changed["b"] else own for own in theta]  # it does not assemble
-    code, codes, found = run_c(program(name), places(name), theta)
-    assert (code, set(codes)) == (1, {0})
-    agree(found, ours(name, places(name)))
+    rows = moved(kernel, places(name), theta)
+    assert (kernel.set, set(rows.codes)) == (1, {0})
+    agree(rows.y, ours(name, places(name)))
+    moved(kernel, [0.3], [np.nan] * len(theta))
+    assert kernel.set == 2
 
 
 def other_numbers(name: str) -> tuple[list[float], dict[str, float]]:
@@ -173,6 +158,35 @@ def test_javascript_agrees_at_200_poses(name: str, tmp_path: Path) -> None:
 
 
 @needs_node
+def test_javascript_of_several_drivers(tmp_path: Path) -> None:
+    """As in Python; what is refused leaves the pose, numbers may change, bounds hold."""
+    walk = walked("five-bar-robot", "circle", 50)
+    md.exported("five-bar-robot", "js", "circle").save(tmp_path / "kernel.mjs")
+    given = [part.tolist() for part in (walk.u, walk.du, walk.ddu)]
+    text = (
+        'import { Mechanism, info } from "./kernel.mjs";\n'
+        f"const m = new Mechanism(), [u, du, ddu] = {given};\n"
+        "const poses = u.map((v, k) => [m.pose(v, du[k], ddu[k]), m.jacobian()]);\n"
+        "const out = m.pose([0.1, 5]), wild = m.pose([NaN, 0]);\n"
+        "const back = m.pose(u[49], du[49], ddu[49]);\n"
+        "const set = [m.set({ b: 0.31 }), m.set({ b: 0.3 }), m.set({ b: 9 }), m.pose(u[49]).y];\n"
+        "console.log(JSON.stringify([info, poses, [out, wild, back], set]));\n"
+    )
+    info, poses, (out, wild, back), [there, here, far, same] = run_script(text, tmp_path)
+    assert [driver["name"] for driver in info["drivers"]] == ["tip.P.x", "tip.P.y"]
+    assert {pose["status"] for pose, _ in poses} == {"ok"}
+    found = [[pose[key] for pose, _ in poses] for key in ("y", "dy", "ddy")]
+    jacobians = [jacobian for _, jacobian in poses]
+    agree([np.array(part) for part in [*found, jacobians]], [*walk.rows.y, walk.rows.jacobian])
+    assert 0 < max(pose["bound"]["length"] for pose, _ in poses) < 1e-12
+    assert (out["status"], wild["status"], out["y"]) == ("unassembled", "unassembled", None)
+    assert 0 < out["share"] < 1
+    assert back["y"] == pytest.approx(poses[49][0]["y"], abs=1e-14)
+    assert (there, here, far) == (True, True, False)
+    assert same == pytest.approx(back["y"], abs=1e-13)
+
+
+@needs_node
 def test_javascript_with_other_numbers_and_rates_in_time(tmp_path: Path) -> None:
     name = "four-bar-crank-rocker"
     md.exported(name, "js").save(tmp_path / "kernel.mjs")
@@ -211,10 +225,8 @@ def test_headers_say_inputs_outputs_units() -> None:
     ("name", "words"),
     [
         ("cam-roller-follower", "no kernel of this task: its curves touch"),
-        ("pendulum", "a kernel is made of a task with one driver"),
+        ("pendulum", "no kernel of this task: no driver is moved by its value"),
         ("bennett", "it has superfluous equations"),
-        ("five-bar-robot", "one driver"),
-        ("spur-gears-idler", "nothing is left to be solved"),
     ],
 )
 def test_what_is_no_kernel_is_refused(name: str, words: str) -> None:

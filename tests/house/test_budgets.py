@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_090,
     "cli": 1_490,
-    "parts": 24_590,  # what a page teaches by
+    "parts": 24_740,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 808
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_150
+TOTAL = 132_300
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

@@ -45,7 +45,8 @@ class Exported:
     format
         One of `FORMATS`.
     files
-        Texts by what is put behind the name of the file: "" is the file itself.
+        Texts by what is put behind the name of the file: "" is the file itself; without a point
+        it takes the place of the name's ending.
     """
 
     format: str
@@ -87,7 +88,14 @@ def places(path: str | Path, files: Mapping[str, str], overwrite: bool) -> list[
         raise InputError("not the name of a file", where=str(path))
     if not target.parent.is_dir():
         raise InputError("no such folder", where=str(target.parent))
-    targets = [target.with_name(target.name + ending) for ending in files]
+    targets = [
+        target.with_suffix(f".{ending}")
+        if ending and not ending.startswith(".")
+        else target.with_name(target.name + ending)
+        for ending in files
+    ]
+    if len({*targets}) < len(targets):
+        raise InputError("the name of another file of this export", where=str(target))
     for file in targets:
         if file.is_dir():
             raise InputError("is a folder", where=str(file))

@@ -74,7 +74,7 @@ def kernels(
     """
     names = ca.SX.sym("names", len(sliders))
     numbers = ca.Function("numbers", [names], [parameters_of(model, sliders, names)])
-    rows, columns, slopes = _slopes(graphs)
+    rows, columns, slopes = slopes_of(graphs)
     scene, space = graphs.scene, model.mechanism
     fixed = [model.point(f"{GROUND}.{name}") for name in space.ground.points]
     ground = ca.Function("ground", [graphs.p], [ca.vertcat(ca.SX(0, 1), *fixed)])
@@ -146,7 +146,7 @@ def bounded_of(outputs: Outputs) -> dict[str, list[int]]:
     }
 
 
-def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Graph]:
+def slopes_of(graphs: Graphs) -> tuple[list[int], list[int], Graph]:
     """Return bounds of the outputs' slopes with their places, and of their rounding."""
     function = graphs.output_bounds
     at = function.sx_in()

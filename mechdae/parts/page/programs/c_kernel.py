@@ -1,4 +1,4 @@
-"""Kernels as C: the functions printed by casadi, and a short program that follows the path."""
+"""Kernels as C: printed functions, and a short program that follows the path."""
 
 from __future__ import annotations
 
@@ -7,98 +7,153 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import casadi as ca
+import numpy as np
 
 from mechdae.errors import UnavailableError
+from mechdae.motion.continuation.evaluate import Evaluator
+from mechdae.motion.continuation.legs import SHARE
+from mechdae.parts.page.live import numbers_of, slopes_of
+from mechdae.parts.page.programs.javascript import OPERATIONS, Language, NotPrintable, printed
 from mechdae.parts.page.programs.kernel_functions import KernelSource, head_lines, kernel_source
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Graph
 
-FUNCTIONS = ("numbers", "constants", "advance", "pose")
-PROGRAM = Path(__file__).with_name("follower.c.txt")
-"""What follows the path; NAME stands for the mechanism, @WORD@ for numbers."""
+HEADER, CALLS, PROGRAM = (
+    Path(__file__).with_name(name)
+    for name in ("mechanism.h.txt", "kernels.c.txt", "follower.c.txt")
+)
+"""What others include, what kernels call, what follows the path: NAME is the mechanism, @WORD@
+text or numbers."""
+SINGLE = """
+/* The same of the one driver with derivatives by its value s. */
+int NAME_pose(NAME *m, double s, double *y, double *dy, double *ddy)"""
+C = Language(
+    "C",
+    {
+        code: text.replace("Math.", "").replace("===", "==").replace("!==", "!=")
+        for code, text in OPERATIONS.items()
+    }
+    | {
+        ca.OP_FABS: "fabs({0})",
+        ca.OP_FMIN: "NAME_least({0},{1})",
+        ca.OP_FMAX: "NAME_most({0},{1})",
+        ca.OP_SIGN: "NAME_sign({0})",
+        ca.OP_SQ: "NAME_sq({0})",
+        ca.OP_FMOD: "fmod({0},{1})",
+    },
+    "static void {}(double *M) {{ (void) M;",
+    "double",
+    True,
+    ("NAN", "INFINITY"),
+)
 
 
 def c(motion: ExportedMotion) -> dict[str, str]:
-    """Return the files of a motion's kernels by their endings: one C file without a library.
+    """Return the files of a motion's kernels: a C file that needs no other, and its header.
 
     Raises
     ------
-    InputError
-        A task without one driver.
     UnavailableError
         A task that cannot be followed by proved steps alone.
     """
     source = kernel_source(motion)
-    if not source.setting.graphs.nx:
-        raise UnavailableError(
-            "nothing is left to be solved: all follows from the driver by formulas",
-            where=f"tasks.{motion.task}",
-            hint="export --format js",
-        )
     name = re.sub(r"\W", "_", motion.problem.name)
     name = name if name[:1].isalpha() else f"m_{name}"
-    functions = source.functions(FUNCTIONS)
+    rows, columns, slopes = slopes_of(source.graphs)
+    functions = source.functions() | {"slopes": slopes}
+    parts = _parts(source, functions) | {
+        "ROWS": _row([*rows, 0]),
+        "COLUMNS": _row([*columns, 0]),
+        "N_SLOPES": str(len(rows)),
+    }
+    one = source.graphs.nu == 1
+    declared = _filled(HEADER, parts | {"SINGLE": f"{SINGLE};\n" if one else ""})
+    sent = " {\n  const double one = 1;\n  return NAME_track(m, &s, &one, 0, y, dy, ddy);\n}\n"
+    program = _filled(
+        PROGRAM, parts | {"SINGLE": SINGLE.partition("*/\n")[2] + sent if one else ""}
+    )
     head = "".join(f" * {line}".rstrip() + "\n" for line in head_lines(source))
     usage = (
-        f" *\n * {name} m; {name}_start(&m);\n"
-        f" * {name}_pose(&m, s, y, dy, ddy); {name}_set(&m, theta);\n"
-        " * Each returns 0 where the pose is proved. C99, no library but the mathematical one.\n"
+        " *\n * NAME m; NAME_start(&m); NAME_track(&m, u, du, ddu, y, dy, ddy);\n"
+        " * C99, no library but the mathematical one; no memory but the caller's and the stack.\n"
     )
-    printed = _printed(functions, name)
-    text = f"/*\n{head}{usage} */\n{_sizes(source, functions, name)}\n{printed}\n"
-    return {"": text + _program(source, name)}
+    calls = CALLS.read_text(encoding="utf-8")
+    texts = {
+        "": f"/*\n{head}{usage} */\n{declared}\n{calls}\n{_printed(functions)}\n{program}",
+        "h": f"/* The kernel of {motion.problem.name}: its C file says what goes in and out. */\n"
+        + declared,
+    }
+    return {ending: re.sub(r"\bNAME(?=_|\b)", name, text) for ending, text in texts.items()}
 
 
-def _printed(functions: dict[str, Graph], name: str) -> str:
-    """Return the functions in C, each with a call that brings its work vectors."""
-    generator = ca.CodeGenerator(f"{name}.c", {"with_header": False, "casadi_int": "long long int"})
+def _filled(template: Path, parts: dict[str, str]) -> str:
+    """Return a template with its parts."""
+    text = template.read_text(encoding="utf-8")
+    return re.sub(r"@(\w+)@", lambda found: parts[found[1]], text)
+
+
+def _printed(functions: dict[str, Graph]) -> str:
+    """Return the functions in C, each with a call that brings its memory.
+
+    Raises
+    ------
+    UnavailableError
+        An operation that C has not.
+    """
+    texts = []
     for part, function in functions.items():
-        given = function.sx_in()
-        generator.add(ca.Function(f"{name}_{part}_kernel", given, function.call(given)))
-    text = str(generator.dump())
-    calls = []
-    for part, function in functions.items():
-        kernel = f"{name}_{part}_kernel"
-        calls.append(
-            f"static void {name}_call_{part}(const double **given, double **found) {{\n"
-            f"  const double *arg[{function.sz_arg()}];\n  double *res[{function.sz_res()}];\n"
-            f"  casadi_int iw[{function.sz_iw() + 1}];\n"
-            f"  double w[{function.sz_w() + 1}];\n  int i;\n"
-            f"  for (i = 0; i < {function.n_in()}; i++) arg[i] = given[i];\n"
-            f"  for (i = 0; i < {function.n_out()}; i++) res[i] = found[i];\n"
-            f"  {kernel}(arg, res, iw, w, 0);\n}}\n"
+        try:
+            kernel = printed(function, f"NAME_{part}_kernel", C)
+        except NotPrintable as error:
+            raise UnavailableError(str(error), hint="export --format js") from None
+        sizes = [count for _, count in kernel.inputs] + [-1] + [n for _, n in kernel.outputs] + [-1]
+        texts.append(
+            f"{kernel.text}static void NAME_call_{part}(const double *const *given, "
+            "double *const *found) {\n"
+            f"  static const int size[] = {{{_row(sizes)}}};\n  double M[{kernel.size + 1}];\n"
+            f"  NAME_run(NAME_{part}_kernel, size, M, given, found);\n}}\n"
         )
-    return text + "\n" + "\n".join(calls)
+    return "\n".join(texts)
 
 
-def _sizes(source: KernelSource, functions: dict[str, Graph], name: str) -> str:
-    graphs = source.setting.graphs
+def _parts(source: KernelSource, functions: dict[str, Graph]) -> dict[str, str]:
+    """Return what stands in the templates."""
+    graphs, setting = source.graphs, source.setting
+    start, poses = numbers_of(setting, source.run), Evaluator(graphs, setting.outputs)
+    columns, rows = graphs.units(start["scale"], graphs.scene.model.p_values)
+    adjugate = [graphs.blocks[b].rows if b in graphs.adjugates else 0 for b in range(graphs.nb)]
+    units = [float(np.prod(r) / np.prod(c)) for r, c in zip(rows, columns, strict=True)]
+    far = [1e300 if value is None else value for value in start["far"]]
     counts = {
         "N_THETA": len(source.inputs),
-        "N_Y": functions["pose"].numel_out(5),
+        "N_U": graphs.nu,
+        "N_Y": graphs.ny,
         "N_X": graphs.nx,
         "N_BLOCKS": graphs.nb,
         "N_P": functions["numbers"].numel_out(0),
     }
-    return "".join(f"#define {name}_{word} {count}\n" for word, count in counts.items())
-
-
-def _program(source: KernelSource, name: str) -> str:
-    start = source.start
-    far = [1e300 if value is None else value for value in start["far"]]
-    parts = {
-        "THETA": _row([*[value for _, _, value in source.inputs], 0.0]),
-        "X0": _row(start["x"]),
-        "SIZE_X": _row(start["size_x"]),
-        "FAR": _row(far),
-        "S0": repr(float(start["s"])),
-        "LARGEST": repr(float(start["largest"])),
-        "SIZE_U": repr(float(start["size_u"][0])),
-        "SCALE": repr(float(start["scale"])),
+    numbers: dict[str, Iterable[float]] = {
+        "THETA": [value for _, _, value in source.inputs],
+        "X0": start["x"],
+        "SIZE_X": start["size_x"],
+        "FAR": far,
+        "ANGLE": poses.angles.astype(int),
+        "LENGTHS": poses.lengths.astype(int),
+        "TURNING": poses.turning.astype(int),
+        "TELLS": poses.sign_tells.astype(int),
+        "ADJUGATE": adjugate,
+        "DET": units,
     }
-    text = re.sub(r"@(\w+)@", lambda found: parts[found[1]], PROGRAM.read_text(encoding="utf-8"))
-    return re.sub(r"\bNAME(?=_|\b)", name, text)
+    return {
+        "SIZES": "".join(f"#define NAME_{part} {count}\n" for part, count in counts.items()),
+        "U0": _row(driver.value for driver in source.drivers),
+        "UNIT_U": _row(driver.size for driver in source.drivers),
+        "SIZE_U": _row(start["size_u"]),
+        "SCALE": repr(float(start["scale"])),
+        "LARGEST": repr(SHARE),
+        **{part: _row([*values, 0]) for part, values in numbers.items()},
+    }
 
 
 def _row(values: Iterable[float]) -> str:
-    return ", ".join(repr(float(value)) for value in values)
+    return ", ".join(repr(int(v) if v == int(v) and abs(v) < 1e9 else float(v)) for v in values)

@@ -1,7 +1,7 @@
-"""A casadi SX function as JavaScript text: the same operations in the same order.
+"""A casadi SX function as text of a language: the same operations in the same order.
 
 Arithmetic is IEEE double in both; sine, cosine and powers may differ in the last bit. A kernel
-works on one ``Float64Array``: inputs, then outputs, then values that pass from one piece to the
+works on one array of doubles: inputs, then outputs, then values that pass from one piece to the
 next. Long functions are printed in pieces, because engines do not optimise very long ones.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 import math
 import re
+from collections.abc import Mapping
 
 import casadi as ca
 
@@ -83,7 +84,38 @@ const copysign = (a, b) => (b < 0 || Object.is(b, -0) ? -Math.abs(a) : Math.abs(
 
 
 class NotPrintable(Exception):
-    """A function holds an operation that JavaScript does not have."""
+    """A function holds an operation that the language does not have."""
+
+
+@dataclass(frozen=True)
+class Language:
+    """How a language writes kernels.
+
+    Attributes
+    ----------
+    operations
+        What each operation is.
+    opens
+        What a function begins with, its name in braces.
+    declares
+        The word before names of values.
+    decimal
+        Whether whole numbers have a point.
+    special
+        What is written for nan and infinity.
+    """
+
+    name: str
+    operations: Mapping[int, str]
+    opens: str
+    declares: str
+    decimal: bool
+    special: tuple[str, str]
+
+
+JAVASCRIPT = Language(
+    "JavaScript", OPERATIONS, "function {}(M){{", "let", False, ("NaN", "Infinity")
+)
 
 
 @dataclass(frozen=True)
@@ -93,7 +125,7 @@ class Printed:
     Attributes
     ----------
     text
-        Definition of a JavaScript function of one ``Float64Array``.
+        Definition of a function of one array.
     inputs, outputs
         Where each begins, and its number of entries.
     size
@@ -106,35 +138,35 @@ class Printed:
     size: int
 
 
-def supported(function: Graph) -> bool:
+def supported(function: Graph, language: Language = JAVASCRIPT) -> bool:
     """Return whether every operation of the function can be printed."""
-    known = {*OPERATIONS, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
+    known = {*language.operations, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
     return function.is_a("SXFunction") and all(
         function.instruction_id(k) in known for k in range(function.n_instructions())
     )
 
 
-def printed(function: Graph, name: str) -> Printed:
-    """Return a function with dense outputs as JavaScript.
+def printed(function: Graph, name: str, language: Language = JAVASCRIPT) -> Printed:
+    """Return a function with dense outputs as text.
 
     Parameters
     ----------
     function
         An SX function; sparse outputs are printed densely.
     name
-        Of the JavaScript function.
+        Of the printed function.
 
     Raises
     ------
     NotPrintable
-        An operation that JavaScript does not have.
+        An operation that the language does not have.
     """
     arguments = function.sx_in()
     results = [ca.densify(part) for part in function.call(arguments)]
     function = ca.Function(name, arguments, results)
-    if not supported(function):
-        raise NotPrintable(f"{name} holds an operation that cannot be printed as JavaScript")
-    return _Printer(function, name).result()
+    if not supported(function, language):
+        raise NotPrintable(f"{name} holds an operation that cannot be printed as {language.name}")
+    return _Printer(function, name, language).result()
 
 
 @dataclass
@@ -153,8 +185,8 @@ class _Value:
 class _Printer:
     """Prints one function; values are numbered in the order of the instructions."""
 
-    def __init__(self, function: Graph, name: str) -> None:
-        self.function, self.name = function, name
+    def __init__(self, function: Graph, name: str, language: Language) -> None:
+        self.function, self.name, self.language = function, name, language
         counts = [function.numel_in(i) for i in range(function.n_in())]
         results = [function.numel_out(i) for i in range(function.n_out())]
         begins = [sum([*counts, *results][:k]) for k in range(len(counts) + len(results))]
@@ -181,7 +213,7 @@ class _Printer:
             if code == ca.OP_INPUT:
                 entry = _Value(f"M[{self.inputs[source[0]][0] + source[1]}]")
             elif code == ca.OP_CONST:
-                entry = _Value(_number(f.instruction_constant(k)))
+                entry = _Value(_number(f.instruction_constant(k), self.language))
             elif code == ca.OP_OUTPUT:
                 value = self.values[place[source[0]]]
                 value.uses, value.last = value.uses + 1, max(value.last, piece)
@@ -209,21 +241,22 @@ class _Printer:
                 to, _, piece = stores[at]
                 bodies[piece].append(_Statement(f"M[{to}]", self._use(number, piece)))
                 at += 1
+        opens, declares = self.language.opens, self.language.declares
         if self.pieces == 1:
-            text = f"function {self.name}(M){{\n{_written(bodies[0])}}}\n"
+            text = f"{opens.format(self.name)}\n{_written(bodies[0], declares)}}}\n"
         else:
             parts = [
-                f"function {self.name}_{k}(M){{\n{_written(body)}}}\n"
+                f"{opens.format(f'{self.name}_{k}')}\n{_written(body, declares)}}}\n"
                 for k, body in enumerate(bodies)
             ]
             calls = "".join(f"{self.name}_{k}(M);" for k in range(self.pieces))
-            text = "".join(parts) + f"function {self.name}(M){{{calls}}}\n"
+            text = "".join(parts) + f"{opens.format(self.name)}{calls}}}\n"
         return Printed(text, self.inputs, self.outputs, self.size)
 
     def _put(self, number: int, value: _Value, bodies: list[list[_Statement]]) -> None:
         """Keep an operation's text until it is used once, else give the value a name."""
         sources = [self._use(i, value.piece) for i in value.sources]
-        text = OPERATIONS[value.code].format(*sources)
+        text = self.language.operations[value.code].format(*sources)
         if value.uses <= 1 and value.last == value.piece and len(text) < LONGEST:
             value.text = text
             return
@@ -260,7 +293,7 @@ NAMED = re.compile(r"<(\d+)>")
 LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLNOPQRSTUVWXYZ"
 
 
-def _written(body: list[_Statement]) -> str:
+def _written(body: list[_Statement], declares: str) -> str:
     """Return the statements of a piece; few names, each given again when its value is used up."""
     last = {found: k for k, line in enumerate(body) for found in NAMED.findall(line.text)}
     names: dict[str, str] = {}
@@ -283,12 +316,12 @@ def _written(body: list[_Statement]) -> str:
         if text.startswith("(") and _closes_last(text):
             text = text[1:-1]
         lines.append(f"{to}={text};\n")
-    head = f"let {','.join(_name(k) for k in range(count))};\n" if count else ""
+    head = f"{declares} {','.join(_name(k) for k in range(count))};\n" if count else ""
     return head + "".join(lines)
 
 
 def _name(number: int) -> str:
-    """Return a short name that is no word of JavaScript: a letter, or one with digits."""
+    """Return a short name that is no word of a language: a letter, or one with digits."""
     turn, letter = divmod(number, len(LETTERS))
     return LETTERS[letter] + (str(turn) if turn else "")
 
@@ -303,13 +336,15 @@ def _closes_last(text: str) -> bool:
     return False
 
 
-def _number(value: float) -> str:
-    """Return a number as JavaScript reads it back, without a digit too many."""
+def _number(value: float, language: Language) -> str:
+    """Return a number as the language reads it back, without a digit too many."""
+    nan, infinity = language.special
     if math.isnan(value):
-        return "NaN"
+        return nan
     if math.isinf(value):
-        return "Infinity" if value > 0 else "(-Infinity)"
-    text = repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
-    if value == 0 and math.copysign(1, value) < 0:
+        return infinity if value > 0 else f"(-{infinity})"
+    whole = not language.decimal and value == int(value) and abs(value) < 1e15
+    text = repr(int(value)) if whole else repr(value)
+    if whole and value == 0 and math.copysign(1, value) < 0:
         text = "-0"
     return f"({text})" if text.startswith("-") else text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +23,13 @@ def js(motion: ExportedMotion) -> dict[str, str]:
 
     Raises
     ------
-    InputError
-        A task without one driver.
     UnavailableError
         A task that a page could only play from a record, an operation JavaScript has not.
     """
     source = kernel_source(motion)
     try:
-        made = live.kernels(source.setting.graphs, source.setting.scene.model, source.names, {})
+        graphs = source.setting.graphs if source.setting.graphs.single else source.graphs
+        made = live.kernels(graphs, source.setting.scene.model, source.names, {})
     except NotPrintable as error:
         raise UnavailableError(str(error), hint="export --format c") from None
     data = json.dumps(_data(source, made.layout), ensure_ascii=False, allow_nan=False)
@@ -48,7 +48,6 @@ def js(motion: ExportedMotion) -> dict[str, str]:
 
 
 def _data(source: KernelSource, layout: dict[str, Any]) -> dict[str, Any]:
-    driver, unit = source.driver
     entries = [
         {
             "kind": column.kind,
@@ -61,14 +60,29 @@ def _data(source: KernelSource, layout: dict[str, Any]) -> dict[str, Any]:
         for column in source.outputs
     ]
     return {
-        "driver": {"name": driver, "unit": unit},
-        "way": ways.way_of(source.setting, source.run),
+        **_way(source),
         "whole": False,
         "speed": 1.0,
-        "range": [source.low, source.high],
+        "bounded": live.bounded_of(source.setting.outputs),
         "sliders": [{"name": n, "unit": u, "value": v} for n, u, v in source.inputs],
         "entries": entries,
         "kernels": layout,
-        "start": source.start,
         "scene": {"dimension": source.motion.mechanism.dimension},
+    }
+
+
+def _way(source: KernelSource) -> dict[str, Any]:
+    """Return the drivers, what the first pose lies on, and what the path begins with."""
+    start = live.numbers_of(source.setting, source.run)
+    drivers = [asdict(driver) | {"turns": driver.unit == "rad"} for driver in source.drivers]
+    if source.setting.graphs.single:
+        way, span = ways.way_of(source.setting, source.run), list(source.range)
+        return {"driver": drivers[0], "way": way, "range": span, "start": start}
+    begin, still = [driver.value for driver in source.drivers], [0.0] * len(drivers)
+    here = {"corners": [begin, begin], "largest": [1.0], "name": "", "unit": ""}
+    return {
+        "drivers": drivers,
+        "way": here | {"kind": "legs", "u": begin, "rates": [still, still]},
+        "range": [0.0, 0.0],
+        "start": start | {"s": 0.0, "turns": False},
     }

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
 from mechdae import __version__
 from mechdae.describe.dimensions import parameter_units
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import UnavailableError
+from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.parts.page import live
+from mechdae.parts.page import page_drivers as ways
 from mechdae.tasks import ExportedMotion
-from mechdae.types import Graph, Json
+from mechdae.types import Graph
 
 WHY = {
     "curves": "its curves touch, which steps of the path alone do not follow",
     "superfluous": "it has superfluous equations",
     "change points": "its path goes through change points",
     "open": "it does not assemble",
+    "drivers": "no driver is moved by its value",
 }
 """What stands in the way of a kernel, by the key of the reason."""
 
@@ -42,8 +45,18 @@ class KernelOutput:
 
 
 @dataclass(frozen=True)
+class KernelDriver:
+    """A driver: its coordinate, unit, value at the first pose, and what counts as a radian."""
+
+    name: str
+    unit: str
+    value: float
+    size: float
+
+
+@dataclass(frozen=True)
 class KernelSource:
-    """A task of one driver as functions and numbers.
+    """A task as functions and numbers.
 
     Attributes
     ----------
@@ -51,10 +64,6 @@ class KernelSource:
         Names, units and values of the numbers that may be changed.
     outputs
         What is computed at a pose.
-    start
-        What the path begins with, see `mechdae.parts.page.live.numbers_of`.
-    low, high
-        The driver's range along the task.
     """
 
     motion: ExportedMotion
@@ -62,38 +71,40 @@ class KernelSource:
     run: Run
     inputs: tuple[tuple[str, str, float], ...]
     outputs: tuple[KernelOutput, ...]
-    start: Json
-    low: float
-    high: float
+    drivers: tuple[KernelDriver, ...]
 
     @property
-    def driver(self) -> tuple[str, str]:
-        """The driver's coordinate and its unit."""
-        name = next(iter(self.motion.result.drivers))
-        return name, "rad" if self.start["turns"] else "m"
+    def graphs(self) -> Graphs:
+        """The functions along straight lines in the drivers' values."""
+        return self.setting.graphs.straight
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The range of a single driver along the task."""
+        return float(min(self.run.places)), float(max(self.run.places))
 
     @property
     def names(self) -> list[str]:
         """The names of the numbers that may be changed."""
         return [name for name, _, _ in self.inputs]
 
-    def functions(self, wanted: Sequence[str]) -> dict[str, Graph]:
-        """Return casadi functions with dense outputs by their names."""
-        graphs, model = self.setting.graphs, self.setting.scene.model
+    def functions(self) -> dict[str, Graph]:
+        """Return the functions of numbers, bounds, a step and a pose of order 2 by their names."""
+        graphs = self.graphs
         symbols = ca.SX.sym("names", len(self.names))
-        numbers = ca.Function("numbers", [symbols], [parameters_of(model, self.names, symbols)])
-        known = {
-            "numbers": numbers,
+        numbers = parameters_of(self.setting.scene.model, self.names, symbols)
+        x, u, du, ddu, *_, consts = graphs.pose.sx_in()
+        still = [ca.SX.zeros(graphs.nu)] * (len(graphs.driven) - 2)
+        return {
+            "numbers": ca.Function("numbers", [symbols], [numbers]),
             "constants": graphs.constants,
             "advance": graphs.advance,
-            "pose": graphs.pose,
+            "pose": ca.Function(
+                "pose",
+                [x, u, du, ddu, consts],
+                graphs.pose.call([x, u, du, ddu, *still, consts])[:8],
+            ),
         }
-        found = {}
-        for name in wanted:
-            given = known[name].sx_in()
-            results = [ca.densify(part) for part in known[name].call(given)]
-            found[name] = ca.Function(name, given, results)
-        return found
 
 
 def kernel_source(motion: ExportedMotion) -> KernelSource:
@@ -101,15 +112,12 @@ def kernel_source(motion: ExportedMotion) -> KernelSource:
 
     Raises
     ------
-    InputError
-        A task without one driver.
     UnavailableError
         A motion that has to be followed by more than steps of its path.
     """
-    setting, run = motion.single("a kernel")
-    reason = "curves" if setting.graphs.contacts else ""
-    reason = reason or live.why_recorded(setting, run, motion.problem.task(motion.task))
-    if reason:
+    setting, run = motion.setting, motion.run
+    reason = _why_none(motion)
+    if reason or setting is None or run is None:
         raise UnavailableError(
             f"no kernel of this task: {WHY.get(reason, reason)}",
             where=f"tasks.{motion.task}",
@@ -131,17 +139,38 @@ def kernel_source(motion: ExportedMotion) -> KernelSource:
         for entry in setting.outputs.entries
         if entry.kind != "hidden" and entry.name != "guide"
     )
-    low, high = min(run.places), max(run.places)
+    s, _ = ways.start_of(run.path)
+    begin = run.path.drivers(np.array([s]))[0].tolist()
+    drivers = tuple(
+        KernelDriver(name, c.unit, value, float(size))
+        for name, c, value, size in zip(
+            motion.result.drivers,
+            setting.plan.coordinates,
+            begin,
+            setting.driver_sizes,
+            strict=True,
+        )
+    )
     return KernelSource(
         motion,
         setting,
         run,
         tuple((name, str(units.get(name, "") or _unit(name)), values[name]) for name in names),
         outputs,
-        live.numbers_of(setting, run),
-        float(low),
-        float(high),
+        drivers,
     )
+
+
+def _why_none(motion: ExportedMotion) -> str:
+    """Return the key of the reason why there is no kernel of a motion, "" where there is one."""
+    setting, run = motion.setting, motion.run
+    if setting is None or run is None:
+        return "drivers"
+    if setting.graphs.contacts:
+        return "curves"
+    if setting.graphs.single:
+        return live.why_recorded(setting, run, motion.problem.task(motion.task))
+    return "superfluous" if setting.scene.redundant else ""
 
 
 def _unit(name: str) -> str:
@@ -151,15 +180,28 @@ def _unit(name: str) -> str:
 
 def head_lines(source: KernelSource) -> list[str]:
     """Return the lines of a header: task, driver, numbers and outputs with their units."""
-    motion = source.motion
-    driver, unit = source.driver
+    motion, (first, *others) = source.motion, source.drivers
     lines = [
         f"mechdae {__version__}: {motion.problem.name}, task {motion.task}",
         "",
-        "SI units and radians, counter-clockwise positive. Rates are by the driver's value s:",
-        "v = y' ds/dt, a = y'' (ds/dt)^2 + y' d2s/dt2.",
-        "",
-        f"driver s: {driver} [{unit}], in the task from {source.low!r} to {source.high!r}",
+        "SI units and radians, counter-clockwise positive.",
+    ]
+    if others:
+        lines += ["Rates are in time, with speeds and accelerations of the drivers.", ""]
+        lines += ["drivers u, with their values at the first pose:"]
+        lines += [
+            f"  {k:3d}  {d.name} [{d.unit}] = {d.value!r}" for k, d in enumerate(source.drivers)
+        ]
+    else:
+        low, high = source.range
+        lines += [
+            "Rates are by the driver's value s: v = y' ds/dt, a = y'' (ds/dt)^2 + y' d2s/dt2."
+        ]
+        lines += [
+            "",
+            f"driver s: {first.name} [{first.unit}], in the task from {low!r} to {high!r}",
+        ]
+    lines += [
         "",
         "inputs theta, numbers that may be changed:",
     ]
