@@ -51,6 +51,7 @@ _HOMES = {
     "mechdae.parts.types.described.task": "Composition CurveGoal",
     "mechdae.describe.file.problem": "Problem Expected",
     "mechdae.describe.file.load": "load",
+    "mechdae.describe.file.library": "new",
     "mechdae.describe.file.writing": "dump dumps",
     "mechdae.tasks.solve": "solve",
     "mechdae.tasks.solver": "Solver",
@@ -62,6 +63,8 @@ _HOMES = {
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
     "mechdae.tasks.export.folder": "read save StoredResults",
     "mechdae.draw": "plot",
+    "mechdae.parts.models.factories": "four_bar slider_crank inverted_slider_crank five_bar watt "
+    "stephenson rssr cylinder",
     "mechdae.parts.page": "Page page",
     "mechdae.parts.proof": "certify check_certificate",
     "mechdae.parts.paper.explanations": "Explanation explain",

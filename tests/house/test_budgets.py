@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 10_890,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 10_920,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 3_830,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_190,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_090,
     "cli": 1_490,
-    "parts": 24_740,  # what a page teaches by
+    "parts": 25_100,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 808
+ALONE = 811
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_300
+TOTAL = 132_700
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 560,

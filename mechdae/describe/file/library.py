@@ -25,6 +25,35 @@ def names() -> list[str]:
     return [path.stem for path in paths()]
 
 
+def template(name: str) -> Path:
+    """Return the file to start from of that name: a template, else a predefined problem."""
+    path = folder() / "templates" / f"{name}.toml"
+    return path if path.is_file() else folder() / f"{name}.toml"
+
+
+def families() -> list[str]:
+    """Return the names of the templates."""
+    return sorted(path.stem for path in (folder() / "templates").glob("*.toml"))
+
+
+def new(name: str) -> str:
+    """Return the commented text of a template or a predefined problem, to start a file from.
+
+    Raises
+    ------
+    UnknownName
+        Neither a template nor a predefined problem.
+    """
+    known = dict.fromkeys([*families(), *names()])
+    if name not in known:
+        error = UnknownName("family", name, known)
+        error.hint = (
+            error.hint or f"families are {', '.join(families())}; `mechdae list` names more"
+        )
+        raise error
+    return template(name).read_text(encoding="utf-8")
+
+
 def find(name_or_path: str | Path) -> Path:
     """Return the file of a predefined problem or the path as given.
 

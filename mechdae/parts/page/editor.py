@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 LARGEST = 200_000
 """Characters of a file that the editor's page opens."""
 TEMPLATES = ("four-bar-crank-rocker", "slider-crank-offset", "watt-six-bar", "geared-five-bar",
-             "toggle-press", "quick-return-pin", "rack-and-pinion")  # fmt: skip
-"""Problems to start a drawing with, and files beside the page."""
+             "toggle-press", "quick-return-pin", "rack-and-pinion", "excavator")  # fmt: skip
+"""Problems to start a drawing with."""
 EXPECTED = re.compile(r"^\[\[expected\]\]\n(?:[^\[\n].*\n)*\n?", re.M)
 
 
@@ -74,9 +74,7 @@ def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Pag
         "reason": "",
         "text": text,
         "name": name,
-        "templates": [
-            _template(file) for file in (*map(library.find, TEMPLATES), link.WEB / "excavator.toml")
-        ],
+        "templates": [_template(library.template(name)) for name in TEMPLATES],
         "units": {u.suffix: [u.size.numerator, u.size.denominator, u.pi] for u in UNITS.values()},
     }
     return Page(link.linked(data, "", "edit", templates()), data)

@@ -1,4 +1,4 @@
-"""``mechdae new FAMILY``: a commented template; ``mechdae new --from FILE``: from a drawing."""
+"""``mechdae new NAME``: a commented problem file; ``mechdae new --from FILE``: from a drawing."""
 
 from __future__ import annotations
 
@@ -6,18 +6,14 @@ import argparse
 from pathlib import Path
 
 from mechdae.cli import message
-from mechdae.errors import InputError, UnknownName
-
-FOLDER = Path(__file__).resolve().parent.parent / "templates"
-
-
-def families() -> list[str]:
-    """Return the names of the templates."""
-    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+from mechdae.describe.file.library import families, new
+from mechdae.errors import InputError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("family", nargs="?", help=", ".join(families()))
+    parser.add_argument(
+        "family", nargs="?", help=f"{', '.join(families())}, or a predefined problem"
+    )
     parser.add_argument("--out", metavar="FILE", help="write it there, in UTF-8")
     parser.add_argument(
         "--from", dest="source", metavar="FILE", help="a DXF sketch or an assembly (.asmt)"
@@ -34,7 +30,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     if (options.family is None) == (options.source is None):
-        hint = f"mechdae new {families()[0]}, or mechdae new --from FILE"
+        hint = "mechdae new four-bar, or mechdae new --from FILE"
         raise InputError("a family or --from FILE is needed", hint=hint)
     if options.out and Path(options.out).exists():
         raise InputError("exists already", where=options.out, hint="choose another name")
@@ -50,9 +46,7 @@ def _template(options: argparse.Namespace) -> str:
     for word in ("unit", "ground"):
         if getattr(options, word):
             raise InputError("only together with --from", where=f"--{word}")
-    if options.family not in families():
-        raise UnknownName("family", options.family, families())
-    return (FOLDER / f"{options.family}.toml").read_text(encoding="utf-8")
+    return new(options.family)
 
 
 def _read(options: argparse.Namespace) -> str:
