@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import overload
 
+from mechdae.describe.file.library import new as new
 from mechdae.describe.file.load import load as load
 from mechdae.describe.file.problem import Expected as Expected
 from mechdae.describe.file.problem import Problem as Problem
@@ -72,6 +73,14 @@ from mechdae.numerics.homotopy.six_axes import arm_poses as arm_poses
 from mechdae.parts.exchange import Exported as Exported
 from mechdae.parts.exchange import exported as exported
 from mechdae.parts.exchange import imported as imported
+from mechdae.parts.models.factories import cylinder as cylinder
+from mechdae.parts.models.factories import five_bar as five_bar
+from mechdae.parts.models.factories import four_bar as four_bar
+from mechdae.parts.models.factories import inverted_slider_crank as inverted_slider_crank
+from mechdae.parts.models.factories import rssr as rssr
+from mechdae.parts.models.factories import slider_crank as slider_crank
+from mechdae.parts.models.factories import stephenson as stephenson
+from mechdae.parts.models.factories import watt as watt
 from mechdae.parts.page import Page as Page
 from mechdae.parts.page import page as page
 from mechdae.parts.paper.assignments import Assignment as Assignment
@@ -204,15 +213,20 @@ __all__ = [
     "check_certificate",
     "count_chains",
     "count_variants",
+    "cylinder",
     "dump",
     "dumps",
     "explain",
     "exported",
+    "five_bar",
+    "four_bar",
     "from_loops",
     "function",
     "imported",
+    "inverted_slider_crank",
     "load",
     "mechanism_of",
+    "new",
     "opened",
     "page",
     "platform_poses",
@@ -221,12 +235,16 @@ __all__ = [
     "rank",
     "read",
     "report",
+    "rssr",
     "save",
     "screen",
+    "slider_crank",
     "solve",
+    "stephenson",
     "study",
     "synthesize",
     "variants",
+    "watt",
 ]
 
 @overload

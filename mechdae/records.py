@@ -14,7 +14,16 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from operator import attrgetter
 from reprlib import recursive_repr
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, dataclass_transform, overload
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Generic,
+    Protocol,
+    TypeVar,
+    dataclass_transform,
+    overload,
+)
 
 T = TypeVar("T")
 
@@ -77,6 +86,25 @@ def dataclass(
         return kind
 
     return made if cls is None else made(cls)
+
+
+class Record:
+    """Base of records of which Tab lists the fields, and what ``shows`` names: what users call.
+
+    What rooms ask of a record stands in its class too, and is not listed.
+    """
+
+    shows: ClassVar[str] = ""
+    constructed: ClassVar[bool] = True
+    """Whether users make one: else its signature says nothing of its fields."""
+
+    def __dir__(self) -> list[str]:
+        entries = dataclasses.fields(self)  # type: ignore[arg-type]
+        named = [
+            name for base in type(self).__mro__ for name in vars(base).get("shows", "").split()
+        ]
+        special = [name for name in super().__dir__() if name.startswith("__")]
+        return [*(entry.name for entry in entries), *named, *special]
 
 
 @contextmanager
@@ -177,6 +205,8 @@ class _Signature:
     """What ``inspect.signature`` says of a class, also before its first instance."""
 
     def __get__(self, item: object, owner: type[Any]) -> inspect.Signature:
+        if not getattr(owner, "constructed", True):
+            return inspect.Signature()
         init = owner.__init__
         init = vars(init).get("compiled", lambda: init)()
         signature = inspect.signature(init)

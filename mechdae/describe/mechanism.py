@@ -25,7 +25,7 @@ from mechdae.errors import (
     UnavailableError,
     UnknownName,
 )
-from mechdae.records import dataclass, key, optional
+from mechdae.records import Record, dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.loads import Load
@@ -81,7 +81,7 @@ class Body(Value):
 
 
 @dataclass(frozen=True)
-class Mechanism:
+class Mechanism(Record):
     """Bodies, joints and loads, with their parameters and one rough pose.
 
     Parameters
@@ -126,6 +126,7 @@ class Mechanism:
     closure_tolerance: Number | None = optional("number", unit="m")
 
     AXES: ClassVar[str] = "xyz"
+    shows: ClassVar[str] = "body numbers parameter_values scale settable values with_values"
 
     @cached_property
     def axes(self) -> str:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Self
 from mechdae.describe.expression import evaluate, parse
 from mechdae.describe.table import Table
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
-from mechdae.records import dataclass
+from mechdae.records import Record, dataclass
 
 Number = float | str
 
@@ -60,7 +60,7 @@ WITH_UNIT = (
 
 
 @dataclass(frozen=True)
-class Value:
+class Value(Record):
     """Base of the descriptions: coerces and checks its fields when made.
 
     One whose tables in files have other keys has ``from_table``, which returns such a table under

@@ -13,7 +13,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.units import SI, Units
-from mechdae.records import dataclass
+from mechdae.records import Record, dataclass
 from mechdae.results.columns import columns_of
 from mechdae.results.events import Event
 from mechdae.results.plain import no_collection, plain
@@ -51,7 +51,7 @@ OWN_NAMES = frozenset(
 
 
 @dataclass(frozen=True, repr=False)
-class Result(Shown):
+class Result(Record, Shown):
     """What one task gave; rows are poses (modes, states, sets of parameters, designs).
 
     Each kind of task has its own class, with what only it has; here that is empty.
@@ -105,6 +105,8 @@ class Result(Shown):
     parts = parameters = table = data = checks = NOTHING
     labels = cast("tuple[tuple[str, ...], ...]", ())
     solutions = cast("tuple[dict[str, Any], ...]", ())
+    shows: ClassVar[str] = "columns finer frame in_units path_unit to_dict unit value"
+    constructed: ClassVar[bool] = False
     forces: ClassVar[bool] = False
     """Whether such results may have forces."""
     unique = Summary()

@@ -23,12 +23,12 @@ BUDGETS = {
     "parts": 25_100,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 811
+ALONE = 841
 """Lines of the modules that stand alone: errors, records, types, additions."""
 TOTAL = 132_700
 LONGEST = 500
 LONGER = {
-    "describe/mechanism.py": 560,
+    "describe/mechanism.py": 570,
     "draw/diagram/diagram.py": 610,
     "dynamics/equations.py": 530,
     "equations/tree/tree_model.py": 590,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from copy import copy
 from dataclasses import field
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe import values
 from mechdae.describe.mechanism import Mechanism
@@ -14,7 +14,7 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.records import dataclass, key, optional
+from mechdae.records import Record, dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.file.repeat import Pattern
@@ -39,7 +39,7 @@ class Expected(Value):
 
 
 @dataclass(frozen=True)
-class Problem:
+class Problem(Record):
     """One mechanism and any number of named tasks.
 
     ``pattern`` is kept of a file with repetition, so that sizes can be set; ``notes`` are doubts
@@ -54,6 +54,8 @@ class Problem:
     source: str = ""
     pattern: Pattern | None = field(default=None, compare=False, repr=False)
     notes: tuple[str, ...] = field(default=(), compare=False, repr=False)
+
+    shows: ClassVar[str] = "sizes task with_task with_values"
 
     def __post_init__(self) -> None:
         _check_kind(self.mechanism, Mechanism, "mechanism")
