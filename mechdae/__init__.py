@@ -41,7 +41,8 @@ _HOMES = {
     "mechdae.describe.joints.spatial": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
     "Universal PlanarPair Screw SpatialWeld SpatialGear SpatialRack",
     "mechdae.numerics.homotopy.platforms": "platform_poses",
-    "mechdae.numerics.homotopy.six_axes": "arm_poses",
+    "mechdae.numerics.arms.chain": "Arm",
+    "mechdae.numerics.arms.poses": "arm_poses",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes",
     "mechdae.describe.tasks.reactions": "Reactions",

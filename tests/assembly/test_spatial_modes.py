@@ -115,13 +115,21 @@ def test_an_arm_with_a_wrist_is_proven_and_the_search_finds_no_others(
     assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9
 
 
-def test_arms_with_parallel_axes_and_no_wrist_are_searched() -> None:
+def test_arms_with_parallel_axes_and_no_wrist_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = md.load("six-axis-arm")
     arm = problem.mechanism
     roll = md.Body("roll", {"W": (0, 0, 0), "V": (0, 0.05, 0.02)})
     bend = replace(arm.joints["J5"], first="roll.V")
     arm = replace(arm, bodies={**arm.bodies, "roll": roll}, joints={**arm.joints, "J5": bend})
-    found = md.solve(replace(problem, mechanism=arm), "modes")
-    assert found.summary["count"] > 0
-    assert not found.summary["proven"]
-    assert found.summary["basis"].endswith("search from many starts")
+    problem = replace(problem, mechanism=arm)
+    found = md.solve(problem, "modes")
+    assert found.summary["proven"]
+    assert "eigenvalues: 16 complex poses are certified" in found.summary["basis"]
+    monkeypatch.setattr(group_search, "of_cases", without_paths)
+    searched = md.solve(problem, "modes")
+    assert searched.summary["basis"].endswith("search from many starts")
+    ours, theirs = (
+        np.exp(1j * np.stack([own.joints[f"J{k}"].angle for k in range(1, 7)], axis=1))
+        for own in (found, searched)
+    )
+    assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9

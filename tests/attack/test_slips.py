@@ -12,6 +12,7 @@ import sys
 import pytest
 
 from tests.attack import (
+    slips_arms,
     slips_assembly,
     slips_certificates,
     slips_exchange,
@@ -25,6 +26,7 @@ from tests.shared.paths import ROOT
 from tests.shared.planting import Slip, plant
 
 SLIPS = {
+    "arms": slips_arms.SLIPS,
     "exchange": slips_exchange.SLIPS,
     "assembly": slips_assembly.SLIPS,
     "certificates": slips_certificates.SLIPS,

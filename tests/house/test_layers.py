@@ -22,6 +22,7 @@ ROOMS = {
     "types": "",
     "additions": "",
     "numerics": "",
+    "numerics.arms": "errors",
     "numerics.homotopy": "errors",
     "describe": "errors",
     "equations": "describe errors numerics",
@@ -39,7 +40,8 @@ ROOMS = {
     "motion.kinematics": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.measures motion.setup results",
     "motion.cases": "describe equations errors kernels motion.assembly motion.continuation "
-    "motion.kinematics motion.measures motion.setup numerics numerics.homotopy results",
+    "motion.kinematics motion.measures motion.setup numerics numerics.arms numerics.homotopy "
+    "results",
     "forces": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.measures motion.setup numerics results types",
     "dynamics": "describe equations errors forces kernels motion.assembly motion.kinematics "

@@ -39,7 +39,7 @@ SLOW: Mapping[str, tuple[str, str]] = {
         "reactions_hard reactions_laws spatial_friction spatial_power spatial_reactions "
         "static_friction vectors_beside_bodies",
     ),
-    "homotopy": ("paths to all solutions", "linkages six_axes"),
+    "homotopy": ("paths to all solutions", "linkages"),
     "house": ("runs what the documents show, reads all sources", "articles bounds docs site"),
     "jobs": ("jobs that are killed and go on, in processes", "jobs jobs_cluster"),
     "kernels": ("kernels of many structures", "reaches"),

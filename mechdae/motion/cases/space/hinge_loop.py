@@ -11,6 +11,7 @@ import numpy as np
 
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
+from mechdae.errors import InputError
 from mechdae.motion.cases.larger_groups.rigid_parts import (
     Coordinates,
     GroupPoses,
@@ -18,13 +19,16 @@ from mechdae.motion.cases.larger_groups.rigid_parts import (
     ShapedGroup,
 )
 from mechdae.motion.cases.space.known_sides import KnownSides
-from mechdae.numerics.homotopy.six_axes import PARALLEL, arm_poses
-from mechdae.numerics.homotopy.wrists import wrist_at
+from mechdae.numerics.arms.chain import PARALLEL
+from mechdae.numerics.arms.parallel import parallel_at
+from mechdae.numerics.arms.poses import arm_poses
+from mechdae.numerics.arms.wrists import wrist_at
 from mechdae.types import Floats
 
 AXES = 6
-BASIS = "homotopy: {} complex poses are certified, as many as there can be"
+BASIS = "eigenvalues: {} complex poses are certified, as many as there can be"
 WRIST = "three axes meet in a point: {} complex poses, as many as there can be"
+PARALLELS = "three axes are parallel: {} complex poses, as many as there can be"
 
 
 class HingeLoop(ShapedGroup):
@@ -63,7 +67,7 @@ class HingeLoop(ShapedGroup):
         self.sides = KnownSides(scene, group, p, {}, sides, {})
 
     def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
-        """Return the joints' angles in all poses, None where axes are one or parallel."""
+        """Return the joints' angles in all poses, None where axes are one."""
         at = self.sides.at(q)
         before = [at[f"before {k}"] for k in range(AXES)]
         behind = [at[f"behind {k}"] for k in range(AXES)]
@@ -90,17 +94,19 @@ class HingeLoop(ShapedGroup):
         P, n, m, a = before[0].T
         base = np.stack([n, m, a], axis=1)
         hand = base.T @ np.column_stack([behind[-1][:, 1:], behind[-1][:, 0] - P])
-        wrist = wrist_at(links)
-        if not wrist and np.abs(np.sin(links[: AXES - 1, 1])).min() < PARALLEL:
+        said = WRIST if wrist_at(links) else PARALLELS if parallel_at(links) else BASIS
+        try:
+            found = arm_poses(links, hand)
+        except InputError:  # its hand does not move with six freedoms
             return None
-        found = arm_poses(links.tolist(), hand)
         signs = np.where([forward for _, forward in self.row], 1.0, -1.0)
         angles = signs * (found.angles + shifts)
         poses = [
             {(name, "angle"): float(v) for (name, _), v in zip(self.row, row, strict=True)}
             for row in angles
         ]
-        basis = (WRIST if wrist else BASIS).format(found.most) if found.proven else ""
+        basis = said.format(found.most) if found.proven else ""
+        sides = np.abs(np.sin(links[: AXES - 1, 1])).min() >= PARALLEL
         return GroupPoses(
             poses,
             found.proven,
@@ -108,8 +114,9 @@ class HingeLoop(ShapedGroup):
             generic=found.most,
             singular=found.singular,
             bounded=True,
+            by="eigenvalues",
             row=tuple(self.row),
-            axes=None if found.axes is None else found.axes @ base.T,
+            axes=found.axes @ base.T if found.axes is not None and sides else None,
         )
 
 

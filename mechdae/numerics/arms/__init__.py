@@ -1,0 +1,1 @@
+"""All poses of arms with six turning axes: closed forms, an eliminant, certificates."""

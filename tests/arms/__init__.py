@@ -1,0 +1,1 @@
+"""Tests of arms with six turning axes."""
