@@ -68,8 +68,9 @@ from mechdae.errors import SolveError as SolveError
 from mechdae.errors import UnavailableError as UnavailableError
 from mechdae.errors import UnknownName as UnknownName
 from mechdae.motion.cases.open.open_mechanism import opened as opened
+from mechdae.numerics.arms.chain import Arm as Arm
+from mechdae.numerics.arms.poses import arm_poses as arm_poses
 from mechdae.numerics.homotopy.platforms import platform_poses as platform_poses
-from mechdae.numerics.homotopy.six_axes import arm_poses as arm_poses
 from mechdae.parts.exchange import Exported as Exported
 from mechdae.parts.exchange import exported as exported
 from mechdae.parts.exchange import imported as imported
@@ -127,6 +128,7 @@ __version__: str
 PARTS: tuple[str, ...]
 CASES: dict[str, str]
 __all__ = [
+    "Arm",
     "AssemblyError",
     "Assignment",
     "Assignments",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "Booleans", "Complexes", "Floats", "Graph", "Integers", "Jacobian", "Jacobians", "Json",
-    "Matrices", "Matrix", "Objects", "Points", "Reactions", "Sym", "Texts", "Unknowns",
+    "Matrices", "Matrix", "Numbers", "Objects", "Points", "Reactions", "Sym", "Texts", "Unknowns",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
@@ -33,6 +33,8 @@ Jacobians = NDArray[np.float64]
 """Those of each pose, (n, equations, unknowns)."""
 Complexes = NDArray[np.complex128]
 """Complex numbers: points on paths of homotopies, roots of polynomials."""
+Numbers = NDArray[Any]
+"""Real or complex numbers, whichever a function is given."""
 Integers = NDArray[np.int_]
 """Places of rows or columns."""
 Booleans = NDArray[np.bool_]

@@ -9,13 +9,11 @@ second derivatives have a bound.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.numerics.arms.chain import AXES, frames
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Matrix
+from mechdae.types import Booleans, Floats, Matrix, Numbers
 
 GRAIN, LARGEST, SOUND = 3e-15, 0.25, 0.01
 """Rounding of a product, as a share of the norms of its factors; largest K eta; largest distance of
@@ -29,38 +27,40 @@ NEARBY = 0.1
 
 
 @dataclass(frozen=True)
-class Certified:
+class CertifiedAngles:
     """Angles ``theta`` (6, m), whether each is a solution, the radius of its ball, that of 1/K."""
 
-    theta: Any
+    theta: Numbers
     holds: Booleans
     radius: Floats
     alone: Floats
 
 
 @dataclass(frozen=True)
-class Step:
+class NewtonStep:
     """A step of Newton's method, and what a proof is made of, poses last.
 
     ``off``: largest residual; ``large``, ``miss``: norms of the inverse and of Y J - 1; ``arms``:
     ways from the axes to the hand, in sizes of the arm.
     """
 
-    step: Any
+    step: Numbers
     off: Floats
-    axes: Any
-    arms: Any
+    axes: Numbers
+    arms: Numbers
     large: Floats
     miss: Floats
-    inverse: Any
+    inverse: Numbers
 
-    def at(self, places: Any) -> Step:
+    def at(self, places: Booleans) -> NewtonStep:
         """Return that of some poses."""
         parts = ("step", "off", "axes", "arms", "large", "miss", "inverse")
-        return Step(*(getattr(self, part)[..., places] for part in parts))
+        return NewtonStep(*(getattr(self, part)[..., places] for part in parts))
 
 
-def certified(links: Matrix, theta: Any, R: Floats, t: Floats, size: float, steps: int) -> Any:
+def certified(
+    links: Matrix, theta: Numbers, R: Floats, t: Floats, size: float, steps: int
+) -> CertifiedAngles:
     """Return angles (6, m) after `steps` steps of Newton's method at most, certified.
 
     `R` (3, 3, m) and `t` (3, m) are the hand's places.
@@ -87,10 +87,12 @@ def certified(links: Matrix, theta: Any, R: Floats, t: Floats, size: float, step
             newton = _step(links, theta[:, at], R[:, :, at], t[:, at], size, FINE)
             holds[at], radius[at], alone[at] = _proof(links, theta[:, at], newton, size, FINE)
             theta[:, at] -= np.where(np.abs(newton.step).max(axis=0) <= NEARBY, newton.step, 0)
-    return Certified(theta, holds, radius, alone)
+    return CertifiedAngles(theta, holds, radius, alone)
 
 
-def _step(links: Matrix, theta: Any, R: Floats, t: Floats, size: float, fine: float = 1.0) -> Any:
+def _step(
+    links: Matrix, theta: Numbers, R: Floats, t: Floats, size: float, fine: float = 1.0
+) -> NewtonStep:
     """Return Newton's step (6, m), and what a proof is made of, poses last."""
     m, kind = theta.shape[1], theta.dtype
     if fine < 1:
@@ -114,10 +116,10 @@ def _step(links: Matrix, theta: Any, R: Floats, t: Floats, size: float, fine: fl
     large = np.sqrt((np.abs(inverse) ** 2).sum(axis=(1, 2)))
     miss = np.sqrt((np.abs(inverse @ J - np.eye(AXES)) ** 2).sum(axis=(1, 2)))
     off = np.maximum(np.abs(F).max(axis=0), np.abs(same - 3).astype(float))
-    return Step(step, off, axes, arms, large, miss, inverse.transpose(1, 2, 0))
+    return NewtonStep(step, off, axes, arms, large, miss, inverse.transpose(1, 2, 0))
 
 
-def _inverse(matrix: Any) -> Any:
+def _inverse(matrix: Numbers) -> Numbers:
     try:
         return np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
@@ -125,7 +127,7 @@ def _inverse(matrix: Any) -> Any:
 
 
 def _proof(
-    links: Matrix, theta: Any, newton: Step, size: float, fine: float = 1.0
+    links: Matrix, theta: Numbers, newton: NewtonStep, size: float, fine: float = 1.0
 ) -> tuple[Booleans, Floats, Floats]:
     """Return of each pose whether it is certified, its radius, how far it is the only one.
 
@@ -161,7 +163,7 @@ def _proof(
     return holds, 2 * eta, np.minimum(1 / K, far) - eta
 
 
-def _bent(inverse: Any, axes: Any, arms: Any) -> Floats:
+def _bent(inverse: Numbers, axes: Numbers, arms: Numbers) -> Floats:
     """Return norms (m,) of the inverse Jacobian times all second derivatives."""
     m = axes.shape[2]
     second = np.empty((AXES, AXES, AXES, m), axes.dtype)

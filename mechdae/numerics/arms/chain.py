@@ -7,10 +7,11 @@ from dataclasses import field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechdae.errors import InputError
 from mechdae.records import dataclass
-from mechdae.types import Floats, Matrices, Matrix
+from mechdae.types import Booleans, Floats, Matrices, Matrix, Numbers
 
 AXES = 6
 PARALLEL = 1e-9
@@ -70,7 +71,7 @@ class Arm:
         for key in ("base", "tool"):
             object.__setattr__(self, key, place_of(getattr(self, key), key))
 
-    def forward(self, angles: Any) -> Matrices:
+    def forward(self, angles: ArrayLike) -> Matrices:
         """Return the places (..., 4, 4) of the tool at joint angles (..., 6)."""
         q = np.asarray(angles, float)
         if q.shape[-1:] != (AXES,):
@@ -89,7 +90,7 @@ class Arm:
         return float(np.sqrt((self.links[:, [0, 2]] ** 2).sum())) or 1.0
 
 
-def _numbers(values: Any, where: str, shape: tuple[int, ...], message: str) -> Floats:
+def _numbers(values: ArrayLike, where: str, shape: tuple[int, ...], message: str) -> Floats:
     try:
         array = np.array(values, float)
     except (TypeError, ValueError):
@@ -101,7 +102,7 @@ def _numbers(values: Any, where: str, shape: tuple[int, ...], message: str) -> F
     return array
 
 
-def place_of(frame: Any, where: str) -> Matrix:
+def place_of(frame: ArrayLike, where: str) -> Matrix:
     """Return a place (4, 4) of rows (3, 4) or (4, 4), after a look at its rotation."""
     matrix = np.array(frame, float)
     if matrix.shape not in ((3, 4), (4, 4)):
@@ -113,21 +114,21 @@ def place_of(frame: Any, where: str) -> Matrix:
     return whole
 
 
-def is_rotation(R: Any) -> Any:
+def is_rotation(R: Matrices) -> Booleans:
     """Return of matrices (..., 3, 3) whether each is a rotation."""
     with np.errstate(all="ignore"):
         gap = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1))
-        return (gap <= ROTATION) & (np.linalg.det(R) > 0)
+        good: Booleans = (gap <= ROTATION) & (np.linalg.det(R) > 0)
+    return good
 
 
-def frames(links: Matrix, theta: Any, cosines: Any = None, sines: Any = None) -> tuple[Any, ...]:
+def frames(links: Matrix, theta: Numbers) -> tuple[Numbers, ...]:
     """Return where the hand is, and the axes before it, real or complex.
 
     `theta` (6, m). Columns of the hand's matrix (3, m): X, Y, Z and its origin P; directions
     (6, 3, m) of the axes and points (6, 3, m) on them.
     """
-    c = np.cos(theta) if cosines is None else cosines
-    s = np.sin(theta) if sines is None else sines
+    c, s = np.cos(theta), np.sin(theta)
     n, m = c.shape
     X, Y, Z, P = np.zeros((4, 3, m), c.dtype)
     X[0] = Y[1] = Z[2] = 1
@@ -163,7 +164,11 @@ def turn_x(angle: float) -> Matrix:
 
 
 def arm_of_axes(
-    points: Any, axes: Any, hand: Any, limits: Any = None, names: Sequence[str] = ()
+    points: ArrayLike,
+    axes: ArrayLike,
+    hand: ArrayLike,
+    limits: Matrix | None = None,
+    names: Sequence[str] = (),
 ) -> Arm:
     """Return the arm whose six axes go through points (6, 3) [m] in directions (6, 3).
 

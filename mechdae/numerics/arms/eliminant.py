@@ -21,7 +21,7 @@ import numpy as np
 
 from mechdae.numerics.arms.certified import certified, off_target
 from mechdae.numerics.arms.chain import AXES, frames, mirrored, mirrored_hands
-from mechdae.types import Complexes, Floats, Matrices, Matrix
+from mechdae.types import Complexes, Floats, Matrices, Matrix, Numbers
 
 MOST, FUNCTIONS, PAIR = 16, 14, 8
 STEPS = 6
@@ -139,20 +139,20 @@ def _solutions(
 # -- the pencil ----------------------------------------------------------------------------
 
 
-def _functions(z: Any, p: Any) -> Any:
+def _functions(z: Numbers, p: Numbers) -> Numbers:
     """Return the 14 functions (14, ...) of a direction and a point (3, ...)."""
     square, along = (p * p).sum(axis=0), (p * z).sum(axis=0)
     cross = np.cross(p, z, axis=0)
     return np.concatenate([p, z, [square, along], cross, square * z - 2 * along * p])
 
 
-def _left(links: Matrix, shifts: Any) -> Floats:
+def _left(links: Matrix, shifts: Floats) -> Floats:
     """Return coefficients (3, 14, 9) of the functions seen from behind the second joint.
 
     By cos, sin, 1 of theta_3, then of theta_4 and theta_5, each less its shift.
     """
     grid = np.stack(np.meshgrid(THIRDS, THIRDS, THIRDS, indexing="ij")).reshape(3, -1)
-    _, _, z, p, _, _ = frames(links[2:5], grid + np.array(shifts)[:, None])
+    _, _, z, p, _, _ = frames(links[2:5], grid + shifts[:, None])
     values = _functions(z, p).reshape(FUNCTIONS, 3, 3, 3)
     back = np.linalg.inv(np.stack([np.cos(THIRDS), np.sin(THIRDS), np.ones(3)], axis=1))
     terms = np.einsum("fijk,ai,bj,ck->afbc", values, back, back, back, optimize=True)
@@ -174,7 +174,7 @@ def _right(links: Matrix, z6: Matrix, p: Matrix) -> Floats:
     return forms
 
 
-def _starts(links: Matrix, R: Matrices, t: Matrix, size: float, shifts: Any) -> Complexes:
+def _starts(links: Matrix, R: Matrices, t: Matrix, size: float, shifts: Floats) -> Complexes:
     """Return approximations (n, k, 6) of the solutions, one of each pair of conjugates."""
     rows, n = links * [1 / size, 1, 1 / size], len(t)
     a, alpha, d = rows.T
@@ -193,7 +193,7 @@ def _starts(links: Matrix, R: Matrices, t: Matrix, size: float, shifts: Any) -> 
     companion = np.zeros((n, 24, 24))
     companion[:, :12, 12:] = np.eye(12)
     companion[:, 12:] = -_solved(pencil[2], np.concatenate([pencil[0], pencil[1]], axis=2))
-    good: Any = np.isfinite(companion).all(axis=(1, 2))
+    good = np.array(np.isfinite(companion).all(axis=(1, 2)))
     values, vectors = np.linalg.eig(np.where(good[:, None, None], companion, np.eye(24)))
     values, vectors = values.astype(complex), vectors.astype(complex)
     # those at +-i are no solutions
@@ -223,12 +223,13 @@ def _starts(links: Matrix, R: Matrices, t: Matrix, size: float, shifts: Any) -> 
     return np.where(keep[:, :, None], theta, np.nan)
 
 
-def _angle(c: Complexes, s: Complexes) -> Complexes:
+def _angle(c: Numbers, s: Numbers) -> Complexes:
     """Return complex angles of a cosine and a sine whose squares nearly add to 1."""
-    return -1j * np.log((c + 1j * s) / np.sqrt(c * c + s * s))
+    angle: Complexes = -1j * np.log((c + 1j * s) / np.sqrt(c * c + s * s))
+    return angle
 
 
-def _solved(A: Matrices, B: Matrices) -> Any:
+def _solved(A: Matrices, B: Matrices) -> Numbers:
     try:
         return np.linalg.solve(A, B)
     except np.linalg.LinAlgError:

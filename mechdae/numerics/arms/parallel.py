@@ -12,14 +12,12 @@ The sixth joint turns v where it has to be; two bars of a plane remain. There ar
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.numerics.arms.chain import MEETS, PARALLEL, turn_x
 from mechdae.numerics.arms.trigonometry import CLEAR, roots_of_two, signed, turns
 from mechdae.numerics.arms.wrists import behind_first, two_bars
-from mechdae.types import Booleans, Floats, Matrices, Matrix
+from mechdae.types import Booleans, Floats, Matrices, Matrix, Numbers
 
 
 def parallel_at(links: Floats) -> int:
@@ -74,9 +72,10 @@ def parallel_poses(links: Matrix, R: Matrices, t: Matrix) -> tuple[Floats, Boole
     else:
         scales = turned, a[4] * sine[3]
 
-        def closed(one: Floats) -> Any:
+        def closed(one: Floats) -> Numbers:
             first, second = five_of(one)
-            return (first / scales[0]) ** 2 + (second / scales[1]) ** 2 - 1
+            f: Numbers = (first / scales[0]) ** 2 + (second / scales[1]) ** 2 - 1
+            return f
 
         one, sure = roots_of_two(closed, len(t))
         first, second = five_of(one)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechdae.errors import InputError
 from mechdae.numerics.arms import parallel, wrists
@@ -114,7 +115,7 @@ class ArmPosesOfMany:
         return f"<ArmPosesOfMany {len(self)} targets: {said}>"
 
 
-def arm_poses(arm: Arm | Sequence[Sequence[float]] | Floats, targets: Any) -> Any:
+def arm_poses(arm: Arm | Sequence[Sequence[float]] | Floats, targets: ArrayLike) -> Any:
     """Return all joint angles at which an arm's hand is at places.
 
     Parameters
@@ -176,7 +177,7 @@ def _check_freedoms(arm: Arm) -> None:
 
 def _of_many(arm: Arm, hands: Matrices) -> ArmPosesOfMany:
     n, links = len(hands), arm.links
-    finite: Any = np.isfinite(hands).all(axis=(1, 2))
+    finite = np.array(np.isfinite(hands).all(axis=(1, 2)))
     hands = np.where(finite[:, None, None], hands, 0)
     good = finite & is_rotation(hands[:, :, :3])
     base, tool = np.linalg.inv(arm.base), np.linalg.inv(arm.tool)

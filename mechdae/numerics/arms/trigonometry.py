@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
-from mechdae.types import Booleans, Floats, Matrix
+from mechdae.types import Booleans, Floats, Matrix, Numbers
 
 CLEAR = 1e-9
 """Share of its largest value by which a discriminant must keep from 0."""
@@ -36,7 +36,7 @@ def turns(a: Floats, b: Floats, c: Floats, scale: Floats | float) -> tuple[Float
     return middle + np.arctan2(sine, np.clip(cosine, -1, 1)), clear & (long > CLEAR * scale)
 
 
-def roots_of_two(f: Any, count: int) -> tuple[Matrix, Booleans]:
+def roots_of_two(f: Callable[[Floats], Numbers], count: int) -> tuple[Matrix, Booleans]:
     """Return the real roots (4, n) of trigonometric polynomials of degree 2, nan where there is
     none, and whether they are sure to be all.
 

@@ -14,13 +14,11 @@ degree 1 where a_1 or sin(alpha_1) is 0.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mechdae.numerics.arms.chain import MEETS, PARALLEL, frames, turn_x
 from mechdae.numerics.arms.trigonometry import CLEAR, roots_of_two, signed, turns
-from mechdae.types import Booleans, Floats, Matrices, Matrix
+from mechdae.types import Booleans, Floats, Matrices, Matrix, Numbers
 
 MOST = 8
 
@@ -122,9 +120,10 @@ def _by_polynomial(links: Matrix, W: Matrix) -> tuple[Floats, Booleans]:
         g = x * x + y * y
         return w[2] - d[0] - cosine[0] * z, squares - g - z * z, g
 
-    def closed(theta: Floats) -> Any:
+    def closed(theta: Floats) -> Numbers:
         m, n, g = parts(theta)
-        return sine[0] ** 2 * n**2 + 4 * a[0] ** 2 * (m**2 - sine[0] ** 2 * g)
+        f: Numbers = sine[0] ** 2 * n**2 + 4 * a[0] ** 2 * (m**2 - sine[0] ** 2 * g)
+        return f
 
     if straight or flat:
         quarter: Floats = np.pi / 2 * np.arange(4.0)[:, None]
