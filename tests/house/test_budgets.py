@@ -9,12 +9,12 @@ from tests.shared.paths import ROOT
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 10_920,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 3_830,
+    "numerics": 4_600,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_190,
     "draw": 19_580,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
-    "motion": 22_530,  # poses of several drivers at the speed of one
+    "motion": 22_540,  # poses of several drivers at the speed of one
     "forces": 4_350,
     "dynamics": 8_050,
     "design": 15_770,
@@ -23,9 +23,9 @@ BUDGETS = {
     "parts": 25_100,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 841
+ALONE = 844
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 132_700
+TOTAL = 133_500
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
