@@ -11,8 +11,15 @@ import pytest
 import mechdae as md
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.sweep import run
+from mechdae.parts.page import link
 from mechdae.parts.page.programs import javascript
-from mechdae.parts.page.programs.javascript import HELPERS, OPERATIONS, NotPrintable, printed
+from mechdae.parts.page.programs.javascript import (
+    OPERATIONS,
+    NotPrintable,
+    operations_of,
+    script,
+    tables,
+)
 from tests.shared.node import needs_node, run_script
 
 pytestmark = needs_node
@@ -20,26 +27,27 @@ SPECIAL = [0.0, -0.0, 1.0, -1.0, 2.5, -2.5, 3.5, 0.5, -0.5, 1e-300, -1e300, np.i
 
 
 def evaluated(function, arguments, folder):
-    """Return the outputs of the printed function for each row of inputs."""
-    made = printed(function, "kernel")
-    last = made.outputs[-1]
+    """Return the outputs of the printed function for each row of inputs; pages print the same."""
+    made = operations_of(function, "kernel")
+    last, (first, _) = made.outputs[-1], made.outputs[0]
+    known = {"kernel": made}
     rows = json.dumps([[repr(float(v)) for v in row] for row in arguments])
-    text = (
-        HELPERS
-        + made.text
-        + f"""
+    text = f"""
+import {{ scriptOf }} from "{(link.WEB / "compile.js").as_posix()}";
+const given = {json.dumps(script(known))};
+if (scriptOf({json.dumps(tables(known))}) !== given) throw new Error("a page prints another text");
+const {{ kernel }} = new Function(`return ${{given}}`)();
 const names = {{ nan: NaN, inf: Infinity, "-inf": -Infinity }};
 const read = (t) => t in names ? names[t] : Number(t);
 const text = (v) => String(v).replace("Infinity", "inf").replace("NaN", "nan");
 const shown = (v) => Object.is(v, -0) ? "-0.0" : text(v);
 console.log(JSON.stringify({rows}.map((row) => {{
-  const M = new Float64Array({made.size});
+  const M = new Float64Array(kernel.size);
   M.set(row.map(read));
   kernel(M);
-  return Array.from(M.slice({made.outputs[0][0]}, {last[0] + last[1]}), shown);
+  return Array.from(M.slice({first}, {last[0] + last[1]}), shown);
 }})));
 """
-    )
     return np.array([[float(v) for v in row] for row in run_script(text, folder)])
 
 
@@ -156,5 +164,5 @@ def test_kernels_folded_and_in_pieces_give_the_same_bits(name, tmp_path, monkeyp
 def test_operations_that_cannot_be_printed_are_refused():
     x = ca.SX.sym("x")
     with pytest.raises(NotPrintable, match="strange"):
-        printed(ca.Function("f", [x], [ca.erf(x)]), "strange")
+        operations_of(ca.Function("f", [x], [ca.erf(x)]), "strange")
     assert ca.OP_ERF not in OPERATIONS

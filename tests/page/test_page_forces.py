@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from tests.shared.live import in_page
+from tests.shared.live import in_page, tables_of
 from tests.shared.node import needs_node
 
 pytestmark = needs_node
@@ -77,9 +77,7 @@ def test_altered_forces_are_left_out(tmp_path):
     data["forces"]["checks"][3]["f"][1][0] *= 1 + 1e-6
     from mechdae.parts.page import link
 
-    text = link.linked(
-        data, link.unpacked(page.html).split("const K = (() => {\n")[1].split("return {")[0]
-    )
+    text = link.linked(data, tables_of(page.html))
     shown = in_page(
         md.Page(text, data),
         "console.log(JSON.stringify([session.trusted, session.checkForces(), session.forces]));",

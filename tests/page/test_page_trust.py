@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
 import mechdae as md
-from mechdae.parts.page import link
 from tests.reference.truth.drawing import draw
 from tests.reference.truth.judging import swept
+from tests.shared.live import tables_of
 from tests.shared.node import needs_node
 from tests.shared.player import Player
 
 pytestmark = needs_node
-SINES = r"Math\.(?:sin|cos)\("
 NEAR = {
     7: "the other way round",
     30: "up to 2e-7 rad before a limit position",
@@ -45,14 +42,21 @@ def test_right_pages_are_believed(seed, player):
     assert player.asks(page, "return session.trusted") is True
 
 
-def spoilt(page: md.Page, k: int, share: float) -> md.Page:
-    """Return a page with a mistake in the k-th sine or cosine of its poses."""
-    script = link.unpacked(page.html)
-    start, end = script.index("function pose(M)"), script.index("function slopes(M)")
-    found = list(re.finditer(SINES, script[start:end]))
-    at = start + found[k].start()
-    wrong = f"{script[:at]}{1 + share!r}*{script[at:]}"
-    return md.Page(link.packed(wrong), page.data)
+def places_of(tables, forms=("Math.sin({0})", "Math.cos({0})")) -> list[int]:
+    """Return where functions of some forms stand in the kernel of poses."""
+    codes = tables["functions"]["pose"]["streams"][0]
+    letters = {chr(35 + tables["forms"].index(form)) for form in forms}
+    return [k for k, letter in enumerate(codes) if letter in letters]
+
+
+def spoilt(page: md.Page, k: int, share: float):
+    """Return the tables of a page with a mistake in the k-th sine or cosine of its poses."""
+    tables = tables_of(page.html)
+    at = places_of(tables)[k]
+    streams, forms = tables["functions"]["pose"]["streams"], tables["forms"]
+    forms.append(f"({1 + share!r}*{forms[ord(streams[0][at]) - 35]})")
+    streams[0] = streams[0][:at] + chr(34 + len(forms)) + streams[0][at + 1 :]
+    return tables
 
 
 @pytest.mark.parametrize(
@@ -63,11 +67,8 @@ def spoilt(page: md.Page, k: int, share: float) -> md.Page:
 def test_mistakes_are_seen(page, share, player):
     """Each sine and cosine of the poses in turn is wrong by a small share."""
     made = drawn(page) if isinstance(page, int) else md.page(page)
-    script = link.unpacked(made.html)
-    pose = script[script.index("function pose(M)") : script.index("function slopes(M)")]
-    count = len(re.findall(SINES, pose))
+    count = len(places_of(tables_of(made.html)))
     assert count >= 6
-    believed = [
-        k for k in range(count) if player.asks(spoilt(made, k, share), "return session.trusted")
-    ]
+    asked = "return session.trusted"
+    believed = [k for k in range(count) if player.asks(made, asked, spoilt(made, k, share))]
     assert believed == []

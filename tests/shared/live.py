@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,24 +17,29 @@ HARNESS = """
 import {{ readFileSync }} from "node:fs";
 import {{ Session }} from "{session}";
 const data = JSON.parse(readFileSync({data}, "utf8"));
-const code = readFileSync({script}, "utf8");
-const end = "}})();\\n";
-const kernels = code.slice(code.indexOf("const K ="), code.indexOf(end) + end.length);
-const K = new Function(kernels.replace("const K =", "return"))();
+import {{ scriptOf }} from "{compile}";
+const K = new Function("return " + scriptOf(JSON.parse(readFileSync({tables}, "utf8"))))();
 globalThis.WORDS = {words};
 const session = new Session(data, K);
 """
 
 
+def tables_of(html: str) -> Any:
+    """Return the tables of the kernels of a page."""
+    line = link.unpacked(html).split("\n")[2]
+    return json.loads(line.partition(" } = ")[2].rstrip(";"))["KERNELS"]
+
+
 def in_page(page: md.Page, body: str, folder: Path):
     """Return what a script prints that has the page's session."""
-    data, script = folder / "data.json", folder / "page.js"
+    data, tables = folder / "data.json", folder / "tables.json"
     data.write_text(json.dumps(dict(page.data)), encoding="utf-8")
-    script.write_text(link.unpacked(page.html), encoding="utf-8")
+    tables.write_text(json.dumps(tables_of(page.html)), encoding="utf-8")
     head = HARNESS.format(
         session=(WEB / "session.js").as_posix(),
         data=json.dumps(str(data)),
-        script=json.dumps(str(script)),
+        compile=(WEB / "compile.js").as_posix(),
+        tables=json.dumps(str(tables)),
         words=json.dumps(link.words_of(page.data["lang"])),
     )
     return run_script(head + body, folder)

@@ -10,18 +10,20 @@ from typing import Any
 
 import mechdae as md
 from mechdae.parts.page import link
+from tests.shared.live import tables_of
 from tests.shared.node import NODE
 
 WEB = Path(link.__file__).parent / "web"
 OPENS = """
 import {{ createInterface }} from "node:readline";
 import {{ Session }} from "{session}";
+import {{ scriptOf }} from "{compile}";
 for await (const line of createInterface({{ input: process.stdin }})) {{
   let answer;
   try {{
-    const {{ data, kernels, words, asked }} = JSON.parse(line);
+    const {{ data, tables, words, asked }} = JSON.parse(line);
     globalThis.WORDS = words;
-    const K = new Function(kernels.replace("const K =", "return"))();
+    const K = new Function("return " + scriptOf(tables))();
     const session = new Session(data, K);
     answer = {{ found: new Function("session", "data", asked)(session, data) }};
   }} catch (error) {{
@@ -30,7 +32,6 @@ for await (const line of createInterface({{ input: process.stdin }})) {{
   process.stdout.write(JSON.stringify(answer) + "\\n");
 }}
 """
-END = "})();\n"
 
 
 class Player:
@@ -42,7 +43,8 @@ class Player:
     def __init__(self, folder: Path) -> None:
         assert NODE is not None
         script = folder / "player.mjs"
-        script.write_text(OPENS.format(session=(WEB / "session.js").as_posix()), encoding="utf-8")
+        modules = {name: (WEB / f"{name}.js").as_posix() for name in ("session", "compile")}
+        script.write_text(OPENS.format(**modules), encoding="utf-8")
         self.process = subprocess.Popen(
             [NODE, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
@@ -62,14 +64,16 @@ class Player:
         self.process.wait(10)
         self.process.stdout.close()
 
-    def asks(self, page: md.Page, asked: str) -> Any:
-        """Return what the function returns, as JSON knows it: NaN and infinities are None."""
+    def asks(self, page: md.Page, asked: str, tables: Any = None) -> Any:
+        """Return what the function returns, as JSON knows it: NaN and infinities are None.
+
+        ``tables`` take the place of those of the page's kernels.
+        """
         assert self.process.stdin is not None
         assert self.process.stdout is not None
-        code = link.unpacked(page.html)
-        kernels = code[code.index("const K =") : code.index(END) + len(END)]
         words = link.words_of(page.data["lang"])
-        told = {"data": dict(page.data), "kernels": kernels, "words": words, "asked": asked}
+        tables = tables or tables_of(page.html)
+        told = {"data": dict(page.data), "tables": tables, "words": words, "asked": asked}
         line = json.dumps(told)
         self.process.stdin.write(line + "\n")
         self.process.stdin.flush()

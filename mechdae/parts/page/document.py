@@ -223,10 +223,10 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         data["unit_names"] = {unit: unit_in_russian(unit) for unit in (*table("units"), *rates)}
     if units.asked:
         data["shown"] = {si: [shown.factor, shown.name] for si, shown in units.by_si.items()}
-    text = ""
+    tables: Json | None = None
     if setting is not None and run is not None and not reason:
         try:
-            text = _make_live(data, problem, setting, run, found)
+            tables = _make_live(data, problem, setting, run, found)
         except NotPrintable as error:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
@@ -246,7 +246,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         raise InputError(
             "no point of the task assembles, or it asks for none", where=f"tasks.{name}"
         )
-    return Page(link.linked(data, text, main, drawing), data)
+    return Page(link.linked(data, tables, main, drawing), data)
 
 
 def _make_live(
@@ -255,7 +255,7 @@ def _make_live(
     setting: Setting,
     run: Run,
     found: _Followed,
-) -> str:
+) -> Json:
     """Put what a live page needs into its data, and return its kernels."""
     loaded, drivers = found.loaded, ways.drivers_of(setting, found.result)
     statics = None if loaded is None else loaded.statics
@@ -318,7 +318,7 @@ def _make_live(
         way = data["way"]
         moving = drivers[way["driver"]] if way["kind"] == "alone" else way
         data["driver"] = {"name": moving["name"], "unit": moving["unit"], "values": plain(places)}
-    return kernels.text
+    return kernels.tables
 
 
 def _telling(run: Run) -> list[int]:

@@ -77,7 +77,7 @@ def editor(problem: Problem | str | Path | None = None, lang: str = "en") -> Pag
         "templates": [_template(library.template(name)) for name in TEMPLATES],
         "units": {u.suffix: [u.size.numerator, u.size.denominator, u.pi] for u in UNITS.values()},
     }
-    return Page(link.linked(data, "", "edit", templates()), data)
+    return Page(link.linked(data, None, "edit", templates()), data)
 
 
 def _template(path: Path) -> Json:

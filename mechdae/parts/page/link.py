@@ -55,29 +55,32 @@ STORED = ("checks", "recorded")
 """Data that are packed with the modules: values at poses,"""
 NUMBERS = ("y", "points", "turns", "angles")
 """under these keys."""
-DRAWN = 26
-"""Binary digits of what is only drawn."""
+DRAWN, TOLD = 22, 15
+"""Binary digits of what is only drawn, decimal ones of what is compared."""
 
 
-def linked(data: Json, kernels: str, main: str = MAIN, drawing: Json | None = None) -> str:
+def linked(data: Json, kernels: Json | None, main: str = MAIN, drawing: Json | None = None) -> str:
     """Return the page; the same data give the same text.
 
-    ``main`` is the module that begins, and its ``.html`` what is filled; ``drawing`` what it draws
-    by, which is packed with the modules.
+    ``kernels`` are tables of functions; ``main`` is the module that begins, and its ``.html``
+    what is filled; ``drawing`` what it draws by, which is packed with the modules.
     """
     stored = {key: data[key] for key in STORED if key in data and main != "edit"}
     rest = {key: value for key, value in data.items() if key not in stored}
     text = json.dumps(rest, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
     paged = main in (MAIN, SPATIAL)
-    functions = f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n" if paged else ""
     inside = text.replace("<", "\\u003c")
     look = (WEB / "lesson.css").read_text(encoding="utf-8") if paged else ""
-    known: Json = {"WORDS": words_of(str(data["lang"]), main), "DRAWING": drawing, "LOOK": look}
+    known: Json = {
+        "WORDS": words_of(str(data["lang"]), main),
+        "DRAWING": drawing,
+        "LOOK": look,
+        "KERNELS": kernels,
+    }
     known |= {"SUM": zlib.crc32(inside.encode()), "POSES": _spread(stored)}
     constants = json.dumps(known, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     total = f"const {{ {', '.join(known)} }} = {constants};\n"
-    script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
+    script = f'"use strict";\n(() => {{\n{total}{modules(main)}}})();\n'
     parts = {
         "title": html.escape(str(data["title"]), quote=False),
         "lang": str(data["lang"]),
@@ -98,10 +101,19 @@ def words_of(lang: str, main: str = MAIN) -> dict[str, str]:
 
 
 def _spread(stored: Json, key: str = "", rows: int = 1) -> Json:
-    """Return data with packed numbers as lists; what is drawn as second differences of rows."""
+    """Return data with packed numbers as lists; what is drawn as second differences of rows.
+
+    Numbers that another name of the same table has before are ``{"like": name}``.
+    """
     if isinstance(stored, dict):
         inner, rows = key if key in NUMBERS else "", len(stored.get("rows", ())) or rows
-        return {name: _spread(value, inner or name, rows) for name, value in stored.items()}
+        first: dict[str, str] = {}
+        return {
+            name: {"like": first[value]}
+            if inner and first.setdefault(value, name) != name
+            else _spread(value, inner or name, rows)
+            for name, value in stored.items()
+        }
     if isinstance(stored, list):
         return [_spread(value, key) for value in stored]
     if key not in NUMBERS:
@@ -109,7 +121,7 @@ def _spread(stored: Json, key: str = "", rows: int = 1) -> Json:
     values = np.frombuffer(base64.b64decode(stored), dtype="<f8")
     size = float(np.abs(values).max(initial=0.0))
     if key == "y" or not np.isfinite(size) or size == 0:
-        return [value if np.isfinite(value) else None for value in values.tolist()]
+        return [float(f"{v:.{TOLD}g}") if np.isfinite(v) else None for v in values.tolist()]
     step = 2.0 ** (np.floor(np.log2(size)) - DRAWN)
     whole = np.rint(values / step).astype(int).reshape(rows, -1)
     still = np.zeros((2, whole.shape[1]), int)

@@ -21,7 +21,7 @@ from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.setup.outputs import RATES, Outputs, ReportedQuantity
 from mechdae.parts.page import page_drivers as ways
-from mechdae.parts.page.programs.javascript import HELPERS, Printed, printed
+from mechdae.parts.page.programs.javascript import Operations, operations_of, script, tables
 from mechdae.records import dataclass
 from mechdae.types import Graph, Json
 
@@ -36,10 +36,20 @@ MORE_TRIES = 4
 
 @dataclass(frozen=True)
 class PrintedKernels:
-    """Printed functions: their text, and where each has its inputs and outputs."""
+    """Functions by their operations, and where each has its inputs and outputs."""
 
-    text: str
+    functions: dict[str, Operations]
     layout: dict[str, Any]
+
+    @property
+    def text(self) -> str:
+        """A script that gives the functions by their names."""
+        return script(self.functions)
+
+    @property
+    def tables(self) -> Json:
+        """What ``web/compile.js`` makes the same script of."""
+        return tables(self.functions)
 
 
 def why_recorded(setting: Setting | None, run: Run | None, task: Task) -> str:
@@ -93,17 +103,11 @@ def kernels(
     if graphs.contacts:
         functions |= {"least": graphs.divisors[1], "curves": curves_of(graphs, model)}
     folds = {f"fold{b}": graphs.fold(b) for b in range(graphs.nb)}
-    parts: dict[str, Printed] = {
-        name: printed(function, name) for name, function in (functions | folds | dict(more)).items()
-    }
-    text = HELPERS + "".join(part.text for part in parts.values())
-    layout = {
-        name: {"in": part.inputs, "out": part.outputs, "size": part.size}
-        for name, part in parts.items()
-    }
+    parts = {name: operations_of(f, name) for name, f in (functions | folds | dict(more)).items()}
+    layout = {name: {"in": part.inputs, "out": part.outputs} for name, part in parts.items()}
     share = turned(graphs) if graphs.scene.model.mechanism.dimension == 3 else 0
     others = {"slopes_at": [rows, columns], "looks_at": at, "turned": share}
-    return PrintedKernels(text, layout | others)
+    return PrintedKernels(parts, layout | others)
 
 
 def looks_of(model: Model) -> tuple[list[list[str]], Graph]:

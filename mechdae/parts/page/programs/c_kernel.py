@@ -13,7 +13,12 @@ from mechdae.errors import UnavailableError
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.continuation.legs import SHARE
 from mechdae.parts.page.live import numbers_of, slopes_of
-from mechdae.parts.page.programs.javascript import OPERATIONS, Language, NotPrintable, printed
+from mechdae.parts.page.programs.javascript import (
+    OPERATIONS,
+    Language,
+    NotPrintable,
+    operations_of,
+)
 from mechdae.parts.page.programs.kernel_functions import KernelSource, head_lines, kernel_source
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Graph
@@ -42,7 +47,7 @@ C = Language(
         ca.OP_FMOD: "fmod({0},{1})",
     },
     "static void {}(double *M) {{ (void) M;",
-    "double",
+    "const double",
     True,
     ("NAN", "INFINITY"),
 )
@@ -103,14 +108,15 @@ def _printed(functions: dict[str, Graph]) -> str:
     texts = []
     for part, function in functions.items():
         try:
-            kernel = printed(function, f"NAME_{part}_kernel", C)
+            kernel = operations_of(function, part, C)
         except NotPrintable as error:
             raise UnavailableError(str(error), hint="export --format js") from None
+        text, size = kernel.text(f"NAME_{part}_kernel", C)
         sizes = [count for _, count in kernel.inputs] + [-1] + [n for _, n in kernel.outputs] + [-1]
         texts.append(
-            f"{kernel.text}static void NAME_call_{part}(const double *const *given, "
+            f"{text}static void NAME_call_{part}(const double *const *given, "
             "double *const *found) {\n"
-            f"  static const int size[] = {{{_row(sizes)}}};\n  double M[{kernel.size + 1}];\n"
+            f"  static const int size[] = {{{_row(sizes)}}};\n  double M[{size + 1}];\n"
             f"  NAME_run(NAME_{part}_kernel, size, M, given, found);\n}}\n"
         )
     return "\n".join(texts)

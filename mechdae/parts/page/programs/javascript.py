@@ -2,20 +2,19 @@
 
 Arithmetic is IEEE double in both; sine, cosine and powers may differ in the last bit. A kernel
 works on one array of doubles: inputs, then outputs, then values that pass from one piece to the
-next. Long functions are printed in pieces, because engines do not optimise very long ones.
+next. Long functions are written in pieces, because engines do not optimise very long ones.
+Pages hold tables, from which ``web/compile.js`` writes the same text: they are half as large.
 """
 
 from __future__ import annotations
 
-import heapq
 import math
-import re
 from collections.abc import Mapping
 
 import casadi as ca
 
 from mechdae.records import dataclass
-from mechdae.types import Graph
+from mechdae.types import Graph, Json
 
 PIECE = 300
 """Operations in one piece,"""
@@ -25,6 +24,7 @@ LONGEST = 1500
 """Characters of one expression."""
 
 OPERATIONS: dict[int, str] = {
+    ca.OP_OUTPUT: "{0}",
     ca.OP_ASSIGN: "{0}",
     ca.OP_ADD: "({0}+{1})",
     ca.OP_SUB: "({0}-{1})",
@@ -70,6 +70,9 @@ OPERATIONS: dict[int, str] = {
     ca.OP_COPYSIGN: "copysign({0},{1})",
 }
 """What each operation is; NaN goes through minimum and maximum as it does in NumPy."""
+CODES = {code: k for k, code in enumerate(OPERATIONS)}
+LARGE = 1 << 14
+"""Numbers from here on take two letters of a stream."""
 
 HELPERS = """\
 const sq = (a) => a * a;
@@ -98,7 +101,7 @@ class Language:
     opens
         What a function begins with, its name in braces.
     declares
-        The word before names of values.
+        What stands before the name of a value.
     decimal
         Whether whole numbers have a point.
     special
@@ -114,47 +117,113 @@ class Language:
 
 
 JAVASCRIPT = Language(
-    "JavaScript", OPERATIONS, "function {}(M){{", "let", False, ("NaN", "Infinity")
+    "JavaScript", OPERATIONS, "function {}(M){{", "const", False, ("NaN", "Infinity")
 )
 
 
 @dataclass(frozen=True)
-class Printed:
-    """A printed function.
+class Operations:
+    """A function with dense outputs as operations on one array, one after the other.
 
     Attributes
     ----------
-    text
-        Definition of a function of one array.
     inputs, outputs
-        Where each begins, and its number of entries.
-    size
-        Length of the array.
+        Where each begins in memory, and its number of entries.
+    steps
+        Code, what is read, and where an output is stored, -1 of a value. What is read is the
+        number of a value, or ``~k`` of the leaf k.
+    leaves
+        What no step gives: places in memory (int), constants (float).
     """
 
-    text: str
     inputs: tuple[tuple[int, int], ...]
     outputs: tuple[tuple[int, int], ...]
-    size: int
+    steps: tuple[tuple[int, tuple[int, ...], int], ...]
+    leaves: tuple[int | float, ...]
+
+    @property
+    def table(self) -> Json:
+        """The operations as strings in which equal parts of a function look equal.
+
+        Values are named by how far back they are. Of the second string 0 is a leaf, 3 the next
+        number of the third or fourth, of first and second operands.
+        """
+        codes, kinds, first, second, leaves, ways = streams = [list[int]() for _ in range(6)]
+        count = at = 0
+        for code, sources, to in self.steps:
+            codes.append(CODES[code])
+            for far, source in zip((first, second), sources, strict=False):
+                back = max(count - source, 0) if source >= 0 else 0
+                kinds.append(min(back, 3))
+                if back > 2:
+                    far.append(back)
+                elif not back:
+                    leaves.append(~source)
+            if to < 0:
+                count += 1
+            else:
+                ways.append(2 * (to - at) if to >= at else 2 * (at - to) - 1)
+                at = to
+        return {
+            "streams": [_spelled(stream) for stream in streams],
+            "leaves": [_leaf(leaf, JAVASCRIPT) for leaf in self.leaves],
+            "size": sum(self.outputs[-1]),
+        }
+
+    def text(self, name: str, language: Language = JAVASCRIPT) -> tuple[str, int]:
+        """Return the definition of a function, and the length of its array."""
+        many, pieces, operations = len(self.steps) > WHOLE, list[int](), 0
+        uses, last = list[int](), list[int]()
+        for _, sources, to in self.steps:
+            pieces.append(operations // PIECE if many else 0)
+            for source in sources:
+                if source >= 0:
+                    uses[source], last[source] = uses[source] + 1, pieces[-1]
+            if to < 0:
+                operations += 1
+                uses.append(0)
+                last.append(pieces[-1])
+        bodies = [""] * (operations // PIECE + 1 if many else 1)
+        known: list[tuple[int, str, str]] = []  # piece, text there, text in later ones
+        fixed = [_leaf(leaf, language) for leaf in self.leaves]
+        size, ends = sum(self.outputs[-1]), list[int]()  # of places after it: who reads last
+
+        def read(source: int, piece: int) -> str:
+            if source < 0:
+                return fixed[~source]
+            there, text, later = known[source]
+            return text if there == piece else later
+
+        for piece, (code, sources, to) in zip(pieces, self.steps, strict=True):
+            text = language.operations[code].format(*(read(source, piece) for source in sources))
+            k = len(known)
+            if to >= 0:
+                bodies[piece] += f"M[{to}]={text};\n"
+            elif uses[k] == 1 and last[k] == piece and len(text) < LONGEST:
+                known.append((piece, text, ""))
+            else:
+                bodies[piece] += f"{language.declares} v{k}={text};\n"
+                slot = next((i for i, end in enumerate(ends) if end < piece), len(ends))
+                known.append((piece, f"v{k}", f"M[{size + slot}]"))
+                if last[k] > piece:
+                    bodies[piece] += f"M[{size + slot}]=v{k};\n"
+                    ends[slot : slot + 1] = [last[k]]
+        opens = language.opens
+        parts = [f"{opens.format(f'{name}_{k}')}\n{body}}}\n" for k, body in enumerate(bodies)]
+        calls = "".join(f"{name}_{k}(M);" for k in range(len(bodies)))
+        return f"{''.join(parts)}{opens.format(name)}{calls}}}\n", size + len(ends)
 
 
 def supported(function: Graph, language: Language = JAVASCRIPT) -> bool:
     """Return whether every operation of the function can be printed."""
-    known = {*language.operations, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
+    known = {*language.operations, ca.OP_INPUT, ca.OP_CONST}
     return function.is_a("SXFunction") and all(
         function.instruction_id(k) in known for k in range(function.n_instructions())
     )
 
 
-def printed(function: Graph, name: str, language: Language = JAVASCRIPT) -> Printed:
-    """Return a function with dense outputs as text.
-
-    Parameters
-    ----------
-    function
-        An SX function; sparse outputs are printed densely.
-    name
-        Of the printed function.
+def operations_of(function: Graph, name: str, language: Language = JAVASCRIPT) -> Operations:
+    """Return an SX function by its operations; sparse outputs become dense.
 
     Raises
     ------
@@ -163,177 +232,65 @@ def printed(function: Graph, name: str, language: Language = JAVASCRIPT) -> Prin
     """
     arguments = function.sx_in()
     results = [ca.densify(part) for part in function.call(arguments)]
-    function = ca.Function(name, arguments, results)
-    if not supported(function, language):
+    f = ca.Function(name, arguments, results)
+    if not supported(f, language):
         raise NotPrintable(f"{name} holds an operation that cannot be printed as {language.name}")
-    return _Printer(function, name, language).result()
-
-
-@dataclass
-class _Value:
-    """A value: where it is, or the operation that gives it."""
-
-    text: str = ""
-    code: int = -1
-    sources: tuple[int, ...] = ()
-    uses: int = 0
-    piece: int = -1
-    last: int = -1
-    slot: int = -1
-
-
-class _Printer:
-    """Prints one function; values are numbered in the order of the instructions."""
-
-    def __init__(self, function: Graph, name: str, language: Language) -> None:
-        self.function, self.name, self.language = function, name, language
-        counts = [function.numel_in(i) for i in range(function.n_in())]
-        results = [function.numel_out(i) for i in range(function.n_out())]
-        begins = [sum([*counts, *results][:k]) for k in range(len(counts) + len(results))]
-        self.inputs = tuple(zip(begins, counts, strict=False))
-        self.outputs = tuple(zip(begins[len(counts) :], results, strict=True))
-        self.size = sum(counts) + sum(results)
-        self.values: list[_Value] = []
-        self.stores: list[tuple[int, int, int]] = []  # place in memory, value, piece
-        self.free: dict[int, int] = {}  # places between pieces, with their last readers
-        self._read()
-
-    def _read(self) -> None:
-        """Number the values, count their uses, and divide the instructions into pieces."""
-        f, place = self.function, dict[int, int]()
-        many = f.n_instructions() > WHOLE
-        operations = 0
-        for k in range(f.n_instructions()):
-            code, into, source = (
-                f.instruction_id(k),
-                f.instruction_output(k),
-                f.instruction_input(k),
-            )
-            piece = operations // PIECE if many else 0
-            if code == ca.OP_INPUT:
-                entry = _Value(f"M[{self.inputs[source[0]][0] + source[1]}]")
-            elif code == ca.OP_CONST:
-                entry = _Value(_number(f.instruction_constant(k), self.language))
-            elif code == ca.OP_OUTPUT:
-                value = self.values[place[source[0]]]
-                value.uses, value.last = value.uses + 1, max(value.last, piece)
-                self.stores.append((self.outputs[into[0]][0] + into[1], place[source[0]], piece))
-                continue
-            else:
-                sources = tuple(place[i] for i in source)
-                for i in sources:
-                    self.values[i].uses += 1
-                    self.values[i].last = max(self.values[i].last, piece)
-                entry = _Value(code=code, sources=sources, piece=piece)
-                operations += 1
-            place[into[0]] = len(self.values)
-            self.values.append(entry)
-        self.pieces = operations // PIECE + 1 if many else 1
-
-    def result(self) -> Printed:
-        bodies: list[list[_Statement]] = [[] for _ in range(self.pieces)]
-        stores = sorted(self.stores, key=lambda store: store[1])
-        at = 0
-        for number, value in enumerate(self.values):
-            if value.code >= 0:
-                self._put(number, value, bodies)
-            while at < len(stores) and stores[at][1] == number:
-                to, _, piece = stores[at]
-                bodies[piece].append(_Statement(f"M[{to}]", self._use(number, piece)))
-                at += 1
-        opens, declares = self.language.opens, self.language.declares
-        if self.pieces == 1:
-            text = f"{opens.format(self.name)}\n{_written(bodies[0], declares)}}}\n"
+    counts = [f.numel_in(i) for i in range(f.n_in())] + [f.numel_out(i) for i in range(f.n_out())]
+    begins = [sum(counts[:k]) for k in range(len(counts))]
+    memory = list(zip(begins, counts, strict=True))
+    place: dict[int, int] = {}
+    leaves: list[int | float] = []
+    numbers: dict[str, int] = {}
+    steps: list[tuple[int, tuple[int, ...], int]] = []
+    count = 0
+    for k in range(f.n_instructions()):
+        code, into, source = f.instruction_id(k), f.instruction_output(k), f.instruction_input(k)
+        if code in (ca.OP_INPUT, ca.OP_CONST):
+            is_input = code == ca.OP_INPUT
+            leaf = begins[source[0]] + source[1] if is_input else float(f.instruction_constant(k))
+            number = numbers.setdefault(repr(leaf), len(leaves))  # -0.0 is not 0.0
+            leaves += [leaf] if number == len(leaves) else []
+            place[into[0]] = ~number
+        elif code == ca.OP_OUTPUT:
+            steps.append((code, (place[source[0]],), begins[f.n_in() + into[0]] + into[1]))
         else:
-            parts = [
-                f"{opens.format(f'{self.name}_{k}')}\n{_written(body, declares)}}}\n"
-                for k, body in enumerate(bodies)
-            ]
-            calls = "".join(f"{self.name}_{k}(M);" for k in range(self.pieces))
-            text = "".join(parts) + f"{opens.format(self.name)}{calls}}}\n"
-        return Printed(text, self.inputs, self.outputs, self.size)
-
-    def _put(self, number: int, value: _Value, bodies: list[list[_Statement]]) -> None:
-        """Keep an operation's text until it is used once, else give the value a name."""
-        sources = [self._use(i, value.piece) for i in value.sources]
-        text = self.language.operations[value.code].format(*sources)
-        if value.uses <= 1 and value.last == value.piece and len(text) < LONGEST:
-            value.text = text
-            return
-        number_text = f"<{number}>"
-        bodies[value.piece].append(_Statement(number_text, text))
-        value.text = number_text
-        if value.last > value.piece:
-            value.slot = self._slot(value)
-            bodies[value.piece].append(_Statement(f"M[{value.slot}]", number_text))
-
-    def _slot(self, value: _Value) -> int:
-        """Return a place in memory whose last reader is a piece before the value's."""
-        slot = next((name for name, last in self.free.items() if last < value.piece), self.size)
-        self.size = max(self.size, slot + 1)
-        self.free[slot] = value.last
-        return slot
-
-    def _use(self, number: int, piece: int) -> str:
-        value = self.values[number]
-        if value.code >= 0 and value.piece != piece:
-            return f"M[{value.slot}]"
-        return value.text
+            steps.append((code, tuple(place[i] for i in source), -1))
+            place[into[0]], count = count, count + 1
+    inputs, outputs = memory[: f.n_in()], memory[f.n_in() :]
+    return Operations(tuple(inputs), tuple(outputs), tuple(steps), tuple(leaves))
 
 
-@dataclass
-class _Statement:
-    """One assignment; values with names stand as their numbers in angle brackets."""
-
-    to: str
-    text: str
-
-
-NAMED = re.compile(r"<(\d+)>")
-LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLNOPQRSTUVWXYZ"
+def script(functions: Mapping[str, Operations]) -> str:
+    """Return a script that gives functions by their names."""
+    texts = []
+    for name, operations in functions.items():
+        text, size = operations.text(name)
+        texts.append(f"{text}{name}.size={size};\n")
+    return f"(() => {{\n{HELPERS}{''.join(texts)}return {{ {', '.join(functions)} }};\n}})()"
 
 
-def _written(body: list[_Statement], declares: str) -> str:
-    """Return the statements of a piece; few names, each given again when its value is used up."""
-    last = {found: k for k, line in enumerate(body) for found in NAMED.findall(line.text)}
-    names: dict[str, str] = {}
-    free: list[int] = []
-    held: dict[str, int] = {}
-    count, lines = 0, []
-    for k, line in enumerate(body):
-        text = NAMED.sub(lambda found: names[found[1]], line.text)
-        for word in dict.fromkeys(NAMED.findall(line.text)):
-            if last[word] == k:
-                heapq.heappush(free, held[word])
-        to = line.to
-        if to.startswith("<"):
-            word = to[1:-1]
-            if free:
-                held[word] = heapq.heappop(free)
-            else:
-                held[word], count = count, count + 1
-            names[word] = to = _name(held[word])
-        if text.startswith("(") and _closes_last(text):
-            text = text[1:-1]
-        lines.append(f"{to}={text};\n")
-    head = f"{declares} {','.join(_name(k) for k in range(count))};\n" if count else ""
-    return head + "".join(lines)
+def tables(functions: Mapping[str, Operations]) -> Json:
+    """Return what a page writes the same script of."""
+    return {
+        "functions": {name: operations.table for name, operations in functions.items()},
+        "forms": list(OPERATIONS.values()),
+        "limits": [PIECE, WHOLE, LONGEST],
+        "helpers": HELPERS,
+    }
 
 
-def _name(number: int) -> str:
-    """Return a short name that is no word of a language: a letter, or one with digits."""
-    turn, letter = divmod(number, len(LETTERS))
-    return LETTERS[letter] + (str(turn) if turn else "")
+def _spelled(numbers: list[int]) -> str:
+    """Return numbers as letters, without those that a string would have to escape."""
+    digits = [
+        digit
+        for number in numbers
+        for digit in ((number,) if number < LARGE else (LARGE + number // LARGE, number % LARGE))
+    ]
+    return "".join(chr(digit + (35 if digit + 35 < ord("\\") else 36)) for digit in digits)
 
 
-def _closes_last(text: str) -> bool:
-    """Return whether the bracket that opens a text is closed at its end."""
-    depth = 0
-    for k, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if depth == 0:
-            return k == len(text) - 1
-    return False
+def _leaf(leaf: int | float, language: Language) -> str:
+    return f"M[{leaf}]" if isinstance(leaf, int) else _number(leaf, language)
 
 
 def _number(value: float, language: Language) -> str:

@@ -34,14 +34,13 @@ def js(motion: ExportedMotion) -> dict[str, str]:
         raise UnavailableError(str(error), hint="export --format c") from None
     data = json.dumps(_data(source, made.layout), ensure_ascii=False, allow_nan=False)
     head = "".join(f" * {line}\n".replace(" \n", "\n") for line in head_lines(source))
-    names = ", ".join(sorted(name for name in made.layout if f"function {name}(" in made.text))
     text = (
         f"/*\n{head}"
         " *\n * const mechanism = new Mechanism();\n"
         " * mechanism.pose(s).values; mechanism.set({name: value});\n"
         " */\n"
         f"const DATA = {data};\n"
-        f"const KERNELS = (() => {{\n{made.text}return {{{names}}};\n}})();\n"
+        f"const KERNELS = {made.text};\n"
         f"{link.modules('path')}{TAIL.read_text(encoding='utf-8')}"
     )
     return {"": text}

@@ -1,10 +1,10 @@
 /** A printed kernel with its memory. */
 
 export class Kernel {
-  /** @param {(M: Float64Array) => void} code @param {{in: number[][], out: number[][], size: number}} layout */
+  /** @param {(M: Float64Array) => void} code @param {{in: number[][], out: number[][]}} layout */
   constructor(code, layout) {
     this.code = code;
-    this.memory = new Float64Array(layout.size);
+    this.memory = new Float64Array(code.size);
     this.inputs = layout.in.map(([at, count]) => this.memory.subarray(at, at + count));
     this.outputs = layout.out.map(([at, count]) => this.memory.subarray(at, at + count));
   }

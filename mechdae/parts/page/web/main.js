@@ -5,6 +5,7 @@ import { Recorded } from "./recorded.js";
 import { isWhole } from "./whole.js";
 import { digits, displayed, nameIn, quantity, rounded, showIn } from "./units.js";
 import { find, made, numberIn } from "./made.js";
+import { scriptOf } from "./compile.js";
 import { Tabs } from "./tabs.js";
 import { Dimensions } from "./dimensions.js";
 import { Curves, forceThings, lightThings, recordedThings, thingsOf } from "./curves.js";
@@ -577,12 +578,20 @@ class App {
   }
 }
 
+/** What a script gives, run as the page's policy lets one be. */
+function run(text) {
+  const script = made("script", {}, `window.mechdae = ${text}`);
+  document.head.append(script);
+  script.remove();
+  return window.mechdae;
+}
+
 /** Start the page with the diagrams of the plane or of space; `plane` has what only the plane has. */
 export function begin(Kind, plane = null) {
   document.head.append(made("style", {}, LOOK));
   const given = JSON.parse(find("mechdae").textContent);
   if (isWhole(find("mechdae").textContent, SUM)) {
-    const app = new App({ ...given, ...POSES }, K, Kind, DRAWING, plane);
+    const app = new App({ ...given, ...POSES }, KERNELS ? run(scriptOf(KERNELS)) : {}, Kind, DRAWING, plane);
     app.build();
     window.mechdae = interfaceOf(app);
     return;

@@ -27,9 +27,8 @@ export class Recorded {
   constructor(data) {
     this.data = data;
     this.rows = data.recorded.rows;
-    this.points = Object.fromEntries(Object.entries(data.recorded.points).map(([name, text]) => [name, unpacked(text)]));
-    this.angles = Object.entries(data.recorded.angles).map(([name, text]) => [name, unpacked(text)]);
-    this.rotations = Object.fromEntries(Object.entries(data.recorded.turns).map(([name, text]) => [name, unpacked(text)]));
+    const { points, angles, turns } = data.recorded, tracks = (table) => Object.fromEntries(Object.keys(table).map((name) => [name, unpacked(table[table[name].like || name])]));
+    [this.points, this.angles, this.rotations] = [tracks(points), Object.entries(tracks(angles)), tracks(turns)];
   }
 
   /** Curves that were stored: kind, part, names, unit, values of each. */
@@ -42,9 +41,9 @@ export class Recorded {
   moving() {
     const seen = new Set();
     return Object.keys(this.points).filter((name) => {
-      const width = this.data.scene.dimension, key = JSON.stringify(this.data.recorded.points[name]), own = this.points[name];
+      const width = this.data.scene.dimension, text = this.data.recorded.points[name], key = JSON.stringify(text), own = this.points[name];
       const moves = own.some((value, k) => Math.abs(value - own[k % width]) > 1e-9);
-      return moves && !seen.has(key) && seen.add(key);
+      return moves && !text.like && !seen.has(key) && seen.add(key);
     });
   }
 

@@ -183,11 +183,11 @@ export class Machine {
       let at = 0;
       const place = (count) => { const own = [at, count]; at += count; return own; };
       const [given, found] = [inputs.map(place), outputs.map(place)];
-      layout[name] = { in: given, out: found, size: at };
-      code[name] = (memory) => {
+      layout[name] = { in: given, out: found };
+      code[name] = Object.assign((memory) => {
         const results = run(...given.map(([from, count]) => memory.subarray(from, from + count)));
         found.forEach(([from, count], k) => { for (let j = 0; j < count; j += 1) memory[from + j] = results[k][j]; });
-      };
+      }, { size: at });
     };
     const way = (all) => [Array.from(all.subarray(consts, consts + nu)), Array.from(all.subarray(consts + nu))];
     const fixed = [...this.rows.mechanism.ground.values()].flat();
