@@ -14,7 +14,7 @@ BUDGETS = {
     "results": 3_190,
     "draw": 19_580,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
-    "motion": 22_540,  # poses of several drivers at the speed of one
+    "motion": 22_550,  # poses of several drivers at the speed of one
     "forces": 4_350,
     "dynamics": 8_050,
     "design": 15_770,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 844
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 133_450
+TOTAL = 133_500
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

@@ -7,7 +7,7 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Batch
 from mechdae.motion.continuation.follower import extend
-from mechdae.motion.continuation.legs import SHORT, Legs, largest_step, later
+from mechdae.motion.continuation.legs import SHORT, Legs, largest_step, later, resized
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
 
@@ -65,7 +65,8 @@ class Fan(Legs):
             held = left[good]
             state[held], place[held] = after[good], place[held] + ds[good]
             size[held] = np.maximum(size[held], np.abs(after[good, :n]))
-            step[left] = np.where(good, 2 * ds, ds / 2)
+            worst = test.max(axis=1)
+            step[left] = resized(ds, np.where(good | (worst > 1), worst, np.inf))
             self.counts.steps += len(held)
             left = left[(place[left] < 1.0) & (step[left] >= least[left])]
         done = place >= 1.0

@@ -27,6 +27,8 @@ SHORT = 8.0
 """Legs longer than so many largest steps are not tried in one step."""
 
 
+SAFE, LEAST = 0.9, 0.2
+"""Share of a step that is just proved which is tried next, and tests from which steps double."""
 SHARE = 2 * np.pi / NODES_PER_TURN
 """Largest step, in radians or what counts as one."""
 
@@ -35,6 +37,14 @@ def largest_step(d: Floats, scales: Floats) -> Floats:
     """Return the largest steps in s along u0 + s d, 0 <= s <= 1, for d (.., nd)."""
     steps: Floats = SHARE / np.maximum(np.max(np.abs(d) / scales, axis=-1), SHARE)
     return steps
+
+
+def resized(step: Any, test: Any) -> Any:
+    """Return steps to try after some whose largest `test` of a block is known, see `advance`.
+
+    Tests grow with the step, or with its square: half as long at least, at most twice as long.
+    """
+    return step * np.fmax(SAFE / np.sqrt(np.maximum(test, LEAST)), 0.5)
 
 
 class Legs(AnyPath):

@@ -9,8 +9,8 @@ import numpy as np
 from mechdae.errors import InputError
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.continuation.evaluate import Poses
-from mechdae.motion.continuation.fan import Fan
-from mechdae.motion.continuation.legs import SHORT, largest_step
+from mechdae.motion.continuation.fan import SMALLEST, Fan
+from mechdae.motion.continuation.legs import SHORT, largest_step, resized
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.one_pose import OnePose, PoseNumbers
 from mechdae.motion.kinematics.pose_arrays import PoseArrays, PoseState, of_certified, of_poses
@@ -18,7 +18,7 @@ from mechdae.motion.kinematics.prepared import Setting, covered
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
 
-MOST_STEPS = 64
+MOST_STEPS = 256
 """Steps to one pose that are taken alone, at most."""
 
 
@@ -166,8 +166,8 @@ class Tracker:
         d = values - node.values
         whole = numbers.whole.copy()
         whole[-2 * graphs.nu : -graphs.nu], whole[-graphs.nu :] = node.values, d
-        place, step = 0.0, SHORT * float(largest_step(d, self.setting.driver_sizes))
-        length = 0.0
+        largest = float(largest_step(d, self.setting.driver_sizes))
+        place, step, length = 0.0, SHORT * largest, 0.0
         for _ in range(MOST_STEPS):
             after, test, det, miss = self._step(state, np.array([place, length]), whole)
             held = ((test <= 1) & (miss <= 1) & (det * node.sign > 0)).all()
@@ -175,11 +175,11 @@ class Tracker:
                 state, place = after, place + length
                 if place >= 1.0:
                     return state
-                step = 2 * step if length == step else step
-            elif length:
-                step = length / 2
-            else:
+            elif length <= SMALLEST * largest:
                 return None
+            worst = test.max()
+            if length:
+                step = float(resized(length, worst if held or worst > 1 else np.inf))
             length = (place + min(step, 1.0 - place)) - place
         return None
 
