@@ -72,6 +72,7 @@ _HOMES = {
     "mechdae.parts.paper.reports": "Report report",
     "mechdae.parts.paper.assignments": "Assignment Assignments assign",
     "mechdae.parts.exchange": "Exported exported imported",
+    "mechdae.parts.exchange.robots.arm_of_urdf": "arm_from_urdf",
     "mechdae.parts.types.chains.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.parts.types.chains.mechanisms": "mechanism_of problem_of",
     "mechdae.parts.types.chains.variants.scheme": "Variant",

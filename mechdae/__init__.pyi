@@ -74,6 +74,7 @@ from mechdae.numerics.homotopy.platforms import platform_poses as platform_poses
 from mechdae.parts.exchange import Exported as Exported
 from mechdae.parts.exchange import exported as exported
 from mechdae.parts.exchange import imported as imported
+from mechdae.parts.exchange.robots.arm_of_urdf import arm_from_urdf as arm_from_urdf
 from mechdae.parts.models.factories import cylinder as cylinder
 from mechdae.parts.models.factories import five_bar as five_bar
 from mechdae.parts.models.factories import four_bar as four_bar
@@ -207,6 +208,7 @@ __all__ = [
     "Vector",
     "Weld",
     "__version__",
+    "arm_from_urdf",
     "arm_poses",
     "assign",
     "assur_groups",

@@ -17,7 +17,7 @@ from mechdae.numerics.arms.eliminant import MOST, OPEN, all_poses
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Complexes, Floats, Integers, Matrices, Matrix, Texts
 
-BLOCK = 512
+BLOCK = 256
 """Targets that closed forms take at once."""
 ALIKE = 1e-6
 """Distance of exp(i theta) below which singular poses are one."""
