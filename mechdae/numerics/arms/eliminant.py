@@ -21,7 +21,7 @@ import numpy as np
 
 from mechdae.numerics.arms.certified import certified, off_target
 from mechdae.numerics.arms.chain import AXES, frames, mirrored, mirrored_hands
-from mechdae.types import Complexes, Floats, Matrices, Matrix, Numbers
+from mechdae.types import Booleans, Complexes, Floats, Matrices, Matrix, Numbers
 
 MOST, FUNCTIONS, PAIR = 16, 14, 8
 STEPS = 6
@@ -29,7 +29,7 @@ SAME, CLOSE = 1e-6, 1e-3
 """Distances of angles below which certified solutions, and singular poses, are one [rad]."""
 OPEN = 1e-7
 """Distance of the hand, in sizes of the arm, up to which a singular pose reaches its target."""
-NEAR = (0.0, 1e-4, 1e-3, 3e-5)
+NEAR = (0.0, 1e-4, 3e-5, 1e-5, 3e-6, 1e-3)
 """How far the arm is whose solutions are taken as approximations, in turn: pencils of special arms
 are singular."""
 THIRDS = 2 * np.pi / 3 * np.arange(3)
@@ -90,8 +90,11 @@ def all_poses(links: Matrix, R: Matrices, t: Matrix, size: float) -> Any:
     return (turned, radius, status, regular), directions
 
 
+Known = tuple[Complexes, Floats, Booleans]
+
+
 def _solutions(
-    links: Matrix, R: Matrices, t: Matrix, size: float, start: Complexes, known: Any
+    links: Matrix, R: Matrices, t: Matrix, size: float, start: Complexes, known: Known
 ) -> Any:
     """Return certified solutions (n, 16, 6), radii, which are real, and whether they are all.
 

@@ -223,7 +223,10 @@ def _closed_form(links: Matrix) -> tuple[ClosedForm | None, bool]:
     return (parallel.parallel_poses if at else None), at < 0
 
 
-def _by_closed_form(closed: ClosedForm, back: bool, arm: Arm, R: Matrices, t: Matrix) -> Any:
+Found = tuple[Matrices, Matrix, Texts, Integers]
+
+
+def _by_closed_form(closed: ClosedForm, back: bool, arm: Arm, R: Matrices, t: Matrix) -> Found:
     """Return angles (n, 8, 6), bounds, statuses and counts of certified poses."""
     links, size, n = arm.links, arm.size, len(t)
     with np.errstate(all="ignore"):
