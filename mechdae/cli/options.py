@@ -39,12 +39,10 @@ def units_argument(parser: argparse.ArgumentParser) -> None:
 
 def units_asked(options: argparse.Namespace) -> Units:
     """Return the units of ``--units``; SI without it."""
-    from mechdae.describe.units import SI
+    from mechdae.describe.units import SI, units_of
 
     if options.units is None:
         return SI
-    from mechdae.describe.shown_units import units_of
-
     try:
         return units_of(options.units)
     except InputError as error:

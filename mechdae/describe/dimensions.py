@@ -7,6 +7,7 @@ Where no use tells, or two uses contradict each other, the unit stays unknown.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from itertools import chain, repeat
@@ -22,7 +23,8 @@ Use = tuple[Any, Powers | None, str]
 """A number, its unit, and where it stands."""
 Typed = tuple[Any, str | None, str]
 """The same with the unit as it is written."""
-RATES = ("speed", "acceleration", "jerk")
+SPEEDS = ("speed", "acceleration", "jerk")
+"""Keys of the rates of a driver."""
 TASK_NUMBERS = {
     "until": "s", "max_step": "s", "linearise": "s", "v_s": "m/s", "omega_s": "rad/s"
 }  # fmt: skip
@@ -37,6 +39,21 @@ def parameter_units(mechanism: Mechanism, tasks: Iterable[Task] = ()) -> dict[st
     automatic = {name: powers_of(unit) for name, unit in _automatic(mechanism)}
     units = {name: text_of(powers) for name, powers in automatic.items() if powers is not None}
     return units | {name: text_of(powers) for name, powers in known.items() if powers is not None}
+
+
+def typed_numbers(mechanism: Mechanism, tasks: Iterable[Task], least: int) -> Counter[str]:
+    """Return how many numbers that are typed, 0 aside, are in each unit of SI.
+
+    Parameters are left out where no unit comes to `least` of them.
+    """
+    tasks = tuple(tasks)
+    uses = [(n, powers) for n, powers, _ in _uses(mechanism, tasks) if isinstance(n, float) and n]
+    found = Counter(text_of(powers) for _, powers in uses if powers)
+    given = [name for name, n in mechanism.parameters.items() if isinstance(n, float) and n]
+    if len(given) + max(found.values(), default=0) > least:
+        units = parameter_units(mechanism, tasks)
+        found.update(units.get(name, "") for name in given)
+    return found
 
 
 def misfit(
@@ -152,7 +169,7 @@ def _of_driver(mechanism: Mechanism, driver: Driver) -> Iterator[Typed]:
     yield driver.to, ends, "driver.to"
     yield from ((number, unit, "driver.at") for number in driver.at or ())
     yield from ((number, "s", "driver.times") for number in driver.times or ())
-    for order, word in enumerate(RATES, start=1):
+    for order, word in enumerate(SPEEDS, start=1):
         yield getattr(driver, word), f"{unit}/s{order if order > 1 else ''}", f"driver.{word}"
 
 

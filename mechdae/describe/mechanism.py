@@ -17,14 +17,9 @@ from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.kinds import KINDS_OF_JOINTS
 from mechdae.describe.table import Table
+from mechdae.describe.units import units_of
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, empty_table
-from mechdae.errors import (
-    InputError,
-    MechanismError,
-    MechdaeError,
-    UnavailableError,
-    UnknownName,
-)
+from mechdae.errors import InputError, MechanismError, MechdaeError, UnavailableError, UnknownName
 from mechdae.records import Record, dataclass, key, optional
 
 if TYPE_CHECKING:
@@ -105,6 +100,8 @@ class Mechanism(Record):
     closure_tolerance
         By how much superfluous equations may stay open [m], angles as what they are at its scale;
         without it they are met to the rounding of the numbers given.
+    units
+        What its results are shown in, ``"mm,deg"``; of a file what it is written in.
 
     Raises
     ------
@@ -124,6 +121,7 @@ class Mechanism(Record):
     closure: Closure | None = None
     frames: str | None = None
     closure_tolerance: Number | None = optional("number", unit="m")
+    units: str = field(default="", compare=False, repr=False)
 
     AXES: ClassVar[str] = "xyz"
     shows: ClassVar[str] = "body numbers parameter_values scale settable values with_values"
@@ -149,14 +147,15 @@ class Mechanism(Record):
         def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        put("bodies", by_name(self.bodies))
-        put("joints", by_name(self.joints))
-        put("loads", by_name(self.loads))
+        for name in ("bodies", "joints", "loads"):
+            put(name, by_name(getattr(self, name)))
         put("outputs", Table(self.outputs))
         if self.dimension not in (2, 3):
             raise MechanismError(f"2 or 3, not {self.dimension!r}", where="dimension")
         sketched = "coordinates" if self.dimension == 2 else "rough places"
-        for name, kind in (("parameters", "table"), ("sketch", sketched)):
+        kinds = [("parameters", "table"), ("sketch", sketched)]
+        kinds += [(TOLERANCE, "number")] * (self.closure_tolerance is not None)
+        for name, kind in kinds:
             try:
                 put(name, values.COERCE[kind](getattr(self, name)))
             except MechdaeError as problem:
@@ -169,11 +168,6 @@ class Mechanism(Record):
                     down = ["0"] * (self.dimension - 1) + [f"{-abs(self.gravity):g}"]
                     problem.hint = f"gravity = [{', '.join(down)}]"
                 raise problem.inside("gravity") from None
-        if self.closure_tolerance is not None:
-            try:
-                put(TOLERANCE, values.number(self.closure_tolerance))
-            except MechdaeError as problem:
-                raise problem.inside(TOLERANCE) from None
         if self.frames is not None:
             if self.frames != "drawn" or self.dimension != 3:
                 raise MechanismError(
@@ -184,6 +178,8 @@ class Mechanism(Record):
             sketch = drawn.drawn_sketch(self.joints, self.bodies, self.sketch)
             put("joints", Table(drawn.drawn_joints(self.joints)))
             put("sketch", Table({**sketch, **self.sketch}))
+        if self.units:
+            units_of(written=self.units)
         _check(self)
         if self.frames is not None:
             drawn.check_drawn(self.joints, self.values(), self.scale)

@@ -6,14 +6,13 @@ SI inside, these outside.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
 from functools import cache
-from importlib import import_module
 from types import MappingProxyType
 
-from mechdae.errors import nearest
+from mechdae.errors import InputError, UnknownName, nearest
 from mechdae.records import dataclass
 
 Powers = tuple[Fraction, ...]
@@ -28,6 +27,7 @@ NAMED = {
     "N m s/rad": (2, -1, -1, 1),
     "W": (2, 0, -3, 1),
     "kg m2": (2, 0, 0, 1),
+    "Pa": (-1, 0, -2, 1),
 }
 """Units that have a name of their own."""
 NONE: Powers = (Fraction(0),) * len(BASES)
@@ -120,6 +120,16 @@ IN_SI = (
     Unit("_kg", "masses", ("kg",), ONE),
     Unit("_kg_m2", "moments of inertia", ("kg m2",), ONE),
     Unit("_s", "times", ("s",), ONE),
+    Unit("_m_s", "speeds", ("m/s",), ONE),
+    Unit("_m_s2", "accelerations", ("m/s2",), ONE),
+    Unit("_rad_s2", "angular accelerations", ("rad/s2",), ONE),
+    Unit("_W", "powers", ("W",), ONE),
+    Unit("_J", "energies", ("N m", "J"), ONE),
+    Unit("_Pa", "pressures", ("Pa",), ONE),
+    Unit("_N_per_m", "stiffnesses", ("N/m",), ONE),
+    Unit("_N_s_per_m", "dampings", ("N s/m",), ONE),
+    Unit("_N_m_per_rad", "stiffnesses of joints", ("N m/rad",), ONE),
+    Unit("_N_m_s_per_rad", "dampings of joints", ("N m s/rad",), ONE),
 )
 EVERY: dict[str, Unit] = UNITS | {unit.suffix: unit for unit in IN_SI}
 """With those of SI, which names may end with too: they count where the name before is known."""
@@ -201,10 +211,6 @@ def fits(suffix: str, powers: Powers, angles: bool = True) -> bool:
     return powers in units
 
 
-NAMED_UNITS = "mechdae.describe.shown_units"
-"""It knows units by name."""
-
-
 @dataclass(frozen=True)
 class ShownUnit:
     """A unit that is shown, and the factor from SI to it."""
@@ -215,7 +221,7 @@ class ShownUnit:
 
 @dataclass(frozen=True)
 class Units:
-    """Units that were asked for.
+    """Units that numbers are shown in: those that were asked for, else those of the file.
 
     Parameters
     ----------
@@ -223,10 +229,16 @@ class Units:
         Their names, as they were given: ``("mm", "deg")``.
     by_si
         Unit in SI -> what it is shown in; what is not in it is nobody's wish.
+    written
+        The units that the problem was written in, ``"mm,deg"``.
     """
 
     asked: tuple[str, ...] = ()
     by_si: Mapping[str, ShownUnit] = field(default_factory=lambda: MappingProxyType({}))
+    written: str = ""
+
+    def __bool__(self) -> bool:
+        return bool(self.by_si)
 
     def of(self, si: str) -> ShownUnit:
         """Return what a unit in SI is shown in: itself where nothing else is wished."""
@@ -237,9 +249,106 @@ class Units:
         return DEGREES if si == "rad" and "rad" not in self.by_si else self.of(si)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return import_module(NAMED_UNITS).units_of, (self.asked,)
+        return units_of, (self.asked, self.written)
 
 
 DEGREES = ShownUnit("deg", 180.0 / math.pi)
 SI = Units()
 """No wish."""
+POWERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
+    "m": {"m": (1, "{}"), "m/s": (1, "{}/s"), "m/s2": (1, "{}/s2"), "m/s3": (1, "{}/s3"),
+          "m2": (2, "{}2"), "1/m": (-1, "1/{}")},
+    "rad": {"rad": (1, "{}"), "rad/s": (1, "{}/s"), "rad/s2": (1, "{}/s2"),
+            "rad/s3": (1, "{}/s3")},
+    "rad/s": {"rad/s": (1, "{}")},
+    "N": {"N": (1, "{}")},
+    "N m": {"N m": (1, "{}")},
+    "kg": {"kg": (1, "{}")},
+    "kg m2": {"kg m2": (1, "{}")},
+}  # fmt: skip
+"""Quantity, by its unit in SI -> units that follow it: its power in them, how they are written."""
+QUANTITIES = {
+    "m": "lengths", "rad": "angles", "rad/s": "angular speeds", "N": "forces", "N m": "moments",
+    "kg": "masses", "kg m2": "moments of inertia",
+}  # fmt: skip
+
+
+def _known() -> dict[str, tuple[str, str, Fraction, bool]]:
+    """Return what units may be called -> (quantity, name, size in SI, whether times pi)."""
+    known = {si: (si, si, Fraction(1), False) for si in POWERS}
+    known["deg/s"] = ("rad/s", "deg/s", UNITS["_deg"].size, True)
+    for unit in TABLE:
+        quantity = unit.si[0]
+        known.setdefault(unit.name, (quantity, unit.name, unit.size, unit.pi))
+    spelled = {name.replace(" ", "_").replace("/", "_"): unit for name, unit in known.items()}
+    suffixed = {unit.suffix[1:]: known[unit.name] for unit in TABLE}
+    return {**spelled, **suffixed, **known}
+
+
+KNOWN = _known()
+SHOWN = tuple(dict.fromkeys(name for _, name, _, _ in KNOWN.values()))
+"""How units are written, SI and others."""
+
+
+def units_of(text: str | Sequence[str] = (), written: str = "") -> Units:
+    """Return the units that a text names: ``mm,deg,kN``; of other quantities those `written`.
+
+    Lengths give the units of their rates, of areas and curvatures, angles those of their rates
+    unless angular speeds have one of their own (``deg,rpm``).
+
+    Raises
+    ------
+    UnknownName
+        No unit, with the nearest.
+    InputError
+        Two units of one quantity, or none at all.
+    """
+    words = text.split(",") if isinstance(text, str) else text
+    return _units(tuple(name.strip() for name in words), written)
+
+
+@cache
+def _units(asked: tuple[str, ...], written: str) -> Units:
+    chosen = _chosen(asked)
+    skipped = {*chosen, "rad/s"} if "rad" in chosen else {*chosen}
+    words = [name.strip() for name in written.split(",")] if written else []
+    for quantity, unit in _chosen(words).items():
+        if quantity not in skipped:
+            chosen[quantity] = unit
+    by_si: dict[str, ShownUnit] = {}
+    for quantity in POWERS:  # angles before angular speeds
+        if quantity in chosen:
+            name, size, pi = chosen[quantity]
+            for si, (power, pattern) in POWERS[quantity].items():
+                factor = float(1 / size**power) / (math.pi if pi else 1.0)
+                by_si[si] = ShownUnit(pattern.format(name), factor)
+    speed = by_si.get("rad/s", ShownUnit(""))
+    if speed.name[-2:] == "/s" and speed.name != "turns/s":
+        by_si |= {f"rad/s{n}": ShownUnit(f"{speed.name}{n}", speed.factor) for n in (2, 3)}
+    return Units(asked, MappingProxyType(by_si), written)
+
+
+def _chosen(words: Sequence[str]) -> dict[str, tuple[str, Fraction, bool]]:
+    """Return quantity -> name, size in SI and whether times pi of the units named."""
+    chosen: dict[str, tuple[str, Fraction, bool]] = {}
+    for word in words:
+        if word not in KNOWN:
+            raise _unknown(word)
+        quantity, name, size, pi = KNOWN[word]
+        if quantity in chosen and chosen[quantity][0] != name:
+            raise InputError(
+                f"{chosen[quantity][0]} and {name} are both units of {QUANTITIES[quantity]}",
+                where="units",
+                hint="one for each quantity",
+            )
+        chosen[quantity] = name, size, pi
+    return chosen
+
+
+def _unknown(word: str) -> UnknownName:
+    error = UnknownName("unit", word, SHOWN, where="units")
+    meant = [suffix[1:] for suffix in nearest_suffixes(word)] if word else []
+    names = list(dict.fromkeys(KNOWN[name][1] for name in meant if name in KNOWN))
+    known = f"units are {', '.join(SHOWN)}"
+    error.hint = f"did you mean {' or '.join(names)}? {known}" if names else known
+    return error

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self, TypeVar, cast
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
-from mechdae.describe.units import SI, Units
+from mechdae.describe.units import SI, Units, units_of
 from mechdae.records import Record, dataclass
 from mechdae.results.columns import columns_of
 from mechdae.results.events import Event
@@ -78,7 +78,8 @@ class Result(Record, Shown):
         What is wrong with the answer, None when nothing is; of forces the checks are made when it
         is read.
     units
-        What tables, CSV and pictures show numbers in, see `in_units`; arrays and JSON are SI.
+        What tables and pictures show numbers in, see `in_units`: those of the file, unless others
+        are asked for. Arrays and JSON are SI, CSV and frames in what is asked for.
     """
 
     problem: str
@@ -114,6 +115,8 @@ class Result(Record, Shown):
     def __post_init__(self) -> None:
         if not isinstance(self.summary, Summary):
             object.__setattr__(self, "summary", Summary(self.summary))
+        if self.units is SI and self.mechanism.units:
+            object.__setattr__(self, "units", units_of(written=self.mechanism.units))
 
     @classmethod
     def of(cls, problem: Problem, name: str, task: Task, **parts: Any) -> Self:
@@ -129,18 +132,19 @@ class Result(Record, Shown):
     def in_units(self, units: str | Sequence[str] | Units) -> Self:
         """Return the same result, shown in other units: ``"mm,deg"``.
 
-        Tables, CSV, frames and pictures show numbers in them; arrays and JSON stay SI.
+        Tables, CSV, frames and pictures show numbers in them, quantities of which none is named
+        as before; arrays and JSON stay SI.
 
         Raises
         ------
         InputError
             No units, or two of one quantity.
         """
-        if not isinstance(units, Units):
-            from mechdae.describe.shown_units import units_of
-
-            units = units_of(units)
-        return self if units == self.units else replace(self, units=units)
+        written = self.mechanism.units
+        if isinstance(units, Units):
+            written, units = units.written or written, units.asked
+        shown = units_of(units, written)
+        return self if shown == self.units else replace(self, units=shown)
 
     def finer(self, parts: int) -> Result:
         """Return the same task with `parts` steps from each pose to the next, solved again.

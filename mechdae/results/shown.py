@@ -9,17 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.units import KNOWN, units_of
 from mechdae.errors import UnavailableError
 from mechdae.types import Floats
 
 
 def shown_columns(result: Any) -> list[tuple[str, str, Floats]]:
-    """Return the columns of a result in the units that it is shown in."""
+    """Return the columns of a result in the units that were asked for, else in SI."""
     if not result.units.asked:
         return list(result.columns())
-    found = []
+    found, units = [], units_of(result.units.asked)
     for name, unit, array in result.columns():
-        shown = result.units.of(unit)
+        shown = units.of(unit)
         found.append((name, shown.name, array if shown.factor == 1 else array * shown.factor))
     return found
 
@@ -31,8 +32,6 @@ def heads(columns: Iterable[tuple[str, str, Floats]]) -> list[str]:
 
 def mixed_units(titles: Sequence[str]) -> str:
     """Return which units of one quantity stand side by side, in heads of columns."""
-    from mechdae.describe.shown_units import KNOWN  # only where units were asked for
-
     seen = dict.fromkeys(title[:-1].rpartition("[")[2] for title in titles if title[-1:] == "]")
     kinds: dict[str, list[str]] = {}
     for name in seen:

@@ -9,6 +9,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from mechdae.describe.file.reading import check_suffix, split_known, to_si
+from mechdae.describe.units import IN_SI, Unit, powers_of
 from mechdae.motion.setup.likely_typos import driver_slips
 
 FITS = {
@@ -233,3 +235,12 @@ def test_millimetres_taken_for_metres_in_a_driver() -> None:
     assert "to = 161.5 is in metres" in note
     assert note.endswith("did you mean from_mm, to_mm?")
     assert not driver_slips(md.Sweep(replace(driver, from_=0.06, to=0.1615)), problem.mechanism)
+
+
+@pytest.mark.parametrize("unit", IN_SI)
+def test_every_suffix_of_si_is_a_factor_of_one_of_what_it_measures(unit: Unit) -> None:
+    """A name is what is before the longest ending, and the unit is that of a quantity."""
+    assert split_known(f"F{unit.suffix}", {"F"}) == ("F", unit.suffix)
+    assert to_si(2.5, unit.suffix) == 2.5
+    assert all(powers_of(si) is not None or si in ("J", "W") for si in unit.si)
+    check_suffix(f"F{unit.suffix}", unit.si[0], "F")

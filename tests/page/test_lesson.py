@@ -128,14 +128,14 @@ def test_a_click_shows_position_velocity_and_acceleration(opened):
     for name, wanted in zip(names, ("3 rocker", "point P", "2 coupler"), strict=True):
         assert name.startswith(wanted)
     titles = page.locator(".chart .title").all_text_contents()
-    assert titles == ["φ, °", "s, mm", "ω, rad/s", "v, m/s", "ε, rad/s²", "a, m/s²"]
+    assert titles == ["φ, °", "s, mm", "ω, rad/s", "v, mm/s", "ε, rad/s²", "a, mm/s²"]
     result = md.solve("four-bar-crank-rocker", "turn")
     marks = page.locator("circle.extreme").count()
     assert marks == 2 * (2 + 2 + 2 + 1 + 2 + 1)  # of each line the largest and the least
     speed = np.linalg.norm(np.asarray(result.points["coupler.P"].velocity), axis=1)
     chart = page.locator(".chart").nth(3).locator("text.extreme").all_text_contents()
     found = sorted(number(text) for text in chart)
-    assert found == pytest.approx([speed.min(), speed.max()], rel=2e-3)
+    assert found == pytest.approx([1e3 * speed.min(), 1e3 * speed.max()], rel=2e-3)
     page.get_by_role("button", name="remove point P").click()
     assert page.locator(".chip").count() == 2
     assert page.locator(".chart").count() == 3
@@ -212,7 +212,7 @@ def test_explained_numbers_are_those_of_explain(opened):
     for name, size, _ in page.evaluate(ROWS):
         kind, letters = name.split("/")[1:]
         high = {"normal": "^n", "tangential": "^τ"}.get(kind, "")
-        wanted = re.search(rf"a{re.escape(high)}_{letters} +([\d.]+) m/s²", text)
+        wanted = re.search(rf"a{re.escape(high)}_{letters} +([\d.]+) mm/s²", text)
         assert wanted is not None, name
         assert number(size) == pytest.approx(float(wanted[1]), rel=1e-4)
     said = page.locator("#explain").inner_text()

@@ -62,7 +62,7 @@ def test_twelve_positions_and_analogues_of_a_slider_crank(made: Any) -> None:
     root = np.sqrt(length**2 - (r * np.sin(phi)) ** 2)
     x = r * np.cos(phi) + root
     first = -r * np.sin(phi) - r**2 * np.sin(phi) * np.cos(phi) / root
-    grid = grid_with(made, "'slide',), mark='', vector=False), Wording(text='m')")
+    grid = grid_with(made, "'slide',), mark='', vector=False), UnitName(text='m')")
     assert len(grid.rows) == 12
     assert printed(grid, 1) == pytest.approx(np.rad2deg(phi), abs=0.006)
     assert printed(grid, 3) == pytest.approx(x, abs=1e-5)

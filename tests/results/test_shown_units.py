@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import math
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -15,8 +17,7 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.shown_units import KNOWN, units_of
-from mechdae.describe.units import TABLE
+from mechdae.describe.units import KNOWN, TABLE, units_of
 from mechdae.motion.setup.likely_typos import doubts
 from mechdae.results.tables import table
 from tests.shared.paths import ROOT
@@ -127,7 +128,8 @@ def test_pictures_and_pages(forces: Any) -> None:
     assert "scale-text" in texts
     page = md.page("four-bar-crank-rocker", units="in,rpm")
     assert page.data["shown"]["m"] == [pytest.approx(1 / INCH, rel=1e-15), "in"]
-    assert "shown" not in md.page("four-bar-crank-rocker").data
+    assert md.page("four-bar-crank-rocker").data["shown"]["m"] == [1000.0, "mm"]  # as its file
+    assert "shown" not in md.page("eccentric-slider").data
 
 
 # -- what looks like another unit ------------------------------------------------------------
@@ -171,3 +173,82 @@ def test_lengths_out_of_proportion() -> None:
     assert not doubts(problem.with_values({"a_mm": 0.13}))
     radius = doubts(md.load("slider-crank-friction").with_values({"r_B": 15.0}))
     assert radius == ["B.pin_radius is 15 m, 50 times the largest length: is that in metres?"]
+
+
+# -- units that a file is written in -----------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "units"),
+    [
+        ("four-bar-crank-rocker", "mm,deg,rad/s"),
+        ("four-stroke-engine", "mm,deg,rpm"),
+        ("five-rod-suspension", "mm"),
+        ("slider-crank-friction", "deg,rad/s"),
+        ("double-pendulum", ""),
+    ],
+)
+def test_what_most_numbers_are_typed_in(name: str, units: str) -> None:
+    mechanism = md.load(name).mechanism
+    assert {*mechanism.units.split(",")} == {*units.split(",")}
+    assert mechanism.with_values({}).units == mechanism.units
+
+
+def test_one_length_in_millimetres_among_metres() -> None:
+    data = tomllib.loads(FOUR_BAR)
+    sizes = data["parameters"]
+    several = {key: sizes.pop(key) for key in list(sizes) if key.endswith("_mm")}
+    sizes |= {key.removesuffix("_mm"): value / 1000 for key, value in several.items()}
+    sizes["px_mm"] = 1000 * sizes.pop("px")
+    mechanism = from_dict(data).mechanism
+    assert "mm" not in mechanism.units
+    assert "deg" in mechanism.units
+
+
+def test_results_are_in_the_units_of_the_file() -> None:
+    found = md.solve("four-bar-crank-rocker", "turn", poses=3)
+    text = table(found)
+    assert "coupler.P.x [mm]" in text
+    assert "rocker [rad/s]" in text  # no speed is typed in degrees
+    assert "coupler.P.x [in]" in table(found.in_units("in"))
+    assert "rocker [deg]" in table(found.in_units("in"))
+    assert md.solve(found.mechanism, found.definition).units == found.units
+
+
+def test_files_for_programs_stay_in_si(tmp_path: Path) -> None:
+    words = ["solve", "four-bar-crank-rocker", "--task", "turn", "--poses", "3", "--quiet"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    with (tmp_path / "turn.csv").open() as file:
+        heads = next(csv.reader(file))
+    assert "coupler.P.position.x [m]" in heads
+    assert "crank.angle.position [rad]" in heads
+    again = md.read(tmp_path)["turn"]
+    assert again.units.by_si["m"].name == "mm"  # those of the file, from the folder too
+
+
+def test_a_mechanism_of_python_says_its_units() -> None:
+    four_bar = md.load("four-bar-crank-rocker").mechanism
+    sweep = md.Sweep(driver=md.Driver("crank.angle", at=[0.7]))
+    assert ") cm\n" in table(md.solve(dataclasses.replace(four_bar, units="cm"), sweep))
+    with pytest.raises(md.MechdaeError, match="did you mean in"):
+        dataclasses.replace(four_bar, units="inch")
+
+
+@pytest.mark.parametrize("lang", ["en", "ru"])
+def test_equations_on_paper_close_in_other_units(lang: str) -> None:
+    """Each side of an equation is the same number, whatever unit the sides are in."""
+    shown = md.explain("slider-crank-friction", pose=40, units="in,lbf", lang=lang)
+    plain = md.explain("slider-crank-friction", pose=40, lang=lang)
+    assert shown.data() == plain.data()  # data stay SI
+    text = shown.text().replace(",", ".")
+    ((spin, length, speed, unit),) = re.findall(
+        r"\|v_BO\| = \|ω_1\|·\|r_BO\| = (\S+)·(\S+) = (\S+) (\S+)", text
+    )
+    assert float(spin) * float(length) == pytest.approx(float(speed), rel=1e-4)
+    assert float(length) == pytest.approx(0.1 / INCH, rel=1e-4)
+    assert unit == {"en": "in/s", "ru": "дюйм/с"}[lang]
+    forces = re.findall(r"\|R\| = (\S+) (\S+)", text)
+    sizes = re.findall(r"\|R\| = (\S+) (\S+)", plain.text().replace(",", "."))
+    assert {unit for _, unit in forces} == {{"en": "lbf", "ru": "фунт-сила"}[lang]}
+    for (size, _), (newtons, _) in zip(forces, sizes, strict=True):
+        assert float(size) == pytest.approx(float(newtons) / POUND_FORCE, rel=2e-4)

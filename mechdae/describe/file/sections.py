@@ -15,7 +15,7 @@ from mechdae.describe.file.reading import (
     split_known,
     split_unit,
 )
-from mechdae.describe.file.units import check_units, degrees_beside
+from mechdae.describe.file.units import check_units, degrees_beside, written_units
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.kinds import JOINTS, KINDS_OF_JOINTS, LOADS, SPATIAL_JOINTS
 from mechdae.describe.mechanism import TOLERANCE, Body, Ground, Mechanism
@@ -80,6 +80,7 @@ def read_problem(
         pattern(),
     )
     check_units(problem.mechanism, problem.tasks, data)
+    vars(problem.mechanism)["units"] = written_units(problem.mechanism, problem.tasks, data)
     notes = degrees_beside(problem.mechanism, problem.tasks, data)
     return replace(problem, notes=notes) if notes else problem
 

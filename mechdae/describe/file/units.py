@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.coordinates import unit_of
-from mechdae.describe.dimensions import misfit, parameter_units
-from mechdae.describe.file.reading import check_suffix, check_suffixes, split_keys, split_known
+from mechdae.describe.dimensions import SPEEDS, misfit, parameter_units, typed_numbers
+from mechdae.describe.file.reading import (
+    check_suffix,
+    check_suffixes,
+    split_keys,
+    split_known,
+)
 from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
+from mechdae.describe.units import UNITS
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
@@ -26,6 +33,7 @@ RATES = {
 """Keys of a driver whose values have the unit of its coordinate, over powers of the second."""
 
 
+SUFFIXES = sorted(UNITS, key=len, reverse=True)
 VARIED = ("vary", "samples")
 """Keys of a study whose tables are numbers by name."""
 PLACES = ("at", "from", "to", "law")
@@ -145,6 +153,49 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
                 check_suffixes(table, units)
             except MechdaeError as error:
                 raise error.inside(f"tasks.{name}.{place}") from None
+
+
+def written_units(
+    mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[str, object]
+) -> str:
+    """Return the units that most numbers of a file are typed in, ``mm,deg,rpm``; 0 tells nothing.
+
+    Angular speeds are in degrees only where they are typed so.
+    """
+    typed: Counter[tuple[str, bool]] = Counter()
+    plain = 0  # numbers of the mechanism without a suffix
+    doubled: Counter[str] = Counter()  # those that are among the numbers of the mechanism too
+    front: list[tuple[str, object, str, bool]] = [
+        (name, part, "", name != "tasks") for name, part in data.items() if name != "expected"
+    ]
+    while front:
+        key, value, above, counted = front.pop()
+        if key in VARIED:
+            continue
+        counted = counted or key in ("driver", "drivers")
+        suffix = next((end for end in SUFFIXES if key.endswith(end)), above)
+        if isinstance(value, Mapping):
+            front += [(name, part, suffix, counted) for name, part in value.items()]
+        elif isinstance(value, list):
+            front += [(key, part, suffix, counted) for part in value]
+        elif suffix and value:
+            rate = suffix == "_deg" and key.removesuffix(suffix) in SPEEDS
+            typed[suffix, rate] += 1
+            doubled["rad/s" if rate else UNITS[suffix].si[0]] += counted
+        elif value and not isinstance(value, str):
+            plain += counted
+    others = [count for (suffix, _), count in typed.items() if suffix != "_deg"]
+    few = not others or plain <= min(others)
+    in_si = Counter() if few else typed_numbers(mechanism, tasks.values(), 2 * min(others))
+    most: dict[str, tuple[int, str]] = {}
+    for (suffix, rate), count in typed.items():
+        si, name = ("rad/s", "deg/s") if rate else (UNITS[suffix].si[0], UNITS[suffix].name)
+        most[si] = max(most.get(si, (0, "")), (count, name))
+    in_si -= doubled
+    chosen = {si: name for si, (count, name) in most.items() if count >= in_si[si]}
+    if "rad" in chosen and "rad/s" not in chosen:
+        chosen["rad/s"] = "rad/s"
+    return ",".join(chosen.values())
 
 
 def degrees_beside(

@@ -26,9 +26,11 @@ from mechdae.draw.formulas.tree import (
     Product,
     Quotient,
     Sum,
+    UnitName,
     Wording,
     columns,
     decimals,
+    like,
     number,
     numbers,
     rounded,
@@ -37,6 +39,6 @@ from mechdae.draw.formulas.tree import (
 __all__ = [
     "Column", "Cross", "Document", "Equation", "Facts", "Formula", "Grid", "Image", "Less",
     "Letter", "Listed", "Norm", "Note", "Number", "Part", "Passage", "Product", "Quotient",
-    "Section", "Sum", "Wording", "columns", "decimals", "number", "numbers", "plain",
-    "rounded",
+    "Section", "Sum", "UnitName", "Wording", "columns", "decimals", "like",
+    "number", "numbers", "plain", "rounded",
 ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field, replace
 from math import floor, isfinite, log10
 
 from mechdae.records import dataclass
@@ -41,12 +42,35 @@ class Letter(Part):
 
 
 @dataclass(frozen=True)
+class Unrounded:
+    """What numbers were before they were rounded, for other units.
+
+    Parameters
+    ----------
+    values
+        Of a number one, of a column its components [``unit``].
+    alike
+        Those that are rounded alike.
+    unit
+        Theirs in SI, also where it is not written.
+    significant
+        Digits of the largest.
+    """
+
+    values: tuple[float, ...]
+    alike: tuple[float, ...]
+    unit: str
+    significant: int
+
+
+@dataclass(frozen=True)
 class Number(Part):
     """A rounded number, times a power of ten, with its unit."""
 
     digits: str
     power: int = 0
     unit: str = ""
+    exact: Unrounded | None = field(default=None, compare=False, repr=False)
 
     @property
     def value(self) -> float:
@@ -61,11 +85,23 @@ class Column(Part):
     digits: tuple[str, ...]
     power: int = 0
     unit: str = ""
+    exact: Unrounded | None = field(default=None, compare=False, repr=False)
 
     @property
     def values(self) -> tuple[float, ...]:
         """What is printed, as floats."""
         return tuple(_read(text, self.power) for text in self.digits)
+
+    @property
+    def components(self) -> tuple[Number, ...]:
+        """Its numbers one by one, without their unit."""
+        exact = self.exact
+        if exact is None:
+            return tuple(Number(text, self.power) for text in self.digits)
+        return tuple(
+            Number(text, self.power, exact=replace(exact, values=(value,)))
+            for text, value in zip(self.digits, exact.values, strict=True)
+        )
 
 
 def _read(digits: str, power: int) -> float:
@@ -78,6 +114,11 @@ class Wording(Part):
     """Plain words in a formula."""
 
     text: str
+
+
+@dataclass(frozen=True)
+class UnitName(Wording):
+    """The name of the unit of numbers that stand elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -160,21 +201,31 @@ def rounded(value: float, places: int, power: int = 0) -> str:
     return text.lstrip("-") if not float(text) else text
 
 
-def number(value: float, unit: str = "", significant: int = SIGNIFICANT) -> Number:
-    """Return a number with so many significant digits."""
-    places, power = decimals(value, significant=significant)
-    return Number(rounded(value, places, power), power, unit)
+def number(value: float, unit: str = "", significant: int = SIGNIFICANT, of: str = "") -> Number:
+    """Return a number with so many significant digits; `of` is a unit that is not written."""
+    return replace(like(value, (value,), of or unit, significant), unit=unit)
+
+
+def like(
+    value: float, others: tuple[float, ...], of: str = "", significant: int = SIGNIFICANT
+) -> Number:
+    """Return a number rounded as others are; its unit `of` is not written."""
+    places, power = decimals(*others, significant=significant)
+    exact = Unrounded((value,), others, of, significant)
+    return Number(rounded(value, places, power), power, exact=exact)
 
 
 def columns(*vectors: tuple[float, ...], unit: str = "") -> tuple[Column, ...]:
     """Return vectors of one equation, rounded alike; the unit stands with the last."""
-    places, power = decimals(*(value for vector in vectors for value in vector))
+    alike = tuple(value for vector in vectors for value in vector)
+    places, power = decimals(*alike)
     last = len(vectors) - 1
     return tuple(
         Column(
             tuple(rounded(value, places, power) for value in vector),
             power,
             unit if k == last else "",
+            Unrounded(vector, alike, unit, SIGNIFICANT),
         )
         for k, vector in enumerate(vectors)
     )
@@ -182,12 +233,8 @@ def columns(*vectors: tuple[float, ...], unit: str = "") -> tuple[Column, ...]:
 
 def numbers(*values: float, unit: str = "") -> tuple[Number, ...]:
     """Return numbers of one equation, rounded alike; the unit stands with the last."""
-    places, power = decimals(*values)
-    last = len(values) - 1
-    return tuple(
-        Number(rounded(value, places, power), power, unit if k == last else "")
-        for k, value in enumerate(values)
-    )
+    shown = [like(value, values, unit) for value in values]
+    return (*shown[:-1], *(replace(one, unit=unit) for one in shown[-1:]))
 
 
 def stem_and_index(text: str) -> tuple[str, str]:

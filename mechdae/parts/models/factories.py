@@ -12,8 +12,7 @@ from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known
-from mechdae.describe.shown_units import KNOWN, units_of
-from mechdae.describe.units import EVERY
+from mechdae.describe.units import EVERY, KNOWN, units_of
 from mechdae.errors import InputError, UnknownName
 from mechdae.parts.models.sketching import sketched_at
 

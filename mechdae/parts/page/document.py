@@ -15,9 +15,8 @@ import numpy as np
 from mechdae import __version__
 from mechdae.describe import Driver, Problem, Sweep, Table, Task, dumps, load, whole_file
 from mechdae.describe.dimensions import parameter_units
-from mechdae.describe.shown_units import units_of
 from mechdae.describe.tasks.reactions import Reactions
-from mechdae.describe.units import SI, Units
+from mechdae.describe.units import SI, Units, units_of
 from mechdae.draw.smooth import in_picture, smooth
 from mechdae.draw.words import table, unit_in_russian
 from mechdae.errors import InputError, MechdaeError
@@ -106,10 +105,9 @@ def page(
     """
     if lang not in LANGUAGES:
         raise InputError(f"no words in '{lang}'", where="lang", hint=", ".join(LANGUAGES))
-    shown = units_of(units) if isinstance(units, str) else units
     name = task
     if isinstance(problem, Result):
-        shown = shown if shown.asked else problem.units
+        units = units or problem.units
         whole, name = _again(problem), problem.task
     else:
         whole = problem if isinstance(problem, Problem) else load(problem)
@@ -126,7 +124,8 @@ def page(
         raise InputError(
             f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
         )
-    return _page(whole, name, lang, shown)
+    asked = units.asked if isinstance(units, Units) else units
+    return _page(whole, name, lang, units_of(asked, whole.mechanism.units))
 
 
 def _again(result: Result) -> Problem:
@@ -221,7 +220,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         lengths = ("m", "mm", "cm", "rad", "deg", "°")
         rates = [f"{unit}/{time}" for unit in lengths for time in ("s", "s²", "s³")]
         data["unit_names"] = {unit: unit_in_russian(unit) for unit in (*table("units"), *rates)}
-    if units.asked:
+    if units:
         data["shown"] = {si: [shown.factor, shown.name] for si, shown in units.by_si.items()}
     tables: Json | None = None
     if setting is not None and run is not None and not reason:

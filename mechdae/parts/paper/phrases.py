@@ -6,6 +6,7 @@ import tomllib
 from functools import cache
 from pathlib import Path
 
+from mechdae.describe.units import SI, Units
 from mechdae.draw.words import unit_in_russian
 from mechdae.errors import UnknownName
 
@@ -19,13 +20,13 @@ def phrases(paper: str) -> dict[str, dict[str, str]]:
 
 
 class Phrases:
-    """The phrases of one language."""
+    """The phrases of one language, and the units that numbers among them are in."""
 
-    def __init__(self, lang: str, paper: str = "explanations") -> None:
+    def __init__(self, lang: str, paper: str = "explanations", units: Units = SI) -> None:
         table = phrases(paper)
         if lang not in table:
             raise UnknownName("language", lang, list(table))
-        self.lang, self._table = lang, table[lang]
+        self.lang, self._table, self.units = lang, table[lang], units
 
     def __call__(self, key: str, *values: object) -> str:
         return self._table[key].format(*values)

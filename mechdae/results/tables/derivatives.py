@@ -47,11 +47,11 @@ class _Scale:
     def __init__(self, result: Result, path: str) -> None:
         self.units = result.units
         self.own = result.units.of(result.path_unit(path))
-        self._given = parameter_units(result.mechanism) if result.units.asked else {}
+        self._given = parameter_units(result.mechanism) if result.units else {}
 
     def __call__(self, title: str, values: Floats | float, *by: str) -> tuple[str, Floats | float]:
         """Return title with unit, and values; ``by`` are the parameters of a derivative."""
-        if not self.units.asked:
+        if not self.units:
             return title, values
         below = [self.units.of(self._given.get(name) or "") for name in by]
         factor = self.own.factor / math.prod(unit.factor for unit in below)
@@ -110,7 +110,7 @@ def _spread(result: Result, path: str, spread: dict[str, Any], own: ShownUnit) -
     def at(values: Floats | float) -> float:
         return float(np.asarray(values)[place]) * own.factor
 
-    where = f" [{own.name}]" if result.units.asked and own.name else ""
+    where = f" [{own.name}]" if result.units and own.name else ""
     if place and path in result.summary["exact"]:
         for coordinate, series in result.drivers.items():
             si = result.unit("drivers", coordinate, "position")

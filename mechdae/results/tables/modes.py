@@ -44,9 +44,7 @@ def study_text(result: Result) -> list[str]:
     for name, array in result.parameters.items():
         shown = result.units.of(given.get(name, ""))
         columns.append((name, cells(array * shown.factor)))
-        units.append(
-            f"[{shown.name}]" if result.units.asked and shown.name not in ("", "1") else ""
-        )
+        units.append(f"[{shown.name}]" if result.units and shown.name not in ("", "1") else "")
     for whole, array in result.table.items():
         path = whole.split("/", 1)[-1]
         shown = result.units.of(result.path_unit(whole))

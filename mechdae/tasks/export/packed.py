@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -88,9 +88,7 @@ def unpacked(file: Mapping[str, Any]) -> Result:
     meta = meta_of(file)
     result = _result(meta, file)
     motions = {
-        meta_motion["problem"]: _motion(
-            meta_motion, file, from_dict(tomllib.loads(meta_motion["problem"]), result.problem)
-        )
+        meta_motion["problem"]: _motion(meta_motion, file, result)
         for meta_motion in meta["motions"]
     }
     return result.as_kind(type(result), motions=motions) if motions else result
@@ -102,6 +100,7 @@ def _of_result(result: Result, arrays: dict[str, Any]) -> Json:
     return {
         "class": type(result).__name__,
         "mechanism": alone(result.mechanism, {}),
+        "units": result.mechanism.units,
         "definition": None if task is None else task_text(result.mechanism, result.task, task),
         "fields": _fields(result, arrays),
     }
@@ -128,8 +127,11 @@ def _of_motion(text: str, motion: object, arrays: dict[str, Texts]) -> Json:
     return {"problem": text, "parts": parts}
 
 
-def _motion(meta: Mapping[str, Any], file: Mapping[str, Any], problem: Problem) -> StoredMotion:
+def _motion(meta: Mapping[str, Any], file: Mapping[str, Any], result: Result) -> StoredMotion:
     """Return the motions of a design: they are those of its mechanism, not of the task's."""
+    problem = from_dict(tomllib.loads(meta["problem"]), result.problem)
+    mechanism = replace(problem.mechanism, units=result.mechanism.units)
+    problem = replace(problem, mechanism=mechanism)
     parts: Json = {}
     for name, part in meta["parts"].items():
         if isinstance(part, str):
@@ -169,7 +171,7 @@ def _unpacked(value: float | str | Json, file: Mapping[str, Any]) -> Any:
 def _result(meta: Mapping[str, Any], file: Mapping[str, Any]) -> Result:
     name = meta["fields"]["problem"]
     mechanism = from_dict(tomllib.loads(meta["mechanism"]), name).mechanism
-    return _made(meta, file, mechanism)
+    return _made(meta, file, replace(mechanism, units=meta.get("units", "")))
 
 
 def _made(meta: Mapping[str, Any], file: Mapping[str, Any], mechanism: Mechanism) -> Result:

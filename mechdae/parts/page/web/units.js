@@ -14,12 +14,14 @@ export function nameIn(table, mark) {
 
 /** Show units as somebody asked for: SI -> [factor, name]. */
 export function showIn(table) {
-  for (const [unit, [factor, name]] of Object.entries(table)) FACTORS[unit] = [factor, name === "deg" ? "°" : name];
+  for (const [unit, [factor, name]] of Object.entries(table)) FACTORS[unit] = [factor, name === "deg" ? "°" : raised(name)];
 }
+
+const raised = (unit) => unit.replace(/(?<=[a-z])[23]/g, (power) => (power === "2" ? "²" : "³"));
 
 /** @param {string} unit SI @returns {[number, string]} factor and name of what is shown */
 export function displayed(unit) {
-  const [factor, name] = FACTORS[unit] || [1, unit.replace(/(?<=[a-z])[23]/g, (power) => (power === "2" ? "²" : "³"))];
+  const [factor, name] = FACTORS[unit] || [1, raised(unit)];
   return [factor, NAMES[name] || name];
 }
 

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae import __version__
 from mechdae.describe import Problem, Sweep, Table, Task, load
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.writing import alone
+from mechdae.describe.units import SI, Units, units_of
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
 from mechdae.draw.formulas import Document, Facts, Part, Section
@@ -188,6 +190,7 @@ def assign(
     seed: int = 0,
     lang: str = "en",
     students: Sequence[str] = (),
+    units: str | Units = SI,
 ) -> Assignments:
     """Return variants of a problem with round numbers, with sheets and answer keys.
 
@@ -215,6 +218,8 @@ def assign(
         ``"en"`` or ``"ru"``.
     students
         Names, one variant for each in their order.
+    units
+        Of all numbers, ``"mm,kN"``; by default as in the file or as drawn, lengths else in mm.
 
     Raises
     ------
@@ -226,31 +231,41 @@ def assign(
     SolveError
         Too few sets of numbers do; the message says what fails and how often.
     """
-    words = Phrases(lang, "assignments"), Phrases(lang, "reports"), Phrases(lang)
     whole = problem if isinstance(problem, Problem) else load(problem)
     if students:
         count = _counted(students, count)
     wanted, least = (USUAL, 1) if count is None else (count, count)
     _check(whole, wanted, positions, seed, transmission_angle)
     drawn = ranges(whole, vary)
+    shown = _units(units.asked if isinstance(units, Units) else units, whole, drawn)
+    words = Phrases(lang, "assignments", shown), Phrases(lang, "reports"), Phrases(lang)
     name = moving_task(whole, task, ends=True)
     bare = _with_positions(whole, name, positions)
     rows = _rows(bare, name, positions)
     if not 0 <= pose < len(rows):
         raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
-    solver = Solver(bare, name)
-    base = solver()
+    base = (solver := Solver(bare, name))()
     if transmission_angle and not transmission(base):
         raise InputError("no dyad has a transmission angle", where=f"task {name}")
     bound = ANGLE if transmission_angle is None else transmission_angle
     found, tried = choose(solver, drawn, wanted, seed, bound, least)
     start = subject_of(base, rows[pose], words[2])
     more = {} if whole.mechanism.dimension == 3 else {"loads": not _loaded_by(whole, drawn)}
-    options: dict[str, Any] = {"traces": False, "title": False, **more}
-    diagram = svg_text(plot(base, "diagram", pose=start.pose, lang=lang, **options))
-    named = tuple(students)
-    made = _VariantWriter(bare, name, drawn, rows, pose, len(found), diagram, words, lang, named)
-    return Assignments(whole.name, tuple(made.all(found)), tried)
+    options: dict[str, Any] = {"traces": False, "title": False, "lang": lang, **more}
+    diagram = svg_text(plot(base, "diagram", pose=start.pose, **options))
+    shared = (bare, name, drawn, rows, pose, len(found), diagram, words, lang, tuple(students))
+    return Assignments(whole.name, tuple(_VariantWriter(*shared).all(found)), tried)
+
+
+def _units(asked: str | Sequence[str], problem: Problem, drawn: Sequence[RoundRange]) -> Units:
+    """Return the units of sheets: lengths as asked for, drawn or written, else in millimetres."""
+    shown = units_of(asked, problem.mechanism.units)
+    if "m" in units_of(asked).by_si:
+        return shown
+    units = parameter_units(problem.mechanism, problem.tasks.values())
+    lengths = [n.unit or "m" for n in drawn if units.get(n.base) == "m"]
+    lengths += ["mm"] * ("m" not in shown.by_si)
+    return units_of((*shown.asked, *lengths[:1]), problem.mechanism.units)
 
 
 def _loaded_by(problem: Problem, drawn: Sequence[RoundRange]) -> bool:
@@ -325,7 +340,8 @@ class _VariantWriter:
         problem = dataclasses.replace(
             self.problem.with_values(chosen.values), title=say("sheet", title, number)
         )
-        subject = subject_of(chosen.result, self.rows[self.pose], explained)
+        result = chosen.result.in_units(self.words[0].units)
+        subject = subject_of(result, self.rows[self.pose], explained)
         parts = sheet_sections(
             problem, chosen, self.drawn, subject, self.rows, self.diagram, self.words
         )
@@ -335,11 +351,12 @@ class _VariantWriter:
             if student
             else say("of", number, self.count)
         )
-        sheet = localised(Document(problem.title, of, parts, self.lang))
+        units = self.words[0].units
+        sheet = localised(Document(problem.title, of, parts, self.lang), units)
         made = self.words[1]("computed by", __version__)
         answers = tuple(self._answers(chosen, subject))
         by = f"{student}, {made}" if student else made
-        key = localised(Document(say("key", title, number), by, answers, self.lang))
+        key = localised(Document(say("key", title, number), by, answers, self.lang), units)
         return Assignment(
             number,
             chosen.values,
@@ -363,5 +380,5 @@ class _VariantWriter:
         yield sections.position_tables(subject, self.rows, report)
         yield from sections.force_tables(subject, self.rows, report)
         place = self.rows.index(subject.pose)
-        yield sections.in_full(chosen.result, subject, place, report, self.lang)
-        yield sections.checks(chosen.result, subject, report)
+        yield sections.in_full(subject.result, subject, place, report, self.lang)
+        yield sections.checks(subject.result, subject, report)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
-from math import degrees, isclose, pi
+from math import isclose, pi
 from typing import Any
 
 from mechdae.describe import GROUND, Driver, Mechanism, Problem
@@ -15,14 +15,16 @@ from mechdae.describe.file.writing import given
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.tasks.kinds import Driven
 from mechdae.describe.tasks.reactions import Reactions
-from mechdae.describe.units import UNITS
+from mechdae.describe.units import Units
 from mechdae.describe.values import Value
 from mechdae.draw.formulas import Facts, Grid, Image, Note, Part, Passage, Section
 from mechdae.parts.paper.assignments.choice import Chosen, RoundRange
+from mechdae.parts.paper.explanations.localised import named
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
 
+Given = float | str | tuple["Given", ...] | Mapping[str, "Given"]
 SIGNIFICANT = 6
 """Digits of a number that was not drawn."""
 BLANK = "\N{EM SPACE}" * 4
@@ -40,6 +42,19 @@ def text(value: Any) -> str:
     return f"({'; '.join(text(inner) for inner in value)})"
 
 
+def shown(value: Given, si: str, units: Units) -> tuple[Given, str]:
+    """Return a number, or a list of numbers and expressions, with the unit it is shown in."""
+    own = units.read(si)
+    if own.name == "rad/s" and isinstance(value, float):
+        return in_turns(value)
+    name = "°" if own.name == "deg" else named(si, units)
+    if isinstance(value, tuple):
+        return tuple(shown(inner, si, units)[0] for inner in value), name
+    if isinstance(value, Mapping):
+        return {key: shown(inner, si, units)[0] for key, inner in value.items()}, name
+    return (value if isinstance(value, str) else value * own.factor), name
+
+
 def in_turns(speed: float) -> tuple[float, str]:
     """Return an angular speed [rad/s] with its unit: turns a minute where these are rounder."""
     turns = speed * 30 / pi
@@ -54,12 +69,11 @@ def signed(digits: str) -> str:
 
 
 def amount(value: float | str, unit: str | None, say: Phrases) -> str:
-    """Return a number with its unit, angles in degrees; an expression's numbers have their own."""
+    """Return a number with its unit; an expression's numbers have their own."""
     if isinstance(value, str) or unit in (None, "", "1"):
         return text(value)
-    if unit == "rad" and isinstance(value, int | float):
-        return f"{text(float(f'{degrees(value):.{SIGNIFICANT}g}'))}°"
-    return f"{text(value)} {say.unit(unit)}"
+    number, name = shown(value, str(unit), say.units)
+    return f"{text(number)}°" if name == "°" else f"{text(number)} {say.unit(name)}"
 
 
 def facts(value: Value, skip: tuple[str, ...], say: Phrases) -> str:
@@ -68,7 +82,11 @@ def facts(value: Value, skip: tuple[str, ...], say: Phrases) -> str:
     found = given(value, skip=skip)
     if getattr(value, "straight", False):  # a guide has a direction, also that which is usual
         found = {"axis": getattr(value, "axis", 0.0)} | found
-    parts = [f"{say.kind(key)} = {amount(v, units.get(key), say)}" for key, v in found.items()]
+    parts = [
+        f"{say.kind(key)} = {amount(v, units.get(key), say)}"
+        for key, v in found.items()
+        if key != "kind"
+    ]
     return ", ".join(parts)
 
 
@@ -138,25 +156,17 @@ def sheet_sections(
 
 
 def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Phrases) -> Grid:
-    """Return the table of numbers: those that were drawn in their units, then the others.
-
-    Lengths that were not drawn are in the unit of those that were, else in millimetres.
-    """
+    """Return the table of numbers: those that were drawn in their units, then the others."""
     values = problem.mechanism.values()
     units = parameter_units(problem.mechanism, problem.tasks.values())
     rows: list[tuple[str | Part, ...]] = []
-    lengths = [number.unit or "m" for number in drawn if units.get(number.base) == "m"] or ["mm"]
-    per = next((float(unit.factor) for unit in UNITS.values() if unit.name == lengths[0]), 1.0)
     for number in drawn:
         unit = number.unit or _plain(units.get(number.base, ""))
         rows.append((number.base, signed(chosen.texts[number.name]), say.unit(unit)))
     known = {number.base for number in drawn}
     for name in problem.mechanism.parameters:
         if name not in known:
-            value, unit = values[name], units.get(name, "")
-            value, unit = (degrees(value), "°") if unit == "rad" else (value, unit)
-            value, unit = (value / per, lengths[0]) if unit == "m" else (value, unit)
-            value, unit = in_turns(value) if unit == "rad/s" else (value, unit)
+            value, unit = shown(values[name], units.get(name, ""), say.units)
             rows.append((name, signed(f"{value:.{SIGNIFICANT}g}"), say.unit(_plain(unit))))
     return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
 
@@ -177,16 +187,12 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
     name = driver.coordinate
     angle = subject.result.unit("drivers", name, "position") == "rad"
 
-    def shown(number: Any) -> str:
-        value = evaluate(number, values)
-        shown = f"{degrees(value):.6g}°" if angle else f"{1e3 * value:.6g} {say.unit('mm')}"
-        return signed(shown)
+    def given(number: Any) -> str:
+        return amount(evaluate(number, values), "rad" if angle else "m", say)
 
-    speed = evaluate(driver.usual_speed, values)
-    pace, unit = in_turns(speed) if angle else (speed, "m/s")
-    rate = signed(f"{pace:.{SIGNIFICANT}g} {say.unit(unit)}")
+    rate = amount(evaluate(driver.usual_speed, values), "rad/s" if angle else "m/s", say)
     if driver.from_ is not None and driver.to is not None and driver.law is None:
-        return say("from to", name, shown(driver.from_), shown(driver.to), rate)
+        return say("from to", name, given(driver.from_), given(driver.to), rate)
     if driver.at is not None:
         return say("at", name, len(driver.at), rate)
     return f"{name}: {say('several')}"
@@ -196,11 +202,12 @@ def _parts(problem: Problem, subject: Subject, say: Phrases, words: Phrases) -> 
     """Yield the tables of links, joints and loads, with the names of their numbers."""
     mechanism = problem.mechanism
     yield Note((say("frames"),))
-    rows: list[tuple[str, ...]] = [(say("ground"), _points(mechanism.ground.points), "")]
+    rows: list[tuple[str, ...]] = [(say("ground"), _points(mechanism.ground.points, say), "")]
     for name, body in mechanism.bodies.items():
         further = facts(body, ("name", "points", "number", "outline"), say)
-        rows.append((subject.title(name), _points(body.points), further))
-    yield _table((say("link"), say("points"), say("further")), rows)
+        rows.append((subject.title(name), _points(body.points, say), further))
+    heads = say("points", say.unit(say.units.of("m").name))
+    yield _table((say("link"), heads, say("further")), rows)
     rows = []
     for name, joint in mechanism.joints.items():
         ends = " - ".join(
@@ -224,8 +231,9 @@ def _table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> Grid:
     return Grid(tuple(heads[k] for k in full), kept)
 
 
-def _points(points: Mapping[str, object]) -> str:
-    return ", ".join(f"{name} {text(place)}" for name, place in points.items())
+def _points(points: Mapping[str, Given], say: Phrases) -> str:
+    places = {name: shown(place, "m", say.units)[0] for name, place in points.items()}
+    return ", ".join(f"{name} {text(place)}" for name, place in places.items())
 
 
 def _wanted(subject: Subject, rows: list[int], say: Phrases) -> Iterator[Note]:

@@ -7,7 +7,7 @@ from math import radians
 from pathlib import Path
 
 from mechdae.cli import message
-from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
 from mechdae.errors import InputError
 
 
@@ -35,6 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--pose", type=int, default=1, metavar="K", help="position explained in the key, from 0"
     )
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the numbers")
+    units_argument(parser)
     parser.add_argument("--lang", default="en", metavar="LANG", help="en or ru")
     parser.add_argument("--format", default="html", choices=("html", "typ", "pdf"))
     parser.add_argument("--out", required=True, metavar="DIR", help="a folder that is not there")
@@ -55,6 +56,7 @@ def run(options: argparse.Namespace) -> int:
         pose=options.pose,
         seed=options.seed,
         lang=options.lang,
+        units=units_asked(options),
         students=_students(options.students),
     )
     print(made.save(options.out, options.format))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,6 +19,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--pose", type=int, default=1, metavar="K", help="position explained in full, from 0"
     )
+    units_argument(parser)
     parser.add_argument("--lang", default="en", metavar="LANG", help="en or ru")
     parser.add_argument("--out", required=True, metavar="FILE", help=".html, .typ or .pdf")
 
@@ -34,6 +35,7 @@ def run(options: argparse.Namespace) -> int:
         positions=options.positions,
         pose=options.pose,
         lang=options.lang,
+        units=units_asked(options),
     )
     print(made.save(target))
     return 0

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.describe import Problem, Sweep, load
+from mechdae.describe.units import SI, Units
 from mechdae.draw import plot
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.figure import svg_text
-from mechdae.draw.formulas import Document, Facts, Image, Section
+from mechdae.draw.formulas import Document, Facts, Image, Part, Section, number
 from mechdae.draw.formulas.writers import as_data, as_html, as_text, as_typst
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -38,9 +39,11 @@ BESIDE = "87mm"
 class Explanation(Paper):
     """One pose on paper; its pictures are drawn when they are wanted."""
 
-    def __init__(self, document: Document, pictures: Callable[[], tuple[Image, ...]]) -> None:
+    def __init__(
+        self, document: Document, in_si: Document, pictures: Callable[[], tuple[Image, ...]]
+    ) -> None:
         super().__init__(document)
-        object.__setattr__(self, "_pictures", pictures)
+        vars(self).update(_in_si=in_si, _pictures=pictures)
 
     @cached_property
     def illustrated(self) -> Document:
@@ -64,8 +67,8 @@ class Explanation(Paper):
         return as_text(self.document)
 
     def data(self) -> dict[str, Any]:
-        """Return it as plain data: formulas as text, with their printed numbers."""
-        return as_data(self.document)
+        """Return it as plain data in SI: formulas as text, with their printed numbers."""
+        return as_data(vars(self)["_in_si"])
 
     def json(self) -> str:
         """Return `data` as one JSON object."""
@@ -92,6 +95,7 @@ def explain(
     pose: int | None = None,
     group: str | None = None,
     lang: str = "en",
+    units: str | Units = SI,
 ) -> Explanation:
     """Explain how one pose is computed, group by group.
 
@@ -109,6 +113,9 @@ def explain(
         beginning of it.
     lang
         ``"en"`` or ``"ru"``.
+    units
+        What lengths, forces and moments are shown in, ``"mm,kN"``; by default as in the file.
+        Data and JSON stay SI.
 
     Returns
     -------
@@ -126,6 +133,7 @@ def explain(
     """
     say = Phrases(lang)
     result = problem if isinstance(problem, Result) else _solved(problem, task)
+    result = result.in_units(units) if units else result
     subject = subject_of(result, pose, say)
     groups = subject.group(group)
     sections = [_head(subject)] if group is None else []
@@ -135,8 +143,9 @@ def explain(
     title = result.title or result.problem
     name = f"{result.problem}, {result.task}" if result.task else result.problem
     place = say("pose", subject.pose, len(subject.scene.status))
-    document = localised(Document(title, f"{name}: {place}", tuple(sections), lang))
-    return Explanation(document, lambda: pictures(subject, say))
+    document = Document(title, f"{name}: {place}", tuple(sections), lang)
+    shown = localised(document, result.units)
+    return Explanation(shown, localised(document), lambda: pictures(subject, say))
 
 
 def pictures(subject: Subject, say: Phrases, diagram: bool = True) -> tuple[Image, ...]:
@@ -204,19 +213,18 @@ def _solved(problem: Problem | str | Path, task: str | None) -> Result:
 def _head(subject: Subject) -> Section:
     """Return what the pose is: drivers, formula, status, bound."""
     say, result, pose = subject.say, subject.result, subject.pose
-    rows: list[tuple[str, tuple[str]]] = []
+    rows: list[tuple[str, tuple[str | Part, ...]]] = []
     formula = result.summary.get("formula")
     if formula:
         rows.append((say("formula"), (formula,)))
     values = [value_text(result, driver, pose) for driver in drivers_of(subject.scene, result)]
     rows.append((say("drivers"), ("; ".join(values).replace("$", ""),)))
     rows.append((say("status"), (Words(say.lang).status(str(result.status[pose])),)))
-    bounds = [
-        f"{subject.value(result.bound, word):.1e} {unit}"
-        for word, unit in (("length", say("m")), ("angle", say("rad")))
-        if word in result.bound
-    ]
-    rows.append((say("bound"), (", ".join(bounds),)))
+    bounds: list[str | Part] = []
+    for word, unit in (("length", "m"), ("angle", "rad")):
+        if word in result.bound:
+            bounds += [", "] * bool(bounds) + [number(subject.value(result.bound, word), unit, 2)]
+    rows.append((say("bound"), tuple(bounds)))
     assumed = result.summary.get("assumptions") or []
     rows += [(say("assumes"), (text,)) for text in assumed]
     return Section(say("mechanism"), (Facts(tuple(rows)),))

@@ -21,17 +21,19 @@ from mechdae.draw.formulas import (
     Formula,
     Grid,
     Letter,
+    Listed,
     Note,
     Number,
     Part,
     Passage,
     Section,
     Sum,
+    UnitName,
+    Wording,
     columns,
-    decimals,
+    like,
     number,
     numbers,
-    rounded,
 )
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.parts.paper.explanations.subject import Subject
@@ -246,19 +248,19 @@ def _table(balance: BalanceOfLinks, body: str, acting: list[ActingForce]) -> Gri
     still = NOTHING * balance.size * np.array(reach)
     table[np.abs(table) <= still] = 0.0
     total[np.abs(total) <= 1e3 * still] = 0.0
-    styles = [decimals(*table[:, :first].ravel())] * first
-    styles += [decimals(*table[:, first:].ravel())] * moments
+    alike = [(tuple(table[:, :first].ravel().tolist()), "N")] * first
+    alike += [(tuple(table[:, first:].ravel().tolist()), "N m")] * moments
 
     def cells(row: Floats) -> tuple[Part, ...]:
-        pairs = zip(row, styles, strict=True)
-        return tuple(Number(rounded(float(value), *style), style[1]) for value, style in pairs)
+        return tuple(like(float(v), *style) for v, style in zip(row, alike, strict=True))
 
     rows: list[tuple[str | Part, ...]] = [
         (force.letter, force.at, *cells(row)) for force, row in zip(acting, table, strict=True)
     ]
     rows.append((say("sum"), "", *cells(total)))
-    heads = [f"F {axis}, {say.unit('N')}" for axis in balance.axes]
-    heads += [f"{head}, {say.unit('N m')}" for head in balance.moment_heads(body)]
+    names = [(f"F {axis}", "N") for axis in balance.axes]
+    names += [(head, "N m") for head in balance.moment_heads(body)]
+    heads = [Listed((Wording(name), UnitName(unit))) for name, unit in names]
     return Grid((say("acts"), say("at"), *heads), tuple(rows))
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from mechdae.describe import whole_file
+from mechdae.describe.units import SI, Units
 from mechdae.draw.diagram.scene import choose_pose, read_scene
-from mechdae.draw.formulas import Column, Document, Number, Wording
+from mechdae.draw.formulas import Column, Document, Number, UnitName, Wording, decimals, rounded
 from mechdae.draw.formulas.writers import as_html, as_typst
 from mechdae.draw.words import unit_in_russian
 from mechdae.errors import InputError
@@ -71,17 +73,47 @@ class Paper:
         return as_html(self.document, alone=False)
 
 
-def localised(document: Document) -> Document:
-    """Return a document with the units and decimal signs of its language."""
-    if document.lang != "ru":
-        return document
-    made: Document = _with_units(document)
-    return made
+def localised(document: Document, units: Units = SI) -> Document:
+    """Return a document in the units it is to be shown in, with those and signs of its language.
+
+    Angles stay in degrees, their rates in rad/s: in these the formulas hold.
+    """
+    linear = {si: shown for si, shown in units.by_si.items() if not si.startswith("rad")}
+    if linear:
+        units = Units(units.asked, linear)
+        document = _changed(document, lambda node: _in_units(node, units))
+    return _changed(document, _in_russian) if document.lang == "ru" else document
 
 
-def _with_units(node: object) -> Any:
-    if isinstance(node, tuple):
-        return tuple(_with_units(inner) for inner in node)
+def _in_units(node: object, units: Units) -> object:
+    if isinstance(node, Number | Column):
+        return converted(node, units)
+    return UnitName(named(node.text, units)) if isinstance(node, UnitName) else node
+
+
+def converted(node: Number | Column, units: Units) -> Number | Column:
+    """Return a number or a column in the unit that it is shown in."""
+    exact = node.exact
+    shown = units.of(exact.unit.replace("²", "2")) if exact is not None else None
+    if exact is None or shown is None or shown.factor == 1:
+        return node
+    places, power = decimals(
+        *(value * shown.factor for value in exact.alike), significant=exact.significant
+    )
+    digits = tuple(rounded(value * shown.factor, places, power) for value in exact.values)
+    unit = named(node.unit, units) if node.unit else ""
+    if isinstance(node, Number):
+        return replace(node, digits=digits[0], power=power, unit=unit)
+    return replace(node, digits=digits, power=power, unit=unit)
+
+
+def named(unit: str, units: Units) -> str:
+    """Return the name of the unit that one in SI is shown in: ``m/s²`` as ``mm/s²``."""
+    name = units.of(unit.replace("²", "2")).name
+    return name.replace("2", "²") if "²" in unit else name
+
+
+def _in_russian(node: object) -> object:
     if isinstance(node, Number):
         return replace(node, digits=_comma(node.digits), unit=unit_in_russian(node.unit))
     if isinstance(node, Column):
@@ -89,13 +121,20 @@ def _with_units(node: object) -> Any:
         return replace(node, digits=digits, unit=unit_in_russian(node.unit))
     if isinstance(node, str):
         return _comma(node)
-    if isinstance(node, Wording):
-        return Wording(unit_in_russian(node.text))
+    return Wording(unit_in_russian(node.text)) if isinstance(node, Wording) else node
+
+
+def _changed(node: Any, change: Callable[[object], object]) -> Any:
+    """Return a part of a document with what is in it changed."""
+    if isinstance(node, tuple):
+        return tuple(_changed(inner, change) for inner in node)
+    if isinstance(node, str | Number | Column | Wording):
+        return change(node)
     if not is_dataclass(node) or isinstance(node, type):
         return node
     found = {entry.name: getattr(node, entry.name) for entry in fields(node)}
     changed = {
-        name: _with_units(value)
+        name: _changed(value, change)
         for name, value in found.items()
         if isinstance(value, tuple) or is_dataclass(value)
     }

@@ -245,7 +245,7 @@ def _meshed(subject: Subject, name: str, word: str) -> Iterator[Formula]:
             other = Letter(symbol, (str(subject.numbers[carrier]),))
             parts = Sum((Letter(symbol, (mark,)), Less(other)))
             yield Formula(Equation((letter, parts, Sum(whole), shown)))
-    value = Product((number(ratio), number(second - base)))
+    value = Product((number(ratio), number(second - base, of=unit)))
     yield Formula(
         Equation(
             (letters[0], Product((Letter("i"), letters[1])), value, number(first - base, unit))
@@ -304,7 +304,7 @@ def _follows(
     arm = Letter("r", (end.letter, start.letter), vector=True)
     if "normal" in terms:
         term, spin = terms["normal"], abs(relations.rates.spins[relation.body][0])
-        shown = Product((number(spin), number(spin), number(length)))
+        shown = Product((number(spin), number(spin), number(length, of="m")))
         letter = Letter("ω", (str(subject.numbers[relation.body]),))
         value = number(float(np.hypot(*term.vector)), UNITS[word])
         square = Product((letter, letter, Norm(arm)))
@@ -320,14 +320,14 @@ def _follows(
         sides: tuple[Part, ...] = (
             Norm(term.letter),
             Product((spin_letter, Norm(arm))),
-            Product((number(size / length), number(length))),
+            Product((number(size / length), number(length, of="m"))),
             number(size, UNITS[word]),
         )
     else:
         sides = (
             spin_letter,
             Quotient(Norm(term.letter), Norm(arm)),
-            Quotient(number(size), number(length)),
+            Quotient(number(size, of=UNITS[word]), number(length, of="m")),
             number(size / length, unit),
         )
     yield Formula(Equation(sides))
@@ -346,7 +346,7 @@ def _coriolis(subject: Subject, relations: Relations, relation: Relation, term: 
             (
                 Norm(term.letter),
                 Product((Number("2"), Norm(letter), Norm(sliding))),
-                Product((Number("2"), number(spin), number(size / (2 * spin)))),
+                Product((Number("2"), number(spin), number(size / (2 * spin), of="m/s"))),
                 number(size, UNITS["acceleration"]),
             )
         )

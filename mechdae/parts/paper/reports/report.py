@@ -9,6 +9,7 @@ from typing import Any
 from mechdae import __version__
 from mechdae.describe import Problem, load
 from mechdae.describe.tasks.kinds import Driven
+from mechdae.describe.units import SI, Units
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
 from mechdae.draw.formulas import Document, Image, Passage, Section
@@ -90,6 +91,7 @@ def report(
     positions: int = 12,
     pose: int = 1,
     lang: str = "en",
+    units: str | Units = SI,
 ) -> Report:
     """Return the report of a task: assignment, diagram, structure, positions, rates, forces.
 
@@ -106,6 +108,8 @@ def report(
         Number of the position that is explained in full, from 0.
     lang
         ``"en"`` or ``"ru"``.
+    units
+        What lengths, forces and moments are shown in, ``"mm,kN"``; by default as in the file.
 
     Raises
     ------
@@ -122,6 +126,7 @@ def report(
     whole = problem if isinstance(problem, Problem) else load(problem)
     name = moving_task(whole, task)
     result, rows = _solved(whole, name, positions)
+    result = result.in_units(units) if units else result
     if not 0 <= pose < len(rows):
         raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
     subject = subject_of(result, _near(result, rows, pose), Phrases(lang))
@@ -138,7 +143,7 @@ def report(
     )
     title = say("report", result.title or whole.name)
     made = Document(title, say("computed by", __version__), parts, lang)
-    return Report(localised(made))
+    return Report(localised(made, result.units))
 
 
 def _solved(problem: Problem, name: str, positions: int) -> tuple[Result, list[int]]:

@@ -10,20 +10,19 @@ import numpy as np
 
 from mechdae.describe import GROUND, Problem, coordinate
 from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.units import ShownUnit
 from mechdae.draw.formulas import (
     Facts,
     Grid,
     Letter,
     Listed,
     Note,
-    Number,
     Part,
     Passage,
     Section,
-    Wording,
-    decimals,
+    UnitName,
+    like,
     number,
-    rounded,
 )
 from mechdae.draw.words import Words
 from mechdae.parts.paper.explanations.explain import explain, pictures
@@ -57,7 +56,8 @@ def parameters(problem: Problem, say: Phrases) -> Grid:
     for name in mechanism.parameters:
         unit = units.get(name, "")
         value, unit = (np.rad2deg(values[name]), "°") if unit == "rad" else (values[name], unit)
-        rows.append((name, number(float(value), "", 6), say.unit("" if unit == "1" else unit)))
+        shown = UnitName(unit) if unit not in ("", "1") else ""
+        rows.append((name, number(float(value), "", 6, unit), shown))
     return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
 
 
@@ -70,18 +70,14 @@ def grids(first: Sequence[str], head: str, columns: Sequence[TableColumn]) -> It
         for shown in chosen:
             heads.append(_head(shown))
             values = [float(value) for value in shown.values]
-            style = decimals(*[value for value in values if np.isfinite(value)])
-            cells.append([_cell(value, style) for value in values])
+            alike = tuple(value for value in values if np.isfinite(value))
+            cells.append([like(v, alike, shown.unit) if np.isfinite(v) else "–" for v in values])
         rows = tuple((first[i], *(column[i] for column in cells)) for i in range(len(first)))
         yield Grid(tuple(heads), rows)
 
 
 def _head(column: TableColumn) -> Part:
-    return Listed((column.letter, Wording(column.unit))) if column.unit else column.letter
-
-
-def _cell(value: float, style: tuple[int, int]) -> str | Part:
-    return Number(rounded(value, *style), style[1]) if np.isfinite(value) else "–"
+    return Listed((column.letter, UnitName(column.unit))) if column.unit else column.letter
 
 
 # -- what is in them ---------------------------------------------------------------------------
@@ -375,7 +371,9 @@ def checks(result: Result, subject: Subject, say: Phrases) -> Section:
         if word in result.bound:
             bound = np.asarray(result.bound[word], dtype=float)
             largest = float(np.nanmax(bound, initial=0.0, where=np.isfinite(bound)))
-            rows.append((f"{say('largest bound')}, {say.unit(unit)}", (f"{largest:.1e}",)))
+            shown = subject.result.units.of(unit) if unit == "m" else ShownUnit(unit)
+            name = f"{say('largest bound')}, {say.unit(shown.name)}"
+            rows.append((name, (f"{largest * shown.factor:.1e}",)))
     for word, value in (getattr(result, "checks", None) or {}).items():
         if value is not None:
             rows.append((say(f"check {word}"), (f"{float(value):.1e}",)))

@@ -10,11 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
-from mechdae.cli.options import check_processes, problem_arguments, problem_of, process_arguments
+from mechdae.cli.options import (
+    check_processes,
+    problem_arguments,
+    problem_of,
+    process_arguments,
+    units_argument,
+    units_asked,
+)
 from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
+    from mechdae.describe.units import Units
     from mechdae.parts.types.ranking.rank import Ranking
 
 SHOWN = 20
@@ -43,11 +51,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--output", metavar="C", help="coordinate whose acceleration counts")
     process_arguments(parser)
+    units_argument(parser)
     parser.add_argument("--out", metavar="DIR", help="table, problem files of the best, pictures")
     parser.add_argument("--json", action="store_true", help="one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
+    from mechdae.describe.units import units_of
     from mechdae.parts.types.ranking.rank import rank
 
     check_processes(options)
@@ -57,10 +67,12 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("a ranking has --workers", where="--cluster")
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
+    problem = problem_of(options)
+    units = units_of(units_asked(options).asked, problem.mechanism.units)
     show = progress("variants", options.quiet)
     try:
         ranking = rank(
-            problem_of(options),
+            problem,
             options.variants,
             by=options.by or "construction",
             task=options.task,
@@ -77,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(ranking.to_dict(), ensure_ascii=False, allow_nan=False))
     else:
-        print("\n".join(_table(ranking)))
+        print("\n".join(_table(ranking, units)))
     if options.out:
         _written(ranking, Path(options.out), options.quiet)
     if not ranking.order:
@@ -108,11 +120,12 @@ def _numbers(pairs: list[str] | None, option: str) -> dict[str, float] | None:
     return found
 
 
-def _table(ranking: Ranking) -> list[str]:
+def _table(ranking: Ranking, asked: Units) -> list[str]:
     """Return the lines of the table: what differs in columns, what is equal below."""
     by_name = {row.name: row for row in ranking.rows}
     rows = [by_name[name] for name in ranking.order]
-    units = {criterion["name"]: criterion["unit"] for criterion in ranking.criteria}
+    shown = {one["name"]: asked.of(one["unit"]) for one in ranking.criteria}
+    units = {name: unit.name for name, unit in shown.items()}
     same = [n for n in units if rows and len({f"{row.values[n]:.9g}" for row in rows}) == 1]
     columns = [name for name in units if name not in same]
     lines = []
@@ -120,7 +133,7 @@ def _table(ranking: Ranking) -> list[str]:
         head = ["", "variant", "front", "score", *columns]
         body = [
             [str(k), row.name, "*" if row.pareto else "", f"{ranking.score[row.name]:.4f}",
-             *(f"{row.values[name]:.5g}" for name in columns)]
+             *(f"{row.values[name] * shown[name].factor:.5g}" for name in columns)]
             for k, row in enumerate(rows[:SHOWN], 1)
         ]  # fmt: skip
         foot = ["", "", "", "", *(units[name] for name in columns)]
@@ -139,7 +152,8 @@ def _table(ranking: Ranking) -> list[str]:
             )
     if same:
         values = [
-            f"{name} {rows[0].values[name]:.5g}" + (f" {units[name]}" if units[name] != "1" else "")
+            f"{name} {rows[0].values[name] * shown[name].factor:.5g}"
+            + (f" {units[name]}" if units[name] != "1" else "")
             for name in same
         ]
         lines.append("  equal in all: " + ", ".join(values))

@@ -17,12 +17,11 @@ from mechdae.draw.formulas import (
     Formula,
     Grid,
     Letter,
-    Number,
     Part,
     Passage,
     Product,
     Sum,
-    Wording,
+    UnitName,
     columns,
     number,
     plain,
@@ -181,10 +180,10 @@ def in_numbers(
     if len(plain(line)) <= WIDEST:
         return Formula(line, gap, unit)
     rows = tuple(
-        (letter, *(Number(digits, column.power) for digits in column.digits))
+        (letter, *column.components)
         for letter, column in zip((*letters, left), (*shown[1:], shown[0]), strict=True)
     )
-    return Grid((Wording(unit), "x", "y", "z"), rows)
+    return Grid((UnitName(unit), "x", "y", "z"), rows)
 
 
 class SpatialGroup:
